@@ -44,7 +44,7 @@ impl Calibration {
         let expected = {
             let shaft = query
                 .occluders
-                .shaft(query.shaft(area), &mut buffers.scratch);
+                .shaft(query.shaft(&area.polygon), &mut buffers.scratch);
             if shaft.class() != ShaftClass::Partial || shaft.is_dense() {
                 return;
             }

@@ -28,7 +28,10 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         estimator: safer.as_ref().unwrap_or(query.estimator),
         ..*query
     };
+    let (x, margin) = (query.point.position, query.margins.light);
     match query.light.light {
+        Light::Area(light) if !light.faces(x, margin) => DVec3::ZERO,
+        Light::Disk(light) if !light.faces(x, margin) => DVec3::ZERO,
         Light::Area(light) => on_area(query, light, buffers),
         Light::Linear(light) => on_line(query, light, buffers),
         Light::Sphere(light) => match by_rays(query) {

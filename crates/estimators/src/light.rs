@@ -125,7 +125,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         counters.point_lights += 1;
         match self.light {
             Light::Area(area) => {
-                if !area.faces(point.position) {
+                if !area.faces(point.position, 0.0) {
                     counters.facing_away += 1;
                     return false;
                 }
@@ -141,8 +141,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
                 outside
             }
             Light::Disk(light) => {
-                let side = light.disk.normal.dot(point.position - light.disk.center);
-                let faces = side > 0.0 || (light.emission.two_sided && side < 0.0);
+                let faces = light.faces(point.position, 0.0);
                 counters.facing_away += u64::from(!faces);
                 faces
             }

@@ -210,7 +210,7 @@ pub(crate) fn lines<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> DVec3 {
     let Buffers { scratch, samples } = buffers;
-    let mut shaft = query.occluders.shaft(query.shaft(area), scratch);
+    let mut shaft = query.occluders.shaft(query.shaft(&area.polygon), scratch);
     if query.skip
         && let Some(value) = without_samples(query, area, shaft.class(), along, &mut samples.plan)
     {

@@ -15,7 +15,6 @@ use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSa
 use linelit_lights::{LinearLight, LinearPointTechnique};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
 use linelit_shading::quadrature::Model;
-use linelit_visibility::ShaftQuery;
 use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
 
@@ -52,11 +51,7 @@ pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
         point.bsdf.peaks(&line, point.outgoing, point.normal)?;
     }
     let ends = [linear.segment.p0, linear.segment.p1];
-    let asked = ShaftQuery {
-        point: point.position,
-        light: (&ends).into(),
-        exclude: query.light.triangles.clone(),
-    };
+    let asked = query.shaft(&ends);
     let Buffers { scratch, samples } = buffers;
     let mut shaft = query.occluders.shaft(asked, scratch);
     shaft.visible(&[linear.segment], &mut samples.visible);

@@ -1,7 +1,6 @@
 //! How occluded a light usually is.
 
 use crate::pilot_lines::PilotLines;
-use crate::query::free;
 use crate::techniques::integrals::exact::{CORNERS, boundary};
 use crate::{Buffers, EmissionTexture, Query};
 use linelit_bsdf::Reflection;
@@ -112,15 +111,15 @@ impl OcclusionProbe {
         area: &AreaLight,
         buffers: &mut Buffers,
     ) {
-        let (occluders, light, position) = (query.occluders, query.light, query.point.position);
+        let (occluders, position) = (query.occluders, query.point.position);
         let scratch = &mut buffers.scratch;
         let start = tests(&scratch.counters);
         let to_light = points(area).map(|at| at - position);
-        free(occluders, position, &to_light, &light.triangles, scratch);
+        query.free(&to_light, scratch);
         let with_rays = tests(&scratch.counters);
         self.ray_tests += with_rays - start + TESTS_FOR_POINTS;
 
-        let shaft = occluders.shaft(query.shaft(area), &mut buffers.scratch);
+        let shaft = occluders.shaft(query.shaft(&area.polygon), &mut buffers.scratch);
         let (class, candidates) = (shaft.class(), shaft.candidates());
         let is_dense = shaft.is_dense();
         self.shafts += 1;
@@ -138,7 +137,7 @@ impl OcclusionProbe {
         }
         if is_dense {
             self.dense_ray_tests += with_rays - start;
-            let shaft = &mut occluders.shaft(query.shaft(area), &mut buffers.scratch);
+            let shaft = &mut occluders.shaft(query.shaft(&area.polygon), &mut buffers.scratch);
             self.pilots.look(query, area, shaft, &mut buffers.samples);
             if self.dense % FOLLOWED == 1 {
                 self.follow(query, area, buffers);
@@ -153,7 +152,7 @@ impl OcclusionProbe {
         area: &AreaLight,
         buffers: &mut Buffers,
     ) {
-        let shaft = &mut (query.occluders).shaft(query.shaft(area), &mut buffers.scratch);
+        let shaft = &mut (query.occluders).shaft(query.shaft(&area.polygon), &mut buffers.scratch);
         if !shaft.has_silhouettes() {
             return;
         }
@@ -178,7 +177,7 @@ impl OcclusionProbe {
         area: &AreaLight,
         buffers: &mut Buffers,
     ) {
-        let shaft = &mut (query.occluders).shaft(query.shaft(area), &mut buffers.scratch);
+        let shaft = &mut (query.occluders).shaft(query.shaft(&area.polygon), &mut buffers.scratch);
         if shaft.class() == ShaftClass::Partial && !shaft.is_dense() {
             self.pilots.look(query, area, shaft, &mut buffers.samples);
         }

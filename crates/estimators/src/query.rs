@@ -6,11 +6,9 @@ use crate::{
     closed_form,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
-use linelit_geometry::{DVec3, LIGHT_MARGIN};
-use linelit_lights::AreaLight;
+use linelit_geometry::{DVec3, Margins};
 use linelit_samplers::SampleSet;
-use linelit_visibility::{Fan, Occluders, Scratch, ShaftQuery};
-use std::ops::Range;
+use linelit_visibility::{LightCorners, Occluders, Scratch, ShaftQuery};
 
 /// One shading point and one light, and how the light from one to the other is estimated.
 #[derive(Debug)]
@@ -32,6 +30,8 @@ pub struct Query<'a, R, T> {
     pub skip: bool,
     /// How the lines and points of a combination ask for visibility.
     pub queries: Queries,
+    /// How near to the point or to the light an occluder hides nothing.
+    pub margins: Margins,
     /// The relative accuracy of closed forms.
     pub(crate) tolerance: f64,
 }
@@ -74,6 +74,7 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
             samples: if samples == 0 { 1 } else { samples },
             skip: true,
             queries: Queries::OneShaft,
+            margins: Margins::DEFAULT,
             tolerance: closed_form::TOLERANCE,
         }
     }
@@ -103,12 +104,13 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         self.numbers.points(Stream::Samples, self.samples)
     }
 
-    /// What is asked about an area light.
-    pub(crate) fn shaft<'b>(&self, area: &'b AreaLight) -> ShaftQuery<'b> {
+    /// The question what is between the point and corners of the light, or of its outline.
+    pub(crate) fn shaft<'b>(&self, corners: impl Into<LightCorners<'b>>) -> ShaftQuery<'b> {
         ShaftQuery {
             point: self.point.position,
-            light: (&area.polygon).into(),
+            light: corners.into(),
             exclude: self.light.triangles.clone(),
+            margins: self.margins,
         }
     }
 
@@ -141,26 +143,12 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
     /// A bit for each of up to [`FAN`](linelit_visibility::FAN) points of the light, given relative
     /// to the shading point, that nothing stands before.
     pub(crate) fn free(&self, to_light: &[DVec3], scratch: &mut Scratch) -> u64 {
-        let (x, own) = (self.point.position, &self.light.triangles);
-        free(self.occluders, x, to_light, own, scratch)
+        let fan = self
+            .occluders
+            .shadow_rays(self.point.position, to_light, self.margins);
+        let own = &self.light.triangles;
+        fan.all() & !self.occluders.any_hits(&fan, own, scratch)
     }
-}
-
-/// Before which points of the light, given relative to `x`, nothing but the light's own triangles
-/// stands: a bit for each of up to [`FAN`](linelit_visibility::FAN) points.
-pub(crate) fn free(
-    occluders: &Occluders,
-    x: DVec3,
-    to_light: &[DVec3],
-    own: &Range<u32>,
-    scratch: &mut Scratch,
-) -> u64 {
-    let fan = Fan {
-        origin: x,
-        directions: to_light,
-        t_max: 1.0 - LIGHT_MARGIN,
-    };
-    fan.all() & !occluders.any_hits(&fan, own, scratch)
 }
 
 /// The power of two that is nearest by logarithm; 2³¹ at most, and 1 at least.

@@ -27,7 +27,7 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
     let parts: Vec<Vec<Interval>> = draws
         .lines
         .iter()
-        .map(|line| brute::visible(positions, triangles, x, line, own))
+        .map(|line| brute::visible(positions, triangles, x, line, own, query.margins))
         .collect();
     let sum = line_sum::gather(query, area, along, &family, &mut draws, |i| &parts[i]);
     sum / f64::from(query.samples)

@@ -37,7 +37,7 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     choose: impl FnOnce(&Shaft<'_>) -> (Strategy, u32),
 ) -> DVec3 {
     let Buffers { scratch, samples } = &mut *buffers;
-    let mut shaft = query.occluders.shaft(query.shaft(area), scratch);
+    let mut shaft = query.occluders.shaft(query.shaft(&area.polygon), scratch);
     let along = Along::best(query);
     if let Some(value) = without_samples(query, area, shaft.class(), along, &mut samples.plan) {
         return value;

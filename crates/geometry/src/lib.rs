@@ -69,7 +69,7 @@ pub use parallel_lines::ParallelLines;
 pub use plane_frame::PlaneFrame;
 pub use polygon::{ConvexPolygon, MAX_VERTICES, PolygonError};
 pub use segment::Segment;
-pub use shadow::{Chord, LIGHT_MARGIN, POINT_MARGIN, ShadowCoords, ShadowTriangle, point_margin};
+pub use shadow::{Chord, Margins, ShadowCoords, ShadowTriangle};
 pub use triangle::Triangle;
 pub use vector::{Vector3, vector};
 

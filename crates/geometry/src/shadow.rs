@@ -2,28 +2,71 @@
 
 use crate::{DVec3, Segment, intervals::Interval, predicates};
 
-/// Occluders nearer to the light than this, as a fraction of the way from the shading point, do
-/// not block: neither `f32` geometry nor a light mounted flush in a ceiling can be told apart
-/// closer than that.
-pub const LIGHT_MARGIN: f64 = 1e-6;
+/// How near to the ends of the way from a shading point to a light an occluder hides nothing.
+///
+/// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain: a
+/// lamp in the plane of a ceiling, a point on a surface. Zero, for callers whose occluders and
+/// lights share their vertices, leaves the decision to the side of the light's plane on which a
+/// vertex lies; what lies in that plane hides nothing.
+///
+/// ```
+/// use linelit_geometry::Margins;
+/// assert_eq!(Margins::default().near(10.0, 2.0), 1e-10);
+/// assert_eq!(Margins::NONE.near(10.0, 2.0), 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// Up to this fraction of the way, or of the occluders' reach if the light is beyond it
+    /// ([`Margins::near`]), an occluder hides nothing.
+    pub point: f64,
+    /// In this last fraction of the way, before the light, an occluder hides nothing; and a point
+    /// that is nearer to the plane of a flat light than this fraction of the way, or of the light's
+    /// size, lies in that plane and receives nothing.
+    pub light: f64,
+}
 
-/// Occluders nearer to the shading point than this fraction of the way to the light, or of how far
-/// the scene reaches if the light is beyond it ([`point_margin`]), do not block.
-pub const POINT_MARGIN: f64 = 1e-10;
+impl Default for Margins {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
 
-/// The fraction of the way to a light `distance` away up to which occluders do not block, where no
-/// occluder is farther than `reach` from the shading point: [`POINT_MARGIN`] · min(1, reach ÷
-/// distance). Rounding of the occluders' places grows with their reach, not with the way to a
-/// light far beyond them, which a fixed fraction would let shine through what is near.
-#[inline]
-#[must_use]
-pub fn point_margin(reach: f64, distance: f64) -> f64 {
-    let share = reach / distance;
-    // Not a number, as from two infinities, counts as a light within the scene.
-    if share < 1.0 {
-        POINT_MARGIN * share.max(0.0)
-    } else {
-        POINT_MARGIN
+impl Margins {
+    /// 10⁻¹⁰ near the point and 10⁻⁶ near the light: neither `f32` geometry nor a light mounted
+    /// flush in a ceiling can be told apart closer than the latter.
+    pub const DEFAULT: Self = Self {
+        point: 1e-10,
+        light: 1e-6,
+    };
+
+    /// No margins.
+    pub const NONE: Self = Self {
+        point: 0.0,
+        light: 0.0,
+    };
+
+    /// The fraction of the way to a light `distance` away from which on occluders hide it, where no
+    /// occluder is farther than `reach` from the shading point: `point · min(1, reach ÷ distance)`.
+    ///
+    /// Rounding of the occluders' places grows with their reach, not with the way to a light far
+    /// beyond them, which a fixed fraction would let shine through what is near.
+    #[inline]
+    #[must_use]
+    pub fn near(&self, reach: f64, distance: f64) -> f64 {
+        let share = reach / distance;
+        // Not a number, as from two infinities, counts as a light within the scene.
+        if share < 1.0 {
+            self.point * share.max(0.0)
+        } else {
+            self.point
+        }
+    }
+
+    /// The fraction of the way up to which occluders hide the light: `1 − light`.
+    #[inline]
+    #[must_use]
+    pub const fn end(&self) -> f64 {
+        1.0 - self.light
     }
 }
 
@@ -56,8 +99,8 @@ pub struct ShadowTriangle {
     normal: DVec3,
     dual0: DVec3,
     dual1: DVec3,
-    /// From this depth on, triangles block.
-    near: f64,
+    /// From the first depth to the second, triangles hide the line.
+    depths: [f64; 2],
 }
 
 impl ShadowTriangle {
@@ -77,19 +120,18 @@ impl ShadowTriangle {
             normal,
             dual0: p1.cross(normal) / square,
             dual1: normal.cross(p0) / square,
-            near: POINT_MARGIN,
+            depths: [Margins::DEFAULT.point, Margins::DEFAULT.end()],
         })
     }
 
-    /// The same among occluders none of which is farther than `reach` from the shading point: what
-    /// is near is told from what touches the point by their scale, if the line is far beyond them
-    /// ([`point_margin`]).
+    /// The same with other [`Margins`] than the default, among occluders none of which is farther
+    /// than `reach` from the shading point (infinity, where that is not known).
     #[must_use]
-    pub fn with_reach(self, reach: f64) -> Self {
+    pub fn with_margins(self, margins: Margins, reach: f64) -> Self {
         // 1 ÷ the distance of the line: the length of the gradient of the depth.
         let gradient = (self.dual0 + self.dual1).length();
         Self {
-            near: point_margin(reach, 1.0 / gradient),
+            depths: [margins.near(reach, 1.0 / gradient), margins.end()],
             ..self
         }
     }
@@ -135,7 +177,7 @@ impl ShadowTriangle {
             _ => (2, 0, 1),
         };
         let ends = [j, k].map(|far| Crossing::of([&c[lone], &c[far]], [lone, far]));
-        clip_chord(ends, self.near)
+        clip_chord(ends, self.depths)
     }
 }
 
@@ -224,11 +266,11 @@ impl Crossing {
 
 /// Clips the chord to the shadow triangle and projects its ends back onto the line. The sides
 /// come first, so that no point behind the shading point reaches the projection.
-fn clip_chord([mut a, mut b]: [Crossing; 2], near: f64) -> Option<Chord> {
+fn clip_chord([mut a, mut b]: [Crossing; 2], [near, end]: [f64; 2]) -> Option<Chord> {
     clip_end(&mut a, &mut b, |c| c.lam0, |c| Crossing { lam0: 0.0, ..c })?;
     clip_end(&mut a, &mut b, |c| c.lam1, |c| Crossing { lam1: 0.0, ..c })?;
     clip_end(&mut a, &mut b, |c| c.depth() - near, |c| c)?;
-    clip_end(&mut a, &mut b, |c| (1.0 - LIGHT_MARGIN) - c.depth(), |c| c)?;
+    clip_end(&mut a, &mut b, |c| end - c.depth(), |c| c)?;
     let chord = Chord([a, b]);
     let hidden = chord.hidden();
     (hidden.lo < hidden.hi).then_some(chord)

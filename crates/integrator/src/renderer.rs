@@ -203,6 +203,7 @@ impl<'s> Renderer<'s> {
             let fan = Fan {
                 origin,
                 directions: &directions[..out.len()],
+                t_min: 0.0,
                 t_max: f64::INFINITY,
             };
             let Workspace { buffers, hits, .. } = &mut *workspace;

@@ -23,15 +23,41 @@ impl Emission {
         }
     }
 
+    /// Whether anything is sent to a receiver, where `side` is positive on the side that the normal
+    /// points to: not behind a one-sided light, nor in its plane.
+    fn reaches(&self, side: f64) -> bool {
+        side > 0.0 || (self.two_sided && side < 0.0)
+    }
+
     /// Radiance towards a receiver, where `side` is positive on the side that the normal points to:
     /// zero behind a one-sided light and in its plane.
     #[must_use]
     pub fn towards(&self, side: f64) -> DVec3 {
-        if side > 0.0 || (self.two_sided && side < 0.0) {
+        if self.reaches(side) {
             self.radiance
         } else {
             DVec3::ZERO
         }
+    }
+}
+
+/// The signed height of `x` over the plane of a light that is about `size` large and has the unit
+/// normal `normal` at `at`: zero within `margin` of the distance or the size, and within rounding.
+fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64) -> f64 {
+    let from = x - at;
+    let height = normal.dot(from);
+    let reach = from.abs().max_element().max(size);
+    // Far above the plane, as most points are, nothing else is looked at.
+    if height.abs() > 1e-5 * reach && margin <= 1e-5 {
+        return height;
+    }
+    // Eight roundings of the coordinates, and some of the distance.
+    let coordinates = x.abs().max(at.abs()).max_element();
+    let rounding = 4.0 * f64::EPSILON * coordinates;
+    if height.abs() > margin.max(1e-12) * reach + rounding {
+        height
+    } else {
+        0.0
     }
 }
 
@@ -45,11 +71,17 @@ pub struct AreaLight {
 }
 
 impl AreaLight {
-    /// Whether the shading point `x` is on a side that emits. In the light's plane: no.
+    /// Whether the shading point `x` is on a side that emits, and not in the light's plane.
+    ///
+    /// What a point in the plane receives is anything between nothing and half a space, and every
+    /// technique would make something else of it: it is nothing. In the plane is what lies within
+    /// `margin`, a fraction of the distance or of the light's size, at least 10⁻¹².
     #[must_use]
-    pub fn faces(&self, x: DVec3) -> bool {
-        let side = self.polygon.normal().dot(x - self.polygon.vertices()[0]);
-        side > 0.0 || (self.emission.two_sided && side < 0.0)
+    pub fn faces(&self, x: DVec3, margin: f64) -> bool {
+        let (normal, corners) = (self.polygon.normal(), self.polygon.vertices());
+        let size = (corners[2] - corners[0]).abs().max_element();
+        self.emission
+            .reaches(height(normal, corners[0], size, x, margin))
     }
 
     /// Emitted power in W, averaged over the channels: π A L (twice that for two sides).
@@ -149,6 +181,19 @@ pub struct DiskLight {
 }
 
 impl DiskLight {
+    /// Whether the shading point `x` is on a side that emits, and not in the light's plane: as
+    /// [`AreaLight::faces`].
+    #[must_use]
+    pub fn faces(&self, x: DVec3, margin: f64) -> bool {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = self.disk;
+        self.emission
+            .reaches(height(normal, center, radius, x, margin))
+    }
+
     /// Emitted power in W, averaged over the channels: π² R² L (twice that for two sides).
     #[must_use]
     pub fn power(&self) -> f64 {

@@ -300,11 +300,8 @@ pub(crate) fn share(context: &Context<'_>, scene_name: &'static str, lines: u32)
                 let Some(above) = area.polygon.clip(point.position, point.normal) else {
                     continue;
                 };
-                let query = ShaftQuery {
-                    point: point.position,
-                    light: (&above).into(),
-                    exclude: light.triangles.clone(),
-                };
+                let query =
+                    ShaftQuery::new(point.position, &above).excluding(light.triangles.clone());
                 black_box(occluders.shaft(query, &mut scratch).class());
             }
             clock.seconds() / whole

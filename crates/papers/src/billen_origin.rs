@@ -123,7 +123,7 @@ fn estimate(
     numbers: &SampleSet,
     (scratch, visible): (&mut Scratch, &mut VisibleLines),
 ) -> DVec3 {
-    if !area.faces(point.position) {
+    if !area.faces(point.position, 0.0) {
         return DVec3::ZERO;
     }
     let count = numbers.count();
@@ -133,11 +133,7 @@ fn estimate(
         .iter()
         .map(|(d, [low, high])| Segment::new(at(*d, *low), at(*d, *high)))
         .collect();
-    let query = ShaftQuery {
-        point: point.position,
-        light: (&area.polygon).into(),
-        exclude: light.triangles.clone(),
-    };
+    let query = ShaftQuery::new(point.position, &area.polygon).excluding(light.triangles.clone());
     let mut shaft = renderer.occluders_of(light).shaft(query, scratch);
     shaft.visible(&segments, visible);
     let mut sum = DVec3::ZERO;

@@ -51,7 +51,9 @@ pub fn positive_part(c: f64, spread: f64) -> f64 {
 #[must_use]
 pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
     match light {
-        Light::Area(l) => l.faces(x) && l.polygon.vertices().iter().any(|v| n.dot(*v - x) > 0.0),
+        Light::Area(l) => {
+            l.faces(x, 0.0) && l.polygon.vertices().iter().any(|v| n.dot(*v - x) > 0.0)
+        }
         Light::Linear(l) => [l.segment.p0, l.segment.p1]
             .iter()
             .any(|v| n.dot(*v - x) > 0.0),

@@ -51,11 +51,8 @@ fn lines(c: &mut Criterion) {
                     group.bench_function(BenchmarkId::new(what, n), |b| {
                         b.iter(|| {
                             for &point in points {
-                                let query = ShaftQuery {
-                                    point,
-                                    light: LightCorners::new(light).unwrap(),
-                                    exclude: 0..0,
-                                };
+                                let query =
+                                    ShaftQuery::new(point, LightCorners::new(light).unwrap());
                                 occluders
                                     .shaft(query, &mut scratch)
                                     .visible(&lines, &mut out);

@@ -2,7 +2,7 @@
 //!
 //! In coordinates (u, v) with v along the lines, a line is a number u.
 
-use crate::frame::LightFrame;
+use crate::{frame::LightFrame, sweep::Lanes};
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Simd;
 
@@ -198,6 +198,14 @@ fn project<S: Simd>(
     y: &[f64; 8],
     z: &[f64; 8],
 ) -> [S::D; 2] {
+    if let Some(sides) = &frame.sides {
+        let mut rows = Lanes([[0.0; 8]; 2]);
+        for lane in 0..8 {
+            let [p, q] = sides.project(DVec3::new(x[lane], y[lane], z[lane]) - point);
+            (rows[0][lane], rows[1][lane]) = (p, q);
+        }
+        return [s.dload(&rows[0]), s.dload(&rows[1])];
+    }
     let x = s.dload(x) - point.x;
     let y = s.dload(y) - point.y;
     let z = s.dload(z) - point.z;

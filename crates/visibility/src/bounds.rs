@@ -5,9 +5,9 @@ use crate::{
     Occluders, Ray,
     frame::LightFrame,
     node::{Leaf, Node},
-    ray::ROOM,
+    ray::{ROOM, SPLIT_ROOM},
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN, point_margin};
+use linelit_geometry::{DVec3, Margins};
 use linelit_simd::Simd;
 
 /// P, Q and W of eight places, or the coefficients of eight linear forms in them.
@@ -85,6 +85,8 @@ impl ShaftBounds {
         let (lo, hi) = (lo.min(point), hi.max(point));
         let size = lo.abs().max(hi.abs()).max_element().max(occluders.extent);
         let room = ROOM * size;
+        // Bounds of boxes are compared as they are: the box needs room for `f64` alone.
+        let fine = SPLIT_ROOM * size;
         let (k, j) = frame.shape.upper();
         let (p, q, w) = (frame.p, frame.q, frame.w);
         let upper = w * k - p - q * j;
@@ -104,8 +106,8 @@ impl ShaftBounds {
                 let steepness = w.abs();
                 steepness.element_sum() > 1.01 * steepness.max_element()
             },
-            lo: (lo - DVec3::splat(room)).as_vec3().to_array(),
-            hi: (hi + DVec3::splat(room)).as_vec3().to_array(),
+            lo: (lo - DVec3::splat(fine)).to_array().map(least_above),
+            hi: (hi + DVec3::splat(fine)).to_array().map(greatest_below),
             upper: [k as f32, j as f32],
             exclude,
         };
@@ -412,6 +414,24 @@ impl ShaftBounds {
     }
 }
 
+/// The least `f32` that is not below a number.
+#[allow(clippy::cast_possible_truncation, reason = "rounded as it says")]
+#[inline(always)]
+fn least_above(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) < x {
+        rounded.next_up()
+    } else {
+        rounded
+    }
+}
+
+/// The greatest `f32` that is not above a number.
+#[inline(always)]
+fn greatest_below(x: f64) -> f32 {
+    -least_above(-x)
+}
+
 /// Which numbers are from the first to the second of `range`.
 #[inline(always)]
 fn within<S: Simd>(s: S, x: S::D, range: [f64; 2]) -> u8 {
@@ -426,15 +446,26 @@ pub(crate) fn reach(occluders: &Occluders, point: DVec3) -> f64 {
 
 /// The ray from a point to a target on a light, without what is too near to either to hide it;
 /// `None` where no ray leads there, since numbers overflow.
-pub(crate) fn shadow_ray(occluders: &Occluders, point: DVec3, target: DVec3) -> Option<Ray> {
+pub(crate) fn shadow_ray(
+    occluders: &Occluders,
+    point: DVec3,
+    target: DVec3,
+    margins: Margins,
+) -> Option<Ray> {
     let direction = target - point;
     let reach = reach(occluders, point - occluders.origin);
     (point.is_finite() && direction.is_finite()).then(|| Ray {
         origin: point,
         direction,
-        t_min: point_margin(reach, direction.length()),
-        t_max: 1.0 - LIGHT_MARGIN,
+        t_min: margins.near(reach, direction.length()),
+        t_max: ray_end(margins),
     })
+}
+
+/// How far a ray goes towards a light, as a fraction of the way: short of its margin, and of what
+/// rounding makes of the distance of a triangle in the light's own plane, 2⁻⁴⁰ at least.
+pub(crate) fn ray_end(margins: Margins) -> f64 {
+    margins.end().min(1.0 - 9.094_947_017_729_282e-13)
 }
 
 /// The plane through the shading point and two vertices: their cross product.

@@ -5,12 +5,14 @@
 use crate::{Occluders, bounds};
 use linelit_elementary::{exp2, log2};
 use linelit_geometry::{
-    Chord, DVec3, Segment, ShadowTriangle,
+    Chord, DVec3, Margins, Segment, ShadowTriangle,
     intervals::{Interval, IntervalTree, VisibleSet},
 };
 use std::ops::Range;
 
 /// The visible intervals of a line from a point, past all triangles but those in `exclude`.
+///
+/// `margins` say how near to the point or to the line a triangle hides nothing.
 #[must_use]
 pub fn visible(
     positions: &[[f32; 3]],
@@ -18,13 +20,14 @@ pub fn visible(
     point: DVec3,
     line: &Segment,
     exclude: &Range<u32>,
+    margins: Margins,
 ) -> Vec<Interval> {
     let mut set = IntervalTree::full();
     let corner = |c: &u32| DVec3::from(positions[*c as usize].map(f64::from));
     let farthest = |reach: f64, c| reach.max((corner(c) - point).length());
     let reach = triangles.as_flattened().iter().fold(0.0, farthest);
     if let Some(shadow) = ShadowTriangle::new(point, line) {
-        let shadow = shadow.with_reach(reach);
+        let shadow = shadow.with_margins(margins, reach);
         for (id, corners) in (0_u32..).zip(triangles) {
             let t = corners.each_ref().map(corner);
             if !exclude.contains(&id)
@@ -61,8 +64,9 @@ pub(crate) fn past_all(
     point: DVec3,
     line: &Segment,
     exclude: &Range<u32>,
+    margins: Margins,
 ) -> Option<PastAll> {
-    let view = LineView::new(occluders, point, line)?;
+    let view = LineView::new(occluders, point, line, margins)?;
     let mut set = IntervalTree::full();
     for (leaf, triangles) in occluders.hierarchy.leaves.iter().enumerate() {
         for (lane, id) in triangles.id.iter().enumerate() {
@@ -97,7 +101,12 @@ pub(crate) struct LineView<'a> {
 
 impl<'a> LineView<'a> {
     /// `None` for a line that the point lies on, or sees end on.
-    pub(crate) fn new(occluders: &'a Occluders, point: DVec3, line: &Segment) -> Option<Self> {
+    pub(crate) fn new(
+        occluders: &'a Occluders,
+        point: DVec3,
+        line: &Segment,
+        margins: Margins,
+    ) -> Option<Self> {
         let relative = line.relative_to(point);
         let largest = relative.p0.abs().max(relative.p1.abs()).max_element();
         let unit = exp2(log2(largest).floor()).recip();
@@ -106,7 +115,7 @@ impl<'a> LineView<'a> {
         Some(Self {
             occluders,
             point,
-            shadow: ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_reach(reach),
+            shadow: ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_margins(margins, reach),
             unit,
             point_like: scaled.length() < POINT_LIKE,
         })

@@ -13,7 +13,7 @@ use crate::{
     build::{Geometry, least, most},
     surfaces::{EDGE, FINE, LOOSE, MOSTLY, NONE},
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
+use linelit_geometry::{DVec3, Margins};
 use linelit_simd::Simd;
 
 /// A connected closed mesh: its box, and which triangles are its own.
@@ -427,6 +427,7 @@ impl<'a> BackfaceFilter<'a> {
         clear_of: &'a mut ClearOfMesh,
         point: DVec3,
         (lo, hi): (DVec3, DVec3),
+        margins: Margins,
         exclude: (u32, u32),
     ) -> Self {
         let mut margin = 0.0;
@@ -439,7 +440,7 @@ impl<'a> BackfaceFilter<'a> {
             clear_of.shaft += 1;
             // What is this near to an end of a segment may be beyond its margins.
             let reach = (hi.max(point) - lo.min(point)).element_sum();
-            margin = 2.0 * f64::max(POINT_MARGIN, LIGHT_MARGIN) * reach;
+            margin = 2.0 * margins.point.max(margins.light) * reach;
         }
         Self {
             meshes,

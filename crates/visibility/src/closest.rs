@@ -53,6 +53,8 @@ impl Occluders {
 
 /// What eight rays have met so far.
 struct Met<S: Simd> {
+    /// Where they begin.
+    t_min: S::D,
     /// How far they go: to what they have met.
     t: S::D,
     /// The triangle's number, or [`NONE`].
@@ -125,7 +127,7 @@ impl<S: Simd> Sheared<S> {
         let t = (u * az + v * bz + w * cz) * self.shear[2] / det;
         let id = s.dsplat(f64::from(leaf.id[lane]));
         let some = s.dlt(det, zero) | s.dlt(zero, det);
-        let within = s.dle(zero, t) & s.dle(t, met.t);
+        let within = s.dle(met.t_min, t) & s.dle(t, met.t);
         // Of equally near ones, that with the smallest number.
         let first = s.dlt(t, met.t) | s.dlt(id, met.id);
         let take = some & within & first & !outside;
@@ -154,7 +156,7 @@ fn closest_of_kernel<S: Simd>(
     let hierarchy = &*occluders.hierarchy;
     let origin = fan.origin - occluders.origin;
     let size = occluders.extent.max(origin.abs().max_element());
-    let sane = origin.is_finite() && size <= LARGEST && fan.t_max >= 0.0;
+    let sane = origin.is_finite() && size <= LARGEST && fan.t_min >= 0.0 && fan.t_max >= fan.t_min;
     if !sane || hierarchy.nodes.is_empty() {
         return false;
     }
@@ -171,6 +173,7 @@ fn closest_of_kernel<S: Simd>(
     let slabs = Slabs::new(s, &rays, &tests);
     let (zero, one) = (s.dsplat(0.0), s.dsplat(1.0));
     let mut met = Met {
+        t_min: s.dsplat(fan.t_min),
         t: s.dsplat(fan.t_max),
         id: s.dsplat(NONE),
         v: zero,

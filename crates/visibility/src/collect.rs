@@ -28,7 +28,7 @@ fn between_kernel<S: Simd, const BOXES: bool>(
     if hierarchy.nodes.is_empty() {
         return true;
     }
-    let inside = match frame.set(light, point) {
+    let inside = match frame.set(light, point, occluders.origin) {
         false => None,
         true => {
             let around = (light.lo - occluders.origin, light.hi - occluders.origin);

@@ -350,7 +350,14 @@ fn dense_kernel<S: Simd>(
     };
     let hierarchy = &*occluders.hierarchy;
     let meshes = hierarchy.meshes();
-    let backfaces = &mut BackfaceFilter::new(meshes, clear_of, point, around, query.exclude);
+    let backfaces = &mut BackfaceFilter::new(
+        meshes,
+        clear_of,
+        point,
+        around,
+        frame.margins,
+        query.exclude,
+    );
     slots_per_line.reset(lines.count);
     covered.start(lines);
     corners.clear();

@@ -13,12 +13,13 @@
 use crate::{
     Occluders, Ray, Scratch,
     apart::apart,
+    bounds,
     node::{Child, Leaf, Node},
-    ray::{self, ROOM},
+    ray::{self, CLOSER, ROOM, Split},
     sweep::Lanes,
     watertight::WatertightRay,
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Margins};
 use linelit_simd::{Simd, dispatch};
 use std::ops::Range;
 
@@ -34,13 +35,16 @@ const fn budget(count: usize) -> usize {
     3 + count / 16
 }
 
-/// Rays from one point, `origin + t·direction` for 0 ≤ t ≤ `t_max`, each with its own direction.
+/// Rays from one point, `origin + t·direction` for `t_min` ≤ t ≤ `t_max`, each with its own
+/// direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Fan<'a> {
     /// Where t = 0.
     pub origin: DVec3,
     /// What one unit of t moves by, for each ray; at most [`FAN`] of them.
     pub directions: &'a [DVec3],
+    /// Least t, not negative.
+    pub t_min: f64,
     /// Largest t.
     pub t_max: f64,
 }
@@ -50,7 +54,7 @@ impl Fan<'_> {
         Ray {
             origin: self.origin,
             direction: self.directions[i],
-            t_min: 0.0,
+            t_min: self.t_min,
             t_max: self.t_max,
         }
     }
@@ -66,6 +70,27 @@ impl Fan<'_> {
 }
 
 impl Occluders {
+    /// Shadow rays from a point to places given relative to it, short of the margins.
+    ///
+    /// All rays have the margin near the point of the one that goes farthest.
+    #[must_use]
+    pub fn shadow_rays<'a>(
+        &self,
+        origin: DVec3,
+        directions: &'a [DVec3],
+        margins: Margins,
+    ) -> Fan<'a> {
+        let longest = |most: f64, d: &DVec3| most.max(d.length_squared());
+        let square = directions.iter().fold(0.0, longest);
+        let reach = bounds::reach(self, origin - self.origin);
+        Fan {
+            origin,
+            directions,
+            t_min: margins.near(reach, square.sqrt()),
+            t_max: bounds::ray_end(margins),
+        }
+    }
+
     /// Which rays of a fan meet any triangle but those numbered in `exclude`: a bit each, as in
     /// [`Fan::all`]. The answers are those of [`Occluders::any_hit`].
     ///
@@ -179,8 +204,10 @@ pub(crate) struct Beam {
     /// Its middle, and a little more than half its size.
     middle: [f64; 3],
     half: [f64; 3],
-    /// `t = bound · inverse + offset`, rounded towards more room: where a ray enters through the
-    /// lower and the upper bound, and where it leaves through the bound of this row of a node.
+    /// The origin, rounded, and inverse and offset in `t = (bound − near) · inverse + offset`
+    /// ([`Split`]): where a ray enters through the lower and the upper bound, and where it leaves
+    /// through the bound of this row of a node.
+    near: [f32; 3],
     enter: [[[f32; 2]; 2]; 3],
     leave: [([f32; 2], usize); 3],
     pub(crate) t_max: f32,
@@ -205,6 +232,7 @@ impl Beam {
         let mut beam = Self {
             middle: [0.0; 3],
             half: [0.0; 3],
+            near: [0.0; 3],
             enter: [[[0.0; 2]; 2]; 3],
             leave: [([0.0, f32::INFINITY], 0); 3],
             t_max: (t_max + t_max * ROOM + f64::from(f32::MIN_POSITIVE)) as f32,
@@ -213,12 +241,11 @@ impl Beam {
             let (lo, hi) = (low[k], high[k]);
             beam.middle[k] = 0.5 * (lo + hi);
             beam.half[k] = 0.5 * (hi - lo) + 2.0 * f64::EPSILON * lo.abs().max(hi.abs());
-            // Towards less room, where `sign` is positive towards more.
+            let split = Split::new(origin[k], size, largest);
+            beam.near[k] = split.near;
             let line = |inverse: f64, sign: f64| {
                 let inverse = inverse as f32;
-                let wide = f64::from(inverse);
-                let room = sign * (ROOM * size * wide.abs());
-                [inverse, (room - origin[k] * wide) as f32]
+                [inverse, split.offset(inverse, sign)]
             };
             // Where no direction leads up, what is above is never entered; and so down.
             let up = if hi > 0.0 {
@@ -247,14 +274,16 @@ impl Beam {
         let mut near = s.splat(0.0);
         let mut far = s.splat(self.t_max);
         for k in 0..3 {
+            let from = s.splat(self.near[k]);
             for (side, [inverse, offset]) in self.enter[k].iter().enumerate() {
-                let bound = s.load(&node.bounds[k + 3 * side]);
+                let bound = s.load(&node.bounds[k + 3 * side]) - from;
                 near = s.max(s.fma(bound, s.splat(*inverse), s.splat(*offset)), near);
             }
             let ([inverse, offset], row) = self.leave[k];
-            let bound = s.load(&node.bounds[row]);
+            let bound = s.load(&node.bounds[row]) - from;
             far = s.min(s.fma(bound, s.splat(inverse), s.splat(offset)), far);
         }
+        let near = near * CLOSER;
         (s.le(near, far) & node.valid, near)
     }
 }
@@ -267,16 +296,18 @@ pub(crate) struct Tests {
     pub(crate) size: f64,
     /// Excluded triangles: first and number.
     exclude: (u32, u32),
+    t_min: f64,
     t_max: f64,
     /// The rounding of edge functions and of distances, in units of the sum of the squares of a
     /// triangle's corners: see [`Tests::new`].
     edge_room: f64,
     distance_room: f64,
+    near_room: f64,
 }
 
 /// For each of eight triangles with corners a, b, c relative to the origin: the rows of b × c,
 /// c × a and a × b, with the sign that makes T = a·(b × c) positive; then T, the room of the edge
-/// functions, and that of T, or −1 where the sign is not certain.
+/// functions, and that of T, negative where its sign is not certain.
 type Prepared = Lanes<[[f64; 8]; 12]>;
 
 impl Tests {
@@ -292,7 +323,9 @@ impl Tests {
     /// sum of three by 120ηR²D, and T by 30ηR³. Where an edge function here is beyond 128ηR²D, that
     /// of a single ray has its sign; where T is beyond 512ηR²(R + D t_max), so has T; and where T
     /// and t_max times the sum of edge functions are that much apart, t is on the same side of
-    /// t_max. R² is at most the sum of the squares of the corners; R at most twice `size`.
+    /// t_max, and so of t_min ≤ t_max. Where the sign of T is not certain, t < t_min if |T| is
+    /// below t_min times the size of that sum by 512ηR²(R + D t_min). R² is at most the sum of the
+    /// squares of the corners; R at most twice `size`.
     #[inline(always)]
     pub(crate) fn new(
         fan: &Fan<'_>,
@@ -309,9 +342,11 @@ impl Tests {
             origin,
             size,
             exclude: (exclude.start, exclude.end.saturating_sub(exclude.start)),
+            t_min: fan.t_min,
             t_max: fan.t_max,
             edge_room: 64.0 * f64::EPSILON * largest,
             distance_room: 256.0 * f64::EPSILON * (2.0 * size + largest * fan.t_max),
+            near_room: 256.0 * f64::EPSILON * (2.0 * size + largest * fan.t_min),
         }
     }
 
@@ -362,15 +397,24 @@ impl Tests {
             all = all & s.dlt(edge_room, least);
         }
         let (least, most) = range(s, beam, &sum);
-        some = some & !s.dlt(most * self.t_max, t - distance_room);
-        all = all & s.dlt(t + distance_room, least * self.t_max);
+        let (below, above) = (t - distance_room, t + distance_room);
+        some = some & !s.dlt(most * self.t_max, below) & !s.dlt(above, least * self.t_min);
+        all = all & s.dlt(above, least * self.t_max) & s.dlt(most * self.t_min, below);
         s.dstore(t, &mut out[9]);
         s.dstore(edge_room, &mut out[10]);
-        s.dstore(
-            s.select(certain, s.dsplat(-1.0), distance_room),
-            &mut out[11],
-        );
-        (s.bits(some | !certain), s.bits(all))
+        s.dstore(distance_room, &mut out[11]);
+        if s.bits(certain) != 0xff {
+            // Planes through the origin, up to rounding: what rays meet of them is too near, unless
+            // they go along them.
+            let near_room = square * self.near_room;
+            s.dstore(
+                s.select(certain, zero - near_room, distance_room),
+                &mut out[11],
+            );
+            let apart = s.dmax(least, zero - most) * self.t_min;
+            some = some & certain | !certain & !s.dlt(t + near_room, apart);
+        }
+        (s.bits(some), s.bits(all))
     }
 
     /// Which of eight rays, among those that are `open`, a triangle hides.
@@ -391,14 +435,18 @@ impl Tests {
         let (t, edge_room, room) = (prepared[9][lane], prepared[10][lane], prepared[11][lane]);
         let least = s.dmin(s.dmin(u, v), w);
         let outside = s.dlt(least, s.dsplat(-edge_room));
-        let (missed, mut hidden) = if room < 0.0 {
+        let sum = u + v + w;
+        let (missed, mut hidden) = if room <= 0.0 {
             let most = s.dmax(s.dmax(u, v), w);
-            (s.bits(outside & s.dlt(s.dsplat(edge_room), most)), 0)
+            let outside = outside & s.dlt(s.dsplat(edge_room), most);
+            let near = s.dlt(s.dsplat(t - room), abs(s, sum) * self.t_min);
+            (s.bits(outside | near), 0)
         } else {
-            let reached = (u + v + w) * self.t_max;
-            let missed = outside | s.dlt(reached, s.dsplat(t - room));
-            let hit = s.dlt(s.dsplat(edge_room), least) & s.dlt(s.dsplat(t + room), reached);
-            (s.bits(missed), s.bits(hit))
+            let (below, above) = (s.dsplat(t - room), s.dsplat(t + room));
+            let (begun, reached) = (sum * self.t_min, sum * self.t_max);
+            let missed = outside | s.dlt(reached, below) | s.dlt(above, begun);
+            let hit = s.dlt(s.dsplat(edge_room), least) & s.dlt(above, reached);
+            (s.bits(missed), s.bits(hit & s.dlt(begun, below)))
         };
         let mut undecided = open & !missed & !hidden;
         while undecided != 0 {
@@ -407,7 +455,7 @@ impl Tests {
             let direction = DVec3::new(rays[0][ray], rays[1][ray], rays[2][ray]);
             let exact = WatertightRay::new(self.origin.into(), direction);
             if let Some((t, _)) = exact.intersect(&leaf.triangle(lane))
-                && t >= 0.0
+                && t >= self.t_min
                 && t <= self.t_max
             {
                 hidden |= 1 << ray;
@@ -492,7 +540,11 @@ fn fan_kernel<S: Simd>(
     let mut open = fan.all();
     let origin = fan.origin - occluders.origin;
     let size = occluders.extent.max(origin.abs().max_element());
-    let sane = origin.is_finite() && size <= LARGEST && fan.t_max >= 0.0 && fan.t_max <= LARGEST;
+    let sane = origin.is_finite()
+        && size <= LARGEST
+        && fan.t_min >= 0.0
+        && fan.t_max >= fan.t_min
+        && fan.t_max <= LARGEST;
     let Scratch {
         stack,
         last,

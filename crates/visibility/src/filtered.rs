@@ -5,7 +5,7 @@ use crate::{
     collect, ray::RayQuery, shaft::has_length, sweep::Lanes,
 };
 use linelit_geometry::{
-    DVec3, Segment,
+    DVec3, Margins, Segment,
     intervals::{Interval, IntervalSet, VisibleSet},
 };
 use linelit_simd::{Simd, dispatch};
@@ -75,6 +75,7 @@ pub(crate) struct Past<'a> {
     pub(crate) occluders: &'a Occluders,
     pub(crate) filter: &'a AnyFilter,
     pub(crate) point: DVec3,
+    pub(crate) margins: Margins,
 }
 
 /// What asking about lines takes.
@@ -89,13 +90,14 @@ pub(crate) struct Room {
 impl Past<'_> {
     /// Finds the triangles between the point and `scratch.light` and tells how many there are.
     pub(crate) fn look(&self, scratch: &mut Scratch) -> usize {
+        scratch.frame.margins = self.margins;
         collect::between::<false>(self.occluders.isa, self.occluders, &self.point, scratch);
         scratch.found.len()
     }
 
     /// Whether anything hides a point.
     pub(crate) fn hides(&self, target: DVec3, scratch: &mut Scratch) -> bool {
-        let Some(ray) = bounds::shadow_ray(self.occluders, self.point, target) else {
+        let Some(ray) = bounds::shadow_ray(self.occluders, self.point, target, self.margins) else {
             return true;
         };
         let isa = self.occluders.isa;
@@ -123,7 +125,7 @@ impl Past<'_> {
     /// Clips off `room.set` what is hidden of a line.
     fn clip(&self, line: &Segment, scratch: &mut Scratch, room: &mut Room) {
         let Room { set, hidden, slots } = room;
-        let view = LineView::new(self.occluders, self.point, line);
+        let view = LineView::new(self.occluders, self.point, line, self.margins);
         // Seen end on, a line is behind what an end is behind; one that is seen so small that
         // rounding decides its parts has none unless both ends are visible.
         let rough = view.as_ref().is_none_or(|view| view.point_like);

@@ -1,6 +1,7 @@
 //! The projective frame of a light as seen from a shading point.
 
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3, POINT_MARGIN, point_margin};
+use crate::sides::Sides;
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Margins, double};
 
 /// The most corners of a light.
 const CORNERS: usize = ConvexPolygon::CAPACITY;
@@ -22,16 +23,26 @@ pub(crate) struct LightFrame {
     /// The light's corners in (p, q), two for a linear light, and the last over and over.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
-    /// W from which on triangles hide the light ([`point_margin`]), and 1 ÷ that.
+    /// How near to either end a triangle hides nothing.
+    pub(crate) margins: Margins,
+    /// W from which on triangles hide the light ([`Margins::near`]), and 1 ÷ that.
     pub(crate) near: f64,
     pub(crate) inverse_near: f64,
+    /// The light's plane exactly, if it is seen edge on, or without a margin before it.
+    pub(crate) sides: Option<Sides>,
 }
 
 /// The height of a point above a light's plane, in units of its distance and the light's size, from
-/// which its frame is used: places have the rounding of the corners divided by it, 3e-15 of the
-/// light at most in 1e5 random views, which is 3e-10 here, under the 1e-9 that intervals are held
-/// to. Nearer the plane, lines and points are asked one by one.
+/// which sums of three products are (P, Q, W): places have the rounding of the corners divided by
+/// it, 3e-15 of the light at most in 1e5 random views, which is 3e-10 here, under the 1e-9 that
+/// intervals are held to. Nearer the plane, [`Sides`] are.
 const EDGE_ON: f64 = 1e-5;
+
+/// The least W of what is before the shading point, without a margin there: 1 ÷ it is finite.
+const LEAST: f64 = 1e-300;
+
+/// The same for [`Sides`]: nearer the plane, lines and points are asked one by one.
+const TOO_EDGE_ON: f64 = 1e-12;
 
 /// Which part of the (p, q) plane holds the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,19 +75,25 @@ impl LightFrame {
         shape: Shape::Square,
         corners: [[0.0; 2]; CORNERS],
         corner_count: 0,
-        near: POINT_MARGIN,
-        inverse_near: 1.0 / POINT_MARGIN,
+        margins: Margins::NONE,
+        near: 0.0,
+        inverse_near: f64::INFINITY,
+        sides: None,
     };
 
     /// Becomes the frame of a light seen from a point, but for [`LightFrame::near`]; false if there
     /// is none, and nothing may be concluded from it: the light is seen edge on, or has no area or
-    /// length.
+    /// length. `origin` is that of the hierarchy.
     #[inline(always)]
-    pub(crate) fn set(&mut self, light: &Light, point: DVec3) -> bool {
+    pub(crate) fn set(&mut self, light: &Light, point: DVec3, origin: DVec3) -> bool {
+        self.sides = None;
         match &light.kind {
             Kind::None => false,
             Kind::Line => self.set_line(light.corners[0] - point, light.corners[1] - point),
-            Kind::Polygon(plane) => self.set_polygon(plane, point),
+            Kind::Polygon(plane) => {
+                self.margins.light > 0.0 && self.set_polygon(plane, point)
+                    || self.set_exactly(light, plane, point, origin)
+            }
         }
     }
 
@@ -85,11 +102,15 @@ impl LightFrame {
     pub(crate) fn set_near(&mut self, reach: f64) {
         // Well within reach, as most lights are: what the margin is then, without its square root.
         (self.near, self.inverse_near) = if reach * reach * self.w.length_squared() > 2.0 {
-            (POINT_MARGIN, 1.0 / POINT_MARGIN)
+            (self.margins.point, 1.0 / self.margins.point)
         } else {
-            let near = point_margin(reach, 1.0 / self.w.length());
+            let near = self.margins.near(reach, 1.0 / self.w.length());
             (near, 1.0 / near)
         };
+        if self.margins.point == 0.0 {
+            // What is before the point has a positive W.
+            (self.near, self.inverse_near) = (LEAST, 1.0 / LEAST);
+        }
     }
 
     /// The light's corners, four at a time, the last as often as that takes.
@@ -123,16 +144,67 @@ impl LightFrame {
         height.abs() > EDGE_ON * plane.length * reach
     }
 
+    /// As [`LightFrame::set_polygon`], with [`Sides`].
+    #[cold]
+    fn set_exactly(
+        &mut self,
+        light: &Light,
+        plane: &LightPlane,
+        point: DVec3,
+        origin: DVec3,
+    ) -> bool {
+        // With the first two, the corner that spans most: no three on a line.
+        let corner = light.corners[0];
+        let edge = light.corners[1] - corner;
+        let area = |c: &DVec3| edge.cross(*c).length_squared();
+        let others = light.corners[2..light.count].iter().map(|c| *c - corner);
+        let other = others.max_by(|a, b| area(a).total_cmp(&area(b)));
+        let mut normal = double::cross_of(edge, other.unwrap_or_default());
+        if double::rounded(normal).dot(plane.normal) < 0.0 {
+            normal = normal.map(|x| -x);
+        }
+        let v0 = plane.origin - point;
+        let volume = double::dot(normal, double::difference(point, corner)).hi();
+        let height = -volume * (plane.length / double::rounded(normal).length());
+        let reach = v0.abs().max_element().max(plane.size);
+        let (d, c) = ([plane.d1, plane.d2], [plane.d1.dot(v0), plane.d2.dot(v0)]);
+        self.w = plane.normal * (1.0 / height);
+        [self.p, self.q] = [0, 1].map(|k| d[k] - self.w * c[k]);
+        let [e1, e2] = plane.edges;
+        self.sides = Some(Sides {
+            corner: corner - origin,
+            normal,
+            volume,
+            d,
+            c,
+            w: self.w,
+            axes: [v0, e1, e2],
+        });
+        height.abs() > TOO_EDGE_ON * plane.length * reach
+    }
+
     /// Where the ray from the shading point through a point (relative to it) meets the light's
     /// plane. For a point in that plane, W is one and divides nothing but rounding errors.
     #[inline]
     pub(crate) fn project(&self, a: DVec3) -> [f64; 2] {
+        if let Some(sides) = &self.sides {
+            return sides.project(a);
+        }
         let (p, q, w) = (self.p.dot(a), self.q.dot(a), self.w.dot(a));
         if (w - 1.0).abs() <= 1e-12 {
             [p, q]
         } else {
             [p / w, q / w]
         }
+    }
+
+    /// (P, Q, W) of a vertex as seen from `point`, both in the hierarchy's coordinates.
+    pub(crate) fn vertex(&self, place: DVec3, point: DVec3) -> [f64; 3] {
+        let from = place - point;
+        if let Some(sides) = &self.sides {
+            return sides.vertex_of(place, from);
+        }
+        [self.p, self.q, self.w].map(|n| from.x * n.x + from.y * n.y + from.z * n.z)
     }
 
     /// The corners of a rectangle across and along `along`, relative to the shading point.
@@ -164,18 +236,31 @@ impl LightFrame {
     ///
     /// `low` and `high` bound the lines' coordinates across and along `along`.
     pub(crate) fn around_lines(&self, along: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Self {
-        let across = self.q * along[0] - self.p * along[1];
-        let forward = self.p * along[0] + self.q * along[1];
         let length = high[1] - low[1];
         let width = high[0] - low[0];
         let single = width <= 1e-12;
-        let p = if single {
-            across - self.w * (0.5 * (low[0] + high[0]))
+        // Where they begin, across and along, and how large they are.
+        let (from, size) = if single {
+            (0.5 * (low[0] + high[0]), 1.0)
         } else {
             let room = 1e-6 * width;
-            (across - self.w * (low[0] - room)) / (width + 2.0 * room)
+            (low[0] - room, width + 2.0 * room)
         };
-        let q = (forward - self.w * (low[1] - 1e-6 * length)) / (length * (1.0 + 2e-6));
+        let start = [from, low[1] - 1e-6 * length];
+        let size = [size, length * (1.0 + 2e-6)];
+        let across = |p: DVec3, q: DVec3| q * along[0] - p * along[1];
+        let forward = |p: DVec3, q: DVec3| p * along[0] + q * along[1];
+        let p = (across(self.p, self.q) - self.w * start[0]) / size[0];
+        let q = (forward(self.p, self.q) - self.w * start[1]) / size[1];
+        let sides = self.sides.map(|sides| {
+            let ([d1, d2], [c1, c2]) = (sides.d, sides.c);
+            let c = [c2 * along[0] - c1 * along[1], c1 * along[0] + c2 * along[1]];
+            Sides {
+                d: [across(d1, d2) / size[0], forward(d1, d2) / size[1]],
+                c: [0, 1].map(|k| (c[k] + start[k]) / size[k]),
+                ..sides
+            }
+        });
         let mut corners = [[0.0, 1.0]; CORNERS];
         corners[0] = [0.0, 0.0];
         if !single {
@@ -189,8 +274,10 @@ impl LightFrame {
             shape: if single { Shape::Line } else { Shape::Square },
             corners,
             corner_count: if single { 2 } else { 4 },
+            margins: self.margins,
             near: self.near,
             inverse_near: self.inverse_near,
+            sides,
         }
     }
 }
@@ -274,6 +361,8 @@ struct LightPlane {
     normal: DVec3,
     d1: DVec3,
     d2: DVec3,
+    /// The vectors along p and q.
+    edges: [DVec3; 2],
     /// The normal's length, and the light's size.
     length: f64,
     size: f64,
@@ -359,6 +448,7 @@ fn polygon(light: &[DVec3], frame: &mut LightFrame) -> Kind {
         normal,
         d1,
         d2,
+        edges: [e1, e2],
         length: normal.length(),
         size,
     })

@@ -441,7 +441,15 @@ fn front_kernel<S: Simd, const FIRST: bool>(
         return false;
     };
     let frame = &*frame;
-    let backfaces = &mut BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude);
+    let margins = frame.margins;
+    let backfaces = &mut BackfaceFilter::new(
+        hierarchy.meshes(),
+        clear_of,
+        point,
+        around,
+        margins,
+        exclude,
+    );
     let surfaces = Some(&hierarchy.surfaces).filter(|_| front.loose);
     if FIRST {
         flat.clear();

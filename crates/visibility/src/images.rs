@@ -21,14 +21,17 @@ pub struct Images<'a> {
 impl<'a> Images<'a> {
     pub(crate) fn new(frame: &'a LightFrame, flat: &'a FlatTriangles, first: usize) -> Self {
         // The columns are where (P, Q, W) is (1, 0, 0), (0, 1, 0) and (0, 0, 1).
-        let inverse = DMat3::from_cols(frame.p, frame.q, frame.w)
-            .transpose()
-            .inverse();
+        let axes = || {
+            let inverse = DMat3::from_cols(frame.p, frame.q, frame.w)
+                .transpose()
+                .inverse();
+            [inverse.z_axis, inverse.x_axis, inverse.y_axis]
+        };
         Self {
             frame,
             flat,
             first: first.min(flat.count),
-            axes: [inverse.z_axis, inverse.x_axis, inverse.y_axis],
+            axes: frame.sides.map_or_else(axes, |sides| sides.axes),
         }
     }
 

@@ -12,7 +12,7 @@ use crate::{
     instances::Instances,
     shaft::Outlook,
 };
-use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment};
 
 /// Instances whose shafts are kept; those of more are walked anew for each question.
 const KEPT: usize = 16;
@@ -59,7 +59,13 @@ enum Look {
 
 impl Instance {
     /// Looks between a point and a light of the world; what is found is in `scratch`.
-    fn look(&self, point: DVec3, light: LightCorners<'_>, scratch: &mut Scratch) -> Look {
+    fn look(
+        &self,
+        point: DVec3,
+        light: LightCorners<'_>,
+        margins: Margins,
+        scratch: &mut Scratch,
+    ) -> Look {
         // What is remembered is of other triangles.
         scratch.last = None;
         let mut corners = [DVec3::ZERO; ConvexPolygon::CAPACITY];
@@ -70,16 +76,18 @@ impl Instance {
         let Some(light) = LightCorners::new(&corners[..light.corners().len()]) else {
             return Look::Empty;
         };
-        if let Some(past) = self.past(point) {
+        if let Some(past) = self.past(point, margins) {
             scratch.light.set(light, &mut scratch.frame);
             return match past.look(scratch) {
                 0 => Look::Empty,
                 count => Look::Partial(View::Filtered(point), count),
             };
         }
-        let shaft = self
-            .occluders
-            .own_shaft(ShaftQuery::new(point, light), scratch);
+        let query = ShaftQuery {
+            margins,
+            ..ShaftQuery::new(point, light)
+        };
+        let shaft = self.occluders.own_shaft(query, scratch);
         match shaft.class() {
             ShaftClass::Empty => Look::Empty,
             ShaftClass::Blocked => Look::Blocked,
@@ -88,11 +96,12 @@ impl Instance {
     }
 
     /// What is past its filter, if it has one, from a point in its coordinates.
-    fn past(&self, point: DVec3) -> Option<Past<'_>> {
+    fn past(&self, point: DVec3, margins: Margins) -> Option<Past<'_>> {
         Some(Past {
             occluders: &self.occluders,
             filter: &**self.filter.as_ref()?,
             point,
+            margins,
         })
     }
 }
@@ -131,6 +140,7 @@ impl Shaft<'_> {
             self.scratch,
         );
         let between = Between::new(self.point, light);
+        let margins = self.margins();
         let leaves = &instances.boxes.hierarchy.leaves;
         for k in 0..self.scratch.found.len() {
             let slot = self.scratch.found[k] as usize;
@@ -144,7 +154,7 @@ impl Shaft<'_> {
             if scratches.len() == place {
                 scratches.push(Scratch::new());
             }
-            let found = instance.look(self.point, light, &mut scratches[place]);
+            let found = instance.look(self.point, light, margins, &mut scratches[place]);
             let counters = &mut self.scratch.counters;
             counters.instances += 1;
             counters.take_work(&mut scratches[place].counters);
@@ -169,6 +179,7 @@ impl Shaft<'_> {
 
     /// Keeps of lines on the light what is visible past the instances, too.
     pub(crate) fn past_instances(&mut self, lines: &[Segment], out: &mut VisibleLines) {
+        let margins = self.margins();
         self.each_instance(|counters, k, instance, all| {
             if out.interval_count() == 0 {
                 return false;
@@ -184,7 +195,7 @@ impl Shaft<'_> {
                     shaft.own_visible(&all.lines, &mut all.visible);
                 }
                 View::Filtered(point) => {
-                    if let Some(past) = instance.past(point) {
+                    if let Some(past) = instance.past(point, margins) {
                         past.visible(&all.lines, scratch, &mut all.room, &mut all.visible);
                     }
                 }
@@ -198,6 +209,7 @@ impl Shaft<'_> {
     /// Whether any of the instances hides a point of the light.
     pub(crate) fn instance_hides(&mut self, target: DVec3) -> bool {
         let mut hides = false;
+        let margins = self.margins();
         self.each_instance(|counters, k, instance, all| {
             let target = instance.bring(target);
             let scratch = &mut all.scratches[k.min(KEPT)];
@@ -207,7 +219,7 @@ impl Shaft<'_> {
                     !shaft.own_point_visible(target)
                 }
                 View::Filtered(point) => instance
-                    .past(point)
+                    .past(point, margins)
                     .is_some_and(|past| past.hides(target, scratch)),
             };
             counters.take_work(&mut scratch.counters);
@@ -226,13 +238,14 @@ impl Shaft<'_> {
             return;
         };
         let instances = self.occluders.instances();
+        let margins = self.margins();
         for k in 0..all.within.len() {
             let instance = &instances[all.within[k].number as usize];
             self.scratch.counters.instances += 1;
             if k >= KEPT {
                 let corners = LightCorners::new(&all.light);
                 let scratch = &mut all.scratches[KEPT];
-                corners.map(|light| instance.look(self.point, light, scratch));
+                corners.map(|light| instance.look(self.point, light, margins, scratch));
             }
             if !ask(&mut self.scratch.counters, k, instance, &mut all) {
                 break;

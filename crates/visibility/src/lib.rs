@@ -38,9 +38,8 @@
 //! Against a brute-force oracle ([`brute::visible`]) they agree to 1e-9 of the line, typically
 //! 1e-12, and the tests hold them to it. A line through a closed surface is hidden wholly: two
 //! triangles evaluate the edge they share by the same expression, to the bit. Geometry within
-//! [`POINT_MARGIN`](linelit_geometry::POINT_MARGIN) of the shading point or
-//! [`LIGHT_MARGIN`](linelit_geometry::LIGHT_MARGIN) of the light (as fractions of the way; the
-//! former of the scene's reach if the light is beyond it) hides nothing.
+//! the query's [`Margins`](linelit_geometry::Margins) of the shading point or the light hides
+//! nothing; they may be zero.
 //!
 //! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time ([`InstructionSet`]).
 //! Intervals, hits, classes and work [`Counters`] are the same on all of them, to the bit. There
@@ -111,6 +110,7 @@ mod project;
 mod ray;
 mod scratch;
 mod shaft;
+mod sides;
 mod silhouette;
 mod stream;
 mod surfaces;

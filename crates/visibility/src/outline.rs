@@ -61,6 +61,7 @@ impl Target for OfLight<'_> {
 /// Finds the silhouettes before `scratch.light` where `scratch.front` does not know that it is
 /// hidden, and adds the images of those triangles of surfaces that have to be cut. False if there
 /// are no [bounds](crate::bounds::ShaftBounds::new).
+#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn outline_kernel<S: Simd>(
     s: S,
@@ -96,7 +97,15 @@ fn outline_kernel<S: Simd>(
         found: silhouettes,
     };
     search.walk(s, &mut target, lists, counters);
-    let backfaces = &mut BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude);
+    let margins = frame.margins;
+    let backfaces = &mut BackfaceFilter::new(
+        hierarchy.meshes(),
+        clear_of,
+        point,
+        around,
+        margins,
+        exclude,
+    );
     let before = flat.count;
     loop {
         let cut = lists.cut.pop();

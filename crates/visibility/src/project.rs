@@ -11,7 +11,7 @@ use crate::{
     shaft::DENSE,
     walk::Found,
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN};
+use linelit_geometry::DVec3;
 use linelit_simd::{Lanes, Simd};
 
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
@@ -208,14 +208,13 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     let c = homogeneous(s, corners, start, 6, point, frame);
     let nearest = s.dmin(s.dmin(a[2], b[2]), c[2]);
     let farthest = s.dmax(s.dmax(a[2], b[2]), c[2]);
-    let before = s.dlt(s.dsplat(frame.near), farthest);
-    let between = before & s.dlt(nearest, s.dsplat(1.0 - LIGHT_MARGIN));
+    let (near, end) = (s.dsplat(frame.near), s.dsplat(frame.margins.end()));
+    let between = s.dlt(near, farthest) & s.dlt(nearest, end);
     let alive = s.bits(between) & used;
     if alive == 0 {
         return Some(0);
     }
-    let mut whole =
-        s.dle(s.dsplat(frame.near), nearest) & s.dle(farthest, s.dsplat(1.0 - LIGHT_MARGIN));
+    let mut whole = s.dle(near, nearest) & s.dle(farthest, end);
     for v in [&a, &b, &c] {
         whole = whole & within_guard(s, v);
     }
@@ -259,7 +258,16 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
             cut &= cut - 1;
             let v = |k: usize| [rows[k][lane], rows[k + 1][lane], rows[k + 2][lane]];
             let before = flat.count;
-            cut_triangle([v(0), v(3), v(6)], frame.near, flat);
+            if let Some(sides) = &frame.sides {
+                let vertices = [0, 3, 6].map(|k| {
+                    let place = [0, 1, 2].map(|axis| corners.rows[k + axis][start + lane].into());
+                    let place = DVec3::from_array(place);
+                    sides.about_foot(place, place - point)
+                });
+                cut_triangle(vertices, sides.c, frame, flat);
+            } else {
+                cut_triangle([v(0), v(3), v(6)], [0.0; 2], frame, flat);
+            }
             left |= u8::from(flat.count > before) << lane;
         }
     }
@@ -301,10 +309,17 @@ fn homogeneous<S: Simd>(
 
 /// P, Q, W of eight places.
 #[inline(always)]
-fn to_frame<S: Simd>(s: S, [x, y, z]: [S::F; 3], point: DVec3, frame: &LightFrame) -> Vertex<S> {
-    let x = s.widen(x) - point.x;
-    let y = s.widen(y) - point.y;
-    let z = s.widen(z) - point.z;
+pub(crate) fn to_frame<S: Simd>(
+    s: S,
+    place: [S::F; 3],
+    point: DVec3,
+    frame: &LightFrame,
+) -> Vertex<S> {
+    let place = [s.widen(place[0]), s.widen(place[1]), s.widen(place[2])];
+    let [x, y, z] = [place[0] - point.x, place[1] - point.y, place[2] - point.z];
+    if let Some(sides) = &frame.sides {
+        return sides.vertex(s, place, [x, y, z]);
+    }
     [
         ddot::<S>(frame.p, x, y, z),
         ddot::<S>(frame.q, x, y, z),
@@ -354,21 +369,25 @@ fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) ->
 /// Looks at triangles as cones from the shading point. First, those that a plane separates from
 /// everything between there and the light: one through the shading point and a side of the
 /// triangle, or the triangle's own. Such are the floor under the shading point and its walls,
-/// which would have to be cut otherwise. Second, those that hide the light as a whole: all its
-/// corners are within the cone, and the triangle before them.
+/// which would have to be cut otherwise; and those whose plane holds the shading point up to
+/// rounding, so that they hide some of the light only within the margin near that point. Second,
+/// those that hide the light as a whole: all its corners are within the cone, and the triangle is
+/// in front of them.
 #[inline(always)]
 fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u8) {
     let zero = s.dsplat(0.0);
-    let mut reach = zero;
+    // In units of 2⁻⁵³ and products of two of these: each component of a cross product is off by 4,
+    // of the sum of three by 24, its part of the value at a corner of the light by 48; the
+    // determinant by 30 of all three.
+    let mut largest = [zero; 3];
     for v in [a, b, c] {
-        for x in v {
-            reach = s.dmax(reach, s.dmax(*x, zero - *x));
+        for (size, x) in largest.iter_mut().zip(v) {
+            *size = s.dmax(*size, s.dmax(*x, zero - *x));
         }
     }
-    // In units of 2⁻⁵³ and powers of `reach`: the cross products are off by 4, their sum by 24, its
-    // value at a corner of the light by 144; the determinant by 30.
-    let room = reach * reach * 2e-14;
-    let det_room = room * reach;
+    let [p, q, w] = largest;
+    let room = (q * w + p * w + p * q) * 7e-15;
+    let det_room = p * q * w * 4e-15;
     let (ab, bc, ca) = (normal::<S>(a, b), normal::<S>(b, c), normal::<S>(c, a));
     let det = ab[0] * c[0] + ab[1] * c[1] + ab[2] * c[2];
     // Turned so that the determinant is positive.
@@ -394,11 +413,14 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
     }
     // The corners are in units of how far the triangle is: 1 ÷ its W.
     let (least, most) = over_corners(s, &own, frame);
-    let near = det * (1.0 / (1.0 - LIGHT_MARGIN));
+    let near = det * (1.0 / frame.margins.end());
     let far = det * frame.inverse_near;
     covers = covers & s.dle(near, least - room);
     covers = covers & s.dle(most + room, far);
-    (s.bits(clear & outside), s.bits(covers))
+    // What the triangle's plane hides of the light is at this part of the way.
+    let beside = s.dmax(least, zero - most) - room;
+    let near = s.dlt(det + det_room, beside * frame.near);
+    (s.bits(clear & outside | near), s.bits(covers))
 }
 
 /// The least and the largest value of a linear form at the light's corners.
@@ -535,9 +557,15 @@ fn cross<S: Simd>(ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
     ax * by - ay * bx
 }
 
-/// Cuts a triangle at the margins and the guard and adds what is left.
+/// Cuts a triangle at the margins and the guard and adds its pieces. Its corners have P and Q that
+/// are `shift` W too large.
 #[inline(never)]
-fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
+fn cut_triangle(
+    triangle: [[f64; 3]; 3],
+    shift: [f64; 2],
+    frame: &LightFrame,
+    flat: &mut FlatTriangles,
+) {
     // Rounding may have a plane cross each second edge of what lies along it: half as many more
     // each time, 28 after six.
     let mut rooms = [[[0.0; 3]; 32]; 2];
@@ -546,14 +574,22 @@ fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
     let mut count = 3;
     polygon[..3].copy_from_slice(&triangle);
     let planes: [([f64; 3], f64); 6] = [
-        ([0.0, 0.0, 1.0], -near),
-        ([0.0, 0.0, -1.0], 1.0 - LIGHT_MARGIN),
-        ([1.0, 0.0, GUARD], 0.0),
-        ([-1.0, 0.0, GUARD], 0.0),
-        ([0.0, 1.0, GUARD], 0.0),
-        ([0.0, -1.0, GUARD], 0.0),
+        ([0.0, 0.0, 1.0], -frame.near),
+        ([0.0, 0.0, -1.0], frame.margins.end()),
+        ([1.0, 0.0, GUARD - shift[0]], 0.0),
+        ([-1.0, 0.0, GUARD + shift[0]], 0.0),
+        ([0.0, 1.0, GUARD - shift[1]], 0.0),
+        ([0.0, -1.0, GUARD + shift[1]], 0.0),
     ];
-    for (normal, offset) in planes {
+    let depths = [
+        Some(frame.near),
+        Some(frame.margins.end()),
+        None,
+        None,
+        None,
+        None,
+    ];
+    for ((normal, offset), depth) in planes.into_iter().zip(depths) {
         let height = |v: &[f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2] + offset;
         if polygon[..count].iter().all(|v| height(v) >= 0.0) {
             continue;
@@ -575,6 +611,8 @@ fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
                 };
                 let f = hi / (hi - ho);
                 next[kept] = std::array::from_fn(|k| inner[k] + (outer[k] - inner[k]) * f);
+                // The difference of large numbers may have lost what it is divided by.
+                next[kept][2] = depth.unwrap_or(next[kept][2]);
                 kept += 1;
             }
         }
@@ -587,7 +625,7 @@ fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
     // As in [`place`].
     let image = |i: usize| {
         let v = polygon[i];
-        [v[0] * (1.0 / v[2]), v[1] * (1.0 / v[2])]
+        [0, 1].map(|k| v[k] * (1.0 / v[2]) - shift[k])
     };
     for i in 1..count - 1 {
         let [a, b, c] = [image(0), image(i), image(i + 1)];

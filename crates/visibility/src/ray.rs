@@ -95,7 +95,9 @@ pub(crate) struct RayQuery {
     enter: [usize; 3],
     leave: [usize; 3],
     inverse: [f32; 3],
-    /// `t = bound · inverse + offset`, rounded towards more room.
+    /// The origin, rounded, and the rest of it in `t = (bound − near) · inverse + offset`, with
+    /// room for rounding.
+    near: [f32; 3],
     offset_enter: [f32; 3],
     offset_leave: [f32; 3],
     t_min32: f32,
@@ -108,6 +110,64 @@ pub(crate) const ROOM: f64 = 9.536_743_164_062_5e-7;
 
 /// Room for what `f32` cannot hold: its least normal number.
 const LEAST: f64 = 1.175_494_350_822_287_5e-38;
+
+/// 2⁻⁴⁷, relative to the largest coordinate involved: room for the roundings of `f64` that the test
+/// of a triangle moves its corners by, and for that of the second half of an origin.
+pub(crate) const SPLIT_ROOM: f64 = 7.105_427_357_601_002e-15;
+
+/// 1 − 2⁻²¹: room for four roundings of `f32`, relative to a distance.
+pub(crate) const CLOSER: f32 = 1.0 - 4.768_371_6e-7;
+
+/// The largest coordinates that are split in two.
+const SPLIT: f64 = 1e30;
+
+/// A coordinate of the origin of rays in two halves, so that how far a box is from there is known
+/// relative to that distance: `t = (bound − near) · inverse + offset`, where near is the coordinate
+/// rounded to `f32` and the offset makes up for that. `size` is the largest coordinate in the
+/// scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Split {
+    pub(crate) near: f32,
+    rest: f64,
+    /// Room for rounding, and for directions along which a ray hardly moves.
+    room: f64,
+    room_along: f64,
+    /// The [largest inverse](largest_inverse_at), which stands for such directions.
+    largest: f32,
+}
+
+impl Split {
+    #[allow(clippy::cast_possible_truncation, reason = "the rest is kept")]
+    #[inline(always)]
+    pub(crate) fn new(origin: f64, size: f64, largest: f64) -> Self {
+        let room_along = ROOM * size;
+        let (near, room) = if size > SPLIT {
+            (0.0, room_along)
+        } else {
+            (origin as f32, SPLIT_ROOM * size + LEAST)
+        };
+        Self {
+            near,
+            rest: origin - f64::from(near),
+            room,
+            room_along,
+            largest: largest as f32,
+        }
+    }
+
+    /// The offset for an inverse, with room for rounding: less, or more where `sign` is positive.
+    #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
+    #[inline(always)]
+    pub(crate) fn offset(&self, inverse: f32, sign: f64) -> f32 {
+        let wide = f64::from(inverse);
+        let room = if inverse.abs() < self.largest {
+            self.room
+        } else {
+            self.room_along
+        };
+        (sign * (room * wide.abs()) - self.rest * wide) as f32
+    }
+}
 
 /// The largest reciprocal of a direction's component that boxes are tested with in a scene of this
 /// size: smaller components move the ray by less than the room over any distance in `f32`.
@@ -133,6 +193,7 @@ impl RayQuery {
         enter: [0; 3],
         leave: [0; 3],
         inverse: [0.0; 3],
+        near: [0.0; 3],
         offset_enter: [0.0; 3],
         offset_leave: [0.0; 3],
         t_min32: 0.0,
@@ -165,6 +226,7 @@ impl RayQuery {
             enter: [0; 3],
             leave: [0; 3],
             inverse: [0.0; 3],
+            near: [0.0; 3],
             offset_enter: [0.0; 3],
             offset_leave: [0.0; 3],
             t_min32: ((ray.t_min - ray.t_min.abs() * ROOM - LEAST) as f32).max(-1e30),
@@ -172,11 +234,11 @@ impl RayQuery {
         };
         for axis in 0..3 {
             let inverse = (1.0 / d[axis]).clamp(-largest_inverse, largest_inverse) as f32;
-            let offset = -o[axis] * f64::from(inverse);
-            let room = ROOM * size * f64::from(inverse).abs();
+            let split = Split::new(o[axis], size, largest_inverse);
             q.inverse[axis] = inverse;
-            q.offset_enter[axis] = (offset - room) as f32;
-            q.offset_leave[axis] = (offset + room) as f32;
+            q.near[axis] = split.near;
+            q.offset_enter[axis] = split.offset(inverse, -1.0);
+            q.offset_leave[axis] = split.offset(inverse, 1.0);
             let negative = usize::from(inverse < 0.0);
             q.enter[axis] = axis + 3 * negative;
             q.leave[axis] = axis + 3 * (1 - negative);
@@ -187,9 +249,9 @@ impl RayQuery {
     /// Where the ray enters and leaves the slabs of a node's boxes between two planes.
     #[inline(always)]
     fn along<S: Simd>(&self, s: S, node: &Node, axis: usize) -> (S::F, S::F) {
-        let inverse = s.splat(self.inverse[axis]);
-        let enter = s.load(&node.bounds[self.enter[axis]]);
-        let leave = s.load(&node.bounds[self.leave[axis]]);
+        let (inverse, near) = (s.splat(self.inverse[axis]), s.splat(self.near[axis]));
+        let enter = s.load(&node.bounds[self.enter[axis]]) - near;
+        let leave = s.load(&node.bounds[self.leave[axis]]) - near;
         (
             s.fma(enter, inverse, s.splat(self.offset_enter[axis])),
             s.fma(leave, inverse, s.splat(self.offset_leave[axis])),
@@ -204,7 +266,7 @@ impl RayQuery {
             self.along(s, node, 1),
             self.along(s, node, 2),
         );
-        let near = s.max(s.max(x0, y0), s.max(z0, s.splat(self.t_min32)));
+        let near = s.max(s.max(x0, y0), s.max(z0, s.splat(self.t_min32))) * CLOSER;
         let far = s.min(s.min(x1, y1), s.min(z1, s.splat(t_max)));
         (s.le(near, far) & node.valid, near)
     }

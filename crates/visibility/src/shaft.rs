@@ -12,7 +12,7 @@ use crate::{
     sweep,
     walk::{self, Found},
 };
-use linelit_geometry::{DVec3, Segment, Vector3};
+use linelit_geometry::{DVec3, Margins, Segment, Vector3};
 use std::ops::Range;
 
 /// What to look at: a light from a shading point.
@@ -24,17 +24,26 @@ pub struct ShaftQuery<'a> {
     pub light: LightCorners<'a>,
     /// The light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
+    /// How near to the point or to the light an occluder hides nothing.
+    pub margins: Margins,
 }
 
 impl<'a> ShaftQuery<'a> {
-    /// A view of a light that none of the triangles belongs to.
+    /// A view of a light that none of the triangles belongs to, with the default margins.
     #[must_use]
     pub fn new(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
         Self {
             point: point.dvec3(),
             light: light.into(),
             exclude: 0..0,
+            margins: Margins::DEFAULT,
         }
+    }
+
+    /// The same view of a light with triangles of its own.
+    #[must_use]
+    pub fn excluding(self, exclude: Range<u32>) -> Self {
+        Self { exclude, ..self }
     }
 }
 
@@ -113,6 +122,7 @@ impl Occluders {
         if !scratch.light.is(query.light) {
             scratch.light.set(query.light, &mut scratch.frame);
         }
+        scratch.frame.margins = query.margins;
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
         let found = walk::find(self.isa, self, &query.point, exclude, scratch);
@@ -418,6 +428,7 @@ impl Shaft<'_> {
             point: self.point,
             light: (&ends).into(),
             exclude: self.excluded(),
+            margins: self.margins(),
         };
         let mut own = self.occluders.own_shaft(query, self.scratch);
         own.count();
@@ -438,7 +449,13 @@ impl Shaft<'_> {
         if !has_length(line) {
             return;
         }
-        let past = brute::past_all(self.occluders, self.point, line, &self.excluded());
+        let past = brute::past_all(
+            self.occluders,
+            self.point,
+            line,
+            &self.excluded(),
+            self.margins(),
+        );
         let rough = past.as_ref().is_none_or(|past| past.point_like);
         if rough && !(self.ray_reaches(line.p0) && self.ray_reaches(line.p1)) {
             return;
@@ -450,19 +467,24 @@ impl Shaft<'_> {
         }
     }
 
+    /// The margins that were asked for.
+    pub(crate) fn margins(&self) -> Margins {
+        self.scratch.frame.margins
+    }
+
     fn excluded(&self) -> Range<u32> {
         self.exclude.0..self.exclude.0 + self.exclude.1
     }
 
     /// Whether nothing is before a point; false where no ray leads there, since numbers overflow.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
-        let ray = bounds::shadow_ray(self.occluders, self.point, target);
+        let ray = bounds::shadow_ray(self.occluders, self.point, target, self.margins());
         ray.is_some_and(|ray| !self.meets(&ray))
     }
 
     /// A leaf with a triangle that is before a point, if a ray leads there.
     fn what_hides(&mut self, target: DVec3) -> Option<Child> {
-        let ray = bounds::shadow_ray(self.occluders, self.point, target)?;
+        let ray = bounds::shadow_ray(self.occluders, self.point, target, self.margins())?;
         let (_, leaf) = self.meets(&ray).then_some(self.scratch.last)??;
         Some(leaf)
     }
@@ -529,12 +551,14 @@ impl Shaft<'_> {
         let box_of = |pick: fn(DVec3, DVec3) -> DVec3| corners.into_iter().reduce(pick);
         let [lo, hi] =
             [DVec3::min, DVec3::max].map(|pick| box_of(pick).unwrap_or_default() + point);
+        // The corners are those of a matrix that was inverted.
+        let room = DVec3::splat(ray::ROOM * bounds::reach(self.occluders, point));
         let isa = self.occluders.isa;
         let hidden = self.seek_cover(lines, (few.clone(), first));
         let query = DenseQuery {
             point,
-            lo,
-            hi,
+            lo: lo - room,
+            hi: hi + room,
             exclude: self.exclude,
             // What hides much soon closes the lines; past what is open, silhouettes are fewer.
             silhouettes: !hidden && self.occluders.hierarchy.surfaces.serve(self.exclude),

@@ -13,16 +13,15 @@
 
 use crate::{
     Counters,
-    block::ddot,
     bounds::ShaftBounds,
     build::Hierarchy,
     frame::LightFrame,
     node::{Child, Leaf, Node},
-    project::{self, GUARD, Vertex},
+    project::{self, GUARD},
     surfaces::{EDGE, FACING_ROOM, Facing, NEAR, NONE},
     turning::{is_front, turning},
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN};
+use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
 /// What may be hidden by what silhouettes bound.
@@ -315,15 +314,10 @@ impl<'a> Search<'a> {
     /// Where a corner of a triangle is in (p, q): as [`Search::outlines`] has it.
     #[inline(always)]
     fn image(&self, leaf: &Leaf, lane: usize, corner: usize) -> [f64; 2] {
-        let x = f64::from(leaf.vertices[3 * corner][lane]) - self.point.x;
-        let y = f64::from(leaf.vertices[3 * corner + 1][lane]) - self.point.y;
-        let z = f64::from(leaf.vertices[3 * corner + 2][lane]) - self.point.z;
-        let (p, q, w) = (self.frame.p, self.frame.q, self.frame.w);
-        let inverse = 1.0 / (x * w.x + y * w.y + z * w.z);
-        [
-            (x * p.x + y * p.y + z * p.z) * inverse,
-            (x * q.x + y * q.y + z * q.z) * inverse,
-        ]
+        let place = [0, 1, 2].map(|axis| f64::from(leaf.vertices[3 * corner + axis][lane]));
+        let [p, q, w] = self.frame.vertex(place.into(), self.point);
+        let inverse = 1.0 / w;
+        [p * inverse, q * inverse]
     }
 
     /// Finds the silhouettes in a leaf, and which of its triangles have to be cut.
@@ -415,20 +409,16 @@ impl<'a> Search<'a> {
             front: 0,
             good: [0; 3],
         };
-        let (near, end) = (s.dsplat(self.frame.near), s.dsplat(1.0 - LIGHT_MARGIN));
+        let (near, end) = (
+            s.dsplat(self.frame.near),
+            s.dsplat(self.frame.margins.end()),
+        );
         let mut places = [[s.dsplat(0.0); 3]; 3];
         let (mut some_before, mut some_between) = (0, 0);
         for (k, place) in places.iter_mut().enumerate() {
-            for (x, row) in place.iter_mut().zip(&leaf.vertices[3 * k..]) {
-                *x = s.widen(s.load(row));
-            }
-            let [x, y, z] = *place;
-            let (x, y, z) = (x - self.point.x, y - self.point.y, z - self.point.z);
-            let v: Vertex<S> = [
-                ddot::<S>(self.frame.p, x, y, z),
-                ddot::<S>(self.frame.q, x, y, z),
-                ddot::<S>(self.frame.w, x, y, z),
-            ];
+            let rows = [0, 1, 2].map(|axis| s.load(&leaf.vertices[3 * k + axis]));
+            *place = rows.map(|row| s.widen(row));
+            let v = project::to_frame(s, rows, self.point, self.frame);
             let between = s.dle(near, v[2]) & s.dle(v[2], end);
             outlines.good[k] = s.bits(between & project::within_guard(s, &v));
             some_before |= s.bits(s.dlt(near, v[2]));
@@ -460,11 +450,9 @@ impl<'a> Search<'a> {
     #[inline(always)]
     fn is_whole(&self, slot: u32) -> bool {
         self.triangle(slot).into_iter().all(|place| {
-            let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - self.point[axis]);
-            let form = |n: DVec3| x * n.x + y * n.y + z * n.z;
-            let (p, q, w) = (form(self.frame.p), form(self.frame.q), form(self.frame.w));
+            let [p, q, w] = self.frame.vertex(place.into(), self.point);
             let limit = w * GUARD;
-            let between = self.frame.near <= w && w <= 1.0 - LIGHT_MARGIN;
+            let between = self.frame.near <= w && w <= self.frame.margins.end();
             between && p.abs() <= limit && q.abs() <= limit
         })
     }

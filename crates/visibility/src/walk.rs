@@ -95,7 +95,7 @@ fn find_kernel<S: Simd>(
     if hierarchy.nodes.is_empty() {
         return Found::Few;
     }
-    if !frame.set(light, point) {
+    if !frame.set(light, point, occluders.origin) {
         return Found::Unknown;
     }
     let point = point - occluders.origin;
@@ -106,7 +106,14 @@ fn find_kernel<S: Simd>(
     frame.set_near(bounds::reach(occluders, point));
     let mut query = Query {
         bounds,
-        backfaces: BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude),
+        backfaces: BackfaceFilter::new(
+            hierarchy.meshes(),
+            clear_of,
+            point,
+            around,
+            frame.margins,
+            exclude,
+        ),
         point,
         frame,
         limit: DENSE,

@@ -14,7 +14,7 @@ use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{CylinderLight, LineSample};
 use linelit_shading::quadrature::Model;
 use linelit_spheres::{CylinderLines, CylinderView};
-use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
+use linelit_visibility::{Shaft, ShaftClass};
 
 /// Any estimator but points with rays, on what is seen of a cylinder: as
 /// [`combined`](super::combined), with lines along the axis. Integrals over what lines find visible
@@ -28,7 +28,7 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
     let Buffers { scratch, samples } = buffers;
     let point = query.point;
     let outline = view.outline();
-    let shaft = query.occluders.shaft(towards(query, &outline), scratch);
+    let shaft = query.occluders.shaft(query.shaft(&outline), scratch);
     let class = shaft.class();
     samples.plan.unoccluded += u64::from(class == ShaftClass::Empty);
     let closed = query.estimator.closed(query.samples);
@@ -50,7 +50,7 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
     } else {
         if class == ShaftClass::Blocked {
             let front = view.front();
-            let before = query.occluders.shaft(towards(query, &front), scratch);
+            let before = query.occluders.shaft(query.shaft(&front), scratch);
             if before.class() == ShaftClass::Blocked {
                 samples.plan.hidden += 1;
                 return DVec3::ZERO;
@@ -60,8 +60,7 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
         Visibility::SeparateRays {
             occluders: query.occluders,
             scratch,
-            point: point.position,
-            own: query.light.triangles.clone(),
+            query: query.shaft(&outline),
         }
     };
     let part = CylinderPart {
@@ -104,15 +103,6 @@ impl<'p> Along<'p> {
         let line = line.relative_to(point.position);
         let peaks = point.bsdf.peaks(&line, point.outgoing, point.normal);
         peaks.map(|_| Self::Quadrature)
-    }
-}
-
-/// What is asked about a rectangle around what is seen.
-fn towards<'b, R, T>(query: &Query<'_, R, T>, corners: &'b [DVec3; 4]) -> ShaftQuery<'b> {
-    ShaftQuery {
-        point: query.point.position,
-        light: corners.into(),
-        exclude: query.light.triangles.clone(),
     }
 }
 

@@ -29,7 +29,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
 use linelit_mis::{Heuristic, smoothing};
 use linelit_samplers::SampleSet;
-use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
+use linelit_visibility::{Shaft, ShaftClass};
 use optimal::Round;
 use prepared::{PreparedTechnique, Source, allot};
 pub(crate) use round::on_round;
@@ -138,11 +138,7 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
         normal: query.point.normal,
         cosines: query.cosines_for(estimator.parts().map(|part| &part.technique)),
     };
-    let asked = ShaftQuery {
-        point: query.point.position,
-        light: part.polygon.into(),
-        exclude: query.light.triangles.clone(),
-    };
+    let asked = query.shaft(part.polygon);
     let Buffers { scratch, samples } = buffers;
     let mut visibility = Visibility::new(query.occluders, query.queries, asked, scratch);
     match visibility.class() {

@@ -6,13 +6,13 @@ use super::visibility::Visibility;
 use super::{Combination, instead};
 use crate::closed_form::{visible_round, whole_round};
 use crate::light::Shape;
-use crate::round::{CORNERS, RoundView};
+use crate::round::RoundView;
 use crate::techniques::integrals::{Between, Instead};
 use crate::transformed::{known_of_round, visible_round_light};
 use crate::{Buffers, EmissionTexture, Lines, Queries, Query, SampleBuffers};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::DVec3;
-use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
+use linelit_visibility::{Shaft, ShaftClass};
 
 /// Any estimator but points with rays, on a sphere or a disk: as [`combined`](super::combined), on
 /// the disk that is seen. Integrals over what lines find visible are the closed form along chords.
@@ -32,7 +32,7 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     }
     let Buffers { scratch, samples } = buffers;
     let corners = view.corners(&view.disk);
-    let mut shaft = occluders.shaft(towards(query, &corners), scratch);
+    let mut shaft = occluders.shaft(query.shaft(&corners), scratch);
     let class = shaft.class();
     let mut part = RoundPart {
         view,
@@ -53,7 +53,7 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     } else {
         let hides = |disk| {
             let corners = view.corners(&disk);
-            let before = occluders.shaft(towards(query, &corners), scratch);
+            let before = occluders.shaft(query.shaft(&corners), scratch);
             before.class() == ShaftClass::Blocked
         };
         if class == ShaftClass::Blocked && (told || view.before().is_some_and(hides)) {
@@ -64,8 +64,7 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
         Visibility::SeparateRays {
             occluders,
             scratch,
-            point: point.position,
-            own: query.light.triangles.clone(),
+            query: query.shaft(&corners),
         }
     };
     weighted(query, &mut part, emission.0, visibility, samples)
@@ -164,15 +163,6 @@ fn closed<R: Reflection, T: EmissionTexture>(
         samples,
     );
     Some(sum)
-}
-
-/// What is asked about the polygon around a disk.
-fn towards<'b, R, T>(query: &Query<'_, R, T>, corners: &'b [DVec3; CORNERS]) -> ShaftQuery<'b> {
-    ShaftQuery {
-        point: query.point.position,
-        light: corners.into(),
-        exclude: query.light.triangles.clone(),
-    }
 }
 
 /// The mean over chords, the closed form along what is visible of each.

@@ -2,11 +2,9 @@
 
 use crate::Queries;
 use crate::point_sum::bits;
-use crate::query::free;
 use linelit_geometry::{DVec3, Segment};
 use linelit_spheres::CylinderView;
 use linelit_visibility::{Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines};
-use std::ops::Range;
 
 /// Answers for one shading point and one light.
 pub(super) enum Visibility<'a> {
@@ -19,8 +17,7 @@ pub(super) enum Visibility<'a> {
     SeparateRays {
         occluders: &'a Occluders,
         scratch: &'a mut Scratch,
-        point: DVec3,
-        own: Range<u32>,
+        query: ShaftQuery<'a>,
     },
 }
 
@@ -29,7 +26,7 @@ impl<'a> Visibility<'a> {
     pub(super) fn new(
         occluders: &'a Occluders,
         queries: Queries,
-        query: ShaftQuery<'_>,
+        query: ShaftQuery<'a>,
         scratch: &'a mut Scratch,
     ) -> Self {
         match queries {
@@ -37,8 +34,7 @@ impl<'a> Visibility<'a> {
             Queries::SeparateRays => Self::SeparateRays {
                 occluders,
                 scratch,
-                point: query.point,
-                own: query.exclude,
+                query,
             },
         }
     }
@@ -61,7 +57,7 @@ impl<'a> Visibility<'a> {
 
     /// The visible parts of lines on the light.
     pub(super) fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
-        let (occluders, scratch, point, own) = match self {
+        let (occluders, scratch, query) = match self {
             Self::OneShaft(shaft) => return shaft.visible(lines, out),
             Self::Outline(shaft, seen, flat) => {
                 flat.clear();
@@ -71,9 +67,8 @@ impl<'a> Visibility<'a> {
             Self::SeparateRays {
                 occluders,
                 scratch,
-                point,
-                own,
-            } => (occluders, scratch, *point, own),
+                query,
+            } => (occluders, scratch, query),
         };
         out.clear();
         let mut one = VisibleLines::new();
@@ -81,9 +76,8 @@ impl<'a> Visibility<'a> {
             // The shaft towards a line is a triangle: less to search than towards the whole light.
             let ends = [line.p0, line.p1];
             let query = ShaftQuery {
-                point,
                 light: (&ends).into(),
-                exclude: own.clone(),
+                ..query.clone()
             };
             let mut shaft = occluders.shaft(query, scratch);
             shaft.visible(std::slice::from_ref(line), &mut one);
@@ -101,13 +95,13 @@ impl<'a> Visibility<'a> {
             Self::SeparateRays {
                 occluders,
                 scratch,
-                point,
-                own,
+                query,
             } => {
                 for at in on_light.iter_mut() {
-                    *at -= *point;
+                    *at -= query.point;
                 }
-                free(occluders, *point, on_light, own, scratch)
+                let fan = occluders.shadow_rays(query.point, on_light, query.margins);
+                fan.all() & !occluders.any_hits(&fan, &query.exclude, scratch)
             }
         }
     }

@@ -420,3 +420,69 @@ fn cosines_that_are_zero_cost_noise_alone() {
         );
     }
 }
+
+/// Estimators whose variance stays finite next to a light.
+const BY_DIRECTION: [&str; 5] = [
+    "point-solid-angle",
+    "point-projected-solid-angle",
+    "point-bsdf",
+    "line-projected",
+    "line-solid-angle+point-bsdf",
+];
+
+/// A point in the plane of a flat light receives nothing by any technique; one that is just beside
+/// the foot of an upright light, almost half of what a whole half space would send, by all that
+/// follow directions.
+#[test]
+fn points_at_the_foot_of_a_light_receive_nothing_or_half_a_space() {
+    let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
+    let occluders = Occluders::build(
+        &[[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0]],
+        &[[0, 1, 2]],
+    );
+    let emission = Emission::one_sided(DVec3::ONE);
+    let bound = critical_z(sidak(1e-4, 2 * 5 * BY_DIRECTION.len()));
+    for angle in [0.0, 0.3, 1.1, 2.5, 4.0] {
+        let turn = DMat3::from_rotation_z(angle);
+        // As a file has it: rounded to f32, which leaves the plane a few 1e-8 aside.
+        let at = |x: f64, z: f64| (turn * DVec3::new(x, 0.25, z)).as_vec3().as_dvec3();
+        let corners = [at(-0.5, 0.0), at(0.5, 0.0), at(0.5, 1.0), at(-0.5, 1.0)];
+        let polygon = ConvexPolygon::try_new(&corners).expect("a square");
+        let disk = Disk {
+            center: at(0.0, 0.25),
+            normal: polygon.normal(),
+            radius: 0.5,
+        };
+        let lights = [
+            Light::Area(AreaLight { polygon, emission }),
+            Light::Disk(DiskLight { disk, emission }),
+        ];
+        for light in lights.map(|light| (light, None)) {
+            let see = |aside: f64, text: &str, samples| {
+                let x = turn * DVec3::new(0.1, 0.25, 1e-13) + polygon.normal() * aside;
+                let point = ShadingPoint::new(x, DVec3::Z, DVec3::Z, bsdf.clone());
+                means(&light, &occluders, &point, (text, false), samples, 0..64)
+            };
+            let names = || Technique::all().map(|technique| technique.name());
+            for name in names() {
+                for text in [name.to_owned(), format!("{name}+point-bsdf")] {
+                    for aside in [0.0, 1e-9, -1e-9] {
+                        let got = see(aside, &text, 4).mean();
+                        assert!(got == 0.0, "{text}, {aside:e} aside, angle {angle}: {got}");
+                    }
+                }
+            }
+            // Just beside, almost half of the hemisphere is the light.
+            let want = see(3e-3, "exact", 1).mean();
+            assert!((want / 3.0 - 0.497).abs() < 1e-3, "angle {angle}: {want}");
+            for text in BY_DIRECTION {
+                let got = see(3e-3, text, 64);
+                let z = (got.mean() - want) / got.standard_error().max(1e-9);
+                assert!(
+                    z.abs() < bound,
+                    "{text}, angle {angle}: z {z}, {got:?} for {want}"
+                );
+            }
+        }
+    }
+}

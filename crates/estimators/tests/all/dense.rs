@@ -4,7 +4,7 @@ use crate::penumbrae::rough;
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, LightSource, NoTexture, Query, RandomNumbers};
 use linelit_estimators::{ShadingPoint, estimate};
-use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN, POINT_MARGIN};
+use linelit_geometry::{ConvexPolygon, DVec3, Margins};
 use linelit_lights::{AreaLight, Emission, Light};
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_samplers::SamplerKind;
@@ -196,7 +196,10 @@ fn images(mesh: &Mesh, point: DVec3) -> Vec<[Point; 3]> {
         let mut piece: Vec<DVec3> = corners
             .map(|i| DVec3::from(mesh.0[i as usize].map(f64::from)) - point)
             .to_vec();
-        for (sign, offset) in [(1.0, -POINT_MARGIN), (-1.0, 1.0 - LIGHT_MARGIN)] {
+        for (sign, offset) in [
+            (1.0, -Margins::DEFAULT.point),
+            (-1.0, Margins::DEFAULT.end()),
+        ] {
             let above = |v: &DVec3| sign * v.z / height + offset;
             let whole = std::mem::take(&mut piece);
             for (i, &a) in whole.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Estimators against each other, and their texts.
 
 mod agreement;
+mod closure;
 mod cylinders;
 mod dense;
 mod directions;

@@ -7,9 +7,9 @@ use linelit_geometry::finite::{
 };
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    Chord, CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN,
+    Chord, CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, Margins,
     ParallelLines, PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle,
-    Vector3, point_margin, predicates, vector,
+    Vector3, predicates, vector,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;
@@ -170,13 +170,15 @@ proptest! {
 
     #[test]
     fn shadows(v in hostile_vectors::<6>(), reach in hostile(), distance in hostile()) {
-        let margin = point_margin(reach, distance);
-        prop_assert!((0.0..=POINT_MARGIN).contains(&margin), "{margin}");
+        let margins = Margins::default();
+        let margin = margins.near(reach, distance);
+        prop_assert!((0.0..=margins.point).contains(&margin), "{margin}");
+        prop_assert!(margin < margins.end());
         let [x, p, q, a, b, c] = v.map(vector);
         let Some(shadow) = ShadowTriangle::new(x, &Segment::new(p, q)) else {
             return Ok(());
         };
-        let shadow = shadow.with_reach(reach);
+        let shadow = shadow.with_margins(margins, reach);
         let inside = |i: &Interval| i.lo >= 0.0 && i.lo < i.hi && i.hi <= 1.0;
         prop_assert!(shadow.blocked_by(&[a, b, c]).is_none_or(|i| inside(&i)));
         let corners = [a, b, c].map(|p| shadow.vertex(p));

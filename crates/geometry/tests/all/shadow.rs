@@ -1,7 +1,7 @@
 //! Shadow triangles against exact rays, and the laws of line visibility.
 
 use linelit_geometry::intervals::{IntervalSet, VisibleSet};
-use linelit_geometry::{DVec3, Segment, ShadowTriangle, predicates::determinant};
+use linelit_geometry::{DVec3, Margins, Segment, ShadowTriangle, predicates::determinant};
 use proptest::prelude::*;
 
 fn vector(range: std::ops::Range<f64>) -> impl Strategy<Value = DVec3> {
@@ -26,7 +26,7 @@ fn ray_is_blocked(x: DVec3, y: DVec3, t: &[DVec3; 3]) -> bool {
     }
     let hit = (a * u + b * v + c * w) / sum;
     let s = hit.dot(d) / d.length_squared();
-    s > 0.0 && s < 1.0 - linelit_geometry::LIGHT_MARGIN
+    s > 0.0 && s < Margins::default().end()
 }
 
 fn visible(x: DVec3, line: &Segment, triangles: &[[DVec3; 3]]) -> IntervalSet {

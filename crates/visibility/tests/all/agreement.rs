@@ -1,9 +1,9 @@
 //! Lines and rays through the hierarchy against every triangle one by one.
 
-use crate::common::{InSpace, Mesh, NONE, ask, chord, light, soup};
-use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use crate::common::{InSpace, Mesh, NONE, chord, light, soup};
+use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
 use linelit_testkit::cases::rng;
-use linelit_visibility::{Occluders, Ray, Scratch, brute};
+use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
 use std::ops::Range;
 
 /// Visible measure that differs between two interval lists, on a grid of their ends.
@@ -33,7 +33,18 @@ const PLACES: [(DVec3, f64); 4] = [
     (DVec3::ZERO, 1e-6),
 ];
 
-/// Holds the visible intervals of lines to brute force, to 1e-9 of the line.
+/// By default, none, and a large one before the light.
+const MARGINS: [Margins; 3] = [
+    Margins::DEFAULT,
+    Margins::NONE,
+    Margins {
+        point: 0.0,
+        light: 0.3,
+    },
+];
+
+/// Holds the visible intervals of lines to brute force, to 1e-9 of the line, with margins that
+/// differ from case to case.
 fn lines_agree(
     case: usize,
     mesh: &Mesh,
@@ -43,9 +54,25 @@ fn lines_agree(
     scratch: &mut Scratch,
 ) {
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
-    let (class, out) = ask(&occluders, point, on_light, exclude, scratch);
+    let margins = MARGINS[case % MARGINS.len()];
+    let light = LightCorners::new(on_light.0).unwrap();
+    let query = ShaftQuery {
+        margins,
+        ..ShaftQuery::new(point, light).excluding(exclude.clone())
+    };
+    let mut out = VisibleLines::new();
+    let mut shaft = occluders.shaft(query, scratch);
+    shaft.visible(on_light.1, &mut out);
+    let class = shaft.class();
     for (i, line) in on_light.1.iter().enumerate() {
-        let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, exclude);
+        let want = brute::visible(
+            &mesh.positions,
+            &mesh.triangles,
+            point,
+            line,
+            exclude,
+            margins,
+        );
         let off = difference(out.line(i), &want);
         assert!(
             off <= 1e-9,

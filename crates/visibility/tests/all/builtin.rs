@@ -1,6 +1,7 @@
 //! The built-in scenes against brute force: a hundred thousand lines each.
 
 use crate::common::{InSpace, NONE, ask, shading_points};
+use linelit_geometry::Margins;
 use linelit_scenes::{Library, VisibilityScene, stratified_lines};
 use linelit_visibility::{Occluders, Scratch, brute};
 
@@ -26,8 +27,14 @@ fn builtin_scenes_agree_with_brute_force() {
                 let on_light = (&light[..], &lines[..]);
                 let (class, out) = ask(&occluders, point, on_light, &NONE, &mut scratch);
                 for (i, line) in lines.iter().enumerate() {
-                    let want =
-                        brute::visible(&scene.positions, &scene.triangles, point, line, &NONE);
+                    let want = brute::visible(
+                        &scene.positions,
+                        &scene.triangles,
+                        point,
+                        line,
+                        &NONE,
+                        Margins::DEFAULT,
+                    );
                     let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
                     let got = out.fraction(i);
                     let right = (got - want).abs() <= TOLERANCE
@@ -67,7 +74,14 @@ fn colonnade_agrees_with_brute_force() {
             let on_light = (&light[..], &lines[..]);
             let (class, out) = ask(&occluders, point, on_light, &NONE, &mut scratch);
             for (i, line) in lines.iter().enumerate() {
-                let want = brute::visible(&whole.positions, &triangles, point, line, &NONE);
+                let want = brute::visible(
+                    &whole.positions,
+                    &triangles,
+                    point,
+                    line,
+                    &NONE,
+                    Margins::DEFAULT,
+                );
                 let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
                 let got = out.fraction(i);
                 let right = (got - want).abs() <= TOLERANCE && (got > 0.0) == (want > 0.0);

@@ -1,7 +1,7 @@
 //! The triangles that a shaft names are those that matter: all of them, each once.
 
 use crate::common::{InSpace, Mesh, chord, light, soup};
-use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
     LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
@@ -59,7 +59,9 @@ fn ends(parts: &[Interval]) -> f64 {
 /// the difference of the ends' heights over the plane, relative to the shading point's. Sides may
 /// reach 4096 lengths of the light beyond it, where they are cut, and are rounded there.
 fn rounding(mesh: &Mesh, few: &[[u32; 3]], point: DVec3, light: &[DVec3], line: &Segment) -> f64 {
-    let visible = |line: &Segment| brute::visible(&mesh.positions, few, point, line, &(0..0));
+    let visible = |line: &Segment| {
+        brute::visible(&mesh.positions, few, point, line, &(0..0), Margins::DEFAULT)
+    };
     let parts = visible(line);
     let step = 4.0 * f64::EPSILON * line.p0.abs().max(line.p1.abs()).max_element();
     let moved: f64 = (0..6)
@@ -98,11 +100,8 @@ fn candidates(seed: u64) {
             .map(|_| chord(&mut rng, &light, Some(0.4)))
             .collect();
         let exclude = 0..2;
-        let query = ShaftQuery {
-            point,
-            light: LightCorners::new(&light).unwrap(),
-            exclude: exclude.clone(),
-        };
+        let query =
+            ShaftQuery::new(point, LightCorners::new(&light).unwrap()).excluding(exclude.clone());
         let mut shaft = occluders.shaft(query, &mut scratch);
         assert_eq!(shaft.is_dense(), shaft.candidate_triangles().is_none());
         let (Some(ids), Some(corners)) = (shaft.candidate_triangles(), shaft.candidate_corners())
@@ -132,8 +131,22 @@ fn candidates(seed: u64) {
         shaft.visible(&lines, &mut out);
         let few: Vec<[u32; 3]> = ids.iter().map(|&i| mesh.triangles[i as usize]).collect();
         for (i, line) in lines.iter().enumerate() {
-            let all = brute::visible(&mesh.positions, &mesh.triangles, point, line, &exclude);
-            let some = brute::visible(&mesh.positions, &few, point, line, &(0..0));
+            let all = brute::visible(
+                &mesh.positions,
+                &mesh.triangles,
+                point,
+                line,
+                &exclude,
+                Margins::DEFAULT,
+            );
+            let some = brute::visible(
+                &mesh.positions,
+                &few,
+                point,
+                line,
+                &(0..0),
+                Margins::DEFAULT,
+            );
             let ends = ends(&some);
             assert!((length(&all) - length(&some)).abs() <= 1e-12 * ends);
             let allowed = rounding(&mesh, &few, point, &light, line);
@@ -167,11 +180,7 @@ fn dense_shafts_name_nothing() {
     let light =
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 1.5));
     let mut scratch = Scratch::new();
-    let query = ShaftQuery {
-        point: DVec3::Z * -1.4,
-        light: LightCorners::from(&light),
-        exclude: 0..0,
-    };
+    let query = ShaftQuery::new(DVec3::Z * -1.4, &light);
     let shaft = occluders.shaft(query, &mut scratch);
     assert!(shaft.is_dense());
     assert!(shaft.candidate_triangles().is_none());
@@ -182,7 +191,7 @@ fn dense_shafts_name_nothing() {
 /// The same in 77 digits.
 mod exact {
     use linelit_geometry::intervals::{Interval, IntervalTree, VisibleSet};
-    use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
+    use linelit_geometry::{DVec3, Margins, Segment};
     use linelit_testkit::precise::Precise;
     use linelit_testkit::real::{self, Real};
 
@@ -242,8 +251,8 @@ mod exact {
         let bounds: [fn(&[Precise; 2]) -> Precise; 4] = [
             |c| c[0].clone(),
             |c| c[1].clone(),
-            |c| c[0].clone() + c[1].clone() - Precise::new(POINT_MARGIN),
-            |c| Precise::new(1.0 - LIGHT_MARGIN) - c[0].clone() - c[1].clone(),
+            |c| c[0].clone() + c[1].clone() - Precise::new(Margins::DEFAULT.point),
+            |c| Precise::new(Margins::DEFAULT.end()) - c[0].clone() - c[1].clone(),
         ];
         for f in bounds {
             let (fa, fb) = (f(&ends[0]), f(&ends[1]));

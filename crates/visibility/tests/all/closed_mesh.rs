@@ -1,10 +1,10 @@
 //! Closed meshes, of which shafts need half the triangles only.
 
-use crate::common::{InSpace, Mesh, NONE, chord, closed, light};
+use crate::common::{InSpace, Mesh, NONE, chord, closed, light, past_all};
 use linelit_geometry::DVec3;
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
-    InstructionSet, LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+    InstructionSet, LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines,
 };
 
 const PLACES: [(DVec3, f64); 4] = [
@@ -70,10 +70,8 @@ fn lines_past_bodies_agree_with_brute_force() {
         } else {
             NONE
         };
-        let query = || ShaftQuery {
-            point,
-            light: LightCorners::new(&light).unwrap(),
-            exclude: exclude.clone(),
+        let query = || {
+            ShaftQuery::new(point, LightCorners::new(&light).unwrap()).excluding(exclude.clone())
         };
         let mut shaft = scalar.shaft(query(), &mut scratch);
         shaft.visible(&lines, &mut plain);
@@ -84,7 +82,7 @@ fn lines_past_bodies_agree_with_brute_force() {
         }
         for (i, line) in lines.iter().enumerate() {
             assert_eq!(out.line(i), plain.line(i));
-            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &exclude);
+            let want = past_all(&mesh, point, line, &exclude);
             crossed += want.len();
             let ends = |v: &[linelit_geometry::intervals::Interval]| {
                 v.iter().flat_map(|i| [i.lo, i.hi]).collect::<Vec<_>>()
@@ -131,11 +129,8 @@ fn bodies_in_between_hide_everything() {
         let [half, all] = [half, mesh.triangles.len()].map(|n| u32::try_from(n).unwrap());
         let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         for exclude in [NONE, 0..half, half..all] {
-            let query = ShaftQuery {
-                point,
-                light: LightCorners::new(&light).unwrap(),
-                exclude,
-            };
+            let query =
+                ShaftQuery::new(point, LightCorners::new(&light).unwrap()).excluding(exclude);
             let mut shaft = occluders.shaft(query, &mut scratch);
             partial += usize::from(shaft.class() == ShaftClass::Partial);
             shaft.visible(&lines, &mut out);

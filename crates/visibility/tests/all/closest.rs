@@ -11,6 +11,7 @@ fn alone(occluders: &Occluders, fan: &Fan<'_>) -> Vec<Option<Hit>> {
     let mut scratch = Scratch::new();
     let hit = |direction: &DVec3| {
         let ray = Ray {
+            t_min: fan.t_min,
             t_max: fan.t_max,
             ..Ray::new(fan.origin, *direction)
         };
@@ -101,6 +102,7 @@ fn rays_together_meet_what_they_meet_alone() {
         let fan = Fan {
             origin,
             directions: &directions,
+            t_min: [0.0, 0.0, 0.3 * scale][rng.index(3)],
             t_max,
         };
         met += agree(case, &sets, &fan);
@@ -144,6 +146,7 @@ fn rays_of_all_kinds_agree() {
             let fan = Fan {
                 origin,
                 directions: &directions,
+                t_min: [0.0, 2.0, -1.0, f64::NAN][case as usize % 4],
                 t_max,
             };
             agree(case, &sets, &fan);
@@ -162,6 +165,7 @@ fn narrow_groups_do_the_work_of_a_ray() {
     let fan = Fan {
         origin: DVec3::new(0.0, 0.0, -2.0),
         directions: &directions,
+        t_min: 0.0,
         t_max: f64::INFINITY,
     };
     let (mut together, mut one) = (Scratch::new(), Scratch::new());

@@ -126,11 +126,7 @@ fn lights_and_lines_without_extent() {
     // a triangle is before `p`, and none before what is below it.
     let below = DVec3::new(0.3, 0.2, 0.5);
     for light in [&[p, p][..], &[p, p, p], &towards, &nan] {
-        let query = ShaftQuery {
-            point: DVec3::ZERO,
-            light: LightCorners::new(light).unwrap(),
-            exclude: NONE,
-        };
+        let query = ShaftQuery::new(DVec3::ZERO, LightCorners::new(light).unwrap());
         let mut shaft = occluders.shaft(query, &mut scratch);
         assert_eq!(shaft.class(), ShaftClass::Partial, "{light:?}");
         assert!(shaft.is_dense() && shaft.images().is_none());
@@ -159,11 +155,7 @@ fn lights_and_lines_without_extent() {
     let (light, mut lines) = square();
     lines.insert(1, Segment::new(p, p));
     lines.push(Segment::new(p, DVec3::NAN));
-    let query = ShaftQuery {
-        point: DVec3::ZERO,
-        light: LightCorners::new(&light).unwrap(),
-        exclude: NONE,
-    };
+    let query = ShaftQuery::new(DVec3::ZERO, LightCorners::new(&light).unwrap());
     let mut shaft = occluders.shaft(query, &mut scratch);
     shaft.visible(&lines, &mut out);
     let got: Vec<f64> = (0..lines.len()).map(|i| out.fraction(i)).collect();

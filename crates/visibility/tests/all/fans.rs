@@ -14,7 +14,7 @@ fn alone(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
         let ray = Ray {
             origin: fan.origin,
             direction: *direction,
-            t_min: 0.0,
+            t_min: fan.t_min,
             t_max: fan.t_max,
         };
         u64::from(occluders.any_hit(&ray, exclude, &mut scratch)) << i
@@ -96,9 +96,11 @@ fn fans_agree_with_rays_alone() {
             })
             .collect();
         let t_max = [1.0, 1.0 - 1e-4, rng.in_range(0.0, 2.0), 1e4][rng.index(4)];
+        let t_min = [0.0, 1e-10, 1e-4, rng.in_range(0.0, 1.0)][rng.index(4)];
         let fan = Fan {
             origin,
             directions: &directions,
+            t_min,
             t_max,
         };
         let exclude = [0..0, 0..3, 1..200][rng.index(3)].clone();
@@ -112,10 +114,10 @@ fn fans_agree_with_rays_alone() {
     );
 }
 
-/// Rays that end on either side of where they meet a triangle, nearer and nearer: `t_max` decides
-/// for a fan as it does for a ray, to the bit.
+/// Rays that end, or begin, on either side of where they meet a triangle, nearer and nearer:
+/// `t_max` and `t_min` decide for a fan as they do for a ray, to the bit.
 #[test]
-fn a_fan_ends_where_its_rays_do() {
+fn a_fan_begins_and_ends_where_its_rays_do() {
     let mut rng = rng(22);
     let mut met = [0; 2];
     for case in 0..cases(300) {
@@ -142,19 +144,22 @@ fn a_fan_ends_where_its_rays_do() {
             .collect();
         for bits in [1, 10, 30, 40, 44, 46, 48, 50, 51, 52] {
             for sign in [-1.0, 1.0] {
-                let t_max = hit.t * (1.0 + sign * 0.5_f64.powi(bits));
-                let fan = Fan {
-                    origin,
-                    directions: &directions,
-                    t_max,
-                };
-                let hidden = agree(case, &sets, &fan, &NONE);
-                met[usize::from(hidden & 1 != 0)] += 1;
+                let t = hit.t * (1.0 + sign * 0.5_f64.powi(bits));
+                for [t_min, t_max] in [[0.0, t], [t, 10.0]] {
+                    let fan = Fan {
+                        origin,
+                        directions: &directions,
+                        t_min,
+                        t_max,
+                    };
+                    let hidden = agree(case, &sets, &fan, &NONE);
+                    met[usize::from(hidden & 1 != 0)] += 1;
+                }
             }
         }
     }
     assert!(
-        met.iter().all(|n| *n > 1000),
+        met.iter().all(|n| *n > 2000),
         "{met:?} end before and behind"
     );
 }
@@ -206,6 +211,7 @@ fn hostile_fans_agree_with_rays_alone() {
         let fan = Fan {
             origin,
             directions: &directions,
+            t_min: limits[rng.index(limits.len())],
             t_max,
         };
         agree(case, &sets, &fan, &NONE);
@@ -215,6 +221,7 @@ fn hostile_fans_agree_with_rays_alone() {
     let fan = Fan {
         origin: DVec3::ZERO,
         directions: &directions,
+        t_min: 0.0,
         t_max: 1.0,
     };
     assert_eq!(agree(0, &nothing, &fan, &NONE), 0);
@@ -234,6 +241,7 @@ fn a_narrow_fan_does_the_work_of_a_ray() {
     let fan = |directions| Fan {
         origin,
         directions,
+        t_min: 0.0,
         t_max: 1.0,
     };
     occluders.any_hits(&fan(&directions), &NONE, &mut together);

@@ -183,6 +183,7 @@ fn rays_agree(
     let fan = Fan {
         origin,
         directions: &directions,
+        t_min: 0.0,
         t_max: 1.5,
     };
     let mut hits = Vec::new();
@@ -240,11 +241,7 @@ fn lines_agree(
     let lamp = light(rng, corners, at, 0.6);
     let lines: Vec<Segment> = (0..5).map(|_| chord(rng, &lamp, Some(0.7))).collect();
     let (_, parts) = ask(scene, point, (&lamp, &lines), &NONE, &mut scratch);
-    let query = ShaftQuery {
-        point,
-        light: LightCorners::new(&lamp).unwrap(),
-        exclude: NONE,
-    };
+    let query = ShaftQuery::new(point, LightCorners::new(&lamp).unwrap());
     let mut shaft = scene.shaft(query, &mut scratch);
     let mut partial = 0;
     for (i, line) in lines.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! What must not change the answer, and how it may change.
 
 use crate::common::{InSpace, NONE, ask, chord, light, soup};
-use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
 use linelit_scenes::{Library, VisibilityScene};
 use linelit_testkit::cases::cases;
 use linelit_testkit::rng::SplitMix64;
@@ -164,15 +164,15 @@ proptest! {
         let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         let mut rays = Scratch::new();
         let mut scratch = Scratch::new();
-        let query = ShaftQuery { point, light: LightCorners::new(&light).unwrap(), exclude: 0..3 };
+        let query = ShaftQuery::new(point, LightCorners::new(&light).unwrap()).excluding(0..3);
         let mut shaft = occluders.shaft(query, &mut scratch);
         for line in &lines {
             let target = line.at(0.618);
             let ray = Ray {
                 origin: point,
                 direction: target - point,
-                t_min: linelit_geometry::POINT_MARGIN,
-                t_max: 1.0 - linelit_geometry::LIGHT_MARGIN,
+                t_min: Margins::DEFAULT.point,
+                t_max: Margins::DEFAULT.end(),
             };
             prop_assert_eq!(
                 shaft.point_visible(target),

@@ -63,11 +63,7 @@ fn look_out(seed: u64, pairs: u64) {
                 lines.truncate(1);
             }
             tried += edges * lines.len() as u64;
-            let query = ShaftQuery {
-                point,
-                light: LightCorners::new(&light).unwrap(),
-                exclude: NONE,
-            };
+            let query = ShaftQuery::new(point, LightCorners::new(&light).unwrap());
             let mut shaft = occluders.shaft(query, &mut scratch);
             assert_ne!(shaft.class(), ShaftClass::Empty, "case {case}");
             shaft.visible(&lines, &mut out);

@@ -16,11 +16,7 @@ fn ask(
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
     let mut scratch = Scratch::new();
     let (class, out) = common::ask(&occluders, point, (corners, lines), &NONE, &mut scratch);
-    let query = ShaftQuery {
-        point,
-        light: LightCorners::new(corners).unwrap(),
-        exclude: NONE,
-    };
+    let query = ShaftQuery::new(point, LightCorners::new(corners).unwrap());
     let mut shaft = occluders.shaft(query, &mut scratch);
     let seen = (0..lines.len())
         .map(|i| (out.fraction(i), shaft.point_visible(lines[i].at(0.5))))

@@ -14,6 +14,7 @@ mod instances;
 mod laws;
 mod leaks;
 mod limits;
+mod margins;
 mod refit;
 mod silhouettes;
 mod streams;

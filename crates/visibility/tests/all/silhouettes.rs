@@ -1,10 +1,10 @@
 //! Fine closed meshes, which lines past many triangles see by their silhouettes.
 
-use crate::common::{InSpace, Mesh, NONE, chord, closed, light};
+use crate::common::{InSpace, Mesh, NONE, chord, closed, light, past_all};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
-    InstructionSet, LightCorners, Occluders, Scratch, ShaftQuery, VisibleLines, brute,
+    InstructionSet, LightCorners, Occluders, Scratch, ShaftQuery, VisibleLines,
 };
 use std::{f64::consts::TAU, ops::Range};
 
@@ -95,11 +95,8 @@ fn see(
     exclude: &Range<u32>,
 ) -> (VisibleLines, u64) {
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
-    let query = ShaftQuery {
-        point,
-        light: LightCorners::new(light).unwrap(),
-        exclude: exclude.clone(),
-    };
+    let query =
+        ShaftQuery::new(point, LightCorners::new(light).unwrap()).excluding(exclude.clone());
     occluders
         .shaft(query, &mut scratch)
         .visible(lines, &mut out);
@@ -148,7 +145,7 @@ fn lines_past_fine_meshes_agree_with_brute_force() {
             dense += is_dense;
             for (i, line) in lines.iter().enumerate() {
                 assert_eq!(got.line(i), same.line(i), "case {case}, {turn}");
-                let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &exclude);
+                let want = past_all(&mesh, point, line, &exclude);
                 crossed += want.len();
                 asked += 1;
                 let (got, want) = (ends(got.line(i)), ends(&want));

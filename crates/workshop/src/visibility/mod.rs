@@ -243,11 +243,7 @@ fn trace_lines(
 ) -> f64 {
     let mut sum = 0.0;
     for &point in work.points {
-        let query = ShaftQuery {
-            point,
-            light: work.light,
-            exclude: work.exclude.clone(),
-        };
+        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
         let mut shaft = occluders.shaft(query, scratch);
         match shaft.class() {
             ShaftClass::Empty => {
@@ -275,11 +271,7 @@ fn trace_points(
 ) -> usize {
     let mut visible = 0;
     for &point in work.points {
-        let query = ShaftQuery {
-            point,
-            light: work.light,
-            exclude: work.exclude.clone(),
-        };
+        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
         let mut shaft = occluders.shaft(query, scratch);
         visible += match shaft.class() {
             ShaftClass::Empty => targets.len(),

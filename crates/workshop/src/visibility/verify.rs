@@ -1,7 +1,7 @@
 //! Lines of a scene against brute force in `f64`.
 
 use super::Workload;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Margins};
 use linelit_scenes::stratified_lines;
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines, brute};
 use rand::{RngExt as _, SeedableRng as _};
@@ -48,17 +48,20 @@ pub(super) fn verify(occluders: &Occluders, work: &Workload<'_>, least: usize) -
             break;
         };
         let lines = stratified_lines(work.light.corners(), LINES, &mut || random.random());
-        let query = ShaftQuery {
-            point,
-            light: work.light,
-            exclude: work.exclude.clone(),
-        };
+        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
         let mut shaft = occluders.shaft(query, &mut scratch);
         shaft.visible(&lines, &mut out);
         let dense = shaft.is_dense();
         let near = between(work, point);
         for (i, line) in lines.iter().enumerate() {
-            let want = brute::visible(work.positions, &near, point, line, &(0..0));
+            let want = brute::visible(
+                work.positions,
+                &near,
+                point,
+                line,
+                &(0..0),
+                Margins::DEFAULT,
+            );
             let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
             let got = out.fraction(i);
             found.largest = found.largest.max((got - want).abs());

@@ -1,6 +1,6 @@
 //! Scenes and random numbers for the tests.
 
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
 use linelit_scenes::VisibilityScene;
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
@@ -77,20 +77,28 @@ pub(crate) fn ask(
     scratch: &mut Scratch,
 ) -> (ShaftClass, VisibleLines) {
     let mut out = VisibleLines::new();
-    let query = ShaftQuery {
-        point,
-        light: LightCorners::new(light).unwrap(),
-        exclude: exclude.clone(),
-    };
+    let query =
+        ShaftQuery::new(point, LightCorners::new(light).unwrap()).excluding(exclude.clone());
     let mut shaft = occluders.shaft(query, scratch);
     shaft.visible(lines, &mut out);
     assert_eq!(out.len(), lines.len());
     (shaft.class(), out)
 }
 
+/// The visible parts of a line past every triangle but some, one by one, in `f64`.
+pub(crate) fn past_all(
+    mesh: &Mesh,
+    point: DVec3,
+    line: &Segment,
+    exclude: &Range<u32>,
+) -> Vec<Interval> {
+    let (positions, triangles) = (&mesh.positions, &mesh.triangles);
+    brute::visible(positions, triangles, point, line, exclude, Margins::DEFAULT)
+}
+
 /// The part of a line that is visible past every triangle, one by one, in `f64`.
 pub(crate) fn by_hand(mesh: &Mesh, point: DVec3, line: &Segment) -> f64 {
-    let parts = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
+    let parts = past_all(mesh, point, line, &NONE);
     parts.iter().map(|part| part.hi - part.lo).sum()
 }
 

@@ -1,0 +1,188 @@
+//! Closure: what a point sees of all facets around it together is everything.
+
+use linelit_bsdf::{Bsdf, Lambert};
+use linelit_estimators::{
+    Buffers, Estimator, LightSource, Query, RandomNumbers, ShadingPoint, estimate,
+};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Margins};
+use linelit_lights::{AreaLight, Emission, Light};
+use linelit_samplers::SamplerKind;
+use linelit_testkit::{cases::cases, cases::rng, rng::SplitMix64};
+use linelit_visibility::Occluders;
+
+/// Triangles, and boxes whose inside no point should be in.
+#[derive(Default)]
+struct Room {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    solids: Vec<[[f32; 3]; 8]>,
+}
+
+impl Room {
+    /// Twelve triangles of a box whose corners are numbered by bits.
+    fn add_box(&mut self, corner: impl Fn([f64; 3]) -> DVec3) {
+        let corners: [[f32; 3]; 8] = std::array::from_fn(|i| {
+            let bits = [0, 1, 2].map(|k| f64::from(u8::from(i >> k & 1 != 0)));
+            corner(bits).as_vec3().to_array()
+        });
+        let first = u32::try_from(self.positions.len()).unwrap();
+        self.positions.extend(corners);
+        let quads = [
+            [0, 1, 3, 2],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 3, 7, 6],
+            [0, 2, 6, 4],
+            [1, 3, 7, 5],
+        ];
+        for quad in quads {
+            let [a, b, c, d] = quad.map(|i| first + i);
+            self.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        self.solids.push(corners);
+    }
+
+    fn add_triangle(&mut self, corners: [DVec3; 3]) {
+        let first = u32::try_from(self.positions.len()).unwrap();
+        self.positions
+            .extend(corners.map(|v| v.as_vec3().to_array()));
+        self.triangles.push([first, first + 1, first + 2]);
+    }
+
+    fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize].map(f64::from).into())
+    }
+
+    /// Whether a point is within one of the boxes but the first, which is the room, with a margin.
+    fn is_free(&self, at: DVec3) -> bool {
+        self.solids[1..].iter().all(|corners| {
+            let corner = |i: usize| DVec3::from(corners[i].map(f64::from));
+            let from = at - corner(0);
+            let beyond = |i: usize| {
+                let edge = corner(i) - corner(0);
+                let share = from.dot(edge) / edge.length_squared();
+                !(-1e-3..=1.0 + 1e-3).contains(&share)
+            };
+            beyond(1) || beyond(2) || beyond(4)
+        })
+    }
+}
+
+fn sum_of_view_factors(room: &Room, occluders: &Occluders, at: DVec3, normal: DVec3) -> f64 {
+    let estimator: Estimator = "exact".parse().unwrap();
+    let point = ShadingPoint::new(
+        at,
+        normal,
+        normal,
+        Bsdf::Lambert(Lambert { albedo: DVec3::ONE }),
+    );
+    let mut buffers = Buffers::default();
+    let mut sum = 0.0;
+    for (k, id) in (0..room.triangles.len()).zip(0_u32..) {
+        let Ok(polygon) = ConvexPolygon::try_new(&room.corners(k)) else {
+            continue;
+        };
+        let light = Light::Area(AreaLight {
+            polygon,
+            emission: Emission {
+                radiance: DVec3::ONE,
+                two_sided: true,
+            },
+        });
+        let mut source = LightSource::new(&light);
+        source.triangles = id..id + 1;
+        let numbers = RandomNumbers {
+            sampler: SamplerKind::Stratified,
+            seed: 0,
+            pixel: [0, 0],
+            pair: 0,
+        };
+        let mut query = Query::new(occluders, &source, &point, &estimator, numbers, 1);
+        query.margins = Margins::NONE;
+        sum += estimate(&query, &mut buffers).x;
+    }
+    sum
+}
+
+/// A box around boxes: some stand on its floor, some hang in its walls' planes, some stand askew.
+fn room_of_boxes(rng: &mut SplitMix64, count: usize) -> Room {
+    let mut room = Room::default();
+    let size = DVec3::new(4.0, 3.0, 2.5);
+    room.add_box(|bits| DVec3::from(bits) * size);
+    for k in 0..count {
+        let edges = DVec3::from([(); 3].map(|()| rng.in_range(0.1, 1.2))) / (count as f64).cbrt();
+        let mut low = DVec3::from([(); 3].map(|()| rng.next_f64())) * (size - edges);
+        let turn = match k % 3 {
+            0 => {
+                DMat3::from_rotation_x(rng.in_range(0.0, 0.5))
+                    * DMat3::from_rotation_z(rng.in_range(0.0, 0.5))
+            }
+            1 => DMat3::from_rotation_z(rng.in_range(0.0, 0.5)),
+            _ => DMat3::IDENTITY,
+        };
+        if k % 3 != 0 {
+            low.z = 0.0;
+        }
+        room.add_box(|bits| low + turn * (DVec3::from(bits) * edges));
+    }
+    room
+}
+
+/// A box around loose triangles, which go through each other and through its walls.
+fn loose_triangles(rng: &mut SplitMix64, count: usize) -> Room {
+    let mut room = Room::default();
+    room.add_box(DVec3::from);
+    for _ in 0..count {
+        let at = DVec3::from([(); 3].map(|()| rng.next_f64()));
+        let corners = [(); 3].map(|()| at + DVec3::from([(); 3].map(|()| rng.in_range(-0.2, 0.2))));
+        room.add_triangle(corners);
+    }
+    room
+}
+
+/// A place in the room, often so near to a facet that it fills half of what is seen from there.
+fn place(rng: &mut SplitMix64, room: &Room) -> DVec3 {
+    let [lo, hi] = [0, 7].map(|i| DVec3::from(room.solids[0][i].map(f64::from)));
+    loop {
+        let mut at = lo + DVec3::from([(); 3].map(|()| rng.next_f64())) * (hi - lo);
+        if rng.below(2) == 0 {
+            let count = room.triangles.len() as u64;
+            let [a, b, c] = room.corners(usize::try_from(rng.below(count)).unwrap());
+            let (u, v) = (rng.next_f64(), rng.next_f64());
+            let height = 0.1_f64.powf(rng.in_range(1.0, 6.0)) * rng.in_range(-1.0, 1.0);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            at = a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v);
+            at += normal * (height * (b - a).length());
+        }
+        if at.cmpgt(lo).all() && at.cmplt(hi).all() && room.is_free(at) {
+            return at;
+        }
+    }
+}
+
+/// Without margins, the view factors from a point to all facets around it add up to one.
+///
+/// Of 3,000 points, half of them within a tenth to a millionth of a facet's size above it, the sums
+/// were within 3e-12: rounding of a few 1e-15 for each side of each visible part. With the default
+/// margins they are off by 3e-7 to 3e-6, since light gets past whatever touches a facet.
+#[test]
+fn view_factors_to_all_facets_of_a_room_add_up_to_one() {
+    let mut rng = rng(40);
+    for (boxes, points) in [(4, 24), (40, 4), (249, 1)] {
+        for room in [
+            room_of_boxes(&mut rng, boxes),
+            loose_triangles(&mut rng, 12 * boxes),
+        ] {
+            let occluders = Occluders::build(&room.positions, &room.triangles);
+            for _ in 0..cases(points) {
+                let (at, normal) = (place(&mut rng, &room), DVec3::from(rng.unit_vector()));
+                let error = sum_of_view_factors(&room, &occluders, at, normal) - 1.0;
+                let facets = room.triangles.len();
+                assert!(
+                    error.abs() < 1e-11,
+                    "{facets} facets, {at}, {normal}: {error:e}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! A light's frame where its plane matters to the last digit: on which side of it vertices lie.
+//!
+//! Such is a light that is seen edge on, and one that has no margin before it.
+
+use crate::{block::ddot, project::Vertex, sweep::Lanes};
+use linelit_geometry::{DVec3, double};
+use linelit_simd::Simd;
+
+/// The plane of a polygonal light and coordinates on it, for (P, Q, W) of vertices near the plane.
+///
+/// As a sum of three products, W cancels for a vertex that is much nearer to the light's plane than
+/// to the shading point's foot on it. There, W = 1 − V(v)/V(x) stands for it: V is the signed
+/// volume over three corners of the light, by determinants in twice the precision, which are exact
+/// where corners and vertices are `f32` numbers of similar size. A vertex in the plane then has
+/// W = 1. P = d₁·(v − x) − W c₁ and Q likewise, for the same W.
+///
+/// All depends on the vertex alone, so that triangles that share it agree.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sides {
+    /// A corner of the light, in the hierarchy's coordinates, and the normal of its plane.
+    pub(crate) corner: DVec3,
+    pub(crate) normal: double::Doubles<3>,
+    /// V of the shading point.
+    pub(crate) volume: f64,
+    /// The coefficients of P + c₁ W, Q + c₂ W and W.
+    pub(crate) d: [DVec3; 2],
+    pub(crate) c: [f64; 2],
+    pub(crate) w: DVec3,
+    /// The place (0, 0) relative to the shading point, and the vectors along p and q.
+    pub(crate) axes: [DVec3; 3],
+}
+
+/// W is taken from volumes where its terms are so many times as large, and so near to one, in units
+/// of them: else, it loses eight bits at most, and its side is certain.
+const CANCELS: f64 = 256.0;
+const NEAR_ONE: f64 = 1e-14;
+
+impl Sides {
+    /// V of a vertex.
+    fn volume(&self, vertex: DVec3) -> f64 {
+        let from = double::difference(vertex, self.corner);
+        double::dot(self.normal, from).hi()
+    }
+
+    /// (P, Q, W) of eight vertices, given their places relative to the shading point as well.
+    #[inline(always)]
+    pub(crate) fn vertex<S: Simd>(&self, s: S, places: [S::D; 3], from: [S::D; 3]) -> Vertex<S> {
+        let [x, y, z] = from;
+        let mut rows = Lanes([[0.0; 8]; 7]);
+        let columns = places
+            .into_iter()
+            .chain(from)
+            .chain([ddot::<S>(self.w, x, y, z)]);
+        for (row, column) in rows.iter_mut().zip(columns) {
+            s.dstore(column, row);
+        }
+        self.decide(&mut rows);
+        let w = s.dload(&rows[6]);
+        let [p, q] = [0, 1].map(|k| ddot::<S>(self.d[k], x, y, z) - w * self.c[k]);
+        [p, q, w]
+    }
+
+    /// (P, Q, W) of one vertex.
+    pub(crate) fn vertex_of(&self, place: DVec3, from: DVec3) -> [f64; 3] {
+        let [p, q, w] = self.about_foot(place, from);
+        [p - w * self.c[0], q - w * self.c[1], w]
+    }
+
+    /// (P + c₁ W, Q + c₂ W, W) of a vertex: its coordinates about the foot of the shading point.
+    /// For a light seen edge on, the first two are small where P, Q and W are not, so that what is
+    /// interpolated between two of them keeps its digits.
+    pub(crate) fn about_foot(&self, place: DVec3, from: DVec3) -> [f64; 3] {
+        let form = |n: DVec3| from.x * n.x + from.y * n.y + from.z * n.z;
+        let w = self.w(place, from, form(self.w));
+        [form(self.d[0]), form(self.d[1]), w]
+    }
+
+    /// Where the ray from the shading point through a point (relative to it) of the light's plane,
+    /// or near it, meets that plane.
+    #[cold]
+    pub(crate) fn project(&self, from: DVec3) -> [f64; 2] {
+        let terms = (self.w * from).abs().element_sum();
+        let w = self.w.dot(from);
+        // In the plane, up to rounding.
+        let w = if (w - 1.0).abs() <= NEAR_ONE * (1.0 + terms) {
+            1.0
+        } else {
+            w
+        };
+        [0, 1].map(|k| self.d[k].dot(from) / w - self.c[k])
+    }
+
+    /// Replaces W in the last row where it cancels.
+    #[inline(never)]
+    fn decide(&self, [x, y, z, dx, dy, dz, w]: &mut [[f64; 8]; 7]) {
+        for (lane, w) in w.iter_mut().enumerate() {
+            let place = DVec3::new(x[lane], y[lane], z[lane]);
+            let from = DVec3::new(dx[lane], dy[lane], dz[lane]);
+            *w = self.w(place, from, *w);
+        }
+    }
+
+    /// W of a vertex, given its place relative to the shading point and the sum of products.
+    fn w(&self, place: DVec3, from: DVec3, w: f64) -> f64 {
+        let terms = (self.w * from).abs().element_sum();
+        if terms > CANCELS * w.abs() || (w - 1.0).abs() <= NEAR_ONE * (1.0 + terms) {
+            1.0 - self.volume(place) / self.volume
+        } else {
+            w
+        }
+    }
+}
