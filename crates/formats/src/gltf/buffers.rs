@@ -144,7 +144,7 @@ impl<'a> Reader<'a> {
             component,
             width,
             count,
-            factor,
+            normalized,
         } = layout;
         let size = width * component.size();
         let stride = stride.unwrap_or(size);
@@ -178,7 +178,14 @@ impl<'a> Reader<'a> {
             values.extend(
                 element
                     .chunks_exact(component.size())
-                    .map(|b| value(component, b) * factor),
+                    .map(|b| value(component, b))
+                    .map(|v| {
+                        if normalized {
+                            fraction(component, v)
+                        } else {
+                            v
+                        }
+                    }),
             );
         }
         Ok(values)
@@ -204,7 +211,7 @@ impl<'a> Reader<'a> {
             component: component.0,
             width: 1,
             count,
-            factor: 1.0,
+            normalized: false,
         };
         let view =
             |from: Raw<'a>, index: usize| doc.element(List::BufferViews, index, from, "bufferView");
@@ -276,8 +283,8 @@ struct Layout {
     component: ComponentType,
     width: usize,
     count: usize,
-    /// One, or what turns normalised integers into fractions.
-    factor: f64,
+    /// Whether integers stand for fractions.
+    normalized: bool,
 }
 
 impl Layout {
@@ -303,11 +310,7 @@ impl Layout {
                 Type::Mat4 => 16,
             },
             count: size(node.count),
-            factor: if node.normalized {
-                unit(component.0)
-            } else {
-                1.0
-            },
+            normalized: node.normalized && component.0 != ComponentType::F32,
         })
     }
 }
@@ -356,16 +359,18 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     GeneralPurpose::new(&STANDARD, lenient).decode(text).ok()
 }
 
-/// The factor that turns normalised integers into fractions.
-const fn unit(component: ComponentType) -> f64 {
-    match component {
-        ComponentType::I8 => 1.0 / 127.0,
-        ComponentType::U8 => 1.0 / 255.0,
-        ComponentType::I16 => 1.0 / 32767.0,
-        ComponentType::U16 => 1.0 / 65535.0,
-        ComponentType::U32 => 1.0 / 4294967295.0,
+/// The fraction that a normalised integer stands for: c over the largest of its type, and −1 for
+/// the lowest of a signed one as for the one above it (glTF 2.0, section 3.11).
+const fn fraction(component: ComponentType, c: f64) -> f64 {
+    let largest = match component {
+        ComponentType::I8 => 127.0,
+        ComponentType::U8 => 255.0,
+        ComponentType::I16 => 32767.0,
+        ComponentType::U16 => 65535.0,
+        ComponentType::U32 => 4294967295.0,
         ComponentType::F32 => 1.0,
-    }
+    };
+    (c / largest).max(-1.0)
 }
 
 fn value(component: ComponentType, b: &[u8]) -> f64 {

@@ -3,7 +3,7 @@
 use crate::common::assert_near;
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{MaterialKind, Projection, Texture};
+use linelit_scene::{MaterialKind, Projection, Scene, Texture};
 
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -150,6 +150,71 @@ fn interleaved_and_quantised_vertices() {
         scene.surface(0, [0.2, 0.2], -DVec3::Z).shading_normal,
         DVec3::Z
     );
+}
+
+/// glTF 2.0, section 3.11: f = max(c/127, −1) and max(c/32767, −1), f = c/255 and c/65535, of
+/// every attribute, and of the values of sparse accessors.
+#[test]
+fn normalised_integers_are_the_fractions_of_the_specification() {
+    let short = |c: i16| c.to_le_bytes();
+    let mut buffer: Vec<u8> = Vec::new();
+    // Positions by i16, normals by i8, coordinates by i8 and u16, sixteen bytes a vertex.
+    for [x, y] in [[-32768, -32767], [32767, 0], [16384, 32767], [1, -1]] {
+        buffer.extend([short(x), short(y), short(0)].concat());
+        buffer.extend([0x80, 0x81, 0x7f, 0, 0x80, 0x40]);
+        buffer.extend([short(-1), short(0)].concat());
+    }
+    // The sparse value of the last position.
+    buffer.extend([short(-32768), short(32767), short(-32768)].concat());
+    let accessor = |offset: usize, kind: u16, width: &str| {
+        format!(
+            r#"{{ "bufferView": 1, "byteOffset": {offset}, "componentType": {kind}, "normalized": true,
+            "count": 4, "type": "{width}" }}"#
+        )
+    };
+    let sparse = r#""sparse": { "count": 1, "indices": { "bufferView": 2, "componentType": 5121 },
+        "values": { "bufferView": 3 } } }"#;
+    let positions = accessor(0, 5122, "VEC3");
+    let positions = format!("{}, {sparse}", positions.trim_end_matches(" }"));
+    let text = |uv: usize| {
+        let accessors = [
+            positions.clone(),
+            accessor(6, 5120, "VEC3"),
+            accessor(10, 5120, "VEC2"),
+            accessor(12, 5123, "VEC2"),
+        ]
+        .join(", ");
+        let rest = format!(
+            r#""nodes": [ {{ "mesh": 0 }} ], "accessors": [ {accessors} ], "meshes": [ {{ "primitives": [ {{
+            "attributes": {{ "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": {uv} }}, "mode": 6 }} ] }} ]"#
+        );
+        document(&buffer, &rest).replace(
+            r#""byteStride": 16 }"#,
+            r#""byteStride": 16 }, { "buffer": 0, "byteOffset": 2, "byteLength": 1 },
+            { "buffer": 0, "byteOffset": 64, "byteLength": 6 }"#,
+        )
+    };
+    // The index of the sparse value is the byte 0x01 of −32767: the second corner.
+    let scene = load(&text(2)).scene;
+    #[allow(clippy::cast_possible_truncation, reason = "positions are f32")]
+    let half = (16384.0 / 32767.0) as f32;
+    let bits = |values: [f32; 3]| values.map(f32::to_bits);
+    for (k, want) in [[-1.0, -1.0, 0.0], [-1.0, 1.0, -1.0], [half, 1.0, 0.0]]
+        .into_iter()
+        .enumerate()
+    {
+        assert_eq!(bits(scene.positions[k]), bits(want), "{k}");
+    }
+    // (−1, −1, 1), made a unit vector.
+    let [x, y, z] = scene.normals[0];
+    assert!((f64::from(z) - 3f64.sqrt().recip()).abs() <= f64::from(f32::EPSILON));
+    assert_eq!(bits([x, y, z]), bits([-z, -z, z]));
+    // Ours count v from the bottom: 1 − 64/127.
+    #[allow(clippy::cast_possible_truncation, reason = "coordinates are f32")]
+    let v = (1.0 - 64.0 / 127.0) as f32;
+    let uv = |scene: &Scene| scene.uvs[0].map(f32::to_bits);
+    assert_eq!(uv(&scene), [-1.0, v].map(f32::to_bits));
+    assert_eq!(uv(&load(&text(3)).scene), [1.0_f32, 1.0].map(f32::to_bits));
 }
 
 #[test]
