@@ -7,7 +7,7 @@ use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurp
 use gltf::json::accessor::{Accessor, ComponentType, Type, sparse};
 use gltf::json::buffer;
 use gltf::json::validation::{Checked, USize64};
-use linelit_assembly::{ErrorKind, Result};
+use linelit_assembly::{ErrorKind, Result, shorten};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -48,8 +48,19 @@ impl<'a> Reader<'a> {
             None => match &self.binary {
                 Some(data) if index == 0 => Arc::clone(data),
                 _ => {
-                    let message = "a buffer without `uri` and without binary chunk";
-                    let kind = ErrorKind::MissingParameter;
+                    // What an extension keeps of it elsewhere cannot be read.
+                    let extension = doc.extensions(raw).into_keys().min();
+                    let (kind, message) = match extension {
+                        Some(name) => {
+                            let what = "the data of a buffer are there by the extension alone:";
+                            let message = format!("{what} `{}` is not supported", shorten(&name));
+                            (ErrorKind::Unsupported, message)
+                        }
+                        None => (
+                            ErrorKind::MissingParameter,
+                            "a buffer without `uri` and without binary chunk".to_owned(),
+                        ),
+                    };
                     return Err(doc.error(kind, message, raw, "has no data"));
                 }
             },

@@ -24,6 +24,7 @@ pub(super) struct Lists<'a> {
     pub(super) buffer_views: Vec<Raw<'a>>,
     pub(super) buffers: Vec<Raw<'a>>,
     pub(super) cameras: Vec<Raw<'a>>,
+    pub(super) extensions_required: Vec<Raw<'a>>,
     pub(super) extensions_used: Vec<Raw<'a>>,
     pub(super) images: Vec<Raw<'a>>,
     pub(super) materials: Vec<Raw<'a>>,
@@ -138,6 +139,13 @@ impl<'a> Document<'a> {
     pub(super) fn get(&self, raw: Raw<'a>, key: &str) -> Option<Raw<'a>> {
         let object = serde_json::from_str::<HashMap<String, Raw<'a>>>(raw.get());
         object.ok()?.remove(key)
+    }
+
+    /// The extensions of a value by their names.
+    pub(super) fn extensions(&self, raw: Raw<'a>) -> HashMap<String, Raw<'a>> {
+        let extensions = self.get(raw, "extensions");
+        let named = extensions.and_then(|raw| serde_json::from_str(raw.get()).ok());
+        named.unwrap_or_default()
     }
 
     /// The place of a value.

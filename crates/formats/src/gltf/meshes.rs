@@ -276,8 +276,7 @@ impl<'a> Reader<'a> {
 /// Refuses a primitive whose vertices are there in compressed form alone.
 fn refuse_compression<'a>(doc: &Document<'a>, node: &Primitive, raw: Raw<'a>) -> Result<()> {
     const DRACO: &str = "KHR_draco_mesh_compression";
-    let extensions = doc.get(raw, "extensions");
-    let Some(extension) = extensions.and_then(|extensions| doc.get(extensions, DRACO)) else {
+    let Some(extension) = doc.extensions(raw).remove(DRACO) else {
         return Ok(());
     };
     // Where the extension is not required, the plain vertices are there as well.
@@ -291,7 +290,7 @@ fn refuse_compression<'a>(doc: &Document<'a>, node: &Primitive, raw: Raw<'a>) ->
     }
     let message = format!("meshes compressed by `{DRACO}` are not supported");
     let error = doc.error(ErrorKind::Unsupported, message, extension, "cannot be read");
-    Err(error.help("export the scene without mesh compression"))
+    Err(error.help(super::WITHOUT_COMPRESSION))
 }
 
 /// The ends of the lines of a topology, as places in the index list.

@@ -15,7 +15,7 @@ mod textures;
 
 use buffers::Numbers;
 use document::{Document, List, Raw};
-use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded, Result, Source, Span};
+use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded, Result, Source, Span, shorten};
 use linelit_elementary::{atan, tan};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
@@ -36,6 +36,8 @@ const EXTENSIONS: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
+
+const WITHOUT_COMPRESSION: &str = "export the scene without mesh compression";
 
 /// A mesh at many places.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
@@ -150,6 +152,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         shapes: 0,
         indices: 0,
     };
+    reader.refuse_extensions()?;
     reader.warn_extensions()?;
     reader.read_materials()?;
     reader.read_nodes()?;
@@ -238,6 +241,26 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Refuses a file that requires what we do not read: without it, the file says, it is not to be
+    /// drawn (glTF 2.0, section 3.12).
+    fn refuse_extensions(&self) -> Result<()> {
+        let doc = self.doc;
+        for raw in &doc.lists.extensions_required {
+            let name: String = doc.read(raw)?;
+            if EXTENSIONS.contains(&name.as_str()) {
+                continue;
+            }
+            let message = format!("the extension `{}` is not supported", shorten(&name));
+            let error = doc.error(ErrorKind::Unsupported, message, raw, "the file requires it");
+            return Err(if name.contains("compression") {
+                error.help(WITHOUT_COMPRESSION)
+            } else {
+                error
+            });
+        }
+        Ok(())
+    }
+
     /// Names what the file uses and we do not read. Extensions of materials are named where they
     /// are used.
     fn warn_extensions(&mut self) -> Result<()> {

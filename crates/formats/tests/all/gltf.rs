@@ -249,15 +249,20 @@ fn what_is_compressed_or_unknown_is_named() {
         "meshes": [ { "primitives": [ { "attributes": { "POSITION": 0 },
           "extensions": { "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } } } ] } ]"#,
     );
-    let error = attempt(&draco).unwrap_err().to_string();
-    assert!(
-        error.contains("`KHR_draco_mesh_compression` are not supported"),
-        "{error}"
-    );
-    assert!(
-        error.contains("export the scene without mesh compression"),
-        "{error}"
-    );
+    // Required, and used without being required by what has no plain vertices.
+    let unrequired = draco.replace("extensionsRequired", "extensionsWanted");
+    for (text, what) in [
+        (draco, "is not supported"),
+        (unrequired, "are not supported"),
+    ] {
+        let error = attempt(&text).unwrap_err().to_string();
+        let named = format!("`KHR_draco_mesh_compression` {what}");
+        assert!(error.contains(&named), "{error}");
+        assert!(
+            error.contains("export the scene without mesh compression"),
+            "{error}"
+        );
+    }
 
     let odd = document(
         &floats(&SQUARE),
@@ -284,6 +289,52 @@ fn what_is_compressed_or_unknown_is_named() {
     ] {
         assert!(has_warning(&loaded, part), "{part}: {:#?}", loaded.warnings);
     }
+}
+
+/// glTF 2.0, section 3.12: what a file requires it cannot be drawn without.
+#[test]
+fn files_that_require_what_is_not_read_are_refused_by_its_name() {
+    let text = |rest: &str| {
+        let rest = format!(
+            r#"{rest} "nodes": [ {{ "mesh": 0 }} ], "accessors": [ {POSITIONS} ],
+            "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "mode": 6 }} ] }} ]"#
+        );
+        document(&floats(&SQUARE), &rest)
+    };
+    let read = [
+        "EXT_mesh_gpu_instancing",
+        "KHR_materials_emissive_strength",
+        "KHR_materials_ior",
+        "KHR_materials_specular",
+        "KHR_mesh_quantization",
+        "KHR_texture_transform",
+    ];
+    let all = format!(r#""extensionsRequired": {read:?},"#);
+    assert_eq!(load(&text(&all)).scene.triangles.len(), 2);
+    for unknown in [
+        "VENDOR_made_up",
+        "KHR_texture_basisu",
+        "KHR_materials_clearcoat",
+    ] {
+        let required =
+            format!(r#""extensionsRequired": [ "KHR_texture_transform", "{unknown}" ],"#);
+        let error = attempt(&text(&required)).unwrap_err();
+        let message = format!("the extension `{unknown}` is not supported");
+        assert_eq!(error.message(), message);
+        // Used, but not required, it is left out.
+        assert!(attempt(&text(&required.replace("Required", "Used"))).is_ok());
+    }
+    // A buffer that an extension alone can fill, though nothing says that it is required.
+    let empty = r#""extensions": { "EXT_meshopt_compression": { "fallback": true } }"#;
+    let whole = text("");
+    let start = whole.find(r#""uri""#).unwrap();
+    let end = start + whole[start..].find(" }").unwrap();
+    let error = attempt(&format!("{}{empty}{}", &whole[..start], &whole[end..]));
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.contains("`EXT_meshopt_compression` is not supported"),
+        "{error}"
+    );
 }
 
 #[test]
