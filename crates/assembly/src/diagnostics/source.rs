@@ -134,8 +134,17 @@ impl Files {
     }
 
     /// The path of a file by its name in the scene, and the same with links followed; refused
-    /// outside of the root, whether or not there is such a file.
+    /// outside of the root, whether or not there is such a file. The backslashes of a name that is
+    /// not there are those of Windows: slashes.
     pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
+        let found = self.find_exactly(name);
+        if found.is_err() && name.contains('\\') {
+            return self.find_exactly(&name.replace('\\', "/"));
+        }
+        found
+    }
+
+    fn find_exactly(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
         if let Some(files) = &self.memory {
             let there = files.contains_key(name).then(|| PathBuf::from(name));
             let absent = || Refusal::io(&io::ErrorKind::NotFound.into());

@@ -209,7 +209,7 @@ fn map(
         return Ok(None);
     };
     let span = first.to(rest[rest.len() - 1]);
-    let name = source.text(span).replace('\\', "/");
+    let name = source.text(span);
     let at = source.at(span);
     let data = match read(base, &name, at) {
         Ok(data) => data,

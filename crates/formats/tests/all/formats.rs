@@ -263,13 +263,32 @@ fn four_formats_one_scene() {
     let folder = std::env::temp_dir().join(format!("linelit-formats-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let (text, library) = obj();
-    std::fs::write(folder.join("room.obj"), text).unwrap();
-    std::fs::write(folder.join("room.mtl"), library).unwrap();
-    let loaded = linelit_formats::load(folder.join("room.obj"), &LoadOptions::default());
+    std::fs::create_dir_all(folder.join("a b")).unwrap();
+    std::fs::write(folder.join("room.mtl"), &library).unwrap();
+    std::fs::write(folder.join("a b/room.mtl"), &library).unwrap();
+    // Windows' way to write a path, too.
+    for name in [
+        "room.mtl",
+        ".\\room.mtl",
+        "a b\\room.mtl",
+        ".\\a b\\..\\room.mtl",
+    ] {
+        let text = text.replacen("room.mtl", name, 1);
+        std::fs::write(folder.join("room.obj"), text).unwrap();
+        let loaded = linelit_formats::load(folder.join("room.obj"), &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+        assert!(loaded.warnings.is_empty(), "{name}: {:?}", loaded.warnings);
+        assert_eq!(essence(&loaded.scene), want, "OBJ, {name}");
+    }
+    // Which leads out of the scene's folder no more than slashes do.
+    std::fs::write(folder.join("a b/room.obj"), "mtllib ..\\room.mtl\n").unwrap();
+    let loaded = linelit_formats::load(folder.join("a b/room.obj"), &LoadOptions::default());
     std::fs::remove_dir_all(&folder).unwrap();
-    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
-    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    assert_eq!(essence(&loaded.scene), want, "OBJ");
+    let error = loaded.unwrap_err().to_string();
+    assert!(
+        error.contains("it lies outside of the scene's folder"),
+        "{error}"
+    );
 }
 
 #[test]
