@@ -134,12 +134,16 @@ impl Sink {
     fn left_out(&self, header: &Header) -> Vec<String> {
         // What every mesh tool writes and no renderer needs.
         const SILENT: [&str; 2] = ["edge", "camera"];
-        let is_read = |k: &usize| {
-            let others = self.normal.iter().flatten().chain(self.uv.iter().flatten());
-            self.position.iter().chain(others).any(|i| i == k)
+        let of_vertex = self.position.iter().chain(self.normal.iter().flatten());
+        let of_vertex: Vec<usize> = of_vertex.chain(self.uv.iter().flatten()).copied().collect();
+        let unread = |element: usize, read: &[usize]| -> Vec<&str> {
+            let Element {
+                count, properties, ..
+            } = &header.elements[element];
+            let all = properties.iter().enumerate().filter(|_| *count > 0);
+            let unread = all.filter(|(k, _)| !read.contains(k));
+            unread.map(|(_, p)| &*p.name).collect()
         };
-        let properties = header.elements[self.vertex].properties.iter().enumerate();
-        let properties = properties.filter(|(k, _)| !is_read(k));
         let elements = header.elements.iter().enumerate().filter(|(k, e)| {
             self.role(*k) == Role::Skip && e.count > 0 && !SILENT.contains(&e.name.as_str())
         });
@@ -150,10 +154,9 @@ impl Sink {
             (!names.is_empty()).then_some(message)
         };
         [
-            list(
-                "vertex properties",
-                properties.map(|(_, p)| &*p.name).collect(),
-            ),
+            list("vertex properties", unread(self.vertex, &of_vertex)),
+            self.face
+                .and_then(|face| list("face properties", unread(face, &[self.indices]))),
             list("elements", elements.map(|(_, e)| &*e.name).collect()),
         ]
         .into_iter()

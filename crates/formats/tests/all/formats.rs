@@ -400,3 +400,39 @@ fn polygons_and_byte_orders_of_ply() {
         );
     }
 }
+
+#[test]
+fn what_is_left_out_of_a_ply_file_is_named() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nproperty uchar red\nproperty list uchar float weights\nelement face 1\n\
+        property uchar flags\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+        element thing 1\nproperty int k\nend_header\n\
+        0 0 0 9 2 1 1\n1 0 0 9 0\n0 1 0 9 0\n7 3 0 1 2 6 0 0 1 0 0 1\n5\n";
+    let read = |text: &str| {
+        let options = LoadOptions::default();
+        linelit_formats::from_bytes(Format::Ply, text.as_bytes(), "ply", &options).unwrap()
+    };
+    let loaded = read(text);
+    assert_eq!(loaded.scene.triangles.len(), 1);
+    let warnings = loaded.warnings.iter().map(|w| w.message());
+    let warnings: Vec<&str> = warnings.filter(|w| w.contains("left out")).collect();
+    assert_eq!(
+        warnings,
+        [
+            "vertex properties are left out: `red`, `weights`",
+            "face properties are left out: `flags`, `texcoord`",
+            "elements are left out: `thing`",
+        ]
+    );
+    // Where there are no faces, nothing of them is left out.
+    let without = text
+        .replace("face 1", "face 0")
+        .replace("\n7 3 0 1 2 6 0 0 1 0 0 1", "");
+    let loaded = read(&without);
+    assert!(
+        !loaded
+            .warnings
+            .iter()
+            .any(|w| w.message().contains("face properties"))
+    );
+}
