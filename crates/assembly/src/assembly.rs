@@ -361,10 +361,7 @@ impl Assembly {
                     let message = format!("`{name}`: {warning}");
                     self.warn(ErrorKind::OutOfRange, message, "named here", at)?;
                 }
-                let image = match pixels {
-                    Pixels::Bytes(p) => ImageData::new(p.width, p.height, p.rgb, srgb),
-                    Pixels::Linear(p) => ImageData::linear(p.width, p.height, p.rgb),
-                };
+                let image = image_of(pixels, srgb);
                 let image = image.expect("a reader gives all pixels, and none that is no light");
                 self.add_pixels(image.memory(), at)?;
                 Ok(Some(Arc::new(image)))
@@ -413,7 +410,7 @@ impl Assembly {
         let Ok(Some(grey)) = decode_alpha(name, bytes) else {
             return Ok(None);
         };
-        let Some(image) = ImageData::new(grey.width, grey.height, grey.rgb, false) else {
+        let Some(image) = image_of(grey, false) else {
             return Ok(None);
         };
         self.add_pixels(image.memory(), at)?;
@@ -472,5 +469,14 @@ impl Assembly {
             scene,
             warnings: self.warnings.into_list(),
         })
+    }
+}
+
+/// The image of a picture file's pixels.
+fn image_of(pixels: Pixels, srgb: bool) -> Option<ImageData> {
+    match pixels {
+        Pixels::Bytes(p) => ImageData::new(p.width, p.height, p.rgb, srgb),
+        Pixels::Words(p) => ImageData::of_words(p.width, p.height, &p.rgb, srgb),
+        Pixels::Linear(p) => ImageData::linear(p.width, p.height, p.rgb),
     }
 }

@@ -9,21 +9,27 @@ const BYTES_PER_BYTE: usize = 64;
 /// The most bytes that the pixels of an image may take.
 const MAX_BYTES: usize = 1 << 32;
 
-/// A picture of bytes, three to a pixel. Whether they are sRGB-encoded or linear is for those to
+/// A picture of integers, three to a pixel. Whether they are sRGB-encoded or linear is for those to
 /// know who use it: files do not say, or not reliably.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ByteImage {
+pub struct IntegerImage<T> {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
     /// Red, green and blue, row by row, the top row first; `width` × `height` of them.
-    pub rgb: Vec<[u8; 3]>,
+    pub rgb: Vec<[T; 3]>,
 }
 
-impl ByteImage {
+/// A picture of eight bits a channel.
+pub type ByteImage = IntegerImage<u8>;
+
+/// A picture of sixteen bits a channel.
+pub type WordImage = IntegerImage<u16>;
+
+impl<T> IntegerImage<T> {
     /// A picture of its rows; `None` if it has no pixels or another number of them.
-    pub(crate) fn of([width, height]: [u32; 2], rgb: Vec<[u8; 3]>) -> Option<Self> {
+    pub(crate) fn of([width, height]: [u32; 2], rgb: Vec<[T; 3]>) -> Option<Self> {
         let count = crate::image::area(width, height);
         (count > 0 && rgb.len() == count).then_some(Self { width, height, rgb })
     }
@@ -34,6 +40,8 @@ impl ByteImage {
 pub enum Pixels {
     /// Pixels of a PNG, TGA or JPEG file.
     Bytes(ByteImage),
+    /// Pixels of a PNG file of 16 bits a channel.
+    Words(WordImage),
     /// Pixels of an EXR or PFM file: linear values, finite and not below zero.
     Linear(Image),
 }
@@ -135,7 +143,7 @@ pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, Decode
         }))
     };
     if bytes.starts_with(b"\x89PNG") {
-        return plain(crate::png::read(bytes));
+        return read_png(bytes);
     }
     if bytes.starts_with(b"\xff\xd8\xff") {
         return read_jpeg(bytes).and_then(plain);
@@ -146,27 +154,32 @@ pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, Decode
     let extension = name.rsplit('.').next().unwrap_or("");
     match extension.to_ascii_lowercase().as_str() {
         "tga" => plain(crate::tga::read(bytes)),
-        "png" => plain(crate::png::read(bytes)),
+        "png" => read_png(bytes),
         "exr" | "pfm" => Some(read_numbers(bytes)),
         "jpg" | "jpeg" => Some(Err("it is not a JPEG file".into())),
         _ => None,
     }
 }
 
-/// Reads the alpha channel of a picture as grey, within the same limits; `None` if it has none, and
-/// of files other than PNG and TGA.
+/// Reads the alpha channel of a picture as grey integers, within the same limits; `None` if it has
+/// none, and of files other than PNG and TGA.
 ///
 /// # Errors
 /// As [`decode_picture`].
-pub fn decode_alpha(name: &str, bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
+pub fn decode_alpha(name: &str, bytes: &[u8]) -> Result<Option<Pixels>, DecodeError> {
     if bytes.starts_with(b"\x89PNG") {
         return crate::png::read_alpha(bytes);
     }
     let extension = name.rsplit('.').next().unwrap_or("");
     if extension.eq_ignore_ascii_case("tga") {
-        return crate::tga::read_alpha(bytes);
+        return Ok(crate::tga::read_alpha(bytes)?.map(Pixels::Bytes));
     }
     Ok(None)
+}
+
+fn read_png(bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
+    let warning = None;
+    Some(crate::png::read(bytes).map(|pixels| Decoded { pixels, warning }))
 }
 
 /// Reads an EXR or PFM file.

@@ -56,7 +56,9 @@ mod tiles;
 
 pub use atomic::{check_writable, write_atomically, write_atomically_with};
 pub use compression::Compression;
-pub use decode::{ByteImage, DecodeError, Decoded, Pixels, decode_alpha, decode_picture};
+pub use decode::{
+    ByteImage, DecodeError, Decoded, IntegerImage, Pixels, WordImage, decode_alpha, decode_picture,
+};
 pub use display::{
     Exposure, HeatMap, ToneCurve, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
 };

@@ -1,41 +1,48 @@
-//! Reading PNG pictures: all colour types and depths, reduced to eight bits, their checksums
-//! verified.
+//! Reading PNG pictures: all colour types, of sixteen bits as they are and of fewer as eight, their
+//! checksums verified.
 
-use crate::ByteImage;
-use crate::decode::{DecodeError, check_size};
+use crate::decode::{DecodeError, IntegerImage, Pixels, check_size};
 use flate2::Crc;
-use png::{ColorType, DecodeOptions, Decoder, DecodingError, Limits, Transformations};
+use png::{BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Limits, Transformations};
 use std::io::Cursor;
 
 /// Reads an image; the error is a message without a place.
-pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
-    let colour = |p: &[u8]| match *p {
-        [r, g, b, ..] => [r, g, b],
-        [grey, ..] => [grey; 3],
-        [] => [0; 3],
-    };
-    unpack(bytes)?.image(colour)
+pub(crate) fn read(bytes: &[u8]) -> Result<Pixels, DecodeError> {
+    unpack(bytes)?.image(|channels| if channels > 2 { [0, 1, 2] } else { [0; 3] })
 }
 
 /// Reads the alpha channel of an image, or of its palette, as grey; `None` if it has none.
-pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
+pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<Pixels>, DecodeError> {
     let unpacked = unpack(bytes)?;
     let has_alpha = unpacked.channels.is_multiple_of(2);
-    let alpha = |p: &[u8]| [p.last().copied().unwrap_or(u8::MAX); 3];
+    let alpha = |channels| [channels - 1; 3];
     has_alpha.then(|| unpacked.image(alpha)).transpose()
 }
 
-/// Eight bits for each channel of each pixel.
+/// The channels of each pixel.
 struct Unpacked {
     size: [u32; 2],
     channels: usize,
-    pixels: Vec<u8>,
+    /// Bytes of a channel: one, or two, the high one first.
+    depth: usize,
+    bytes: Vec<u8>,
 }
 
 impl Unpacked {
-    fn image(&self, pixel: impl Fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, DecodeError> {
-        let rgb = self.pixels.chunks_exact(self.channels).map(pixel).collect();
-        ByteImage::of(self.size, rgb).ok_or_else(|| "an empty PNG image".into())
+    /// The image of three of so many channels.
+    fn image(&self, chosen: impl Fn(usize) -> [usize; 3]) -> Result<Pixels, DecodeError> {
+        let chosen = chosen(self.channels);
+        let pixels = self.bytes.chunks_exact(self.depth * self.channels);
+        let image = if self.depth == 1 {
+            let rgb = pixels.map(|pixel| chosen.map(|k| pixel[k])).collect();
+            IntegerImage::of(self.size, rgb).map(Pixels::Bytes)
+        } else {
+            let word =
+                |pixel: &[u8], k: usize| u16::from_be_bytes([pixel[2 * k], pixel[2 * k + 1]]);
+            let rgb = pixels.map(|pixel| chosen.map(|k| word(pixel, k))).collect();
+            IntegerImage::of(self.size, rgb).map(Pixels::Words)
+        };
+        image.ok_or_else(|| "an empty PNG image".into())
     }
 }
 
@@ -49,12 +56,17 @@ fn unpack(bytes: &[u8]) -> Result<Unpacked, DecodeError> {
     let mut decoder = Decoder::new_with_options(Cursor::new(bytes), options);
     let info = decoder.read_header_info().map_err(|e| message(&e))?;
     let (width, height) = (info.width, info.height);
-    let size = check_size("a PNG", [width, height], 3, bytes.len())?;
+    let depth = if info.bit_depth == BitDepth::Sixteen {
+        2
+    } else {
+        1
+    };
+    let size = check_size("a PNG", [width, height], 3 * depth, bytes.len())?;
     // A row before and after it is unpacked, of four channels of 16 bits at most, beside the image.
     decoder.set_limits(Limits {
         bytes: 2 * size + 32 * width as usize + (1 << 16),
     });
-    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(|e| message(&e))?;
     let mut pixels = vec![0; reader.output_buffer_size().ok_or("a PNG image too large")?];
     let frame = reader.next_frame(&mut pixels).map_err(|e| message(&e))?;
@@ -71,7 +83,8 @@ fn unpack(bytes: &[u8]) -> Result<Unpacked, DecodeError> {
     Ok(Unpacked {
         size: [width, height],
         channels,
-        pixels,
+        depth,
+        bytes: pixels,
     })
 }
 
@@ -156,20 +169,24 @@ mod tests {
         .concat()
     }
 
-    fn row(image: &ByteImage) -> Vec<u8> {
-        image.rgb.iter().flatten().copied().collect()
+    fn row(pixels: &Pixels) -> Vec<u16> {
+        match pixels {
+            Pixels::Bytes(image) => image.rgb.iter().flatten().map(|b| u16::from(*b)).collect(),
+            Pixels::Words(image) => image.rgb.iter().flatten().copied().collect(),
+            Pixels::Linear(_) => panic!("a PNG file has integers"),
+        }
     }
 
     #[test]
-    fn all_kinds_become_eight_bits_of_colour() {
-        let grey = |v: &[u8]| v.iter().flat_map(|v| [*v; 3]).collect::<Vec<_>>();
+    fn all_kinds_become_colour_of_eight_or_of_all_sixteen_bits() {
+        let grey = |v: &[u16]| v.iter().flat_map(|v| [*v; 3]).collect::<Vec<_>>();
         for (depth, colour, raw, want) in [
             (2, 0, &[0, 0b00_01_10_11][..], grey(&[0, 85, 170, 255])),
             (
                 16,
                 0,
                 &[0, 10, 255, 20, 0, 30, 1, 40, 128],
-                grey(&[10, 20, 30, 40]),
+                grey(&[0x0aff, 0x1400, 0x1e01, 0x2880]),
             ),
             (
                 8,
@@ -180,14 +197,22 @@ mod tests {
         ] {
             let image = read(&file(4, 1, depth, colour, raw)).unwrap();
             assert_eq!(row(&image), want, "{depth} {colour}");
+            assert_eq!(matches!(image, Pixels::Words(_)), depth == 16);
         }
+        let raw = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let image = read(&file(1, 1, 16, 6, &raw)).unwrap();
+        assert_eq!(row(&image), [0x0102, 0x0304, 0x0506]);
+        let alpha = read_alpha(&file(1, 1, 16, 6, &raw)).unwrap().unwrap();
+        assert_eq!(row(&alpha), [0x0708; 3]);
+        let image = read(&file(1, 1, 16, 2, &raw[..7])).unwrap();
+        assert_eq!(row(&image), [0x0102, 0x0304, 0x0506]);
     }
 
     #[test]
     fn alpha_is_read_where_there_is_one() {
         let raw = [0, 10, 9, 20, 8, 30, 7, 40, 255];
         let image = read_alpha(&file(4, 1, 8, 4, &raw)).unwrap().unwrap();
-        assert_eq!(image.rgb, [9, 8, 7, 255].map(|a| [a; 3]));
+        assert_eq!(row(&image), [9, 9, 9, 8, 8, 8, 7, 7, 7, 255, 255, 255]);
         let grey = file(4, 1, 8, 0, &[0, 1, 2, 3, 4]);
         assert_eq!(read_alpha(&grey), Ok(None));
     }

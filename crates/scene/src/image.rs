@@ -16,13 +16,15 @@ pub struct ImageData {
     width: u32,
     height: u32,
     pixels: Pixels,
+    /// Whether the integers of its file are sRGB-encoded.
+    srgb: bool,
     pyramids: Pyramids,
 }
 
 /// Pixels, the top row first.
 #[derive(Clone, PartialEq)]
 enum Pixels {
-    Bytes { rgb: Vec<[u8; 3]>, srgb: bool },
+    Bytes(Vec<[u8; 3]>),
     Linear(Vec<[f32; 3]>),
 }
 
@@ -33,7 +35,7 @@ impl fmt::Debug for ImageData {
 }
 
 static SRGB: LazyLock<[f64; 256]> =
-    LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(u8::try_from(i).unwrap_or(255))));
+    LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0)));
 
 static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f64 / 255.0));
 
@@ -41,7 +43,21 @@ impl ImageData {
     /// An image of bytes from its rows, top row first; `None` if the count does not fit.
     pub fn new(width: u32, height: u32, rgb: Vec<[u8; 3]>, srgb: bool) -> Option<Self> {
         let count = rgb.len();
-        Self::with(width, height, count, Pixels::Bytes { rgb, srgb })
+        Self::with([width, height], count, Pixels::Bytes(rgb), srgb)
+    }
+
+    /// An image of words of 16 bits from its rows, top row first, each value kept as an `f32`
+    /// (within 2⁻²⁴ of it, relatively); `None` if the count does not fit.
+    pub fn of_words(width: u32, height: u32, rgb: &[[u16; 3]], srgb: bool) -> Option<Self> {
+        #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
+        let linear = |word: u16| {
+            let v = f64::from(word) / 65535.0;
+            (if srgb { srgb_to_linear(v) } else { v }) as f32
+        };
+        let table: Vec<f32> = (0..=u16::MAX).map(linear).collect();
+        let value = |rgb: &[u16; 3]| rgb.map(|word| table[usize::from(word)]);
+        let pixels = Pixels::Linear(rgb.iter().map(value).collect());
+        Self::with([width, height], rgb.len(), pixels, srgb)
     }
 
     /// An image of linear values, which may be above one, from its rows, top row first; `None` if
@@ -50,15 +66,16 @@ impl ImageData {
         let good = |v: &f32| *v >= 0.0 && v.is_finite();
         let all = rgb.iter().flatten().all(good);
         let count = rgb.len();
-        Self::with(width, height, count, Pixels::Linear(rgb)).filter(|_| all)
+        Self::with([width, height], count, Pixels::Linear(rgb), false).filter(|_| all)
     }
 
-    fn with(width: u32, height: u32, count: usize, pixels: Pixels) -> Option<Self> {
+    fn with([width, height]: [u32; 2], count: usize, pixels: Pixels, srgb: bool) -> Option<Self> {
         let expected = u64::from(width) * u64::from(height);
         (expected > 0 && expected == count as u64).then_some(Self {
             width,
             height,
             pixels,
+            srgb,
             pyramids: Pyramids::default(),
         })
     }
@@ -68,7 +85,7 @@ impl ImageData {
     pub fn to_luminance(&self) -> Self {
         let mut grey = self.clone();
         match &mut grey.pixels {
-            Pixels::Bytes { rgb, srgb } => to_grey(rgb, table(*srgb)),
+            Pixels::Bytes(rgb) => to_grey(rgb, table(self.srgb)),
             Pixels::Linear(rgb) => {
                 for value in rgb {
                     let luminance = DVec3::from(value.map(f64::from)).dot(LUMINANCE);
@@ -86,7 +103,7 @@ impl ImageData {
     pub fn component(&self, k: usize) -> Self {
         let mut grey = self.clone();
         match &mut grey.pixels {
-            Pixels::Bytes { rgb, .. } => rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]),
+            Pixels::Bytes(rgb) => rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]),
             Pixels::Linear(rgb) => rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]),
         }
         grey
@@ -105,7 +122,7 @@ impl ImageData {
     /// Bytes of the pixels.
     pub const fn memory(&self) -> usize {
         match &self.pixels {
-            Pixels::Bytes { rgb, .. } => 3 * rgb.len(),
+            Pixels::Bytes(rgb) => 3 * rgb.len(),
             Pixels::Linear(rgb) => 12 * rgb.len(),
         }
     }
@@ -128,7 +145,7 @@ impl ImageData {
     #[must_use]
     pub fn is_grey(&self) -> bool {
         match &self.pixels {
-            Pixels::Bytes { rgb, .. } => rgb.iter().all(|[r, g, b]| r == g && g == b),
+            Pixels::Bytes(rgb) => rgb.iter().all(|[r, g, b]| r == g && g == b),
             Pixels::Linear(rgb) => {
                 let is_grey = |[r, g, b]: [u32; 3]| r == g && g == b;
                 rgb.iter().all(|rgb| is_grey(rgb.map(f32::to_bits)))
@@ -140,17 +157,17 @@ impl ImageData {
     #[must_use]
     pub fn bytes(&self) -> Option<&[[u8; 3]]> {
         match &self.pixels {
-            Pixels::Bytes { rgb, .. } => Some(rgb),
+            Pixels::Bytes(rgb) => Some(rgb),
             Pixels::Linear(_) => None,
         }
     }
 
-    /// Whether the pixels are sRGB-encoded bytes rather than linear.
+    /// Whether the integers of its file are sRGB-encoded rather than linear.
     pub const fn is_srgb(&self) -> bool {
-        matches!(self.pixels, Pixels::Bytes { srgb: true, .. })
+        self.srgb
     }
 
-    /// Whether the pixels are numbers, which no file of bytes can hold.
+    /// Whether the pixels are linear numbers, which no file of bytes can hold.
     pub const fn is_linear(&self) -> bool {
         matches!(self.pixels, Pixels::Linear(_))
     }
@@ -159,8 +176,8 @@ impl ImageData {
     pub fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let index = y as usize * self.width as usize + x as usize;
         let value = match &self.pixels {
-            Pixels::Bytes { rgb, srgb } => {
-                let table = table(*srgb);
+            Pixels::Bytes(rgb) => {
+                let table = table(self.srgb);
                 rgb.get(index)
                     .map(|rgb| rgb.map(|byte| table[usize::from(byte)]))
             }
@@ -170,9 +187,8 @@ impl ImageData {
     }
 }
 
-/// Linear value of an sRGB-encoded byte.
-fn srgb_to_linear(byte: u8) -> f64 {
-    let v = f64::from(byte) / 255.0;
+/// Linear value of an sRGB-encoded one, both from 0 to 1.
+fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.04045 {
         v / 12.92
     } else {

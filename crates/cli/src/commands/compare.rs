@@ -5,7 +5,8 @@ use crate::output::{Output, note};
 use anyhow::{Context as _, Result};
 use linelit_elementary::exp2;
 use linelit_film::{
-    Decoded, Document, Exposure, Flip, HeatMap, Image, Pixels, Tile, decode_picture, srgb_decode,
+    Decoded, Document, Exposure, Flip, HeatMap, Image, IntegerImage, Pixels, Tile, decode_picture,
+    srgb_decode,
 };
 use linelit_study::stats::metrics::{ImageMetrics, MRSE_EPSILON};
 use serde::Serialize;
@@ -58,9 +59,9 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         linelit_film::check_writable(map)?;
     }
     let (ours, theirs) = (Picture::read(&args.image)?, Picture::read(&args.reference)?);
-    if ours.is_bytes != theirs.is_bytes {
+    if ours.is_encoded != theirs.is_encoded {
         note(format_args!(
-            "note: one of the pictures has 8 bits a channel, which hold nothing above white"
+            "note: one of the pictures has integers, which hold nothing above white"
         ));
     }
     let [picture, reference] = [&ours.image, &theirs.image];
@@ -260,8 +261,8 @@ struct Picture {
     /// Linear.
     image: Image,
     metadata: Metadata,
-    /// Whether it had 8 bits a channel, encoded as sRGB.
-    is_bytes: bool,
+    /// Whether it had integers, encoded as sRGB.
+    is_encoded: bool,
 }
 
 impl Picture {
@@ -284,7 +285,7 @@ impl Picture {
         Ok(Self {
             image: Image::read_layer(path, layer)?,
             metadata: document.unwrap_or_default(),
-            is_bytes: false,
+            is_encoded: false,
         })
     }
 
@@ -299,22 +300,28 @@ impl Picture {
         if let Some(warning) = warning {
             note(format_args!("warning: {}: {warning}", path.display()));
         }
-        let (image, is_bytes) = match pixels {
+        let (image, is_encoded) = match pixels {
             Pixels::Linear(image) => (image, false),
-            Pixels::Bytes(picture) => {
-                #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
-                let linear = |byte: u8| srgb_decode(f64::from(byte) / 255.0) as f32;
-                let rgb = picture.rgb.iter().map(|pixel| pixel.map(linear)).collect();
-                let (width, height) = (picture.width, picture.height);
-                (Image { width, height, rgb }, true)
-            }
+            Pixels::Bytes(picture) => (linear(&picture, 255.0), true),
+            Pixels::Words(picture) => (linear(&picture, 65535.0), true),
         };
         let metadata = Metadata::new();
         Ok(Self {
             image,
             metadata,
-            is_bytes,
+            is_encoded,
         })
+    }
+}
+
+/// The linear values of sRGB-encoded integers, the largest of which is white.
+fn linear<T: Copy + Into<f64>>(picture: &IntegerImage<T>, white: f64) -> Image {
+    #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
+    let value = |v: T| srgb_decode(v.into() / white) as f32;
+    Image {
+        width: picture.width,
+        height: picture.height,
+        rgb: picture.rgb.iter().map(|pixel| pixel.map(value)).collect(),
     }
 }
 

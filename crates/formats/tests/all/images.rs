@@ -54,6 +54,28 @@ fn png_files_are_read_exactly() {
     }
 }
 
+/// Sixteen bits a channel: 4001 x + 7, 7001 y + 3 and 2047 at pixel x, y.
+#[test]
+fn png_files_of_sixteen_bits_keep_all_of_them() {
+    let words = |x: f64, y: f64| DVec3::new(4001.0 * x + 7.0, 7001.0 * y + 3.0, 2047.0) / 65535.0;
+    // Values below one are kept as f32, within 2⁻²⁵; one of 65536 steps is 2⁻¹⁶. Centres of pixels
+    // are hit to a few ulps of the coordinates, times the slope.
+    let rounding = 255.0 * 2f64.powi(-25) + 1e-10;
+    let error = worst(&texture("words.png", "linear"), |x, y| 255.0 * words(x, y));
+    assert!(error < rounding, "{error}");
+    let linear = |v: f64| {
+        if v <= 0.04045 {
+            v / 12.92
+        } else {
+            ((v + 0.055) / 1.055).powf(2.4)
+        }
+    };
+    let error = worst(&texture("words.png", "sRGB"), |x, y| {
+        255.0 * DVec3::from(words(x, y).to_array().map(linear))
+    });
+    assert!(error < rounding, "{error}");
+}
+
 #[cfg(feature = "jpeg")]
 #[test]
 fn jpeg_files_are_read_to_their_quality() {
