@@ -2,57 +2,184 @@
 //!
 //! Spheres, disks and cylinders become meshes whose vertices are on the surface, with its normals
 //! and with pbrt's texture coordinates. A facet of angle α bulges inwards by 1 − cos(α/2) of the
-//! radius: 0.5 % with 32 steps around, 0.12 % with 64.
+//! radius: 0.5 % with 32 steps around, 0.12 % with 64. Facets that emit are moved outwards until
+//! they have the area of the surface: what they send is then what the round shape sends, but for
+//! where to.
 
 use linelit_elementary::{acos, sin_cos};
-use linelit_geometry::DVec3;
-use linelit_scene::MeshData;
+use linelit_geometry::{DMat3, DVec3, Segment};
+use linelit_lights::{Cylinder, Disk, Sphere};
+use linelit_scene::{MeshData, RoundShape};
+use std::f64::consts::TAU;
 
 /// Steps around and from pole to pole; the emissive ones are fewer because each facet is a light.
-pub(crate) const STEPS: [usize; 2] = [64, 32];
-pub(crate) const EMISSIVE_STEPS: [usize; 2] = [24, 12];
+const STEPS: [usize; 2] = [64, 32];
+const EMISSIVE_STEPS: [usize; 2] = [24, 12];
 
-/// A part of a sphere: between two heights, and from longitude 0 to `phi_max` (radians).
-pub(crate) fn sphere(
-    radius: f64,
-    z_min: f64,
-    z_max: f64,
-    phi_max: f64,
-    [around, up]: [usize; 2],
-) -> MeshData {
-    let theta = |z: f64| acos((z / radius).clamp(-1.0, 1.0));
-    let (bottom, top) = (theta(z_min), theta(z_max));
-    let ring = |v: f64| {
-        if v <= 0.0 {
-            (z_min, (radius * radius - z_min * z_min).max(0.0).sqrt())
-        } else if v >= 1.0 {
-            (z_max, (radius * radius - z_max * z_max).max(0.0).sqrt())
-        } else {
-            let (sin, cos) = sin_cos(bottom + v * (top - bottom));
-            (radius * cos, radius * sin)
+/// A round shape about z, or a part of one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Round {
+    pub(crate) kind: Kind,
+    /// The longitude that it reaches to from zero, in radians.
+    pub(crate) phi_max: f64,
+}
+
+/// Which round shape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// Between two heights of a sphere about the origin.
+    Sphere { radius: f64, heights: [f64; 2] },
+    /// An annulus at a height, facing +z.
+    Disk { height: f64, radii: [f64; 2] },
+    /// A tube between two heights.
+    Cylinder { radius: f64, heights: [f64; 2] },
+}
+
+impl Round {
+    /// Its name in pbrt text.
+    pub(crate) const fn name(&self) -> &'static str {
+        match self.kind {
+            Kind::Sphere { .. } => "sphere",
+            Kind::Disk { .. } => "disk",
+            Kind::Cylinder { .. } => "cylinder",
         }
+    }
+
+    /// Its facets.
+    pub(crate) fn facets(&self) -> MeshData {
+        self.mesh(STEPS)
+    }
+
+    /// Its facets as lights, which a map moves to the world: there, they have its area.
+    pub(crate) fn emissive_facets(&self, to_world: &DMat3) -> MeshData {
+        let mut mesh = self.mesh(EMISSIVE_STEPS);
+        let corners = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
+        let areas = mesh.triangles.iter().map(corners).map(|[a, b, c]| {
+            let [e, f] = [b - a, c - a].map(|edge| *to_world * edge);
+            0.5 * e.cross(f).length()
+        });
+        let ratio = self.area(to_world) / areas.sum::<f64>();
+        // Of a tube the area grows as the radius, of the others as its square.
+        let (across, along) = match self.kind {
+            Kind::Sphere { .. } => (ratio.sqrt(), ratio.sqrt()),
+            Kind::Disk { .. } => (ratio.sqrt(), 1.0),
+            Kind::Cylinder { .. } => (ratio, 1.0),
+        };
+        if across.is_finite() {
+            let factor = DVec3::new(across, across, along);
+            mesh.positions.iter_mut().for_each(|p| *p *= factor);
+        }
+        mesh
+    }
+
+    fn mesh(&self, [around, up]: [usize; 2]) -> MeshData {
+        let phi_max = self.phi_max;
+        let mut mesh = match self.kind {
+            Kind::Sphere { radius, heights } => {
+                let [bottom, top] = polar(radius, heights);
+                let [z_min, z_max] = heights;
+                let ring = |v: f64| {
+                    if v <= 0.0 {
+                        (z_min, (radius * radius - z_min * z_min).max(0.0).sqrt())
+                    } else if v >= 1.0 {
+                        (z_max, (radius * radius - z_max * z_max).max(0.0).sqrt())
+                    } else {
+                        let (sin, cos) = sin_cos(bottom + v * (top - bottom));
+                        (radius * cos, radius * sin)
+                    }
+                };
+                revolve([around, up], phi_max, ring, |p| p / radius)
+            }
+            Kind::Disk { height, radii } => {
+                let [inner, radius] = radii;
+                let ring = |v: f64| (height, radius + v * (inner - radius));
+                revolve([around, 1], phi_max, ring, |_| DVec3::Z)
+            }
+            Kind::Cylinder { radius, heights } => {
+                let [z_min, z_max] = heights;
+                let ring = |v: f64| (z_min + v * (z_max - z_min), radius);
+                let normal = |p: DVec3| DVec3::new(p.x, p.y, 0.0) / radius;
+                revolve([around, 1], phi_max, ring, normal)
+            }
+        };
+        mesh.round = self.whole();
+        mesh
+    }
+
+    /// The shape, if it is a whole one.
+    fn whole(&self) -> Option<RoundShape> {
+        let shape = match self.kind {
+            Kind::Sphere { radius, heights } => {
+                let center = DVec3::ZERO;
+                let closed = heights[0] <= -radius && heights[1] >= radius;
+                closed.then_some(RoundShape::Sphere(Sphere { center, radius }))
+            }
+            Kind::Disk { height, radii } => {
+                let disk = Disk {
+                    center: DVec3::Z * height,
+                    normal: DVec3::Z,
+                    radius: radii[1],
+                };
+                (radii[0] == 0.0).then_some(RoundShape::Disk(disk))
+            }
+            Kind::Cylinder { radius, heights } => {
+                let [low, high] = heights.map(|z| DVec3::Z * z);
+                let axis = Segment::new(low, high);
+                let tube = RoundShape::Cylinder(Cylinder { axis, radius });
+                (heights[0] < heights[1]).then_some(tube)
+            }
+        };
+        shape.filter(|_| self.phi_max >= TAU)
+    }
+
+    /// The area of its image under a map: ∫ |∂p/∂u × ∂p/∂v|, by Gauss' rule of three points on
+    /// parts of the longitudes and, of a sphere, of the latitudes.
+    fn area(&self, to_world: &DMat3) -> f64 {
+        let image = |e: DVec3, f: DVec3| (*to_world * e).cross(*to_world * f).length();
+        match self.kind {
+            Kind::Disk { radii, .. } => {
+                let [inner, radius] = radii;
+                0.5 * self.phi_max * (radius * radius - inner * inner) * image(DVec3::X, DVec3::Y)
+            }
+            Kind::Cylinder { radius, heights } => {
+                let around = |phi: f64| {
+                    let (sin, cos) = sin_cos(phi);
+                    image(DVec3::new(-sin, cos, 0.0), DVec3::Z)
+                };
+                radius * (heights[1] - heights[0]) * integral([0.0, self.phi_max], around)
+            }
+            Kind::Sphere { radius, heights } => {
+                let [bottom, top] = polar(radius, heights);
+                let around = |theta: f64| {
+                    let (down, out) = sin_cos(theta);
+                    let along = |phi: f64| {
+                        let (sin, cos) = sin_cos(phi);
+                        let south = DVec3::new(out * cos, out * sin, -down);
+                        image(DVec3::new(-sin, cos, 0.0), south)
+                    };
+                    down * integral([0.0, self.phi_max], along)
+                };
+                radius * radius * integral([top, bottom], around)
+            }
+        }
+    }
+}
+
+/// The angles from the pole of two heights on a sphere.
+fn polar(radius: f64, heights: [f64; 2]) -> [f64; 2] {
+    heights.map(|z| acos((z / radius).clamp(-1.0, 1.0)))
+}
+
+/// The integral of a smooth function by Gauss' rule of three points on 64 equal parts.
+fn integral([from, to]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
+    const PARTS: u32 = 64;
+    let width = (to - from) / f64::from(PARTS);
+    let offset = 0.5 * width * 0.6_f64.sqrt();
+    let part = |k: u32| {
+        let middle = from + (f64::from(k) + 0.5) * width;
+        (5.0 * (f(middle - offset) + f(middle + offset)) + 8.0 * f(middle)) / 18.0
     };
-    revolve([around, up], phi_max, ring, |p| p / radius)
-}
-
-/// An annulus at a height, facing +z.
-pub(crate) fn disk(height: f64, radius: f64, inner: f64, phi_max: f64, around: usize) -> MeshData {
-    let ring = |v: f64| (height, radius + v * (inner - radius));
-    revolve([around, 1], phi_max, ring, |_| DVec3::Z)
-}
-
-/// A tube around z.
-pub(crate) fn cylinder(
-    radius: f64,
-    z_min: f64,
-    z_max: f64,
-    phi_max: f64,
-    around: usize,
-) -> MeshData {
-    let ring = |v: f64| (z_min + v * (z_max - z_min), radius);
-    revolve([around, 1], phi_max, ring, |p| {
-        DVec3::new(p.x, p.y, 0.0) / radius
-    })
+    width * (0..PARTS).map(part).sum::<f64>()
 }
 
 /// A surface of revolution: `ring(v)` gives height and radius.
@@ -70,7 +197,7 @@ fn revolve(
         one_shape: true,
         ..MeshData::default()
     };
-    let closed = phi_max >= std::f64::consts::TAU;
+    let closed = phi_max >= TAU;
     let mut radii = Vec::new();
     for j in 0..=up {
         let v = j as f64 / up as f64;
@@ -149,10 +276,10 @@ pub(crate) fn bilinear(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
-    fn area(mesh: &MeshData) -> f64 {
-        let corners = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
+    fn area(mesh: &MeshData, to_world: DMat3) -> f64 {
+        let corners = |t: &[u32; 3]| t.map(|i| to_world * mesh.positions[i as usize]);
         let areas = mesh
             .triangles
             .iter()
@@ -161,21 +288,84 @@ mod tests {
         areas.sum()
     }
 
+    fn sphere(radius: f64, heights: [f64; 2], phi_max: f64) -> Round {
+        let kind = Kind::Sphere { radius, heights };
+        Round { kind, phi_max }
+    }
+
+    fn disk(inner: f64, radius: f64, phi_max: f64) -> Round {
+        let (height, radii) = (1.0, [inner, radius]);
+        let kind = Kind::Disk { height, radii };
+        Round { kind, phi_max }
+    }
+
+    fn cylinder(radius: f64, heights: [f64; 2], phi_max: f64) -> Round {
+        let kind = Kind::Cylinder { radius, heights };
+        Round { kind, phi_max }
+    }
+
     #[test]
     fn areas_approach_the_surface() {
         // Inscribed facets lose a share of about (α²)/6 around and along.
         let loss = |n: f64| 1.2 * (TAU / n).powi(2) / 6.0;
-        let s = area(&sphere(2.0, -2.0, 2.0, TAU, [64, 32])) / (16.0 * PI);
+        let whole = |round: Round| area(&round.facets(), DMat3::IDENTITY);
+        let s = whole(sphere(2.0, [-2.0, 2.0], TAU)) / (16.0 * PI);
         assert!(s < 1.0 && s > 1.0 - 2.0 * loss(64.0), "{s}");
-        let d = area(&disk(1.0, 2.0, 1.0, TAU, 64)) / (3.0 * PI);
+        let d = whole(disk(1.0, 2.0, TAU)) / (3.0 * PI);
         assert!(d < 1.0 && d > 1.0 - loss(64.0), "{d}");
-        let c = area(&cylinder(2.0, -1.0, 1.0, PI, 64)) / (4.0 * PI);
+        let c = whole(cylinder(2.0, [-1.0, 1.0], PI)) / (4.0 * PI);
         assert!(c < 1.0 && c > 1.0 - loss(64.0), "{c}");
+    }
+
+    /// Against closed forms: of parts as they are, of ellipses, and of ellipsoids of revolution.
+    #[test]
+    fn emissive_facets_have_the_area_of_the_surface() {
+        let identity = DMat3::IDENTITY;
+        let scale = |x: f64, y: f64, z: f64| DMat3::from_diagonal(DVec3::new(x, y, z));
+        let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(-1.1);
+        let ellipsoid = |a: f64, c: f64| {
+            // Flat: 2π a² (1 + (1 − e²)/e artanh e); tall: 2π a² (1 + c/(a e) asin e).
+            if c < a {
+                let e = (1.0 - c * c / (a * a)).sqrt();
+                TAU * a * a * (1.0 + (1.0 - e * e) / e * e.atanh())
+            } else {
+                let e = (1.0 - a * a / (c * c)).sqrt();
+                TAU * a * a * (1.0 + c / (a * e) * e.asin())
+            }
+        };
+        let whole = sphere(0.5, [-0.5, 0.5], TAU);
+        for (round, map, want) in [
+            (whole, identity, PI),
+            (whole, turn * scale(2.0, 2.0, 2.0), 4.0 * PI),
+            (whole, turn * scale(2.0, 2.0, 0.5), ellipsoid(1.0, 0.25)),
+            (whole, scale(0.5, 0.5, 4.0) * turn, ellipsoid(0.25, 2.0)),
+            (sphere(2.0, [-1.0, 1.5], 2.0), turn, 2.0 * 2.0 * 2.5),
+            (sphere(2.0, [1.5, 2.0], 0.1), identity, 0.1 * 2.0 * 0.5),
+            (disk(0.0, 2.0, TAU), scale(3.0, 0.5, 1.0), 6.0 * PI),
+            (disk(1.0, 2.0, 1.0), turn, 1.5),
+            (cylinder(2.0, [-1.0, 1.0], TAU), turn, 8.0 * PI),
+            (cylinder(2.0, [-1.0, 1.0], 0.5), scale(1.0, 1.0, 3.0), 6.0),
+            // Half of an ellipse's circumference, 4 E(1 − b²/a²) for a = 2 and b = 1.
+            (
+                cylinder(1.0, [0.0, 1.0], PI),
+                scale(2.0, 1.0, 1.0),
+                4.844_224_110_273_838,
+            ),
+        ] {
+            // Three points on parts of width h err by h⁶ f⁽⁶⁾/2016000; here h = 2π/64, and what is
+            // 8 times as long as it is wide has derivatives of 8⁶ f. Rounding is far below.
+            let got = area(&round.emissive_facets(&map), map);
+            let error = (got / want - 1.0).abs();
+            assert!(error < 1.2e-7, "{round:?} {got} {want}");
+        }
+        // A map that flattens space leaves what there is.
+        let flat = whole.emissive_facets(&scale(1.0, 0.0, 0.0));
+        assert!(flat.positions.iter().all(|p| p.is_finite()));
     }
 
     #[test]
     fn spheres_close_at_poles_and_seam_without_slivers() {
-        let mesh = sphere(1.0, -1.0, 1.0, TAU, [8, 4]);
+        let mesh = sphere(1.0, [-1.0, 1.0], TAU).mesh([8, 4]);
         assert_eq!(mesh.triangles.len(), 2 * 8 * 4 - 2 * 8);
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|i| mesh.positions[i as usize]);

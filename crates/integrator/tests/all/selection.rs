@@ -235,7 +235,7 @@ fn a_sphere_is_lamberts() {
     }
 }
 
-/// The facets are inscribed: a little darker, by no more than their bulge.
+/// The facets have the area of the sphere: they are as bright, to their bulge.
 #[test]
 fn facets_are_nearly_the_sphere() {
     let scene = room(SPHERE, "");
@@ -254,8 +254,9 @@ fn facets_are_nearly_the_sphere() {
     for (pixel, point) in lit_points(&renderer) {
         let a = renderer.direct(&base, &point, pixel, 0, &mut workspace).x;
         let b = renderer.direct(&exact, &point, pixel, 0, &mut workspace).x;
-        // 24 steps around bulge by 0.9 % of the radius; the outline loses at most twice that.
-        assert!(a < 1.005 * b && a > 0.97 * b, "{pixel:?} {a} {b}");
+        // 24 steps around and 12 along: middles of facets lie 0.9 % of the radius inside, their
+        // corners 0.8 % outside. The outline's area is off by at most twice that.
+        assert!((a / b - 1.0).abs() < 0.018, "{pixel:?} {a} {b}");
     }
 }
 

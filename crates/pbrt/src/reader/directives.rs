@@ -230,7 +230,7 @@ impl Loader {
             Geometry::Mesh(mesh) if shape.place.emission.is_none() => {
                 Some((Rc::clone(mesh), shape.place))
             }
-            Geometry::Mesh(_) | Geometry::Line(..) => None,
+            Geometry::Mesh(_) | Geometry::Line(..) | Geometry::Round(_) => None,
         };
         let kept = object.shapes.iter().filter_map(dark).collect();
         let at = object.source.at(object.span);

@@ -16,6 +16,7 @@ mod textures;
 mod transforms;
 mod view;
 
+use crate::tessellate::Round;
 use lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{
     Assembly, ErrorKind, LoadOptions, Loaded, ObjectId, Result, SceneError, Source, Span, shorten,
@@ -107,6 +108,8 @@ struct Object {
 enum Geometry {
     Mesh(Rc<MeshData>),
     Line(DVec3, DVec3),
+    /// One that emits.
+    Round(Round),
 }
 
 /// An open block.

@@ -4,7 +4,7 @@ use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use super::{Geometry, Loader, ObjectShape, is_one_of};
-use crate::tessellate;
+use crate::tessellate::{self, Kind, Round};
 use linelit_assembly::{ErrorKind, Result, Source, ply};
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError, Segment};
 use linelit_lights::{Cylinder, Disk, Sphere};
@@ -71,7 +71,13 @@ impl Loader {
             "plymesh" => self.ply_mesh(params)?,
             "bilinearmesh" => self.bilinear_mesh(params)?,
             "quad" => quad(params)?,
-            "sphere" | "disk" | "cylinder" => self.round_shape(name, params)?,
+            "sphere" | "disk" | "cylinder" => {
+                let round = round(name, params)?;
+                if self.state.emission.is_some() {
+                    return Ok(Some(Geometry::Round(round)));
+                }
+                round.facets()
+            }
             "line" => return line(params).map(Some),
             _ => {
                 let known = SHAPES.split(' ').chain(UNSUPPORTED.split(' '));
@@ -96,21 +102,10 @@ impl Loader {
         let mesh = match geometry {
             Geometry::Mesh(mesh) => mesh,
             Geometry::Line(p0, p1) => return self.add_line(params, [*p0, *p1], place),
+            Geometry::Round(round) => return self.add_round(params, round, place),
         };
-        let owner = &params.owner;
-        let before = self.base.builder.round_light_count();
-        self.base.add_mesh(mesh, place, owner, params.at())?;
-        let is_round = self.base.builder.round_light_count() > before;
-        let mut names = ["sphere", "disk", "cylinder"].into_iter();
-        if let Some(emission) = &place.emission
-            && let Some(name) = names.find(|name| owner.ends_with(&format!("`{name}`")))
-            && let why = why_facets(mesh, emission, place, is_round)
-            && !why.is_empty()
-        {
-            let message = format!("an emissive {name} is lit and drawn as flat facets");
-            let label = format!("{} triangles; {why}", mesh.triangles.len());
-            self.base.suspicious(message, &label, params.at())?;
-        }
+        self.base
+            .add_mesh(mesh, place, &params.owner, params.at())?;
         let split = place.emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
@@ -120,6 +115,23 @@ impl Loader {
             self.base.suspicious(message, &label, params.at())?;
         }
         Ok(())
+    }
+
+    /// A round shape that emits.
+    fn add_round(&mut self, params: &Params, round: &Round, place: &Placement) -> Result<()> {
+        let mesh = round.emissive_facets(&place.to_world.matrix3);
+        let before = self.base.builder.round_light_count();
+        self.base
+            .add_mesh(&mesh, place, &params.owner, params.at())?;
+        let is_round = self.base.builder.round_light_count() > before;
+        let why = why_facets(&mesh, place, is_round);
+        if why.is_empty() {
+            return Ok(());
+        }
+        let name = round.name();
+        let message = format!("an emissive {name} is lit and drawn as flat facets");
+        let label = format!("{} triangles of its area; {why}", mesh.triangles.len());
+        self.base.suspicious(message, &label, params.at())
     }
 
     fn add_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
@@ -285,70 +297,47 @@ impl Loader {
         }
         Ok(mesh)
     }
+}
 
-    fn round_shape(&mut self, name: &str, params: &Params) -> Result<MeshData> {
-        let radius = params.positive_or("radius", 1.0)?;
-        let phi = params.positive_or("phimax", 360.0)?.min(360.0).to_radians();
-        let emissive = self.state.emission.is_some();
-        let steps = if emissive {
-            tessellate::EMISSIVE_STEPS
-        } else {
-            tessellate::STEPS
-        };
-        let mesh = match name {
-            "disk" => {
-                let inner = params.float_or("innerradius", 0.0)?.clamp(0.0, radius);
-                let height = params.float_or("height", 0.0)?;
-                let mut mesh = tessellate::disk(height, radius, inner, phi, steps[0]);
-                let whole = inner == 0.0 && phi >= std::f64::consts::TAU;
-                mesh.round = whole.then_some(RoundShape::Disk(Disk {
-                    center: DVec3::Z * height,
-                    normal: DVec3::Z,
-                    radius,
-                }));
-                mesh
-            }
-            "cylinder" => {
-                let (a, b) = (
-                    params.float_or("zmin", -1.0)?,
-                    params.float_or("zmax", 1.0)?,
-                );
-                let (low, high) = (a.min(b), a.max(b));
-                let mut mesh = tessellate::cylinder(radius, low, high, phi, steps[0]);
-                let whole = low < high && phi >= std::f64::consts::TAU;
-                mesh.round = whole.then_some(RoundShape::Cylinder(Cylinder {
-                    axis: Segment::new(DVec3::Z * low, DVec3::Z * high),
-                    radius,
-                }));
-                mesh
-            }
-            _ => {
-                let clamp = |z: f64| z.clamp(-radius, radius);
-                let a = clamp(params.float_or("zmin", -radius)?);
-                let b = clamp(params.float_or("zmax", radius)?);
-                let mut mesh = tessellate::sphere(radius, a.min(b), a.max(b), phi, steps);
-                let whole = a.min(b) <= -radius && a.max(b) >= radius;
-                let closed = whole && phi >= std::f64::consts::TAU;
-                let center = DVec3::ZERO;
-                mesh.round = closed.then_some(RoundShape::Sphere(Sphere { center, radius }));
-                mesh
-            }
-        };
-        Ok(mesh)
-    }
+/// A sphere, a disk or a cylinder.
+fn round(name: &str, params: &Params) -> Result<Round> {
+    let radius = params.positive_or("radius", 1.0)?;
+    let phi_max = params.positive_or("phimax", 360.0)?.min(360.0).to_radians();
+    let heights = |low: f64, high: f64| -> Result<[f64; 2]> {
+        let (a, b) = (
+            params.float_or("zmin", low)?,
+            params.float_or("zmax", high)?,
+        );
+        Ok([a.min(b), a.max(b)])
+    };
+    let kind = match name {
+        "disk" => {
+            let inner = params.float_or("innerradius", 0.0)?.clamp(0.0, radius);
+            let height = params.float_or("height", 0.0)?;
+            let radii = [inner, radius];
+            Kind::Disk { height, radii }
+        }
+        "cylinder" => {
+            let heights = heights(-1.0, 1.0)?;
+            Kind::Cylinder { radius, heights }
+        }
+        _ => {
+            let heights = heights(-radius, radius)?.map(|z| z.clamp(-radius, radius));
+            Kind::Sphere { radius, heights }
+        }
+    };
+    Ok(Round { kind, phi_max })
 }
 
 /// What keeps an emissive round shape from being a light as it is, which is its facets then.
-fn why_facets(
-    mesh: &MeshData,
-    emission: &EmissionSpec,
-    place: &Placement,
-    is_round: bool,
-) -> &'static str {
-    let inwards = emission.two_sided || place.reverse;
+fn why_facets(mesh: &MeshData, place: &Placement, is_round: bool) -> &'static str {
+    let emits = |what: fn(&EmissionSpec) -> bool| place.emission.as_ref().is_some_and(what);
+    let inwards = place.reverse || emits(|emission| emission.two_sided);
     match mesh.round {
         None => "exact are whole spheres, disks and cylinders only",
-        Some(_) if emission.map.is_some() => "exact are those without an image only",
+        Some(_) if emits(|emission| emission.map.is_some()) => {
+            "exact are those without an image only"
+        }
         Some(_) if !is_round => "exact are those that its transform leaves round only",
         Some(RoundShape::Sphere(_) | RoundShape::Cylinder(_)) if inwards => {
             "exact are those that emit outwards only"
