@@ -185,6 +185,13 @@ impl ImageData {
         };
         value.map_or(DVec3::ZERO, DVec3::from_array)
     }
+
+    /// The mean of all pixels' linear values.
+    #[must_use]
+    pub fn mean(&self) -> DVec3 {
+        let row = |y| -> DVec3 { (0..self.width).map(|x| self.pixel(x, y)).sum() };
+        (0..self.height).map(row).sum::<DVec3>() / (f64::from(self.width) * f64::from(self.height))
+    }
 }
 
 /// Linear value of an sRGB-encoded one, both from 0 to 1.

@@ -1,6 +1,7 @@
 //! Which lights a scene has: merging of coplanar triangles, power, spheres, lines.
 
 use crate::common::{area, assert_near, line, load, world};
+use linelit_formats::Loaded;
 use linelit_geometry::DVec3;
 use linelit_scene::Scene;
 use std::f64::consts::PI;
@@ -242,6 +243,74 @@ fn images_on_lines_are_named() {
         warnings.iter().any(|w| w.contains("no place for an image")),
         "{warnings:?}"
     );
+}
+
+/// As pbrt-v4: `power` is what the light sends if all of its image lies on it, by the mean
+/// luminance of the pixels, whatever part of it lies there.
+#[test]
+fn the_power_of_a_light_with_an_image_is_the_images() {
+    let path = std::env::temp_dir().join(format!("linelit-power-{}.tga", std::process::id()));
+    let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 0], [0, 0, 0]];
+    let luminance = [0.212_671, 0.715_160];
+    let whole = (luminance[0] + luminance[1]) / 4.0;
+    crate::common::write_tga(&path, [4, 1], colours.to_vec());
+    let light = |rest: &str| {
+        format!(
+            "AreaLightSource \"diffuse\" \"string filename\" \"{}\" \"float power\" 100 {rest}",
+            path.display()
+        )
+    };
+    let square = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 2 0 0 0 2 0 2 2 0]";
+    // The left half alone shows all of the red pixel, and seven eighths of the green one, which the
+    // filter runs into the black beside it.
+    let left = "\"point2 uv\" [0 0 .5 0 0 1 .5 1]";
+    let of_left = (luminance[0] + 0.875 * luminance[1]) / 2.0 / whole;
+    for (text, sides, want) in [
+        (format!("{} {square}", light("")), 1.0, 100.0),
+        (
+            format!("{} {square}", light("\"bool twosided\" true")),
+            2.0,
+            100.0,
+        ),
+        (
+            format!("{} {square}", light("\"float scale\" 2")),
+            1.0,
+            200.0,
+        ),
+        (
+            format!("{} {square} {left}", light("")),
+            1.0,
+            100.0 * of_left,
+        ),
+    ] {
+        let scene = world(&text);
+        let square = area(&scene, 0);
+        let sent = PI * square.polygon.area() * sides * square.emission.radiance;
+        let got = sent.x * luminance[0] + sent.y * luminance[1];
+        // The mean over the light is a midpoint rule of parts h = 1/8 pixel wide: where its slope
+        // jumps by J it is off by J h²/8, and the slopes of green, twice red's, jump most.
+        let jumps = luminance[0] * 2.0 + luminance[1] * 4.0;
+        let bound = want * jumps / 512.0 / (4.0 * whole);
+        assert!((got - want).abs() <= bound, "{text}: {got} {want}");
+    }
+    // Of a black image there is none, and a line has no place for one.
+    crate::common::write_tga(&path, [1, 1], vec![[0; 3]]);
+    let text = format!("Camera \"perspective\" WorldBegin {} {square}", light(""));
+    let loaded = load(&text);
+    assert!(loaded.scene.lights.is_empty());
+    let said =
+        |loaded: &Loaded, what: &str| loaded.warnings.iter().any(|w| w.to_string().contains(what));
+    assert!(said(&loaded, "an area light emits nothing"));
+    crate::common::write_tga(&path, [1, 1], vec![[128; 3]]);
+    let line = "Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0]";
+    let loaded = load(&format!(
+        "Camera \"perspective\" WorldBegin {} {line}",
+        light("")
+    ));
+    assert!(
+        loaded.scene.lights.is_empty() && said(&loaded, "left out, as its `power` is the image's")
+    );
+    std::fs::remove_file(path).unwrap();
 }
 
 #[test]

@@ -33,8 +33,16 @@ impl Loader {
         let mut radiance = self.spectrum(&params, "L", DVec3::ONE, true)?;
         // pbrt-v4 has a number here, pbrt-v3 a spectrum.
         radiance *= self.spectrum(&params, "scale", DVec3::ONE, false)?;
-        let map = self.emission_map(&params)?;
-        let power = params.float("power")?.filter(|p| *p > 0.0);
+        let image = self.emission_image(&params)?;
+        let mut power = params.float("power")?.filter(|p| *p > 0.0);
+        if let (Some(power), Some(image)) = (&mut power, &image) {
+            // As in pbrt-v4, it is that of the whole image, by its mean luminance.
+            let mean = image.data.mean().dot(LUMINANCE);
+            if mean <= 0.0 {
+                radiance = DVec3::ZERO;
+            }
+            *power /= mean;
+        }
         let two_sided = params.bool_or("twosided", false)?;
         let set = match params.text("set")? {
             Some(param) => self.light_set(param, 0)?,
@@ -52,6 +60,8 @@ impl Loader {
                 .base
                 .suspicious(message, "radiance is zero", params.at());
         }
+        let builder = &mut self.base.builder;
+        let map = image.map(|image| builder.add_emission_map(Arc::new(Texture::Image(image))));
         self.state.emission = Some(EmissionSpec {
             radiance,
             two_sided,
@@ -62,8 +72,8 @@ impl Loader {
         Ok(())
     }
 
-    /// pbrt-v4's image over the emitter, as an index into the builder's list.
-    fn emission_map(&mut self, params: &Params) -> Result<Option<u32>> {
+    /// pbrt-v4's image over the emitter.
+    fn emission_image(&mut self, params: &Params) -> Result<Option<Arc<ImageTexture>>> {
         let Some(param) = params.text("filename")? else {
             return Ok(None);
         };
@@ -76,12 +86,11 @@ impl Loader {
             Some(_) => self.texture_filter(params)?,
             None => TextureFilter::default(),
         };
-        let texture = Texture::Image(Arc::new(ImageTexture {
+        Ok(Some(Arc::new(ImageTexture {
             wrap: [Wrap::Clamp; 2],
             filter,
             ..ImageTexture::new(data, name)
-        }));
-        Ok(Some(self.base.builder.add_emission_map(Arc::new(texture))))
+        })))
     }
 
     /// A spectrum as linear RGB.

@@ -142,6 +142,10 @@ impl Loader {
         };
         if emission.map.is_some() {
             let message = "a line has no place for an image";
+            if emission.power.is_some() {
+                let label = "left out, as its `power` is the image's";
+                return self.base.suspicious(message, label, params.at());
+            }
             let label = "emits as a white one";
             self.base.suspicious(message, label, params.at())?;
         }
