@@ -126,12 +126,15 @@ pub enum MaterialKind {
         /// Roughness of the microfacets.
         roughness: Roughness,
     },
-    /// v4 `conductor` with a colour: microfacets with Schlick's Fresnel term of this reflectance.
+    /// v4 `conductor` with a colour: microfacets of a conductor with η = 1 and the k of this
+    /// reflectance, or with Schlick's Fresnel term, as in glTF.
     ColoredConductor {
         /// Reflectance at normal incidence.
         reflectance: Texture,
         /// Roughness of the microfacets.
         roughness: Roughness,
+        /// Whether the Fresnel term is Schlick's.
+        schlick: bool,
     },
     /// v3 `substrate`: Ashikhmin and Shirley's diffuse base under a glossy coat.
     Substrate {

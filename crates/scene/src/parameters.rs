@@ -13,6 +13,8 @@ pub enum Parameter<'a> {
     Number(&'static str, &'a mut Texture),
     /// A number that is the same everywhere.
     Value(&'static str, &'a mut f64),
+    /// Something that pbrt does not have and that is false there.
+    Own(&'static str, &'a mut bool),
     /// `eta` of a dielectric, pbrt-v3's `index`.
     Index(&'a mut Texture),
     /// `eta` or `k` of a conductor: a colour, or a metal's by its name.
@@ -22,7 +24,7 @@ pub enum Parameter<'a> {
     /// The two parts of a mixture, by their names.
     Parts(&'a mut [u32; 2]),
 }
-use Parameter::{Colour, Index, Metal, Number, Parts, Rough, Value};
+use Parameter::{Colour, Index, Metal, Number, Own, Parts, Rough, Value};
 
 /// Makes, of a table with each model's fields, its type in pbrt text and the parameters where some
 /// condition holds or else, the list of types and what gives the parameters.
@@ -69,8 +71,9 @@ impl MaterialKind {
         Conductor(eta, k, roughness):
             if v4 => "conductor" [Metal("eta", eta), Metal("k", k), Rough(roughness)],
             "metal" [Metal("eta", eta), Metal("k", k), Rough(roughness)];
-        ColoredConductor(reflectance, roughness):
-            "conductor" [Colour("reflectance", reflectance), Rough(roughness)];
+        ColoredConductor(reflectance, roughness, schlick):
+            "conductor" [Colour("reflectance", reflectance), Rough(roughness),
+                Own("schlick", schlick)];
         Uber(kd, ks, kr, kt, roughness, eta, opacity):
             "uber" [Colour("Kd", kd), Colour("Ks", ks), Colour("Kr", kr), Colour("Kt", kt),
                 Colour("opacity", opacity), Index(eta), Rough(roughness)];
@@ -129,7 +132,7 @@ impl MaterialKind {
             match parameter {
                 Colour(_, t) | Number(_, t) | Metal(_, t) | Index(t) => all.push(t.clone()),
                 Rough(roughness) => all.extend([roughness.u.clone(), roughness.v.clone()]),
-                Value(..) | Parts(_) => {}
+                Value(..) | Own(..) | Parts(_) => {}
             }
         }
         all

@@ -148,11 +148,12 @@ impl Builder<'_> {
                 self.reflector(scale, roughness, Fresnel::Conductor { eta, k });
             }
             MaterialKind::ColoredConductor {
-                reflectance: f0,
+                reflectance,
                 roughness,
+                schlick,
             } => {
-                let (f0, f90) = (colour(f0), 1.0);
-                self.reflector(scale, roughness, Fresnel::Schlick { f0, f90 });
+                let fresnel = coloured(colour(reflectance), *schlick);
+                self.reflector(scale, roughness, fresnel);
             }
             MaterialKind::Uber {
                 kd,
@@ -162,9 +163,7 @@ impl Builder<'_> {
                 roughness,
                 eta,
                 opacity,
-            } => {
-                self.uber(scale, [kd, ks, kr, kt, opacity], roughness, eta);
-            }
+            } => self.uber(scale, [kd, ks, kr, kt, opacity], roughness, eta),
             MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
             MaterialKind::Dielectric {
                 kr,
@@ -352,6 +351,23 @@ impl Builder<'_> {
         let reflected = if r < 1.0 { 2.0 * r / (1.0 + r) } else { 1.0 };
         self.mirror(kr * reflected);
         self.straight_on(kt * (1.0 - reflected));
+    }
+}
+
+/// Schlick's term of a reflectance r at normal incidence, or that of the conductor that pbrt-v4 has
+/// for it: η = 1, k = 2 √r / √(1 − r), of r up to .9999.
+fn coloured(reflectance: DVec3, schlick: bool) -> Fresnel {
+    if schlick {
+        let (f0, f90) = (reflectance, 1.0);
+        return Fresnel::Schlick { f0, f90 };
+    }
+    let k = |r: f64| {
+        let r = r.min(0.9999);
+        2.0 * r.sqrt() / (1.0 - r).sqrt()
+    };
+    Fresnel::Conductor {
+        eta: DVec3::ONE,
+        k: DVec3::from(reflectance.to_array().map(k)),
     }
 }
 

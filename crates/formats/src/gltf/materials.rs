@@ -350,6 +350,7 @@ fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roug
     let metal = MaterialKind::ColoredConductor {
         reflectance: colour.clone(),
         roughness: roughness.clone(),
+        schlick: true,
     };
     let base = if specular == DVec3::ZERO {
         MaterialKind::Matte {

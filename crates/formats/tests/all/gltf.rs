@@ -427,6 +427,9 @@ fn metallic_roughness_textures_are_channels() {
         else {
             panic!("{:?}", loaded.scene.materials);
         };
+        let kind = &loaded.scene.materials[*part as usize].kind;
+        let of_gltf = matches!(kind, MaterialKind::ColoredConductor { schlick: true, .. });
+        assert!(of_gltf || matches!(kind, MaterialKind::Substrate { .. }));
         let alpha = (0.5_f64 * 100.0 / 255.0).powi(2);
         assert!((roughness.alpha(uv)[0] - alpha).abs() < 1e-12);
     }

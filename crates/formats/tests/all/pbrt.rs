@@ -1,9 +1,9 @@
 //! What pbrt text means: transforms, cameras, orientation, films, instances, both versions.
 
-use crate::common::{area, assert_near, load, world};
+use crate::common::{area, assert_near, load, world, written};
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{FilterKind, MaterialKind, Projection, Scene};
+use linelit_scene::{FilterKind, Material, MaterialKind, Mesh, Projection, Scene};
 
 const TRIANGLE: &str =
     "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
@@ -260,6 +260,67 @@ fn normals_transform_as_normals() {
     assert_near(
         surface.shading_normal,
         DVec3::new(0.3, 0.0, 0.8).normalize(),
+    );
+}
+
+/// What smooth materials over the square reflect to a viewer at a cosine from the normal.
+fn reflected(materials: &str, cosine: f64) -> Vec<DVec3> {
+    let square = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]";
+    let each = materials.lines().map(|line| format!("{line} {square}\n"));
+    let scene = world(&each.collect::<String>());
+    let outgoing = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let weight = |mesh: &Mesh| {
+        let surface = scene.surface(mesh.triangles.start, [0.25, 0.25], -outgoing);
+        let response = scene.response(&surface, outgoing, DVec3::Z, None);
+        response.bounces[0].weight
+    };
+    scene.meshes.iter().map(weight).collect()
+}
+
+/// pbrt-v4: η = 1, k = 2 √r / √(1 − r), which reflects r at normal incidence; glTF's is Schlick's,
+/// which linelit writes as an extension.
+#[test]
+fn a_conductor_of_a_reflectance_is_pbrts() {
+    let r = DVec3::new(0.8, 0.2, 1.0);
+    let two = "Material \"conductor\" \"rgb reflectance\" [.8 .2 1]
+        Material \"conductor\" \"rgb eta\" [1 1 1] \"rgb k\" [4 1 199.98999974998750]";
+    for cosine in [1.0, 0.6, 0.1, 0.01] {
+        let [ours, pbrts] = reflected(two, cosine)[..] else {
+            panic!("two materials");
+        };
+        // r = .8 and .2 have k = 4 and 1, and 1 is taken as .9999, k = 2 √.9999 / √.0001.
+        assert!(
+            (ours - pbrts).abs().max_element() < 1e-14,
+            "{cosine}: {ours} {pbrts}"
+        );
+    }
+    let [at_normal, _] = reflected(two, 1.0)[..] else {
+        panic!("two materials");
+    };
+    let want = r.min(DVec3::splat(0.9999));
+    assert!(
+        (at_normal - want).abs().max_element() < 1e-14,
+        "{at_normal}"
+    );
+    let schlick = "Material \"conductor\" \"rgb reflectance\" [.8 .2 1] \"bool schlick\" true";
+    let got = reflected(schlick, 0.6)[0];
+    let want = r + (DVec3::ONE - r) * 0.4_f64.powi(5);
+    assert!((got - want).abs().max_element() < 1e-14, "{got}");
+    let again = written(&world(&format!("{schlick} Shape \"sphere\"")));
+    let is_schlick = |material: &Material| {
+        matches!(
+            material.kind,
+            MaterialKind::ColoredConductor { schlick: true, .. }
+        )
+    };
+    assert!(again.materials.iter().any(is_schlick));
+    // pbrt-v3's metal has none.
+    let metal = "Camera \"perspective\" WorldBegin Material \"metal\" \"rgb reflectance\" [1 0 0]";
+    let warnings = load(&format!("{metal} Shape \"sphere\"")).warnings;
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.message().contains("no parameter `reflectance`"))
     );
 }
 

@@ -79,6 +79,7 @@ pub fn nearest_in_pbrt_v4(material: &Material) -> Option<Material> {
         MaterialKind::Mirror { kr } => MaterialKind::ColoredConductor {
             reflectance: kr.clone(),
             roughness: Roughness::isotropic(0.0, Remap::None),
+            schlick: false,
         },
         MaterialKind::Dielectric {
             kr,
@@ -256,6 +257,10 @@ impl Writer<'_> {
                 Parameter::Number(name, texture) => self.parameter(name, texture, true)?,
                 Parameter::Index(eta) => self.parameter("eta", eta, true)?,
                 Parameter::Value(name, value) => format!(" \"float {name}\" [ {value} ]"),
+                Parameter::Own(name, true) if self.options.extensions => {
+                    format!(" \"bool {name}\" true")
+                }
+                Parameter::Own(..) => continue,
                 Parameter::Rough(roughness) => self.roughness(roughness, v4)?,
                 Parameter::Parts([a, b]) => format!(" \"string materials\" [ \"m{a}\" \"m{b}\" ]"),
             };

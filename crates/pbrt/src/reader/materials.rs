@@ -193,11 +193,13 @@ impl Loader {
             return self.unsupported_material(kind, params);
         };
         if let MaterialKind::Conductor { roughness, .. } = &model
+            && kind == "conductor"
             && params.has("reflectance")
         {
             model = MaterialKind::ColoredConductor {
                 reflectance: Texture::number(0.5),
                 roughness: roughness.clone(),
+                schlick: false,
             };
         }
         // What a coat holds and how often its inside is sampled are not drawn.
@@ -213,6 +215,7 @@ impl Loader {
                     *texture = self.texture_param(params, name, texture.clone(), true)?;
                 }
                 Parameter::Value(name, value) => *value = params.float_or(name, *value)?,
+                Parameter::Own(name, value) => *value = params.bool_or(name, *value)?,
                 Parameter::Index(eta) => *eta = self.index_of_refraction(params)?,
                 Parameter::Metal(name, texture) => *texture = self.metal(params, name)?,
                 Parameter::Rough(roughness) => self.roughness(params, roughness)?,
