@@ -51,7 +51,7 @@ pub enum Pixels {
 pub struct Decoded {
     /// The picture.
     pub pixels: Pixels,
-    /// Description of values that were changed to make sense of the file.
+    /// Description of what was left out or changed to make sense of the file.
     pub warning: Option<String>,
 }
 
@@ -184,7 +184,7 @@ fn read_png(bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
 
 /// Reads an EXR or PFM file.
 fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
-    let mut image = Image::from_bytes(bytes, limit(bytes.len()))?;
+    let (mut image, placement) = Image::placed(bytes, limit(bytes.len()))?;
     if image.rgb.is_empty() {
         return Err("it has no pixels".into());
     }
@@ -197,7 +197,16 @@ fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
     if let Some(k) = image.rgb.iter().position(odd) {
         return Err(format!("{} is {:?}, not finite", coordinates(k), image.rgb[k]).into());
     }
-    let warning = without_negatives(&mut image.rgb, coordinates);
+    // pbrt takes the data window for the image, too.
+    let size = [image.width, image.height];
+    let placement = placement.filter(|p| p.full != size || p.origin != [0, 0]);
+    let windows = placement.map(|placement| {
+        let ([w, h], [x, y]) = (placement.full, placement.origin);
+        format!("its pixels lie at {x}, {y} of a picture of {w} x {h}, and are taken for all of it")
+    });
+    let negatives = without_negatives(&mut image.rgb, coordinates);
+    let warnings: Vec<String> = windows.into_iter().chain(negatives).collect();
+    let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
     let pixels = Pixels::Linear(image);
     Ok(Decoded { pixels, warning })
 }

@@ -77,8 +77,10 @@ impl Layer {
 pub struct Placement {
     /// Column and row of the upper left pixel in the full picture.
     pub origin: [i32; 2],
-    /// Width and height of the full picture.
+    /// Width and height of the full picture (the display window of an EXR file).
     pub full: [u32; 2],
+    /// What the file calls the full picture's upper left pixel: 0, 0 in files of ours.
+    pub corner: [i32; 2],
 }
 
 /// Layers of one size with metadata, as stored in an EXR file.
@@ -277,12 +279,15 @@ impl Document {
         })
     }
 
-    /// The unnamed layer, else the one named `estimate`, else the first that is a picture.
+    /// The layer that [`Image::read`] takes as a picture.
     #[must_use]
     pub fn main_image(&self) -> Option<Image> {
-        self.image("")
-            .or_else(|| self.image("estimate"))
-            .or_else(|| self.layers.iter().find_map(|layer| self.image(&layer.name)))
+        let mut channels = Vec::new();
+        for layer in &self.layers {
+            let names = layer.channels.iter().map(|channel| &*channel.name);
+            channels.extend(names.map(|name| (&*layer.name, name)));
+        }
+        self.image(openexr::main_layer(&channels)?)
     }
 
     /// Sets a piece of metadata.

@@ -69,13 +69,13 @@ pub enum FilmError {
         /// Expected and found contents; part of the message.
         reason: FormatError,
     },
-    /// The file has no layer of that name.
-    #[error("{}: expected a layer named `{wanted}`, found {}", path.display(), list(available))]
+    /// The file has no layer of that name, or none that is its picture by itself.
+    #[error("{}: expected {}, found {}", path.display(), layer(wanted.as_deref()), list(available))]
     MissingLayer {
         /// The file.
         path: PathBuf,
-        /// The name asked for.
-        wanted: String,
+        /// The name asked for, if one was.
+        wanted: Option<String>,
         /// The names in the file.
         available: Vec<String>,
     },
@@ -92,7 +92,15 @@ pub enum FilmError {
     Invalid(String),
 }
 
-fn list(names: &[String]) -> String {
+/// What is expected of a file's layers.
+pub(crate) fn layer(wanted: Option<&str>) -> String {
+    match wanted {
+        Some(name) => format!("a layer named `{name}`"),
+        None => "colour or luminance in the unnamed layer, or colour in a single one".to_owned(),
+    }
+}
+
+pub(crate) fn list(names: &[String]) -> String {
     let quoted: Vec<String> = names
         .iter()
         .map(|name| {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::picture::Picture;
-use crate::{FilmError, FormatError, pfm};
+use crate::{FilmError, FormatError, Placement, error, pfm};
 
 /// A picture of linear radiance, W/(m²·sr) per channel, rows from top to bottom.
 ///
@@ -91,13 +91,16 @@ impl Image {
 
     /// Reads an EXR or PFM file, told apart by its first bytes, not its name.
     ///
-    /// From an EXR file it takes the layer without a name, or else the one named `estimate`, or
-    /// else the first that has colour or luminance; [`Image::read_layer`] picks another. Colours of
-    /// other primaries than Rec. 709's (the attribute `chromaticities`) are converted by way of CIE
-    /// XYZ, without chromatic adaptation.
+    /// From an EXR file it takes the layer without a name, if that has colour (`R`, `G`, `B`) or
+    /// luminance (`Y`), or else the one named `estimate`, or else the only one that has colour, or
+    /// the only channel of the file, if it is no depth; where several layers may be meant, none is
+    /// taken. [`Image::read_layer`] picks another. Colours of other primaries than Rec. 709's (the
+    /// attribute `chromaticities`) are converted by way of CIE XYZ, without chromatic adaptation.
+    /// The pixels are those of the data window, wherever in the picture that lies
+    /// ([`Document::placement`](crate::Document::placement)).
     ///
     /// # Errors
-    /// When the file cannot be read or is neither.
+    /// When the file cannot be read, is neither, or has no layer that is its picture by itself.
     pub fn read(path: &Path) -> Result<Self, FilmError> {
         Self::read_layer(path, None)
     }
@@ -114,7 +117,7 @@ impl Image {
                 None | Some("") => Ok(image),
                 Some(wanted) => Err(FilmError::MissingLayer {
                     path: path.to_owned(),
-                    wanted: wanted.to_owned(),
+                    wanted: Some(wanted.to_owned()),
                     available: vec![String::new()],
                 }),
             };
@@ -125,7 +128,7 @@ impl Image {
         let found = found.map_err(|e| FilmError::format(path, e))?;
         found.ok_or_else(|| FilmError::MissingLayer {
             path: path.to_owned(),
-            wanted: layer.unwrap_or("estimate").to_owned(),
+            wanted: layer.map(str::to_owned),
             available,
         })
     }
@@ -137,11 +140,22 @@ impl Image {
     /// # Errors
     /// When the bytes are neither, hold no colour, or ask for more memory.
     pub fn from_bytes(bytes: &[u8], limit: usize) -> Result<Self, FormatError> {
+        Self::placed(bytes, limit).map(|(image, _)| image)
+    }
+
+    /// The same, and its place in a larger picture.
+    pub(crate) fn placed(
+        bytes: &[u8],
+        limit: usize,
+    ) -> Result<(Self, Option<Placement>), FormatError> {
         if bytes.starts_with(b"P") {
-            return pfm::decode(bytes, limit);
+            return Ok((pfm::decode(bytes, limit)?, None));
         }
-        let found = Picture::open(bytes)?.decode(None, limit)?;
-        found.ok_or_else(|| FormatError::new("EXR", "a layer with colour or luminance", "none"))
+        let picture = Picture::open(bytes)?;
+        let (available, placement) = (picture.layers(), picture.placement()?);
+        let none = || FormatError::new("EXR", error::layer(None), error::list(&available));
+        let image = picture.decode(None, limit)?.ok_or_else(none)?;
+        Ok((image, placement))
     }
 
     pub(crate) fn check(&self) -> Result<(), FilmError> {

@@ -47,9 +47,16 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
         );
     }
     let mut display = IntegerBounds::from_dimensions(size);
-    if let Some(Placement { origin, full }) = document.placement {
-        attributes.layer_position = Vec2(origin[0], origin[1]);
-        display = IntegerBounds::from_dimensions(Vec2(full[0] as usize, full[1] as usize));
+    if let Some(Placement {
+        origin,
+        full,
+        corner,
+    }) = document.placement
+    {
+        let at = |k: usize| origin[k].saturating_add(corner[k]);
+        attributes.layer_position = Vec2(at(0), at(1));
+        let size = Vec2(full[0] as usize, full[1] as usize);
+        display = IntegerBounds::new(Vec2(corner[0], corner[1]), size);
     }
     let compression = match packing {
         Compression::None => Method::Uncompressed,
@@ -204,6 +211,11 @@ pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
             let found = format!("{:?} and {:?}", first.layer_size, header.layer_size);
             return Err(FormatError::new(FORMAT, "parts of one size", found));
         }
+        let positions = [first, header].map(|part| part.own_attributes.layer_position);
+        if positions[0] != positions[1] {
+            let found = format!("{:?} and {:?}", positions[0], positions[1]);
+            return Err(FormatError::new(FORMAT, "parts at one place", found));
+        }
         for channel in &header.channels.list {
             if channel.sampling != Vec2(1, 1) {
                 let found = format!("channel `{}` sampled {:?}", channel.name, channel.sampling);
@@ -251,27 +263,74 @@ pub(crate) fn layer_and_name(
     (layer, name.to_owned())
 }
 
+/// The layer that is the picture of a file, of the layer and the name of each of its channels: the
+/// unnamed one if it has colour (`R`, `G`, `B`) or luminance (`Y`), else `estimate`, likewise; else
+/// the only one with colour; else that of the only channel, if that is no depth. `None` where none
+/// is, or where several may be.
+pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str> {
+    let has = |layer: &str, name: &str| channels.contains(&(layer, name));
+    let has_colour = |layer: &str| ["R", "G", "B"].iter().all(|name| has(layer, name));
+    let usual = ["", "estimate"].into_iter();
+    if let Some(usual) = usual
+        .clone()
+        .find(|layer| has_colour(layer) || has(layer, "Y"))
+    {
+        return Some(usual);
+    }
+    let reds = channels.iter().filter(|(_, name)| *name == "R");
+    let mut coloured = reds
+        .map(|(layer, _)| *layer)
+        .filter(|layer| has_colour(layer));
+    match (coloured.next(), coloured.next(), channels) {
+        (Some(only), None, _) => Some(only),
+        (None, _, &[(layer, name)]) => {
+            let words = layer.split('.').chain([name]);
+            let is_depth = |word: &str| {
+                let depths = ["z", "zback", "depth"].iter();
+                depths.clone().any(|depth| word.eq_ignore_ascii_case(depth))
+            };
+            (!words.into_iter().any(is_depth)).then_some(layer)
+        }
+        _ => None,
+    }
+}
+
+/// Where the pixels of a part lie in the picture; `None` if they are all of it.
+pub(crate) fn placement(
+    position: Vec2<i32>,
+    size: Vec2<usize>,
+    display: IntegerBounds,
+) -> Result<Option<Placement>, FormatError> {
+    if position == Vec2(0, 0) && display == IntegerBounds::from_dimensions(size) {
+        return Ok(None);
+    }
+    let corner = display.position;
+    Ok(Some(Placement {
+        origin: [
+            position.0.saturating_sub(corner.0),
+            position.1.saturating_sub(corner.1),
+        ],
+        full: [side(display.size.0)?, side(display.size.1)?],
+        corner: [corner.0, corner.1],
+    }))
+}
+
+pub(crate) fn side(length: usize) -> Result<u32, FormatError> {
+    u32::try_from(length)
+        .map_err(|_| FormatError::new(FORMAT, "a side below 2³²", length.to_string()))
+}
+
 fn gather(image: &AnyImage) -> Result<Document, FormatError> {
     let parts = &image.layer_data;
     let first = parts
         .first()
         .ok_or_else(|| FormatError::new(FORMAT, "a part", "none"))?;
-    let size = |length: usize| {
-        u32::try_from(length)
-            .map_err(|_| FormatError::new(FORMAT, "a side below 2³²", length.to_string()))
-    };
-    let mut document = Document::new(size(first.size.0)?, size(first.size.1)?);
-    let display = image.attributes.display_window;
-    let position = first.attributes.layer_position;
-    if position != display.position || first.size != display.size {
-        document.placement = Some(Placement {
-            origin: [
-                position.0.saturating_sub(display.position.0),
-                position.1.saturating_sub(display.position.1),
-            ],
-            full: [size(display.size.0)?, size(display.size.1)?],
-        });
-    }
+    let mut document = Document::new(side(first.size.0)?, side(first.size.1)?);
+    let (position, display) = (
+        first.attributes.layer_position,
+        image.attributes.display_window,
+    );
+    document.placement = placement(position, first.size, display)?;
     let mut layers: BTreeMap<String, Vec<Channel>> = BTreeMap::new();
     for part in parts {
         let part_name = part.attributes.layer_name.as_ref();
@@ -315,5 +374,53 @@ fn decode_samples(samples: &FlatSamples) -> Samples {
         }
         FlatSamples::F32(values) => Samples::Float(values.clone()),
         FlatSamples::U32(values) => Samples::Count(values.clone()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depth_is_no_picture_and_of_several_layers_none_is_guessed() {
+        for (channels, want) in [
+            ("R G B", Some("")),
+            ("A B G R Z", Some("")),
+            ("Y Z", Some("")),
+            ("Y", Some("")),
+            // One channel that says nothing of itself is grey.
+            ("R", Some("")),
+            ("a.V", Some("a")),
+            // The unnamed layer goes before all others, and `estimate` before the rest.
+            ("R G B diffuse.R diffuse.G diffuse.B", Some("")),
+            ("estimate.Y a.R a.G a.B", Some("estimate")),
+            (
+                "estimate.R estimate.G estimate.B a.R a.G a.B",
+                Some("estimate"),
+            ),
+            // The only one with colour.
+            ("Z diffuse.R diffuse.G diffuse.B", Some("diffuse")),
+            (
+                "View.Depth.Z View.Combined.R View.Combined.G View.Combined.B",
+                Some("View.Combined"),
+            ),
+            ("R a.R a.G a.B", Some("a")),
+            // Depth, by any of its names, and what is no colour.
+            ("Z", None),
+            ("zback", None),
+            ("depth.Y", None),
+            ("View.Depth.V", None),
+            ("Z A", None),
+            ("normal.X normal.Y normal.Z", None),
+            ("R G", None),
+            ("", None),
+            // Several: both eyes of a pair, and the passes of a renderer.
+            ("left.R left.G left.B right.R right.G right.B", None),
+            ("Z a.R a.G a.B b.R b.G b.B", None),
+        ] {
+            let split = |full: &'static str| full.rsplit_once('.').unwrap_or(("", full));
+            let channels: Vec<_> = channels.split_whitespace().map(split).collect();
+            assert_eq!(main_layer(&channels), want, "{channels:?}");
+        }
     }
 }

@@ -12,7 +12,7 @@ use exr::prelude::f16;
 
 use crate::openexr::{self, FORMAT};
 use crate::primaries;
-use crate::{FormatError, Image};
+use crate::{FormatError, Image, Placement};
 
 /// An EXR file whose headers have been read.
 pub(crate) struct Picture<'a> {
@@ -74,9 +74,19 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// The picture of a layer; of `None`, the unnamed layer, else the one named `estimate`, else
-    /// the first that is a picture. `Ok(None)` if there is none. The picture and the largest block
-    /// of the file may take `limit` bytes together.
+    /// Where the pixels lie in the picture; `None` if they are all of it.
+    pub(crate) fn placement(&self) -> Result<Option<Placement>, FormatError> {
+        let header = &self.reader.headers()[0];
+        openexr::placement(
+            header.own_attributes.layer_position,
+            header.layer_size,
+            header.shared_attributes.display_window,
+        )
+    }
+
+    /// The picture of a layer; of `None`, of the one that is the file's picture
+    /// ([`openexr::main_layer`]). `Ok(None)` if there is none. The picture and the largest block of
+    /// the file may take `limit` bytes together.
     pub(crate) fn decode(
         self,
         layer: Option<&str>,
@@ -84,23 +94,20 @@ impl<'a> Picture<'a> {
     ) -> Result<Option<Image>, FormatError> {
         let colours = match layer {
             Some(name) => self.colours(name),
-            None => self
-                .colours("")
-                .or_else(|| self.colours("estimate"))
-                .or_else(|| self.layers().iter().find_map(|name| self.colours(name))),
+            None => {
+                let names = self.channels.iter();
+                let names: Vec<(&str, &str)> = names.map(|c| (&*c.layer, &*c.name)).collect();
+                openexr::main_layer(&names).and_then(|name| self.colours(name))
+            }
         };
         let Some(colours) = colours.map(|c| c.map(|c| (c.part, c.index))) else {
             return Ok(None);
         };
         let header = &self.reader.headers()[colours[0].0];
         let size = header.layer_size;
-        let side = |n: usize| {
-            u32::try_from(n)
-                .map_err(|_| FormatError::new(FORMAT, "a side below 2³²", n.to_string()))
-        };
         let mut image = Image {
-            width: side(size.0)?,
-            height: side(size.1)?,
+            width: openexr::side(size.0)?,
+            height: openexr::side(size.1)?,
             rgb: Vec::new(),
         };
         let parts = colours.map(|(part, _)| part);

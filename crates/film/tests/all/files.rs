@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use linelit_film::{
-    Compression, Document, FilmError, Image, MomentImage, Placement, decode_exr, write_atomically,
-    write_pfm,
+    Channel, Compression, Document, FilmError, Image, MomentImage, Placement, Samples, decode_exr,
+    decode_picture, write_atomically, write_pfm,
 };
 use linelit_testkit::cases::cases;
 use proptest::prelude::*;
@@ -81,6 +81,7 @@ fn an_exr_document_comes_back_bit_for_bit() {
     document.placement = Some(Placement {
         origin: [3, 4],
         full: [100, 50],
+        corner: [0, 0],
     });
     document.write(&path).unwrap();
     let again = Document::read(&path).unwrap();
@@ -113,6 +114,68 @@ fn an_exr_document_comes_back_bit_for_bit() {
     ), "{error}");
 }
 
+/// The layers that a file without a picture of its own has are named.
+#[test]
+fn a_file_of_several_layers_has_no_picture_by_itself() {
+    let folder = Folder::new("layers");
+    let path = folder.join("a.exr");
+    let mut document = Document::new(2, 1);
+    for (name, value) in [("diffuse", 0.5), ("specular", 0.25)] {
+        let image = Image::from_fn(2, 1, |_, _| [value; 3]);
+        document.add_image(name, &image).unwrap();
+    }
+    document.layers[0].channels.push(Channel {
+        name: "Z".to_owned(),
+        samples: Samples::Float(vec![9.0; 2]),
+    });
+    document.write(&path).unwrap();
+    let expected = "expected colour or luminance in the unnamed layer, or colour in a single one, \
+                    found `diffuse`, `specular`";
+    let error = Image::read(&path).unwrap_err().to_string();
+    assert!(error.ends_with(expected), "{error}");
+    let bytes = fs::read(&path).unwrap();
+    let decoded = decode_picture("a.exr", &bytes).unwrap();
+    let error = decoded.unwrap_err().to_string();
+    assert!(error.ends_with(expected), "{error}");
+    assert_eq!(document.main_image(), None);
+    let grey = |value| Image::from_fn(2, 1, |_, _| [value; 3]);
+    let specular = Image::read_layer(&path, Some("specular"));
+    assert_eq!(specular.unwrap(), grey(0.25));
+    // Of a single one with colour there is no doubt.
+    document.layers.remove(1);
+    document.write(&path).unwrap();
+    assert_eq!(Image::read(&path).unwrap(), grey(0.5));
+    assert_eq!(document.main_image(), Some(Image::read(&path).unwrap()));
+}
+
+#[test]
+fn pictures_that_are_parts_of_one_say_where_they_lie() {
+    let decoded = |placement: Option<Placement>| {
+        let mut document = Document::new(2, 1);
+        document.add_image("", &Image::new(2, 1)).unwrap();
+        document.placement = placement;
+        let bytes = document.encode().unwrap();
+        assert_eq!(decode_exr(&bytes).unwrap().placement, placement);
+        decode_picture("a.exr", &bytes).unwrap().unwrap().warning
+    };
+    let at = |origin, full, corner| {
+        Some(Placement {
+            origin,
+            full,
+            corner,
+        })
+    };
+    assert_eq!(decoded(None), None);
+    // Another name of the corner is no other place.
+    assert_eq!(decoded(at([0, 0], [2, 1], [7, -8])), None);
+    for (origin, corner) in [([3, 0], [0, 0]), ([-1, 2], [4, 4])] {
+        let warning = decoded(at(origin, [16, 9], corner)).unwrap();
+        let [x, y] = origin;
+        let want = format!("its pixels lie at {x}, {y} of a picture of 16 x 9");
+        assert!(warning.starts_with(&want), "{warning}");
+    }
+}
+
 #[test]
 fn equal_documents_are_equal_files() {
     // Hash maps with random order stand behind the metadata of the exr crate.
@@ -136,6 +199,7 @@ fn every_compression_comes_back_bit_for_bit_from_any_number_of_threads() {
     document.placement = Some(Placement {
         origin: [-7, 40],
         full: [100, 500],
+        corner: [5, -3],
     });
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let mut sizes = Vec::new();
