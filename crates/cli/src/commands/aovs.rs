@@ -5,7 +5,7 @@ use crate::args::{Aov, PictureArgs, UsageError};
 use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_estimators::bsdf::Reflection as _;
-use linelit_film::{Document, Image, MomentImage, Moments, Tile};
+use linelit_film::{Document, Image, MomentImage, Moments, Placement, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, ShadingPoint, Workspace};
 use rayon::prelude::*;
@@ -15,11 +15,23 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
+    /// Where it lies in the whole picture, if it is a part of it.
+    pub(super) placement: Option<Placement>,
     /// Moments of trials or of camera samples, and rays and lines of each pixel, if they are asked
     /// for.
     pub(super) pixels: Option<(MomentImage, [Vec<u32>; 2])>,
     /// What is seen in the middle of each pixel, if it is asked for.
     pub(super) surfaces: Vec<Surface>,
+}
+
+/// Where a window lies on a film of so many pixels; `None` if it is all of it.
+pub(super) fn placement(window: Tile, film: [u32; 2]) -> Option<Placement> {
+    let at = |n: u32| i32::try_from(n).unwrap_or(i32::MAX);
+    (window != Tile::whole(film[0], film[1])).then(|| Placement {
+        origin: [at(window.x0), at(window.y0)],
+        full: film,
+        corner: [0, 0],
+    })
 }
 
 /// Whether more than the value of each pixel is asked for.
@@ -80,6 +92,8 @@ pub(super) fn render(
     progress: &ProgressBar,
 ) -> (Rendered, Counts) {
     let aovs = &picture.aovs;
+    let film = &renderer.scene().film;
+    let placement = placement(window, [film.width, film.height]);
     let surfaces = if wants_surfaces(aovs) {
         surfaces(renderer, window)
     } else {
@@ -91,6 +105,7 @@ pub(super) fn render(
             linelit_papers::scene_study::render(renderer, &settings, window, progress);
         let rendered = Rendered {
             image,
+            placement,
             pixels: None,
             surfaces,
         };
@@ -120,6 +135,7 @@ pub(super) fn render(
     let image = Image { width, height, rgb };
     let rendered = Rendered {
         image,
+        placement,
         pixels,
         surfaces,
     };

@@ -49,7 +49,13 @@ pub(super) fn wanted(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -
 
 impl Kept {
     /// Begins to keep a picture, or goes on with what an interrupted command kept.
-    pub(super) fn open(args: &RenderArgs, window: Tile, input: Input, cost: &Cost) -> Result<Self> {
+    pub(super) fn open(
+        args: &RenderArgs,
+        film: [u32; 2],
+        window: Tile,
+        input: Input,
+        cost: &Cost,
+    ) -> Result<Self> {
         let path = beside(&args.output, "plan");
         let shown = args.output.display();
         let lock = Lock::acquire(&beside(&args.output, "lock"), |holder| {
@@ -62,6 +68,7 @@ impl Kept {
             scene: &args.scene,
             read: &args.common.read,
             picture: &args.picture,
+            film,
             window,
         };
         let plan = wanted.plan(input, Cut::default(), cost)?;

@@ -2,11 +2,11 @@
 
 use crate::args::{CompareArgs, UsageError};
 use crate::output::{Output, note};
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use linelit_elementary::exp2;
 use linelit_film::{
-    Decoded, Document, Exposure, Flip, HeatMap, Image, IntegerImage, Pixels, Tile, decode_picture,
-    srgb_decode,
+    Decoded, Document, Exposure, Flip, HeatMap, Image, IntegerImage, Pixels, Placement, Tile,
+    decode_picture, srgb_decode,
 };
 use linelit_study::stats::metrics::{ImageMetrics, MRSE_EPSILON};
 use serde::Serialize;
@@ -21,7 +21,7 @@ struct Comparison {
     /// The reference.
     reference: String,
     /// First and last but one of columns and rows, where a part was compared.
-    crop: Option<[u32; 4]>,
+    crop: Option<[i64; 4]>,
     /// The errors.
     #[serde(flatten)]
     metrics: ImageMetrics,
@@ -44,11 +44,12 @@ struct ChannelMetrics {
     reference_mean: f64,
 }
 
-/// Compares two pictures of one size, prints by how much they differ, and writes the maps that are
-/// asked for.
+/// Compares two pictures of one size, or what both have of one, prints by how much they differ, and
+/// writes the maps that are asked for.
 ///
 /// # Errors
-/// If a picture cannot be read, the two differ in size, or something cannot be printed or written.
+/// If a picture cannot be read, the two are of different sizes or have no pixel in common, or
+/// something cannot be printed or written.
 pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
     let maps = [&args.difference, &args.error_map, &args.flip_map];
     for map in maps.into_iter().flatten() {
@@ -64,33 +65,42 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
             "note: one of the pictures has integers, which hold nothing above white"
         ));
     }
-    let [picture, reference] = [&ours.image, &theirs.image];
-    // Of the whole pictures, as one sees them; the sizes are checked here.
-    let flip = (args.flip || args.flip_map.is_some()).then(|| seen(picture, reference, args));
+    let common = ours.common(&theirs)?;
+    let [picture, reference] = [&ours, &theirs].map(|picture| picture.part(common));
+    // As one sees them, before a part is cut out.
+    let flip = (args.flip || args.flip_map.is_some()).then(|| seen(&picture, &reference, args));
     let flip = flip.transpose()?;
-    ImageMetrics::compare(picture, reference)?;
-    let (width, height) = (picture.width, picture.height);
-    let whole = Tile {
-        x0: 0,
-        x1: width,
-        y0: 0,
-        y1: height,
+    let [width, height] = ours.full;
+    let window = match args.crop {
+        Some(crop) => common.meet(crop.window(width, height).into()),
+        None => Some(common),
     };
-    let window = args.crop.map_or(whole, |crop| crop.window(width, height));
-    let [picture, reference] = [picture, reference].map(|image| part(image, window));
-    let flip = flip.map(|map| part(&map, window));
+    let Some(window) = window else {
+        bail!("the pictures have no pixel of that --crop in common");
+    };
+    let [picture, reference] = [picture, reference].map(|image| common.cut(&image, window));
+    let flip = flip.map(|map| common.cut(&map, window));
+    let whole = Window::from(Tile::whole(width, height));
     let comparison = Comparison {
         picture: args.image.display().to_string(),
         reference: args.reference.display().to_string(),
-        crop: args
-            .crop
-            .map(|_| [window.x0, window.x1, window.y0, window.y1]),
+        crop: (args.crop.is_some() || window != whole).then_some(window.columns_and_rows()),
         metrics: ImageMetrics::compare(&picture, &reference)?,
         channels: channels(&picture, &reference)?,
         flip: flip.as_ref().map(|map| map.mean()[0]),
         differing_metadata: differing(&ours.metadata, &theirs.metadata),
     };
-    write_maps(args, &picture, &reference, flip.as_ref())?;
+    let placement = (window != whole).then_some(Placement {
+        origin: window.corner(),
+        full: ours.full,
+        corner: ours.corner,
+    });
+    let maps = Maps {
+        args,
+        placement,
+        flip,
+    };
+    maps.write(&picture, &reference)?;
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&comparison)?)?;
     } else {
@@ -113,11 +123,58 @@ fn seen(picture: &Image, reference: &Image, args: &CompareArgs) -> Result<Image>
     })
 }
 
-/// A part of a picture.
-fn part(image: &Image, window: Tile) -> Image {
-    Image::from_fn(window.width(), window.height(), |x, y| {
-        image.get(window.x0 + x, window.y0 + y)
-    })
+/// Pixels in the coordinates of a whole picture, columns and rows from and to: of EXR files they
+/// may reach beyond it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Window {
+    x: [i64; 2],
+    y: [i64; 2],
+}
+
+impl From<Tile> for Window {
+    fn from(tile: Tile) -> Self {
+        Self {
+            x: [tile.x0, tile.x1].map(i64::from),
+            y: [tile.y0, tile.y1].map(i64::from),
+        }
+    }
+}
+
+impl Window {
+    /// What two have in common.
+    fn meet(self, other: Self) -> Option<Self> {
+        let span = |[a, b]: [i64; 2], [c, d]: [i64; 2]| [a.max(c), b.min(d)];
+        let (x, y) = (span(self.x, other.x), span(self.y, other.y));
+        (x[0] < x[1] && y[0] < y[1]).then_some(Self { x, y })
+    }
+
+    /// The part of this window's image that lies in another, which is within it.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "distances within an image"
+    )]
+    fn cut(self, image: &Image, part: Self) -> Image {
+        let [x0, y0] = [part.x[0] - self.x[0], part.y[0] - self.y[0]].map(|d| d as u32);
+        let [width, height] = [part.x, part.y].map(|[from, to]| (to - from) as u32);
+        Image::from_fn(width, height, |x, y| image.get(x0 + x, y0 + y))
+    }
+
+    const fn columns_and_rows(self) -> [i64; 4] {
+        [self.x[0], self.x[1], self.y[0], self.y[1]]
+    }
+
+    /// Its first column and row.
+    fn corner(self) -> [i32; 2] {
+        [self.x[0], self.y[0]].map(|n| i32::try_from(n).unwrap_or(i32::MAX))
+    }
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x0, x1, y0, y1] = self.columns_and_rows();
+        write!(f, "columns {x0} to {x1}, rows {y0} to {y1}")
+    }
 }
 
 fn channels(picture: &Image, reference: &Image) -> Result<[ChannelMetrics; 3]> {
@@ -156,65 +213,92 @@ fn differing(ours: &Metadata, theirs: &Metadata) -> Vec<(String, String, String)
     both.collect()
 }
 
-fn write_maps(
-    args: &CompareArgs,
-    picture: &Image,
-    reference: &Image,
-    flip: Option<&Image>,
-) -> Result<()> {
-    let per_pixel = |value: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| Image {
-        rgb: (picture.rgb.iter().zip(&reference.rgb))
-            .map(|(p, r)| value(*p, *r))
-            .collect(),
-        ..*picture
-    };
-    if let Some(path) = &args.difference {
-        let difference = per_pixel(&|p, r| [0, 1, 2].map(|k| p[k] - r[k]));
-        if is_png(path) {
-            let gain = exp2(args.exposure);
-            // Half of the encoded range to either side, so that as much more and as much less are
-            // as far from the middle.
-            let around = |v: f32| srgb_decode((0.5 + 0.5 * f64::from(v) * gain).clamp(0.0, 1.0));
-            #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
-            let rgb = difference.rgb.iter().map(|p| p.map(|v| around(v) as f32));
-            let shown = Image {
-                rgb: rgb.collect(),
-                ..difference
-            };
-            linelit_film::write_png(path, &shown, Exposure::default())?;
-        } else {
-            let mut document = Document::new(difference.width, difference.height);
-            document.add_image("", &difference)?;
-            document.write(path)?;
+/// What is written of a comparison.
+struct Maps<'a> {
+    args: &'a CompareArgs,
+    /// Where the part that was compared lies, if it is not all.
+    placement: Option<Placement>,
+    flip: Option<Image>,
+}
+
+impl Maps<'_> {
+    fn write(&self, picture: &Image, reference: &Image) -> Result<()> {
+        let args = self.args;
+        let per_pixel = |value: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| Image {
+            rgb: (picture.rgb.iter().zip(&reference.rgb))
+                .map(|(p, r)| value(*p, *r))
+                .collect(),
+            ..*picture
+        };
+        if let Some(path) = &args.difference {
+            let difference = per_pixel(&|p, r| [0, 1, 2].map(|k| p[k] - r[k]));
+            if is_png(path) {
+                let gain = exp2(args.exposure);
+                // Half of the encoded range to either side, so that as much more and as much less
+                // are as far from the middle.
+                let around =
+                    |v: f32| srgb_decode((0.5 + 0.5 * f64::from(v) * gain).clamp(0.0, 1.0));
+                #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
+                let rgb = difference.rgb.iter().map(|p| p.map(|v| around(v) as f32));
+                let shown = Image {
+                    rgb: rgb.collect(),
+                    ..difference
+                };
+                linelit_film::write_png(path, &shown, Exposure::default())?;
+            } else {
+                let mut document = self.document(&difference);
+                document.add_image("", &difference)?;
+                document.write(path)?;
+            }
         }
-    }
-    if let Some(path) = &args.error_map {
-        let error = per_pixel(&|p, r| [relative_square(p, r); 3]);
-        let worst = scalar(&error).into_iter().filter(|v| v.is_finite());
-        let high = f64::from(worst.fold(0.0f32, f32::max));
-        let high = if high > 0.0 { high } else { 1.0 };
-        write_scalar(
-            path,
-            &error,
-            HeatMap {
+        if let Some(path) = &args.error_map {
+            let error = per_pixel(&|p, r| [relative_square(p, r); 3]);
+            let worst = scalar(&error).into_iter().filter(|v| v.is_finite());
+            let high = f64::from(worst.fold(0.0f32, f32::max));
+            let high = if high > 0.0 { high } else { 1.0 };
+            let colours = HeatMap {
                 low: 1e-4 * high,
                 high,
                 logarithmic: true,
-            },
-        )?;
-    }
-    if let (Some(path), Some(map)) = (&args.flip_map, flip) {
-        write_scalar(
-            path,
-            map,
-            HeatMap {
+            };
+            self.write_scalar(path, &error, colours)?;
+        }
+        if let (Some(path), Some(map)) = (&args.flip_map, &self.flip) {
+            let colours = HeatMap {
                 low: 0.0,
                 high: 1.0,
                 logarithmic: false,
-            },
-        )?;
+            };
+            self.write_scalar(path, map, colours)?;
+        }
+        Ok(())
     }
-    Ok(())
+
+    /// A document of the part that was compared.
+    fn document(&self, image: &Image) -> Document {
+        Document {
+            placement: self.placement,
+            ..Document::new(image.width, image.height)
+        }
+    }
+
+    /// Writes one number a pixel: as it is, or in colours whose scale is said.
+    fn write_scalar(&self, path: &Path, image: &Image, colours: HeatMap) -> Result<()> {
+        if is_png(path) {
+            let png = colours.encode_png(image.width, image.height, &scalar(image))?;
+            linelit_film::write_atomically(path, &png)?;
+            let HeatMap { low, high, .. } = colours;
+            note(format_args!(
+                "{}: {low:.3e} is darkest, {high:.3e} brightest",
+                path.display()
+            ));
+        } else {
+            let mut document = self.document(image);
+            document.add_scalar("", scalar(image))?;
+            document.write(path)?;
+        }
+        Ok(())
+    }
 }
 
 /// The mean over channels of the relative squared error.
@@ -231,25 +315,6 @@ fn scalar(image: &Image) -> Vec<f32> {
     image.rgb.iter().map(|[v, ..]| *v).collect()
 }
 
-/// One number a pixel: as it is, or in colours whose scale is said.
-fn write_scalar(path: &Path, image: &Image, colours: HeatMap) -> Result<()> {
-    let (width, height) = (image.width, image.height);
-    if is_png(path) {
-        let png = colours.encode_png(width, height, &scalar(image))?;
-        linelit_film::write_atomically(path, &png)?;
-        let HeatMap { low, high, .. } = colours;
-        note(format_args!(
-            "{}: {low:.3e} is darkest, {high:.3e} brightest",
-            path.display()
-        ));
-    } else {
-        let mut document = Document::new(width, height);
-        document.add_scalar("", scalar(image))?;
-        document.write(path)?;
-    }
-    Ok(())
-}
-
 fn is_png(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "png")
 }
@@ -260,6 +325,11 @@ type Metadata = Vec<(String, String)>;
 struct Picture {
     /// Linear.
     image: Image,
+    /// Where its pixels lie in the whole picture.
+    window: Window,
+    /// Pixels of that across and down, and what the file calls the first.
+    full: [u32; 2],
+    corner: [i32; 2],
     metadata: Metadata,
     /// Whether it had integers, encoded as sRGB.
     is_encoded: bool,
@@ -281,12 +351,70 @@ impl Picture {
             Some((file, layer)) if !name.exists() => (Path::new(file), Some(layer)),
             _ => (name, None),
         };
-        let document = Document::read(path).map(|d| d.metadata.into_iter().collect());
-        Ok(Self {
-            image: Image::read_layer(path, layer)?,
-            metadata: document.unwrap_or_default(),
+        let image = Image::read_layer(path, layer)?;
+        let mut picture = Self::whole(image);
+        if let Ok(document) = Document::read(path) {
+            picture.metadata = document.metadata.into_iter().collect();
+            if let Some(placement) = document.placement {
+                picture.place(placement);
+            }
+        }
+        Ok(picture)
+    }
+
+    /// A picture that is all of it.
+    fn whole(image: Image) -> Self {
+        let (width, height) = (image.width, image.height);
+        Self {
+            image,
+            window: Tile::whole(width, height).into(),
+            full: [width, height],
+            corner: [0, 0],
+            metadata: Metadata::new(),
             is_encoded: false,
+        }
+    }
+
+    fn place(&mut self, placement: Placement) {
+        let span = |from: i32, size: u32| [i64::from(from), i64::from(from) + i64::from(size)];
+        let ([x, y], image) = (placement.origin, &self.image);
+        self.window = Window {
+            x: span(x, image.width),
+            y: span(y, image.height),
+        };
+        (self.full, self.corner) = (placement.full, placement.corner);
+    }
+
+    /// The pixels that two parts of one picture have in common.
+    fn common(&self, reference: &Self) -> Result<Window> {
+        if (self.full, self.corner) != (reference.full, reference.corner) {
+            let is_whole = |p: &Self| p.window == Tile::whole(p.full[0], p.full[1]).into();
+            if is_whole(self) && is_whole(reference) && self.corner == reference.corner {
+                ImageMetrics::compare(&self.image, &reference.image)?;
+            }
+            let window = |p: &Self| {
+                let ([w, h], [x, y]) = (p.full, p.corner);
+                format!("{w} × {h} pixels from {x}, {y} on")
+            };
+            bail!(
+                "the pictures are parts of different ones: their display windows are {}, and of the \
+                 reference {}",
+                window(self),
+                window(reference)
+            );
+        }
+        let common = self.window.meet(reference.window);
+        common.with_context(|| {
+            format!(
+                "the pictures have no pixel in common: one has {}, the reference {}",
+                self.window, reference.window
+            )
         })
+    }
+
+    /// Its pixels in a window, which is within its own.
+    fn part(&self, window: Window) -> Image {
+        self.window.cut(&self.image, window)
     }
 
     fn of_bytes(path: &Path) -> Result<Self> {
@@ -305,11 +433,9 @@ impl Picture {
             Pixels::Bytes(picture) => (linear(&picture, 255.0), true),
             Pixels::Words(picture) => (linear(&picture, 65535.0), true),
         };
-        let metadata = Metadata::new();
         Ok(Self {
-            image,
-            metadata,
             is_encoded,
+            ..Self::whole(image)
         })
     }
 }
@@ -331,7 +457,8 @@ impl fmt::Display for Comparison {
         writeln!(f, "picture    {}", self.picture)?;
         writeln!(f, "reference  {}", self.reference)?;
         if let Some([x0, x1, y0, y1]) = self.crop {
-            writeln!(f, "part       columns {x0} to {x1}, rows {y0} to {y1}")?;
+            let (x, y) = ([x0, x1], [y0, y1]);
+            writeln!(f, "part       {}", Window { x, y })?;
         }
         writeln!(f, "pixels     {}", m.pixels)?;
         if m.skipped > 0 {

@@ -8,7 +8,7 @@ use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
 use crate::inputs;
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
-use linelit_film::{Image, MomentImage, Moments, Tile, tiles};
+use linelit_film::{Image, MomentImage, Moments, Placement, Tile, tiles};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
@@ -46,6 +46,8 @@ const SIDES: [(u32, bool); 14] = [
 struct Spec {
     scene: String,
     read: ReadArgs,
+    /// Pixels of the film across and down.
+    film: [u32; 2],
     /// Columns from and to, rows from and to.
     window: [u32; 4],
     picture: PictureArgs,
@@ -90,6 +92,7 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<
         scene: &args.scene,
         read: &args.read,
         picture: &args.picture,
+        film: [scene.film.width, scene.film.height],
         window,
     };
     Ok((plan.plan(planned.input, cut, &cost)?, planned.packed))
@@ -110,6 +113,8 @@ pub(super) struct Wanted<'a> {
     pub(super) scene: &'a str,
     pub(super) read: &'a ReadArgs,
     pub(super) picture: &'a PictureArgs,
+    /// Pixels of the film across and down.
+    pub(super) film: [u32; 2],
     pub(super) window: Tile,
 }
 
@@ -125,6 +130,7 @@ impl Wanted<'_> {
         let spec = Spec {
             scene: self.scene.to_owned(),
             read,
+            film: self.film,
             window: bounds(self.window),
             picture: self.picture.clone(),
         };
@@ -428,6 +434,7 @@ impl Bytes<'_> {
 /// A picture in the making.
 struct Film {
     window: Tile,
+    placement: Option<Placement>,
     layers: Layers,
     /// Blocks of a tile's samples that are units of their own.
     last_block: u32,
@@ -448,6 +455,7 @@ impl Film {
         let cost = || vec![0; all(layers.moments)];
         Self {
             window,
+            placement: aovs::placement(window, plan.spec.film),
             layers,
             last_block: plan.work.iter().filter_map(|w| w.block).max().unwrap_or(0),
             samples: plan.spec.picture.camera_samples(),
@@ -529,6 +537,7 @@ impl Film {
         let film = film.filter(|_| self.layers.moments);
         Rendered {
             image: self.image,
+            placement: self.placement,
             pixels: film.map(|film| (film, self.cost)),
             surfaces: self.surfaces,
         }

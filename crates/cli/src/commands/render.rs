@@ -44,7 +44,8 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let build_seconds = built.elapsed().as_secs_f64();
     let drawn = Instant::now();
     let cost = checkpoints::wanted(args, &renderer, window);
-    let kept = cost.map(|cost| Kept::open(args, window, planned.input, &cost));
+    let film = [scene.film.width, scene.film.height];
+    let kept = cost.map(|cost| Kept::open(args, film, window, planned.input, &cost));
     let kept = kept.transpose()?;
     let mut counts = Counts::default();
     let (rendered, found) = if let Some(kept) = &kept {
@@ -171,6 +172,7 @@ pub(super) fn write(
         return Ok(());
     }
     let mut document = Document::new(image.width, image.height);
+    document.placement = rendered.placement;
     document.add_image("", image)?;
     aovs::add(&mut document, &rendered, picture)?;
     drop(rendered);

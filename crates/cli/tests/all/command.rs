@@ -105,6 +105,19 @@ fn renders_are_reproducible_and_compare_equal() {
     let whole = linelit_film::Image::read(&a).unwrap();
     let bits = |v: [f32; 3]| v.map(f32::to_bits);
     assert_eq!(bits(cropped.get(0, 12)), bits(whole.get(6, 12)));
+    // The file says where the part lies, and it is compared there.
+    let placement = linelit_film::Document::read(&crop).unwrap().placement;
+    assert_eq!(
+        placement.map(|p| (p.origin, p.full)),
+        Some(([6, 0], [24, 24]))
+    );
+    assert_eq!(linelit_film::Document::read(&a).unwrap().placement, None);
+    let compared = linelit(&["compare", path(&crop), path(&a), "--json"]);
+    let value: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+    assert_eq!(
+        (value["mse"].as_f64(), &value["pixels"]),
+        (Some(0.0), &288.into())
+    );
     std::fs::remove_dir_all(&dir).unwrap();
 }
 

@@ -1,7 +1,7 @@
 //! `compare`: figures, parts, and the pictures that it writes.
 
 use crate::common::{folder, linelit, path, text};
-use linelit_film::{Document, Exposure, Image, srgb_decode, write_pfm, write_png};
+use linelit_film::{Document, Exposure, Image, Placement, srgb_decode, write_pfm, write_png};
 use serde_json::Value;
 use std::path::Path;
 
@@ -122,6 +122,122 @@ fn what_cannot_be_compared_is_said() {
             "{arguments:?}: {said}"
         );
     }
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+/// The ramp of [`pair`] over some columns and rows of it, which may lie beyond its edges, moved by
+/// an error, in a file that says where they lie.
+fn ramp_at(file: &Path, [x0, y0]: [i32; 2], [width, height]: [u32; 2], error: f32) {
+    let image = Image::from_fn(width, height, |x, y| {
+        let at = |from: i32, k: u32| from as f32 + k as f32;
+        [at(x0, x) / 15.0 + error, 0.5, at(y0, y) / 11.0]
+    });
+    let mut document = Document::new(width, height);
+    document.placement = Some(Placement {
+        origin: [x0, y0],
+        full: [16, 12],
+        corner: [0, 0],
+    });
+    document.add_image("", &image).unwrap();
+    let nothing = vec![1.0; image.rgb.len()];
+    document.add_scalar("depth", nothing).unwrap();
+    document.write(file).unwrap();
+}
+
+#[test]
+fn parts_of_a_picture_are_compared_where_they_lie() {
+    let dir = folder("compare-parts");
+    let [_, pfm] = pair(&dir);
+    let names = [
+        "left.exr",
+        "middle.exr",
+        "right.exr",
+        "beyond.exr",
+        "wrong.exr",
+    ];
+    let [left, middle, right, beyond, wrong] = names.map(|name| dir.join(name));
+    ramp_at(&left, [0, 0], [8, 12], 0.0);
+    ramp_at(&middle, [4, 3], [8, 6], 0.0);
+    ramp_at(&right, [8, 0], [8, 12], 0.0);
+    // With pixels beyond all edges, and off by a quarter in red.
+    ramp_at(&beyond, [-2, -1], [20, 14], 0.25);
+    // The pixels of the middle at another place.
+    let mut document = Document::read(&middle).unwrap();
+    document.placement.as_mut().unwrap().origin = [0, 0];
+    document.write(&wrong).unwrap();
+    for (a, b, crop, error) in [
+        (&middle, &pfm, [4, 12, 3, 9], 0.0),
+        (&pfm, &middle, [4, 12, 3, 9], 0.0),
+        (&middle, &left, [4, 8, 3, 9], 0.0),
+        (&right, &middle, [8, 12, 3, 9], 0.0),
+        (&beyond, &middle, [4, 12, 3, 9], 0.25),
+        (&beyond, &beyond, [-2, 18, -1, 13], 0.0),
+        (&wrong, &pfm, [0, 8, 0, 6], 4.0 / 15.0),
+    ] {
+        let m = compared(&[path(a), path(b)]);
+        assert_eq!(m["crop"], serde_json::json!(crop), "{m}");
+        let red = number(&m["channels"][0], "bias").abs();
+        // Sums and differences of f32 below 2 are off by 2⁻²³.
+        assert!((red - error).abs() <= 2f64.powi(-23), "{m}");
+    }
+    // All of the picture is no part, and parts of parts are counted in the whole picture.
+    assert!(compared(&[path(&beyond), path(&pfm)])["crop"].is_null());
+    let part = compared(&[path(&middle), path(&pfm), "--crop", "0,.5,.5,1"]);
+    assert_eq!(part["crop"], serde_json::json!([4, 8, 6, 9]));
+    // Layers lie where the picture does, and so do maps.
+    let depths = [&middle, &left].map(|file| format!("{}:depth", file.display()));
+    assert_eq!(compared(&[&depths[0], &depths[1]])["pixels"], 24);
+    let map = dir.join("map.exr");
+    compared(&[
+        path(&middle),
+        path(&left),
+        "--flip",
+        "--difference",
+        path(&map),
+    ]);
+    let placement = Document::read(&map).unwrap().placement.unwrap();
+    assert_eq!((placement.origin, placement.full), ([4, 3], [16, 12]));
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn pictures_without_a_pixel_in_common_are_refused() {
+    let dir = folder("compare-apart");
+    let [_, pfm] = pair(&dir);
+    let [left, right, other] = ["l.exr", "r.exr", "o.exr"].map(|name| dir.join(name));
+    ramp_at(&left, [0, 0], [8, 12], 0.0);
+    ramp_at(&right, [8, 0], [8, 12], 0.0);
+    let refused = |arguments: &[&str], what: &str| {
+        let output = linelit(&[&["compare"], arguments].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        assert!(said.contains(what) && output.stdout.is_empty(), "{said}");
+    };
+    let [l, r, o] = [&left, &right, &other].map(|file| path(file));
+    let apart =
+        "no pixel in common: one has columns 0 to 8, rows 0 to 12, the reference columns 8 to 16";
+    refused(&[l, r], apart);
+    refused(
+        &[l, path(&pfm), "--crop", ".5,1,0,1"],
+        "no pixel of that --crop in common",
+    );
+    // Of another picture: larger, or at another place of the plane of all pixels.
+    let moved = |full, corner| {
+        let mut document = Document::read(&left).unwrap();
+        let origin = [0, 0];
+        document.placement = Some(Placement {
+            origin,
+            full,
+            corner,
+        });
+        document.write(&other).unwrap();
+    };
+    moved([16, 13], [0, 0]);
+    let larger =
+        "display windows are 16 × 13 pixels from 0, 0 on, and of the reference 16 × 12 pixels";
+    refused(&[o, path(&pfm)], larger);
+    moved([16, 12], [1, 0]);
+    refused(&[o, l], "16 × 12 pixels from 1, 0 on");
     std::fs::remove_dir_all(dir).unwrap();
 }
 
