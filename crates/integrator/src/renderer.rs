@@ -99,8 +99,8 @@ impl<'s> Renderer<'s> {
         self.world.place(hit)
     }
 
-    /// The radiance of a pixel, W/(m²·sr), linear RGB. A pure function of the settings and the
-    /// pixel.
+    /// The radiance of a pixel, W/(m²·sr), linear RGB, times the scale of the scene's film. A pure
+    /// function of the settings and the pixel.
     ///
     /// Of n samples in a pixel each sees textures over 1/√n of its width and height, as in pbrt-v3:
     /// together they cover it once, and what many samples converge to has no blur but the film's.
@@ -236,7 +236,8 @@ impl<'s> Renderer<'s> {
         } else {
             DVec3::ZERO
         };
-        emitted + self.reflected(&mut path, point, settings.bounces, workspace)
+        let reflected = self.reflected(&mut path, point, settings.bounces, workspace);
+        (emitted + reflected) * self.scene.film.scale
     }
 
     /// Direct light, and what perfect mirrors and glass show.

@@ -34,7 +34,7 @@ impl Default for Filter {
     }
 }
 
-/// Size, crop, file name and filter of the picture.
+/// Size, crop, file name, filter and scale of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
     /// Pixels across.
@@ -47,6 +47,9 @@ pub struct FilmSettings {
     pub filename: Option<String>,
     /// The reconstruction filter.
     pub filter: Filter,
+    /// Factor from radiance to the values of the picture: pbrt-v3's `scale` of a film, pbrt-v4's
+    /// imaging ratio.
+    pub scale: f64,
 }
 
 impl FilmSettings {
@@ -58,6 +61,7 @@ impl FilmSettings {
             crop: [0, width, 0, height],
             filename: None,
             filter: Filter::default(),
+            scale: 1.0,
         }
     }
 }

@@ -13,4 +13,5 @@ mod instances;
 mod lights;
 mod limits;
 mod memory;
+mod parameters;
 mod pbrt;

@@ -192,6 +192,19 @@ fn films_and_filters() {
         scene.camera.projection(),
         Projection::Perspective { fov_degrees: 90.0 }
     );
+    // As wide as the version has it, whichever is said first.
+    for (film, width) in [("image", 2.0), ("rgb", 1.5)] {
+        let text = format!(
+            "PixelFilter \"gaussian\" \"float yradius\" 1 Film \"{film}\"
+             Camera \"perspective\" WorldBegin {TRIANGLE}"
+        );
+        let radius = load(&text).scene.film.filter.radius;
+        assert_eq!(
+            radius.map(f64::to_bits),
+            [width, 1.0].map(f64::to_bits),
+            "{film}"
+        );
+    }
 }
 
 /// The side that a light emits to, for each combination of what can turn it.
@@ -437,6 +450,72 @@ fn emission_of_both_versions() {
     // v4's black bodies have luminance one, v3's a spectral peak of their scale.
     assert!((luminance(l("\"blackbody L\" 3000").0) - 1.0).abs() < 0.01);
     assert!(luminance(l("\"blackbody L\" [3000 2]").0) < 1.0);
+}
+
+/// pbrt-v3's `scale`; pbrt-v4's imaging ratio, the exposure time × ISO / 100, of which the camera's
+/// shutter is a part.
+#[test]
+fn films_scale_the_picture() {
+    let scene = |film: &str, camera: &str| {
+        let text = format!("Camera \"perspective\" {camera}\n{film}\nWorldBegin {TRIANGLE}");
+        load(&text)
+    };
+    let half = "\"float shutteropen\" .25 \"float shutterclose\" .75";
+    for (film, camera, want) in [
+        ("Film \"image\"", "", 1.0),
+        ("Film \"image\" \"float scale\" 3", "", 3.0),
+        ("Film \"image\" \"float scale\" 3", half, 3.0),
+        ("Film \"rgb\"", "", 1.0),
+        ("Film \"rgb\" \"float iso\" 200", "", 2.0),
+        ("Film \"rgb\" \"float exposuretime\" .25", "", 0.25),
+        (
+            "Film \"gbuffer\" \"float iso\" 400 \"float exposuretime\" .125",
+            half,
+            0.25,
+        ),
+        ("Film \"rgb\"", half, 0.5),
+        ("", half, 1.0),
+    ] {
+        let loaded = scene(film, camera);
+        assert_eq!(
+            loaded.scene.film.scale.to_bits(),
+            f64::to_bits(want),
+            "{film} {camera}"
+        );
+        let told = loaded.warnings.iter();
+        let told = told.filter(|w| w.message().contains("the time that the shutter is open"));
+        assert_eq!(told.count() > 0, film.is_empty() && !camera.is_empty());
+        let again = written(&loaded.scene).film.scale;
+        assert_eq!(again.to_bits(), f64::to_bits(want), "{film} {camera}");
+    }
+    // Of two crops of pbrt-v4, the window goes before the bounds.
+    let both = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 \
+        \"float cropwindow\" [ 0 .5 0 1 ] \"integer pixelbounds\" [ 1 2 1 2 ]";
+    assert_eq!(scene(both, "").scene.film.crop, [0, 4, 0, 8]);
+    for (film, camera, what) in [
+        (
+            "Film \"rgb\" \"float iso\" 0",
+            "",
+            "`iso` of film `rgb` must be positive",
+        ),
+        (
+            "Film \"image\" \"float scale\" -1",
+            "",
+            "`scale` of film `image` must be positive",
+        ),
+        (
+            "Film \"rgb\"",
+            "\"float shutterclose\" 0",
+            "the shutter does not open",
+        ),
+    ] {
+        let text = format!("{film} Camera \"perspective\" {camera} WorldBegin {TRIANGLE}");
+        let error = linelit_formats::from_pbrt_str(&text, "test.pbrt", &LoadOptions::default());
+        assert!(
+            error.unwrap_err().message().contains(what),
+            "{film} {camera}"
+        );
+    }
 }
 
 #[test]

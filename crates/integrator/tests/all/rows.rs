@@ -60,6 +60,38 @@ fn a_row_is_its_pixels() {
     assert!(lit > 1000 && dark > 1000, "{lit} lit, {dark} dark");
 }
 
+/// A film multiplies each camera sample, lights that are seen and mirrored ones, too.
+#[test]
+fn a_film_scales_its_picture() {
+    let plain = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
+    let mut scaled = plain.clone();
+    // A power of two, by which nothing is rounded.
+    scaled.film.scale = 0.25;
+    let [plain, scaled] = [&plain, &scaled].map(Renderer::new);
+    for pixel_samples in [1, 3] {
+        let settings = Settings {
+            pixel_samples,
+            bounces: 1,
+            ..Settings::default()
+        };
+        let mut workspace = Workspace::new();
+        for y in 0..16 {
+            let [mut ours, mut theirs] = [[DVec3::ZERO; 16]; 2];
+            plain.row(&settings, [0, y], &mut ours, &mut workspace);
+            scaled.row(&settings, [0, y], &mut theirs, &mut workspace);
+            assert_eq!(ours.map(|v| 0.25 * v), theirs, "row {y}");
+            let sample = |renderer: &Renderer<'_>, workspace: &mut Workspace| {
+                let mut sum = DVec3::ZERO;
+                let add = |sample| sum += sample;
+                let _ = renderer.pixel_samples(&settings, [y, y], workspace, add);
+                sum
+            };
+            let want = 0.25 * sample(&plain, &mut workspace);
+            assert_eq!(sample(&scaled, &mut workspace), want);
+        }
+    }
+}
+
 /// Film places that no picture has are places all the same.
 #[test]
 fn rows_end_where_numbers_do() {

@@ -154,6 +154,11 @@ fn header(scene: &Scene, text: &mut String) -> fmt::Result {
     if let Some(aspect) = camera.frame_aspect_ratio {
         write!(text, " \"float frameaspectratio\" [ {aspect} ]")?;
     }
+    // The film's scale, of ISO 100.
+    let scale = scene.film.scale;
+    if scale.to_bits() != 1.0_f64.to_bits() {
+        write!(text, " \"float shutterclose\" [ {scale} ]")?;
+    }
     writeln!(text)?;
     film(&scene.film, text)?;
     writeln!(

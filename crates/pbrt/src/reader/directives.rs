@@ -85,11 +85,10 @@ impl Loader {
     fn other_directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let word = lexer.source().text(token.span);
         match word.as_str() {
-            // How another renderer would sample the scene is not part of the scene.
             "Integrator" | "SurfaceIntegrator" | "Sampler" | "Accelerator" => {
-                self.named_params(lexer, token, "a name").map(drop)
+                self.rendering_option(lexer, token)
             }
-            "Option" => Params::parse(lexer, "option".into(), token.span).map(drop),
+            "Option" => self.option(lexer, token),
             "ColorSpace" => {
                 let (name, params) = self.named_params(lexer, token, "a colour space")?;
                 if name == "srgb" {

@@ -126,7 +126,7 @@ impl Loader {
     pub(super) fn named_material(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "material")?;
         self.state.material = self.material_index(&params, &name)?;
-        Ok(())
+        self.warn_unused(&params)
     }
 
     fn material_index(&self, params: &Params, name: &str) -> Result<Option<u32>> {
@@ -143,7 +143,7 @@ impl Loader {
     /// Adds a material to the scene; `None` for `interface`, which is no surface.
     fn build_material(&mut self, name: &str, kind: &str, params: &Params) -> Result<Option<u32>> {
         if ["", "none", "interface"].contains(&kind) {
-            return Ok(None);
+            return self.warn_unused(params).map(|()| None);
         }
         let built = self.model(kind, params)?;
         let bump = self.bump(params)?;

@@ -9,6 +9,7 @@ mod directives;
 mod emission;
 mod lexer;
 mod materials;
+mod options;
 mod params;
 mod shapes;
 mod state;

@@ -408,6 +408,11 @@ impl Params {
         ignored.for_each(|p| p.used.set(true));
     }
 
+    /// [`Params::ignore`] of names with blanks between.
+    pub(crate) fn ignore_all_of(&self, names: &'static str) {
+        self.ignore(&names.split(' ').collect::<Vec<_>>());
+    }
+
     /// Marks all parameters as seen, those of something that is left out.
     pub(crate) fn ignore_all(&self) {
         self.list.iter().for_each(|p| p.used.set(true));

@@ -193,7 +193,12 @@ impl Loader {
 
     /// Normals and texture coordinates of a mesh.
     fn attributes(&mut self, params: &Params, mesh: &mut MeshData) -> Result<()> {
-        params.ignore(&["S", "faceIndices"]);
+        params.ignore(&["faceIndices"]);
+        if params.find("S", VECTOR)?.is_some() {
+            let message = "the tangents of a mesh are not supported";
+            let label = "`S` is ignored: they are along its texture coordinates";
+            self.base.unsupported(message, label, params.at())?;
+        }
         let count = mesh.positions.len();
         if let Some(param) = params.array("N", &[Type::Normal, Type::Vector3], 3)? {
             let normals: Vec<[f32; 3]> = to_points(param.numbers())

@@ -152,8 +152,13 @@ impl Loader {
         let across = wrap("wrap")?.unwrap_or(Wrap::Repeat);
         let wrap = [across, wrap("vwrap")?.unwrap_or(across)];
         // v3: gamma; v4: encoding. Files of eight bits are sRGB unless said otherwise.
-        let srgb = params.bool_or("gamma", true)?
-            && params.string("encoding")?.is_none_or(|e| e == "sRGB");
+        let encoding = params.string("encoding")?.unwrap_or("sRGB");
+        if !["sRGB", "linear"].contains(&encoding) {
+            let message = format!("the encoding `{}` is not supported", shorten(encoding));
+            self.base
+                .unsupported(message, "read as `sRGB`", params.at())?;
+        }
+        let srgb = params.bool_or("gamma", true)? && encoding != "linear";
         let scale = params.float_or("scale", 1.0)?;
         let invert = params.bool_or("invert", false)?;
         let at = param.at_value(0);

@@ -1,11 +1,15 @@
 //! Camera, film and filter.
+//!
+//! Of what pbrt's films do to the picture, scales are done and all else is warned about: clamping,
+//! for one, would hide the error of estimates that are to be compared.
 
 use super::Loader;
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
-use linelit_assembly::{ErrorKind, Result, Source, Warnings};
+use linelit_assembly::{ErrorKind, Result, Source, Span, Warnings, shorten};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Camera, FilmSettings, Filter, FilterKind, Projection};
+use std::sync::Arc;
 
 /// Most pixels along a side.
 const MAX_SIDE: i32 = 1 << 16;
@@ -17,7 +21,7 @@ const MAX_PIXELS: i64 = 1 << 28;
 pub(super) struct View {
     camera: Option<CameraSettings>,
     film: Option<FilmSettings>,
-    filter: Filter,
+    filter: Option<(FilterKind, [Option<f64>; 2])>,
     /// The film is one that only pbrt-v4 knows.
     pub(super) is_v4: bool,
 }
@@ -28,6 +32,9 @@ struct CameraSettings {
     projection: Projection,
     screen_window: Option<[f64; 4]>,
     frame_aspect_ratio: Option<f64>,
+    /// How long the shutter is open, and who says so.
+    shutter: f64,
+    place: Option<(Arc<Source>, Span)>,
 }
 
 impl View {
@@ -36,8 +43,18 @@ impl View {
         warnings: &mut Warnings,
         source: &Source,
     ) -> Result<(Camera, FilmSettings)> {
+        let has_film = self.film.is_some();
         let mut film = self.film.unwrap_or_default();
-        film.filter = self.filter;
+        if let Some((kind, radius)) = self.filter {
+            let default = match kind {
+                FilterKind::Box => 0.5,
+                FilterKind::Gaussian if self.is_v4 => 1.5,
+                FilterKind::Triangle | FilterKind::Gaussian | FilterKind::Mitchell => 2.0,
+                FilterKind::Sinc => 4.0,
+            };
+            let radius = radius.map(|radius| radius.unwrap_or(default));
+            film.filter = Filter { kind, radius };
+        }
         let settings = match self.camera {
             Some(settings) => settings,
             None => {
@@ -49,9 +66,13 @@ impl View {
                     projection: Projection::Perspective { fov_degrees: 90.0 },
                     screen_window: None,
                     frame_aspect_ratio: None,
+                    shutter: 1.0,
+                    place: None,
                 }
             }
         };
+        let is_v4 = has_film.then_some(self.is_v4);
+        film.scale *= settings.exposure(is_v4, warnings)?;
         let camera = Camera::from_world_to_camera(
             settings.world_to_camera,
             settings.projection,
@@ -60,6 +81,34 @@ impl View {
             [film.width, film.height],
         );
         Ok((camera, film))
+    }
+}
+
+impl CameraSettings {
+    /// The factor of the time that the shutter is open: the time in version 4, none in version 3,
+    /// which of them the film says.
+    fn exposure(&self, is_v4: Option<bool>, warnings: &mut Warnings) -> Result<f64> {
+        let usual = (self.shutter - 1.0).abs() <= 0.0;
+        let Some((source, span)) = self.place.as_ref().filter(|_| !usual) else {
+            return Ok(1.0);
+        };
+        let at = source.at(*span);
+        match is_v4 {
+            Some(true) if self.shutter > 0.0 => return Ok(self.shutter),
+            Some(true) => {
+                let message = "the shutter does not open: the picture would be black";
+                let label = "expected `shutteropen` before `shutterclose`";
+                return Err(at.error(ErrorKind::OutOfRange, message, label));
+            }
+            Some(false) => {}
+            None => {
+                let message = "the time that the shutter is open scales pbrt-v4's pictures, not \
+                               pbrt-v3's";
+                let label = "without a `Film` taken for version 3";
+                warnings.warn(ErrorKind::Suspicious, message, |e| e.at(at, label))?;
+            }
+        }
+        Ok(1.0)
     }
 }
 
@@ -76,7 +125,8 @@ impl Loader {
         }
         self.coordinate_systems
             .insert("camera".into(), camera_to_world);
-        params.ignore(&["shutteropen", "shutterclose"]);
+        let shutter =
+            params.float_or("shutterclose", 1.0)? - params.float_or("shutteropen", 0.0)?;
         let screen_window = params.fixed::<4>("screenwindow", &[Type::Float])?;
         if let Some([x0, x1, y0, y1]) = screen_window
             && (x0 >= x1 || y0 >= y1)
@@ -102,6 +152,8 @@ impl Loader {
             projection,
             screen_window,
             frame_aspect_ratio,
+            shutter,
+            place: Some((Arc::clone(&params.source), params.span)),
         });
         Ok(())
     }
@@ -165,11 +217,6 @@ impl Loader {
         ];
         let default = params.pick("film", &name, &films)?;
         self.view.is_v4 = default == v4;
-        let of_sensors = "scale diagonal maxsampleluminance sensor iso exposuretime whitebalance \
-                          maxcomponentvalue savefp16 coordinatesystem nbuckets lambdamin lambdamax";
-        of_sensors
-            .split(' ')
-            .for_each(|name| params.ignore(&[name]));
         let width = side(&params, "xresolution", default[0])?;
         let height = side(&params, "yresolution", default[1])?;
         if i64::from(width) * i64::from(height) > MAX_PIXELS {
@@ -178,46 +225,100 @@ impl Loader {
         }
         let mut film = FilmSettings::new(width.cast_unsigned(), height.cast_unsigned());
         film.filename = params.string("filename")?.map(str::to_owned);
+        if self.view.is_v4
+            && let Some(bounds) = params.fixed::<4>("pixelbounds", &[Type::Integer])?
+        {
+            film.crop = pixel_bounds(bounds, [film.width, film.height]);
+        }
+        // Which goes before the other, as in pbrt-v4.
         if let Some(window) = params.fixed::<4>("cropwindow", &[Type::Float])? {
             film.crop = crop_window(window, [film.width, film.height]);
-        }
-        if let Some(bounds) = params.fixed::<4>("pixelbounds", &[Type::Integer])? {
-            film.crop = pixel_bounds(bounds, [film.width, film.height]);
         }
         let [x0, x1, y0, y1] = film.crop;
         if x0 >= x1 || y0 >= y1 {
             let message = "the crop window is empty";
             return Err(params.error(ErrorKind::OutOfRange, message, "no pixel is left"));
         }
+        film.scale = self.film_scale(&name, &params)?;
         self.warn_unused(&params)?;
         self.view.film = Some(film);
         Ok(())
+    }
+
+    /// What a film multiplies radiance by; what else it does to the picture is named.
+    fn film_scale(&mut self, name: &str, params: &Params) -> Result<f64> {
+        // The size of the sensor matters to realistic cameras only, and that of numbers to none.
+        params.ignore(&["diagonal"]);
+        if !self.view.is_v4 {
+            self.unclamped(params, "maxsampleluminance")?;
+            return params.positive_or("scale", 1.0);
+        }
+        params.ignore(&["savefp16"]);
+        self.unclamped(params, "maxcomponentvalue")?;
+        if let Some(sensor) = params.string("sensor")?.filter(|name| *name != "cie1931") {
+            let message = format!("the sensor `{}` is not supported", shorten(sensor));
+            let label = "its colours are those of `cie1931`";
+            self.base.unsupported(message, label, params.at())?;
+        }
+        if params.float_or("whitebalance", 0.0)? != 0.0 {
+            let message = "white balance is not supported";
+            let label = "colours stay as they are";
+            self.base.unsupported(message, label, params.at())?;
+        }
+        match name {
+            "gbuffer" => params.ignore(&["coordinatesystem"]),
+            "spectral" => {
+                params.ignore(&["nbuckets", "lambdamin", "lambdamax"]);
+                let message = "spectral films are not supported";
+                self.base
+                    .unsupported(message, "read as `rgb`", params.at())?;
+            }
+            _ => {}
+        }
+        let exposure = params.positive_or("exposuretime", 1.0)?;
+        Ok(exposure * (params.positive_or("iso", 100.0)? / 100.0))
+    }
+
+    fn unclamped(&mut self, params: &Params, name: &'static str) -> Result<()> {
+        if params.float(name)?.is_none() {
+            return Ok(());
+        }
+        let message = format!("`{name}` is not supported");
+        let label = "bright values are not clamped";
+        self.base.unsupported(message, label, params.at())
     }
 
     /// `PixelFilter "box" …`
     pub(super) fn pixel_filter(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "filter")?;
         self.before_world(&params, "PixelFilter")?;
+        let (none, of_gaussian, of_mitchell) = (&[][..], &["alpha", "sigma"][..], &["B", "C"][..]);
         let filters = [
-            ("box", (FilterKind::Box, 0.5)),
-            ("triangle", (FilterKind::Triangle, 2.0)),
-            ("gaussian", (FilterKind::Gaussian, 1.5)),
-            ("mitchell", (FilterKind::Mitchell, 2.0)),
-            ("sinc", (FilterKind::Sinc, 4.0)),
+            ("box", (FilterKind::Box, none)),
+            ("triangle", (FilterKind::Triangle, none)),
+            ("gaussian", (FilterKind::Gaussian, of_gaussian)),
+            ("mitchell", (FilterKind::Mitchell, of_mitchell)),
+            ("sinc", (FilterKind::Sinc, &["tau"][..])),
         ];
-        let (kind, default) = params.pick("filter", &name, &filters)?;
-        params.ignore(&["alpha", "sigma", "B", "C", "tau"]);
-        let mut radius = [default; 2];
+        let (kind, of_shape) = params.pick("filter", &name, &filters)?;
+        params.ignore(of_shape);
+        let mut radius = [None; 2];
         for (slot, names) in radius
             .iter_mut()
             .zip([["xwidth", "xradius"], ["ywidth", "yradius"]])
         {
-            for name in names {
-                *slot = params.positive_or(name, *slot)?;
+            for name in names.into_iter().filter(|name| params.has(name)) {
+                *slot = Some(params.positive_or(name, 1.0)?);
             }
         }
+        if kind != FilterKind::Box {
+            let message = format!("the filter `{name}` is not supported");
+            let label = "camera samples are spread evenly over its width";
+            self.base.unsupported(message, label, params.at())?;
+        }
+        params.ignore(&["xwidth", "xradius", "ywidth", "yradius"]);
         self.warn_unused(&params)?;
-        self.view.filter = Filter { kind, radius };
+        self.view.filter = Some((kind, radius));
         Ok(())
     }
 }
