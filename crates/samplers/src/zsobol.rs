@@ -7,17 +7,18 @@ use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
 /// One Owen-scrambled Sobol' sequence per dimension for the whole image.
 ///
 /// **Method.** Ahmed & Wonka 2020, *Screen-space blue-noise diffusion of Monte Carlo sampling error
-/// via hierarchical ordering of pixels*: the pixels take consecutive blocks of 2^m ≥ N indices
-/// along a Z-order curve whose base-4 digits are permuted at random, each depending on the digits
-/// above it and on the dimension. Neighbouring pixels thus hold parts of one larger net, and their
-/// errors cancel under a blur (error like blue noise), while each pixel's own N = 2^m points are a
-/// net.
+/// via hierarchical ordering of pixels*: the pixels take consecutive runs of N indices along a
+/// Z-order curve whose base-4 digits are permuted at random, each depending on the digits above it
+/// and on the dimension. Neighbouring pixels thus hold parts of one larger set, and their errors
+/// cancel under a blur (error like blue noise), while each pixel's own points are a net if N = 2^m.
+/// For any other N the paper takes the first of 2^m > N indices; then all pixels leave out the same
+/// part of the square, and their errors add up (blotches).
 ///
 /// **Domain.** Pixel coordinates below 2¹⁶ share one curve; beyond, each tile of 2¹⁶ × 2¹⁶ pixels
 /// has its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ZSobol {
-    /// Where the pixel's block of indices starts.
+    /// Where the pixel's indices start.
     first: u64,
     order: Permutation,
     scramble: [u64; 2],
@@ -27,10 +28,9 @@ impl ZSobol {
     /// `tile_key` must depend on seed, dimension and pixel tile only; `key` on the pixel as well.
     #[inline]
     pub(crate) fn new(tile_key: u64, key: u64, pixel: [u32; 2], count: u32) -> Self {
-        let bits = u32::BITS - (count - 1).leading_zeros();
         let curve = u64::from(shuffled_z_order(pixel, lane(tile_key, 2)));
         Self {
-            first: curve << bits,
+            first: curve * u64::from(count),
             order: Permutation::new(count, key),
             scramble: scrambles(tile_key),
         }
@@ -38,7 +38,7 @@ impl ZSobol {
 
     #[inline]
     fn index(&self, i: u32) -> u64 {
-        self.first | u64::from(self.order.get(i))
+        self.first.wrapping_add(u64::from(self.order.get(i)))
     }
 
     #[inline]

@@ -2,6 +2,8 @@
 #![allow(clippy::cast_possible_truncation, reason = "sizes are at most 64×64")]
 
 use linelit_samplers::{Sampler, SamplerKind, blue_noise_rank};
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::ztest::{Welford, critical_z};
 use std::f64::consts::TAU;
 
 #[path = "../../examples/blue_noise_tile/void_and_cluster.rs"]
@@ -132,4 +134,54 @@ fn errors_are_blue_across_pixels() {
         "{}",
         power(&errors, 1.0, 4.0)
     );
+}
+
+/// Of Z-order Sobol' points, neighbouring pixels hold points next to each other in one sequence,
+/// whatever their number: the errors of neighbours cancel, which is a correlation below zero. If
+/// pixels took the first points of blocks of a power of two, all would leave the same out, and the
+/// correlation be above zero for 24, 48 and 96.
+#[test]
+fn errors_of_neighbours_cancel_for_any_number_of_points() {
+    let e = std::f64::consts::E;
+    type Integrand = fn([f64; 2]) -> f64;
+    let integrands: [(Integrand, f64); 3] = [
+        (|[x, y]| x * y, 0.25),
+        (
+            |[x, y]| (x + 0.5 * y).exp(),
+            2.0 * (e - 1.0) * (e.sqrt() - 1.0),
+        ),
+        (
+            |[x, y]| f64::from(u8::from((x - 0.45).hypot(y - 0.52) < 0.3)),
+            0.09 * std::f64::consts::PI,
+        ),
+    ];
+    const COUNTS: [u32; 10] = [3, 5, 6, 12, 13, 24, 48, 96, 16, 64];
+    let limit = critical_z(2.0 * sidak(0.01, COUNTS.len() * integrands.len()));
+    for count in COUNTS {
+        for (k, (f, integral)) in integrands.into_iter().enumerate() {
+            // Of the 1,984 pairs of a picture of 32 × 32 pixels; pictures are independent.
+            let correlation = |seed: u64| {
+                let sampler = Sampler::new(SamplerKind::ZSobol, seed);
+                let mut values = vec![0.0; 32 * 32];
+                for (i, value) in (0..).zip(&mut values) {
+                    let set = sampler.points([i % 32, i / 32], 0, count);
+                    *value = set.iter_2d().map(f).sum::<f64>();
+                }
+                let error = |x: usize, y: usize| values[32 * y + x] / f64::from(count) - integral;
+                let variance = (0..1024)
+                    .map(|i| error(i % 32, i / 32).powi(2))
+                    .sum::<f64>();
+                let mut products = 0.0;
+                for x in 0..31 {
+                    for y in 0..32 {
+                        products += error(x, y) * error(x + 1, y) + error(y, x) * error(y, x + 1);
+                    }
+                }
+                (products / 1984.0) / (variance / 1024.0)
+            };
+            let correlations: Welford = (0..24).map(correlation).collect();
+            let z = correlations.z_score(0.0);
+            assert!(z < -limit, "{count} {k}: {}, z = {z}", correlations.mean());
+        }
+    }
 }
