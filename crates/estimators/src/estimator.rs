@@ -54,7 +54,8 @@ pub enum Weights {
     /// of its visible parts, so that weights have no steps (Salesin & Jarosz 2019, eqs. 20–24).
     Smooth(Smoothing),
     /// The optimal heuristic (Kondapaneni et al. 2019), with coefficients for one half of the
-    /// samples from the other, so that the mean stays right; for one sample, the balance heuristic.
+    /// samples from the other, so that the mean stays right; for one sample, and for a technique
+    /// that has no sample in a half, the balance heuristic.
     Optimal(Optimal),
     /// The balance heuristic by what the densities of lines would be if nothing stood in between:
     /// no technique then asks what is visible around another's samples.

@@ -166,6 +166,32 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
+    /// Adds the samples with f = 0 of which [`OptimalSystem::add`] was not told, by expectation:
+    /// all count as drawn where no other technique draws.
+    ///
+    /// **Formula.** Σₖ Nₖ Aᵢₖ = ∫ pᵢ is one. What the samples of all techniques, as many as `ns` in
+    /// the mean, leave of it is added as Aᵢᵢ = (1/Nᵢ) ∫ pᵢ. This does not depend on how many
+    /// samples technique i had this time, nor on whether it had any.
+    ///
+    /// ```
+    /// use linelit_mis::OptimalSystem;
+    /// // Technique 1 seldom meets the light, whose value technique 0 knows.
+    /// let mut system = OptimalSystem::<2, 1>::new();
+    /// system.add(&[1.0, 1.0], &[4.0, 0.01], [8.0]);
+    /// system.complete(&[1.0, 1.0]);
+    /// let [[a, b]] = system.alphas();
+    /// assert!((a - 2.0).abs() < 0.01 && b.abs() < 0.01);
+    /// ```
+    pub fn complete(&mut self, ns: &[f64; T]) {
+        for (i, row) in self.a.iter_mut().enumerate() {
+            let told: f64 = ns.iter().zip(&*row).map(|(&n, &a)| score(n, a)).sum();
+            let whole = row[i] + (1.0 - told) / ns[i];
+            if ns[i] > 0.0 && told < 1.0 && whole.is_finite() {
+                row[i] = whole;
+            }
+        }
+    }
+
     /// Adds the samples of another system with the same sample counts.
     pub fn merge(&mut self, other: &Self) {
         for (row, others) in self

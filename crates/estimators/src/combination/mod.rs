@@ -45,8 +45,8 @@ pub(crate) struct CombinationBuffers<P, L> {
     samples: Vec<Sample>,
     /// How many of them are the first of two rounds.
     first_round: Option<usize>,
-    /// In each round, draws of each technique that gave no sample.
-    misses: [[usize; MOST_TECHNIQUES]; 2],
+    /// In each round, how many samples each technique drew.
+    counts: [[f64; MOST_TECHNIQUES]; 2],
     /// For the densities of one technique: whose sample each line goes through.
     owners: Vec<usize>,
 }
@@ -59,7 +59,7 @@ impl<P, L> Default for CombinationBuffers<P, L> {
             segments: Vec::new(),
             samples: Vec::new(),
             first_round: None,
-            misses: Default::default(),
+            counts: Default::default(),
             owners: Vec::new(),
         }
     }
@@ -78,7 +78,7 @@ impl<P, L> CombinationBuffers<P, L> {
             segments: self.segments,
             samples,
             first_round: None,
-            misses: Default::default(),
+            counts: Default::default(),
             owners: self.owners,
         }
     }
@@ -246,20 +246,21 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         let random = self
             .query
             .numbers
-            .independent(Stream::Orientation, 2 + MOST);
+            .independent(Stream::Orientation, 1 + MOST);
         let u = |k| random.get_1d(k);
         let rounds = match estimator.weights() {
             Weights::Optimal(_) if count > 1 => 2,
             _ => 1,
         };
-        let expected = f64::from(count) / f64::from(rounds);
+        let expected = f64::from(count) / [1.0, 2.0][rounds - 1];
         PreparedTechnique::all(self.query, expected, part, by, u, &mut own.techniques);
         for round in 0..rounds {
             if round > 0 {
                 own.first_round = Some(own.samples.len());
             }
-            allot(&mut own.techniques, u([0, 1 + MOST][round as usize]));
-            self.draw(round as usize, own);
+            // Both rounds together have as many samples of each technique as one of both would.
+            allot(&mut own.techniques, [u(0), (u(0) + 0.5).fract()][round]);
+            self.draw(round, own);
         }
         if estimator.weights() == Weights::Unoccluded {
             self.densities_unoccluded(own);
@@ -279,17 +280,17 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         numbers.seed ^= [0, OTHER_SEED][round];
         for (index, stream) in (0..buffers.techniques.len()).zip(0..) {
             let count = buffers.techniques[index].count;
+            buffers.counts[round][index] = f64::from(count);
             if count == 0 {
                 continue;
             }
             let set = numbers.points(Stream::Technique(stream), count);
-            let hits = match &buffers.techniques[index].source {
+            match &buffers.techniques[index].source {
                 Source::Lines(..) => self.draw_lines(index, buffers, |i| set.get_2d(i)),
                 Source::Points(source) => {
-                    self.draw_points(index, source, &set, &mut buffers.samples)
+                    self.draw_points(index, source, &set, &mut buffers.samples);
                 }
-            };
-            buffers.misses[round][index] = count as usize - hits;
+            }
         }
     }
 
@@ -318,15 +319,15 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         })
     }
 
-    /// The samples of a point technique that carry light and are visible; gives their number.
+    /// The samples of a point technique that carry light and are visible.
     fn draw_points(
         &mut self,
         index: usize,
         source: &impl DrawPoints<S>,
         set: &SampleSet,
         samples: &mut Vec<Sample>,
-    ) -> usize {
-        let (count, point, before) = (set.count(), self.query.point, samples.len());
+    ) {
+        let (count, point) = (set.count(), self.query.point);
         let mut targets = std::mem::take(&mut self.buffers.targets);
         let mut first = 0;
         while first < count {
@@ -363,18 +364,15 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             samples.truncate(kept);
         }
         self.buffers.targets = targets;
-        samples.len() - before
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.
-    /// Gives the number of lines that have any.
     fn draw_lines<P, L: DrawLines<S>>(
         &mut self,
         index: usize,
         buffers: &mut CombinationBuffers<P, L>,
         u: impl Fn(u32) -> [f64; 2],
-    ) -> usize {
-        let mut hits = 0;
+    ) {
         let CombinationBuffers {
             techniques,
             drawn,
@@ -383,7 +381,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             ..
         } = buffers;
         let Source::Lines(lines, pieces) = &techniques[index].source else {
-            return hits;
+            return;
         };
         let points = techniques[index].points;
         drawn.clear();
@@ -399,7 +397,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             if !line.pdf.is_positive() {
                 continue;
             }
-            let (v, before) = (u(i)[1], samples.len());
+            let v = u(i)[1];
             let mut draw = |part: &[Interval]| {
                 for k in 0..points {
                     let v = (f64::from(k) + v) / f64::from(points);
@@ -416,9 +414,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
                 Pieces::One if parts.is_empty() => {}
                 Pieces::One => draw(parts),
             }
-            hits += usize::from(samples.len() > before);
         }
-        hits
     }
 
     /// The densities of all techniques at each other's samples: the lines through them are one
@@ -505,14 +501,6 @@ fn sum<P, L>(estimator: &Estimator, buffers: &CombinationBuffers<P, L>) -> DVec3
     let of = |i: usize| buffers.techniques.get(i).map_or(0.0, |t| t.expected);
     let expected: [f64; MOST_TECHNIQUES] = std::array::from_fn(of);
     let ns = &expected[..count];
-    if let Weights::Optimal(kind) = estimator.weights()
-        && let Some(count) = buffers.first_round
-    {
-        let (first, second) = buffers.samples.split_at(count);
-        let [a, b] = &buffers.misses;
-        let round = |samples, misses| Round { samples, misses };
-        return optimal::sum(kind, &expected, [round(first, a), round(second, b)]);
-    }
     let mut sum = DVec3::ZERO;
     for sample in &buffers.samples {
         let (ps, i) = (&sample.densities[..count], sample.technique);
@@ -534,6 +522,14 @@ fn sum<P, L>(estimator: &Estimator, buffers: &CombinationBuffers<P, L>) -> DVec3
             }
         };
         sum += sample.value * (weight / (ns[i] * sample.density));
+    }
+    if let Weights::Optimal(kind) = estimator.weights()
+        && let Some(first) = buffers.first_round
+    {
+        let (first, second) = buffers.samples.split_at(first);
+        let rounds = [(first, buffers.counts[0]), (second, buffers.counts[1])];
+        let rounds = rounds.map(|(samples, counts)| Round { samples, counts });
+        sum = 0.5 * sum + optimal::sum(kind, &expected, rounds);
     }
     sum
 }

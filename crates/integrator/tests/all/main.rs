@@ -19,3 +19,4 @@ mod responses;
 mod rows;
 mod selection;
 mod textures;
+mod weights;

@@ -90,6 +90,7 @@ proptest! {
             prop_assert!(estimator.mean().iter().all(|m| !m.is_nan()));
         }
         system.merge(&other);
+        other.complete(&samples[0].0);
         for alphas in [system.alphas(), system.damped_alphas(ridge), other.damped_alphas(ridge)] {
             prop_assert!(alphas.iter().flatten().all(|a| a.is_finite()), "{alphas:?}");
         }

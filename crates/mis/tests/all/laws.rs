@@ -316,3 +316,37 @@ fn equal_techniques_are_harmless() {
     system.add(&[1.0, 1.0], &[1.0, 1.0], [f64::NAN]);
     assert_eq!(system, before);
 }
+
+/// What samples with light leave of the densities' integrals is what techniques draw alone: by
+/// hand, p₀ = 1 on [0, 1], p₁ = 1 on [½, 3/2], 6 and 2 samples, and light on [½, 1] alone, where 4
+/// of them are expected; 3 and 1 find none. If they all do, there is nothing to add.
+#[test]
+fn a_completed_system_knows_of_samples_without_light() {
+    let ns = [6.0, 2.0];
+    let lit = [3.0, 5.0, 2.0, 7.0];
+    let mut told = OptimalSystem::<2, 1>::new();
+    for f in lit {
+        told.add(&ns, &[1.0, 1.0], [f]);
+    }
+    let mut completed = told;
+    completed.complete(&ns);
+    for (alone, count) in [([1.0, 0.0], 3), ([0.0, 1.0], 1)] {
+        for _ in 0..count {
+            told.add(&ns, &alone, [0.0]);
+        }
+    }
+    for ridge in [0.0, 0.5] {
+        let pairs = [completed, told].map(|system| system.damped_alphas(ridge)[0]);
+        for (got, want) in pairs[0].iter().zip(pairs[1]) {
+            // A dozen roundings of numbers up to 8, in a system of condition 16.
+            assert!(
+                (got - want).abs() < 12.0 * 8.0 * 16.0 * f64::EPSILON,
+                "{got} {want}"
+            );
+        }
+    }
+    let again = completed;
+    completed.complete(&ns);
+    let [[a, b], [c, d]] = [completed, again].map(|system| system.alphas()[0]);
+    assert!((a - c).abs() < 1e-12 && (b - d).abs() < 1e-12);
+}

@@ -1,0 +1,140 @@
+//! What weights of combinations do to noise, and what is said of them.
+
+use crate::common::{CLUTTER, SQUARE, microfacets, points, room, room_with_floor};
+use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::ztest::{Welford, critical_z};
+
+/// A sphere that hardly any direction of the BSDF meets.
+const TINY_SPHERE: &str = r#"
+Translate 0 0 1.3
+Shape "sphere" "float radius" [ .01 ]"#;
+
+fn light(
+    renderer: &Renderer<'_>,
+    (estimator, samples, seed): (&str, u32, u64),
+    (pixel, point): &([u32; 2], ShadingPoint),
+) -> f64 {
+    let settings = Settings {
+        estimator: estimator.parse().expect("a name"),
+        sampler: SamplerKind::Independent,
+        samples,
+        seed,
+        ..Settings::default()
+    };
+    let mut workspace = Workspace::new();
+    renderer
+        .direct(&settings, point, *pixel, 0, &mut workspace)
+        .x
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Estimates of all points that see some light, by a few seeds, over that light.
+fn estimates(
+    renderer: &Renderer<'_>,
+    lit: &[(([u32; 2], ShadingPoint), f64)],
+    estimator: &str,
+    samples: u32,
+) -> Vec<f64> {
+    const SEEDS: u64 = 12;
+    let one =
+        |(point, want): &(_, f64), seed| light(renderer, (estimator, samples, seed), point) / want;
+    lit.iter()
+        .flat_map(|p| (0..SEEDS).map(move |seed| one(p, seed)))
+        .collect()
+}
+
+/// From one sample on and for any shares, by optimal weights the median error is no more than by
+/// those of the balance heuristic, and the median estimate no less: also where a round of samples
+/// may have none of a technique, and where one hardly ever meets the light.
+#[test]
+fn optimal_weights_are_no_worse_than_balance_in_the_median() {
+    let scenes: [(&str, Scene); 3] = [
+        ("tiny sphere", room(TINY_SPHERE, "")),
+        ("square", room(SQUARE, CLUTTER)),
+        ("plastic", room_with_floor(&microfacets(0.1))),
+    ];
+    const SHARES: [u32; 3] = [1, 3, 7];
+    const SAMPLES: [u32; 7] = [1, 2, 3, 4, 5, 8, 16];
+    let tests = 4 * scenes.len() * SHARES.len() * SAMPLES.len();
+    let limit = critical_z(2.0 * sidak(0.01, tests));
+    for (name, scene) in &scenes {
+        let renderer = Renderer::new(scene);
+        let mut lit: Vec<_> = points(&renderer)
+            .into_iter()
+            .map(|point| {
+                let want = light(
+                    &renderer,
+                    ("line-solid-angle:3+point-bsdf", 2048, 99),
+                    &point,
+                );
+                (point, want)
+            })
+            .collect();
+        lit.retain(|(_, want)| *want > 1e-6);
+        for share in SHARES {
+            for samples in SAMPLES {
+                let by = |mis: &str| {
+                    let estimator = format!("line-warped:{share}+point-bsdf[mis={mis}]");
+                    estimates(&renderer, &lit, &estimator, samples)
+                };
+                let mut balance = by("balance");
+                let mut errors: Vec<f64> = balance.iter().map(|v| (v - 1.0).abs()).collect();
+                let (value, error) = (median(&mut balance), median(&mut errors));
+                for mis in ["optimal", "clamped-optimal"] {
+                    let values = by(mis);
+                    let n = values.len() as f64;
+                    let darker = values.iter().filter(|v| **v < value).count() as f64;
+                    let worse = values.iter().filter(|v| (**v - 1.0).abs() > error).count() as f64;
+                    // Beyond the median of as many others: each of both counts has the variance
+                    // n/4.
+                    let most = 0.5 * n + limit * (0.5 * n).sqrt();
+                    let text = format!("{name}, {share}:1, N = {samples}, {mis}");
+                    assert!(darker < most, "{text}: {darker} of {n} below {value}");
+                    assert!(worse < most, "{text}: {worse} of {n} worse than {error}");
+                }
+            }
+        }
+    }
+}
+
+/// Of two samples by two techniques, each round has one, and which technique draws it tells which
+/// one drew in the other round, whose coefficients it is weighted by. The mean stays right only
+/// because a round is weighted by the numbers that its techniques drew.
+#[test]
+fn optimal_weights_are_unbiased_for_the_fewest_samples() {
+    let scene = room(SQUARE, "");
+    let renderer = Renderer::new(&scene);
+    let points = points(&renderer);
+    let cases: [(&str, u32); 4] = [
+        ("point-area+point-bsdf[mis=optimal]", 2),
+        ("point-area+point-bsdf[mis=clamped-optimal]", 2),
+        ("point-solid-angle+point-area+point-bsdf[mis=optimal]", 3),
+        ("line-area:3+point-bsdf[mis=optimal]", 3),
+    ];
+    let limit = critical_z(sidak(0.01, cases.len()));
+    let exact: Vec<f64> = points
+        .iter()
+        .map(|point| light(&renderer, ("exact", 1, 0), point))
+        .collect();
+    for (estimator, samples) in cases {
+        let mut ratios = Welford::default();
+        for seed in 0..600 {
+            for (point, want) in points.iter().zip(&exact).filter(|(_, want)| **want > 0.0) {
+                ratios.push(light(&renderer, (estimator, samples, seed), point) / want);
+            }
+        }
+        let z = ratios.z_score(1.0);
+        assert!(
+            z.abs() < limit,
+            "{estimator}, N = {samples}: {}, z = {z}",
+            ratios.mean()
+        );
+    }
+}
