@@ -48,7 +48,7 @@ impl Lines {
 
     /// [`Lines::fraction`] of the only lines of a query.
     pub(crate) fn only_fraction<R, T: EmissionTexture>(&self, query: &Query<'_, R, T>) -> f64 {
-        let u = query.numbers.independent(Stream::Orientation, 1).get_1d(0);
+        let u = query.numbers.in_common(Stream::Orientation, 1).get_1d(0);
         self.fraction(query, u)
     }
 }

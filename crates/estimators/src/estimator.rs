@@ -48,7 +48,8 @@ pub enum Weights {
     Power,
     /// All to the largest N p.
     Maximum,
-    /// In proportion to N, whatever the densities.
+    /// The same to each technique that reaches the point, whatever its samples and densities: the
+    /// mean of what techniques say each by itself (Salesin & Jarosz 2019, eq. 6).
     Average,
     /// The balance heuristic with the densities of points smoothed at the borders of the light and
     /// of its visible parts, so that weights have no steps (Salesin & Jarosz 2019, eqs. 20–24).

@@ -61,15 +61,17 @@ impl Draws {
         options: &Lines,
         along: Along<'_>,
     ) -> LineSampler {
-        let angles = query
-            .numbers
-            .independent(Stream::Orientation, query.samples);
         let family = |fraction: f64| LineSampler::new(&area.polygon, fraction * PI, options.offset);
-        let lines = family(options.fraction(query, angles.get_1d(0)));
         let each = options.direction == LineDirection::UniformPerLine;
-        let line = |i: u32, u: f64| match each && i > 0 {
-            true => family(angles.get_1d(i)).sample(u),
-            false => lines.sample(u),
+        let independent = || (query.numbers).independent(Stream::Orientation, query.samples);
+        let angles = each.then(independent);
+        let lines = family(match &angles {
+            Some(angles) => angles.get_1d(0),
+            None => options.only_fraction(query),
+        });
+        let line = |i: u32, u: f64| match &angles {
+            Some(angles) if i > 0 => family(angles.get_1d(i)).sample(u),
+            _ => lines.sample(u),
         };
         match along {
             Along::Point => self.draw_by(query, |i, u| Some(line(i, u))),

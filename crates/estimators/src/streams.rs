@@ -1,6 +1,6 @@
 //! Which sample dimension means what: the one table.
 
-use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind};
 
 /// Sample dimensions of one (shading point, light) pair.
 const PER_LIGHT: u32 = 16;
@@ -11,13 +11,13 @@ const BEFORE_LIGHTS: u32 = 4;
 pub const CAMERA: u32 = 0;
 
 /// The sample dimension of the numbers that pick lights for a shading point; the one below it is
-/// that of points on lights that the choice looks at. `repetition` numbers the shading points of a
-/// pixel.
+/// that of points on lights that the choice looks at. `path` numbers the shading points of a camera
+/// sample.
 ///
 /// They count down from the largest, far from those of the lights.
 #[must_use]
-pub const fn light_choice(repetition: u32) -> u32 {
-    u32::MAX.wrapping_sub(repetition.wrapping_mul(2))
+pub const fn light_choice(path: u32) -> u32 {
+    u32::MAX.wrapping_sub(path.wrapping_mul(2))
 }
 
 /// What random numbers of a (shading point, light) pair are for.
@@ -47,12 +47,15 @@ pub struct RandomNumbers {
     pub seed: u64,
     /// The pixel.
     pub pixel: [u32; 2],
-    /// The pair's number in the pixel, the same in each pixel for patterns that reach across them.
+    /// The pair's number in the pixel, the same in each pixel for patterns that reach across them,
+    /// and for each of its camera samples.
     pub pair: u32,
+    /// Which part of the pixel's patterns these are: of several camera samples, each takes a block.
+    pub block: Block,
 }
 
 impl RandomNumbers {
-    /// The numbers of a pair in a pixel.
+    /// The numbers of a pair in a pixel of one camera sample.
     #[must_use]
     pub const fn new(sampler: SamplerKind, seed: u64, pixel: [u32; 2], pair: u32) -> Self {
         Self {
@@ -60,7 +63,14 @@ impl RandomNumbers {
             seed,
             pixel,
             pair,
+            block: Block::WHOLE,
         }
+    }
+
+    /// The same numbers of another block.
+    #[must_use]
+    pub const fn with_block(self, block: Block) -> Self {
+        Self { block, ..self }
     }
 
     fn dimension(&self, stream: Stream) -> u32 {
@@ -80,13 +90,48 @@ impl RandomNumbers {
     #[must_use]
     pub fn points(&self, stream: Stream, count: u32) -> SampleSet {
         let sampler = Sampler::new(self.sampler, self.seed);
-        sampler.points(self.pixel, self.dimension(stream), count)
+        // What others depend on does not go along with them from block to block.
+        let block = match stream {
+            Stream::Ahead => self.block.interleaved(),
+            _ => self.block,
+        };
+        sampler.block(self.pixel, self.dimension(stream), count, block)
     }
 
     /// `count` independent points of a stream, whatever the pattern.
     #[must_use]
     pub fn independent(&self, stream: Stream, count: u32) -> SampleSet {
         let sampler = Sampler::new(SamplerKind::Independent, self.seed);
-        sampler.points(self.pixel, self.dimension(stream), count)
+        sampler.block(self.pixel, self.dimension(stream), count, self.block)
+    }
+
+    /// `count` independent points that all blocks have in common, but for patterns of independent
+    /// samples.
+    pub(crate) fn in_common(&self, stream: Stream, count: u32) -> SampleSet {
+        let block = if self.sampler.is_progressive() {
+            self.block
+        } else {
+            Block::WHOLE
+        };
+        self.with_block(block).independent(stream, count)
+    }
+
+    /// A number of the block for what it chooses once, from one in [0, 1) that all have [in
+    /// common](Self::in_common): over all blocks, these are spread evenly.
+    pub(crate) fn spread(&self, u: f64) -> f64 {
+        if self.sampler.is_progressive() {
+            return u;
+        }
+        self.block.spread(u)
+    }
+
+    /// The numbers of what the block has chosen by a number `v`, where those between two marks
+    /// choose alike and those outside: of all blocks that do, each takes its own part of one
+    /// pattern.
+    pub(crate) fn among(&self, v: f64, marks: [f64; 2]) -> Self {
+        if self.sampler.is_progressive() {
+            return *self;
+        }
+        self.with_block(self.block.among(v, marks))
     }
 }

@@ -82,12 +82,7 @@ fn over_grid(
                 && point.is_lit_by(light)
                 && source.reaches(&point, &mut buffers.samples.plan)
             {
-                let numbers = RandomNumbers {
-                    sampler: SamplerKind::Stratified,
-                    seed: 0,
-                    pixel: [0, 0],
-                    pair: light.index,
-                };
+                let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], light.index);
                 let occluders = renderer.occluders_of(light);
                 let query = Query::new(occluders, &source, &point, &estimator, numbers, 1);
                 visit(k, &query, area, buffers);

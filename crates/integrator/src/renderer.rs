@@ -10,7 +10,7 @@ use linelit_estimators::{
 };
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
-use linelit_samplers::Sampler;
+use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Bounce, Place, Projection, RayDifferential, Response, Scene, Surface};
 use linelit_visibility::{Fan, Hit, Occluders, Ray};
 use std::ops::Range;
@@ -153,13 +153,12 @@ impl<'s> Renderer<'s> {
             // By reference: points are large, and a move is a copy.
             let mut sample = DVec3::ZERO;
             if let Some(point) = &self.shading_point_at(pixel, offset, spacing, workspace) {
-                let path = Path {
-                    settings,
+                let streams = Streams {
                     pixel,
-                    repetition: i,
-                    stride: count,
+                    path: 0,
+                    block: Block::new(i, count),
                 };
-                sample = self.shown(path, point, workspace);
+                sample = self.shown(settings, streams, point, workspace);
                 sum += sample;
             }
             each(sample);
@@ -214,13 +213,12 @@ impl<'s> Renderer<'s> {
                     None => DVec3::ZERO,
                     Some(hit) => {
                         let point = &self.seen_at(at(x), &hit, directions[i], 1.0);
-                        let path = Path {
-                            settings,
+                        let streams = Streams {
                             pixel: [x, y],
-                            repetition: 0,
-                            stride: 1,
+                            path: 0,
+                            block: Block::WHOLE,
                         };
-                        self.shown(path, point, workspace)
+                        self.shown(settings, streams, point, workspace)
                     }
                 };
                 x = x.wrapping_add(1);
@@ -229,33 +227,39 @@ impl<'s> Renderer<'s> {
     }
 
     /// What a camera ray brings from a point.
-    fn shown(&self, mut path: Path<'_>, point: &ShadingPoint, workspace: &mut Workspace) -> DVec3 {
-        let settings = path.settings;
+    fn shown(
+        &self,
+        settings: &Settings,
+        mut streams: Streams,
+        point: &ShadingPoint,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
         let emitted = if settings.show_lights {
             point.emitted
         } else {
             DVec3::ZERO
         };
-        let reflected = self.reflected(&mut path, point, settings.bounces, workspace);
+        let reflected = self.reflected(settings, &mut streams, point, settings.bounces, workspace);
         (emitted + reflected) * self.scene.film.scale
     }
 
     /// Direct light, and what perfect mirrors and glass show.
     fn reflected(
         &self,
-        path: &mut Path<'_>,
+        settings: &Settings,
+        streams: &mut Streams,
         point: &ShadingPoint,
         bounces: u32,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        let mut sum = self.direct(path.settings, point, path.pixel, path.repetition, workspace);
+        let mut sum = self.direct_by(settings, point, *streams, workspace);
         if bounces == 0 {
             return sum;
         }
         for bounce in &point.bounces {
-            path.repetition = path.repetition.wrapping_add(path.stride);
+            streams.path = streams.path.wrapping_add(1);
             if let Some(next) = &self.follow(point, bounce, workspace) {
-                let reflected = self.reflected(path, next, bounces - 1, workspace);
+                let reflected = self.reflected(settings, streams, next, bounces - 1, workspace);
                 sum += bounce.weight * (next.emitted + reflected);
             }
         }
@@ -418,7 +422,9 @@ impl<'s> Renderer<'s> {
     /// The light that all lights of the scene send directly from `point` to its viewer,
     /// W/(m²·sr).
     ///
-    /// `pixel` and `repetition` (the index of the camera sample) name the random numbers.
+    /// `pixel` and `repetition` name the random numbers: the index of the camera sample, each of
+    /// which takes its part of the patterns of the pixel's [`Settings::pixel_samples`]; past that
+    /// number, the same of the next shading point of a path.
     #[must_use]
     pub fn direct(
         &self,
@@ -426,6 +432,22 @@ impl<'s> Renderer<'s> {
         point: &ShadingPoint,
         pixel: [u32; 2],
         repetition: u32,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let count = settings.pixel_samples.max(1);
+        let streams = Streams {
+            pixel,
+            path: repetition / count,
+            block: Block::new(repetition, count),
+        };
+        self.direct_by(settings, point, streams, workspace)
+    }
+
+    fn direct_by(
+        &self,
+        settings: &Settings,
+        point: &ShadingPoint,
+        streams: Streams,
         workspace: &mut Workspace,
     ) -> DVec3 {
         // What is counted is then a function of the arguments, as the radiance is.
@@ -436,19 +458,18 @@ impl<'s> Renderer<'s> {
             return DVec3::ZERO;
         }
         let set = self.plan.set_of(settings.spheres);
-        let key = (pixel, repetition);
         let (mut apart, mut union) = set.split();
         if settings.lights == LightChoice::All {
             (apart, union) = (self.plan.lights_of(settings.spheres), &[]);
         }
         let mut sum = DVec3::ZERO;
         for light in apart {
-            sum += self.one_light(settings, light, point, key, workspace);
+            sum += self.one_light(settings, light, point, streams, workspace);
         }
         if union.is_empty() {
             return sum;
         }
-        selection::draw(union, &set.tables, settings, point, key, workspace);
+        selection::draw(union, &set.tables, settings, point, streams, workspace);
         let all = f64::from(settings.samples.max(1));
         for k in 0..workspace.drawn.len() {
             let drawn = workspace.drawn[k];
@@ -456,8 +477,12 @@ impl<'s> Renderer<'s> {
                 samples: drawn.count,
                 ..*settings
             };
+            let streams = Streams {
+                block: drawn.block,
+                ..streams
+            };
             let light = &union[drawn.light];
-            let value = self.one_light(&settings, light, point, key, workspace);
+            let value = self.one_light(&settings, light, point, streams, workspace);
             sum += value * (f64::from(drawn.count) / (all * drawn.probability));
         }
         sum
@@ -469,7 +494,7 @@ impl<'s> Renderer<'s> {
         settings: &Settings,
         light: &PlannedLight,
         point: &ShadingPoint,
-        (pixel, repetition): ([u32; 2], u32),
+        streams: Streams,
         workspace: &mut Workspace,
     ) -> DVec3 {
         if !point.is_lit_by(light) {
@@ -484,8 +509,9 @@ impl<'s> Renderer<'s> {
         let numbers = RandomNumbers {
             sampler: settings.sampler,
             seed: settings.seed,
-            pixel,
-            pair: repetition.wrapping_mul(total).wrapping_add(light.index),
+            pixel: streams.pixel,
+            pair: (streams.path.wrapping_mul(total)).wrapping_add(light.index),
+            block: streams.block,
         };
         let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
         let (occluders, samples) = (self.occluders_of(light), settings.samples);
@@ -502,7 +528,7 @@ impl<'s> Renderer<'s> {
     /// holes, instances and light linking.
     ///
     /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
-    /// the first camera sample with the default sampler and the same seed and count.
+    /// a single camera sample with the default sampler and the same seed and count.
     #[must_use]
     pub fn brute_force(
         &self,
@@ -517,12 +543,8 @@ impl<'s> Renderer<'s> {
             let Light::Area(area) = &*light.light else {
                 continue;
             };
-            let numbers = RandomNumbers {
-                sampler: Settings::default().sampler,
-                seed,
-                pixel,
-                pair: light.index,
-            };
+            let sampler = Settings::default().sampler;
+            let numbers = RandomNumbers::new(sampler, seed, pixel, light.index);
             let source = light.source();
             let query = Query::new(self.occluders(), &source, point, &estimator, numbers, count);
             sum += brute_force(&query, area, &self.scene.positions, &self.scene.triangles);
@@ -531,13 +553,14 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// The names of the random numbers along a path of perfect reflections: each shading point has its
-/// own repetition.
-struct Path<'a> {
-    settings: &'a Settings,
-    pixel: [u32; 2],
-    repetition: u32,
-    stride: u32,
+/// The names of the random numbers of a shading point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Streams {
+    pub pixel: [u32; 2],
+    /// The number of the shading point on the path of perfect reflections of a camera sample.
+    pub path: u32,
+    /// The part of the pixel's patterns that the camera sample takes.
+    pub block: Block,
 }
 
 /// `v`, turned to the side of `reference`.

@@ -1,8 +1,9 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
+use crate::renderer::Streams;
 use crate::{PlannedLight, Settings, ShadingPoint, Workspace};
 use linelit_estimators::streams::light_choice;
-use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind};
 use linelit_selection::{
     Cosines, Discrete, Estimated, Importance, LightTree, Picked, can_contribute, reflecting,
     unshadowed, unshadowed_at_center,
@@ -108,6 +109,8 @@ pub(crate) struct Drawn {
     pub count: u32,
     /// αᵢ.
     pub probability: f64,
+    /// Whose samples of the light these are, of the camera samples that picked it.
+    pub block: Block,
 }
 
 /// Draws a light for each sample of a shading point; `workspace.drawn` then holds each light that
@@ -117,41 +120,34 @@ pub(crate) fn draw(
     tables: &Tables,
     settings: &Settings,
     point: &ShadingPoint,
-    (pixel, repetition): ([u32; 2], u32),
+    streams: Streams,
     workspace: &mut Workspace,
 ) {
     let (x, n, wo) = (point.position, point.normal, point.outgoing);
-    let count = settings.samples.max(1);
-    let dimension = light_choice(repetition);
-    let numbers = Sampler::new(settings.sampler, settings.seed).points(pixel, dimension, count);
+    let numbers = Numbers::new(settings, streams);
     let Workspace { weights, drawn, .. } = workspace;
     drawn.clear();
     weights.resize(lights.len(), 0.0);
     match settings.lights {
         LightChoice::All => {}
-        LightChoice::Uniform => pick_all(drawn, &numbers, |u| tables.uniform(lights)?.pick(u)),
-        LightChoice::Power => pick_all(drawn, &numbers, |u| tables.power(lights)?.pick(u)),
+        LightChoice::Uniform => numbers.pick_alike(drawn, |u| tables.uniform(lights)?.pick(u)),
+        LightChoice::Power => numbers.pick_alike(drawn, |u| tables.power(lights)?.pick(u)),
         LightChoice::Tree => {
             let tree = tables.tree(lights);
             let light = |i: usize| &*lights[i].light;
             let cosines = Cosines::new(&point.bsdf, x, n, wo);
             let at = cosines.receiver();
-            pick_all(drawn, &numbers, |u| tree.pick(light, &at, u));
+            numbers.pick(drawn, |u| tree.pick(light, &at, u));
         }
         LightChoice::Estimate => {
-            let positions = Sampler::new(SamplerKind::Independent, settings.seed).points(
-                pixel,
-                dimension.wrapping_sub(1),
-                1,
-            );
             let at = reflecting(&point.bsdf, x, n, wo);
             let estimate = |i: usize| {
-                let position = positions.get_2d(u32::try_from(i).unwrap_or(u32::MAX));
+                let position = numbers.position(i);
                 unshadowed(&lights[i].light, &at, position)
             };
             let possible = |i: usize| can_contribute(&lights[i].light, x, n);
             let table = Estimated::new(weights, estimate, possible);
-            pick_all(drawn, &numbers, |u| table.pick(u));
+            numbers.pick(drawn, |u| table.pick(u));
         }
         LightChoice::Exact => {
             let cosines = Cosines::new(&point.bsdf, x, n, wo);
@@ -159,7 +155,7 @@ pub(crate) fn draw(
                 *weight = cosines.light(&light.light);
             }
             let table = Discrete::new(weights);
-            pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
+            numbers.pick(drawn, |u| table.as_ref()?.pick(u));
         }
         LightChoice::Centre => {
             let at = reflecting(&point.bsdf, x, n, wo);
@@ -167,19 +163,85 @@ pub(crate) fn draw(
                 *weight = unshadowed_at_center(&light.light, &at);
             }
             let table = Discrete::new(weights);
-            pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
+            numbers.pick(drawn, |u| table.as_ref()?.pick(u));
         }
     }
     gather(drawn);
 }
 
-/// Picks a light for each number of a set.
-fn pick_all(drawn: &mut Vec<Drawn>, numbers: &SampleSet, pick: impl Fn(f64) -> Option<Picked>) {
-    drawn.extend(numbers.iter_1d().filter_map(pick).map(|picked| Drawn {
-        light: picked.index,
-        count: 1,
-        probability: picked.probability,
-    }));
+/// The random numbers that pick a light for each sample of a shading point.
+struct Numbers {
+    block: Block,
+    count: u32,
+    set: SampleSet,
+    /// Points on lights that the choice looks at: the same for all camera samples, so that these
+    /// pick by nearly the same probabilities.
+    positions: SampleSet,
+    /// Of several camera samples: where its numbers are among those of the others.
+    turn: Option<f64>,
+}
+
+impl Numbers {
+    fn new(settings: &Settings, streams: Streams) -> Self {
+        let Streams { pixel, path, block } = streams;
+        let (count, dimension) = (settings.samples.max(1), light_choice(path));
+        let sampler = Sampler::new(settings.sampler, settings.seed);
+        let independent = Sampler::new(SamplerKind::Independent, settings.seed);
+        let is_spread = block != Block::WHOLE && !settings.sampler.is_progressive();
+        let turn = || block.spread(independent.points(pixel, dimension, 1).get_1d(0));
+        Self {
+            block,
+            count,
+            set: sampler.block(pixel, dimension, count, block),
+            positions: independent.points(pixel, dimension.wrapping_sub(1), 1),
+            turn: is_spread.then(turn),
+        }
+    }
+
+    fn position(&self, light: usize) -> [f64; 2] {
+        self.positions
+            .get_2d(u32::try_from(light).unwrap_or(u32::MAX))
+    }
+
+    /// Picks a light for each number, by probabilities that each shading point has of its own.
+    fn pick(&self, drawn: &mut Vec<Drawn>, pick: impl Fn(f64) -> Option<Picked>) {
+        self.picked(drawn, pick, |_, _| self.block);
+    }
+
+    /// The same by probabilities that all have in common: the samples of camera samples that pick
+    /// a light as often are blocks of a pattern of their own.
+    fn pick_alike(&self, drawn: &mut Vec<Drawn>, pick: impl Fn(f64) -> Option<Picked>) {
+        self.picked(drawn, pick, |u, picked| {
+            let Some(turn) = self.turn else {
+                return self.block;
+            };
+            let before = u - picked.rest * picked.probability;
+            let ends = [before.max(0.0), before + picked.probability];
+            let marks = ends.map(|end| (end * f64::from(self.count)).fract());
+            self.block.among(turn, marks)
+        });
+    }
+
+    fn picked(
+        &self,
+        drawn: &mut Vec<Drawn>,
+        pick: impl Fn(f64) -> Option<Picked>,
+        block: impl Fn(f64, &Picked) -> Block,
+    ) {
+        drawn.extend((0..self.count).filter_map(|i| {
+            let u = match self.turn {
+                None => self.set.get_1d(i),
+                Some(turn) => (f64::from(i) + turn) / f64::from(self.count),
+            };
+            let picked = pick(u)?;
+            Some(Drawn {
+                light: picked.index,
+                count: 1,
+                probability: picked.probability,
+                block: block(u, &picked),
+            })
+        }));
+    }
 }
 
 /// Joins what picked the same light; in the order of the lights.

@@ -21,7 +21,8 @@ pub struct Settings {
     pub lights: LightChoice,
     /// Representation of emissive spheres, disks and cylinders.
     pub spheres: Spheres,
-    /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
+    /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it. Each takes a
+    /// [`Block`](linelit_samplers::Block) of the pixel's patterns.
     pub pixel_samples: u32,
     /// The seed; two seeds give independent estimates.
     pub seed: u64,

@@ -3,7 +3,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_samplers::hash::{mix, unit_f64};
-use linelit_samplers::{Sampler, SamplerKind};
+use linelit_samplers::{Block, Sampler, SamplerKind};
 use rand::Rng;
 use rand_pcg::Pcg32;
 use std::hint::black_box;
@@ -52,6 +52,31 @@ fn columns(c: &mut Criterion) {
     group.finish();
 }
 
+/// One of the blocks of a pattern.
+fn blocks(c: &mut Criterion) {
+    let mut group = c.benchmark_group("2d blocks");
+    for kind in SamplerKind::ALL {
+        for (of, count) in [(64, 1), (60, 1), (4, 16)] {
+            let sampler = Sampler::new(kind, 1);
+            group.throughput(Throughput::Elements(u64::from(count)));
+            let mut index = 0;
+            group.bench_function(
+                BenchmarkId::new(kind.name(), format!("{of} x {count}")),
+                |b| {
+                    b.iter(|| {
+                        index += 1;
+                        let set = sampler.block([3, 4], 0, black_box(count), Block::new(index, of));
+                        let [mut x, mut y] = [[0.0; 16]; 2];
+                        set.fill_2d(0, [&mut x[..count as usize], &mut y]);
+                        black_box((x, y));
+                    });
+                },
+            );
+        }
+    }
+    group.finish();
+}
+
 /// What stood to choice for `independent` and `sobol` (docs/decisions/002-random-numbers.md).
 fn refused(c: &mut Criterion) {
     let mut group = c.benchmark_group("2d, refused");
@@ -88,6 +113,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default().warm_up_time(std::time::Duration::from_millis(100))
         .measurement_time(std::time::Duration::from_millis(300)).sample_size(20);
-    targets = sets, columns, refused
+    targets = sets, columns, blocks, refused
 }
 criterion_main!(benches);

@@ -1,6 +1,7 @@
 //! Blue noise: numbers whose differences between neighbouring pixels have little low-frequency
 //! content.
 
+use crate::block::Block;
 use crate::hash::{lane, unit_f64, word};
 use crate::stratified::UniformJitter;
 
@@ -63,12 +64,13 @@ fn blue_value(pixel: [u32; 2], placement: u64, jitter: f64) -> f64 {
 #[inline]
 pub(crate) fn blue_uniform_jitter(
     dimension_key: u64,
-    key: u64,
+    keys: [u64; 2],
     pixel: [u32; 2],
     count: u32,
+    block: Block,
 ) -> UniformJitter {
-    let offset = blue_point(dimension_key, key, pixel, 0);
-    UniformJitter::with_offset(key, count, offset)
+    let offset = blue_point(dimension_key, keys[0], pixel, 0);
+    UniformJitter::with_offset(keys, count, block, offset)
 }
 
 /// The two blue numbers of sample `i`, each from its own placement of the tile.

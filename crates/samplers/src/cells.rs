@@ -33,6 +33,13 @@ pub(crate) struct Cell {
 }
 
 impl Cells {
+    /// The whole square.
+    pub(crate) const ONE: Self = Self {
+        count: 1,
+        rows: 1,
+        columns: 1,
+    };
+
     /// The partition into `count` ≥ 1 cells.
     #[inline]
     pub(crate) fn new(count: u32) -> Self {
@@ -51,7 +58,7 @@ impl Cells {
 
     /// Number of cells.
     #[inline]
-    pub(crate) fn count(&self) -> u32 {
+    pub(crate) const fn count(&self) -> u32 {
         self.count
     }
 

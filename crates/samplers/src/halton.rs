@@ -1,5 +1,6 @@
 //! The Halton sequence in bases 2 and 3, Owen-scrambled, its points taken in random order.
 
+use crate::block::Block;
 use crate::hash::{below_one, mix, unit_f64};
 use crate::permute::Permutation;
 use crate::sobol::{scrambled_1d, scrambles, van_der_corput};
@@ -17,35 +18,46 @@ use crate::sobol::{scrambled_1d, scrambles, van_der_corput};
 pub(crate) struct Halton {
     order: Permutation,
     scramble: [u64; 2],
-    /// Base-3 digits that tell N points apart, and the weight 3^−digits of the last one.
+    /// The number of the block's first point in the sequence.
+    first: u32,
+    /// Base-3 digits that tell the points of all blocks apart, and the weight 3^−digits of the last
+    /// one.
     digits: u32,
     weight: f64,
 }
 
 impl Halton {
+    /// From the keys of the pattern and of the block. Past 2³² points the sequence begins again.
     #[inline]
-    pub(crate) fn new(key: u64, count: u32) -> Self {
+    pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         let (mut digits, mut power) = (0, 1_u64);
-        while power < u64::from(count) {
+        let points = u64::from(count) * u64::from(block.of());
+        while power < points.min(1 << 32) {
             digits += 1;
             power *= 3;
         }
         Self {
-            order: Permutation::new(count, key),
-            scramble: scrambles(key),
+            order: Permutation::new(count, own),
+            scramble: scrambles(all),
+            first: block.index().wrapping_mul(count),
             digits,
             weight: 1.0 / power as f64,
         }
     }
 
     #[inline]
+    fn number(&self, i: u32) -> u32 {
+        self.first.wrapping_add(self.order.get(i))
+    }
+
+    #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        self.base_2(self.order.get(i))
+        self.base_2(self.number(i))
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        let index = self.order.get(i);
+        let index = self.number(i);
         [self.base_2(index), self.base_3(index)]
     }
 

@@ -15,7 +15,8 @@
 //! assert!((mean - 5.0 / 6.0).abs() < 1e-3);
 //! ```
 //!
-//! Numbers of different dimensions are padded: independent, each set stratified in itself.
+//! Numbers of different dimensions are padded: independent, each set stratified in itself. A
+//! [`Block`] of a set is for one of several that share it.
 //! [`Sampler::rng`] is a generator for code that takes one of `rand`'s. [`split`] chooses among
 //! several things and keeps the number. The building blocks ([`sobol_02`], [`owen_scramble`],
 //! [`blue_noise_rank`], [`hash`]) are public.
@@ -27,6 +28,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod block;
 mod blue_noise;
 mod cells;
 mod halton;
@@ -40,6 +42,7 @@ mod split;
 mod stratified;
 mod zsobol;
 
+pub use block::Block;
 pub use blue_noise::blue_noise_rank;
 pub use kind::{SamplerKind, UnknownSampler};
 pub use owen::owen_scramble;

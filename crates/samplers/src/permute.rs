@@ -35,6 +35,12 @@ pub(crate) struct Hashed {
 }
 
 impl Permutation {
+    /// That of a single thing.
+    pub(crate) const ONE: Self = Self::Table {
+        n: 1,
+        images: [0; TABLE as usize],
+    };
+
     /// The permutation of 0..n (n ≥ 1) that `key` names.
     #[inline]
     pub(crate) fn new(n: u32, key: u64) -> Self {
@@ -65,6 +71,34 @@ impl Permutation {
         match self {
             Self::Table { images, .. } => u32::from(images[(i % TABLE) as usize]),
             Self::Hashed(hashed) => hashed.get(i),
+        }
+    }
+}
+
+/// The image of `i` < n under a permutation of 0..n, for one that is asked for once: a cheaper and
+/// poorer one than [`Permutation`], of which single images are only nearly uniform.
+///
+/// Three rounds of (odd multiply, add, shift and xor) are a bijection of the next power of two;
+/// values that fall outside 0..n are sent round again.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "words are cut into parts")]
+pub(crate) const fn permuted(i: u32, n: u32, key: u64) -> u32 {
+    let spare = (n - 1).leading_zeros();
+    if spare == u32::BITS {
+        return 0;
+    }
+    let (mask, shift) = (u32::MAX >> spare, (u32::BITS + 1 - spare) / 2);
+    let mut x = i;
+    loop {
+        let mut round = 0;
+        while round < 3 {
+            let word = (key >> (16 * round)) as u32;
+            x = x.wrapping_mul(word | 1).wrapping_add(word >> 16) & mask;
+            x ^= x >> shift;
+            round += 1;
+        }
+        if x < n {
+            return x;
         }
     }
 }
@@ -153,6 +187,17 @@ mod tests {
                     assert!(!seen[j], "n = {n}, key = {key}");
                     seen[j] = true;
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn cheap_permutations_are_permutations() {
+        for n in (1..130).chain([255, 256, 257, 1000]) {
+            for key in 0..5_u64 {
+                let mut images: Vec<u32> = (0..n).map(|i| permuted(i, n, mix(key + 1))).collect();
+                images.sort_unstable();
+                assert!((0..n).eq(images), "n = {n}, key = {key}");
             }
         }
     }

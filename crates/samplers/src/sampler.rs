@@ -1,5 +1,6 @@
 //! The sampler: from (seed, pixel, dimension) to a set of points.
 
+use crate::block::Block;
 use crate::blue_noise::{BlueIndependent, blue_uniform_jitter};
 use crate::halton::Halton;
 use crate::hash::{fill_independent, lane, mix, stream_key, unit_f64, word};
@@ -62,39 +63,56 @@ impl Sampler {
     /// patterns simply go on). Does not allocate.
     #[must_use]
     pub fn points(&self, pixel: [u32; 2], dimension: u32, count: u32) -> SampleSet {
+        self.block(pixel, dimension, count, Block::WHOLE)
+    }
+
+    /// The `count` samples of a pixel in one dimension that one [`Block`] takes of a pattern of as
+    /// many such blocks as there are. Of a single block, they are [`Sampler::points`].
+    ///
+    /// Blocks of sequences (`sobol`, `halton`, `zsobol`) are runs of it: those of nets are nets. In
+    /// strata, each block has one sample in each of its own `count`, and all blocks have one in
+    /// each part of them. Blocks of another `count`, like other dimensions, are of another pattern.
+    #[must_use]
+    pub fn block(&self, pixel: [u32; 2], dimension: u32, count: u32, block: Block) -> SampleSet {
         let count = count.max(1);
         let key = stream_key(self.salted_seed, pixel, dimension);
+        let keys = block.keys(key, if self.kind.is_progressive() { 0 } else { count });
+        let [_, own] = keys;
         let pattern = match self.kind {
-            SamplerKind::Independent => Pattern::Independent(key),
-            SamplerKind::Stratified => Pattern::Stratified(Stratified::new(key, count)),
-            SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(key, count)),
-            SamplerKind::Auto if count.is_power_of_two() => {
-                Pattern::Sobol(OwenSobol::new(key, count))
+            SamplerKind::Independent => Pattern::Independent(own),
+            SamplerKind::Stratified => Pattern::Stratified(Stratified::new(keys, count, block)),
+            SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(keys, count, block)),
+            SamplerKind::Auto if is_power_of_two(count, &block) => {
+                Pattern::Sobol(OwenSobol::new(keys, count, block))
             }
             SamplerKind::MultiJitter | SamplerKind::Auto => {
-                Pattern::MultiJitter(MultiJitter::new(key, count))
+                Pattern::MultiJitter(MultiJitter::new(keys, count, block))
             }
-            SamplerKind::Halton => Pattern::Halton(Halton::new(key, count)),
-            SamplerKind::UniformJitter => Pattern::UniformJitter(UniformJitter::new(key, count)),
+            SamplerKind::Halton => Pattern::Halton(Halton::new(keys, count, block)),
+            SamplerKind::UniformJitter => {
+                Pattern::UniformJitter(UniformJitter::new(keys, count, block))
+            }
             SamplerKind::BlueNoise => Pattern::UniformJitter(blue_uniform_jitter(
                 self.dimension_key([0, 0], dimension),
-                key,
+                keys,
                 pixel,
                 count,
+                block,
             )),
-            SamplerKind::BlueNoiseIndependent => Pattern::Blue(BlueIndependent::new(
-                self.dimension_key([0, 0], dimension),
-                key,
-                pixel,
-            )),
+            SamplerKind::BlueNoiseIndependent => {
+                let [_, tile] = block.keys(self.dimension_key([0, 0], dimension), 0);
+                Pattern::Blue(BlueIndependent::new(tile, own, pixel))
+            }
             SamplerKind::ZSobol => {
                 let tile = self.dimension_key(pixel.map(|c| c >> 16), dimension);
-                Pattern::ZSobol(ZSobol::new(tile, key, pixel, count))
+                let [tile, _] = block.keys(tile, count);
+                Pattern::ZSobol(ZSobol::new(tile, own, pixel, count, block))
             }
         };
         SampleSet {
             pattern,
             count,
+            block,
             sampler: *self,
             pixel,
             dimension,
@@ -131,6 +149,7 @@ impl Sampler {
 pub struct SampleSet {
     pattern: Pattern,
     count: u32,
+    block: Block,
     sampler: Sampler,
     pixel: [u32; 2],
     dimension: u32,
@@ -188,6 +207,28 @@ impl SampleSet {
             | SamplerKind::BlueNoise
             | SamplerKind::BlueNoiseIndependent => false,
         }
+    }
+
+    /// The number of equal parts of [0, 1) in one of which each number is uniform, whatever the
+    /// other numbers are, if the set has [independent strata](Self::has_independent_strata). For a
+    /// whole pattern these are the strata; for a [`Block`], the strata of all blocks together.
+    ///
+    /// ```
+    /// use linelit_samplers::{Block, Sampler, SamplerKind};
+    /// let sampler = Sampler::new(SamplerKind::Stratified, 1);
+    /// assert_eq!(sampler.points([0, 0], 0, 4).parts(), 4.0);
+    /// assert_eq!(sampler.block([0, 0], 0, 4, Block::new(2, 16)).parts(), 64.0);
+    /// ```
+    #[must_use]
+    pub fn parts(&self) -> f64 {
+        let all = u64::from(self.count) * u64::from(self.block.of());
+        let parts = match &self.pattern {
+            Pattern::Sobol(_) | Pattern::Halton(_) | Pattern::ZSobol(_) => {
+                all.checked_next_power_of_two().unwrap_or(all)
+            }
+            _ => all,
+        };
+        parts as f64
     }
 
     /// The number of sample `i`, in [0, 1).
@@ -278,10 +319,15 @@ impl SampleSet {
             ..self.sampler
         };
         (
-            sampler.points(self.pixel, self.dimension, self.count),
+            sampler.block(self.pixel, self.dimension, self.count, self.block),
             i % self.count,
         )
     }
+}
+
+/// Whether all blocks together have a power of two of samples.
+const fn is_power_of_two(count: u32, block: &Block) -> bool {
+    count.is_power_of_two() && block.of().is_power_of_two()
 }
 
 #[inline]

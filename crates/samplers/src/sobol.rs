@@ -1,5 +1,6 @@
 //! The Sobol' (0,2)-sequence, Owen-scrambled and shuffled, in 32-bit arithmetic with f64 results.
 
+use crate::block::Block;
 use crate::hash::lane;
 use crate::owen::{deepen, owen_scramble};
 use crate::permute::Permutation;
@@ -57,31 +58,40 @@ pub const fn sobol_02(index: u32) -> [u32; 2] {
 pub(crate) struct OwenSobol {
     order: Permutation,
     scramble: [u64; 2],
+    /// The number of the block's first point in the sequence.
+    first: u32,
 }
 
 impl OwenSobol {
+    /// From the keys of the pattern and of the block. Past 2³² points the sequence begins again.
     #[inline]
-    pub(crate) fn new(key: u64, count: u32) -> Self {
+    pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         Self {
-            order: Permutation::new(count, key),
-            scramble: scrambles(key),
+            order: Permutation::new(count, own),
+            scramble: scrambles(all),
+            first: block.index().wrapping_mul(count),
         }
     }
 
     #[inline]
+    fn number(&self, i: u32) -> u32 {
+        self.first.wrapping_add(self.order.get(i))
+    }
+
+    #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        scrambled_1d(van_der_corput(self.order.get(i)), self.scramble)
+        scrambled_1d(van_der_corput(self.number(i)), self.scramble)
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        scrambled_2d(sobol_02(self.order.get(i)), self.scramble)
+        scrambled_2d(sobol_02(self.number(i)), self.scramble)
     }
 
     /// Points from `first` on, all of them within the set.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
         for (x, i) in x.iter_mut().zip(first..) {
-            *x = f64::from(self.order.get(i));
+            *x = f64::from(self.number(i));
         }
         into_net(Isa::best(), self.scramble, x, y);
     }

@@ -1,9 +1,10 @@
 //! One sample per stratum: jittered, multi-jittered and uniformly jittered patterns, for any number
 //! of samples.
 
+use crate::block::{Block, Parts, gcd, plus, scaled, step, times};
 use crate::cells::Cells;
 use crate::hash::{GOLDEN, below_one, lane, unit_f64, word};
-use crate::permute::Permutation;
+use crate::permute::{Permutation, permuted};
 use linelit_simd::{Isa, Simd, dispatch};
 
 /// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of
@@ -12,25 +13,30 @@ const JITTER: [u64; 2] = [1 << 32, (1 << 32) + 1];
 const ROWS: u64 = (1 << 32) + 2;
 const COLUMNS: u64 = (1 << 32) + 4;
 const ORDER: u64 = (1 << 32) + 7;
+const PLACES: u64 = (1 << 32) + 8;
 
 /// One jittered sample in each of N strata (1-D) or N equal cells (2-D), in random order.
 ///
 /// **Formula.** 1-D: (π(i) + ξᵢ)/N. 2-D: cell π(i) of [`Cells`] with an independent uniform point
-/// inside. Cook 1986, *Stochastic sampling in computer graphics*.
+/// inside. Cook 1986, *Stochastic sampling in computer graphics*. A block takes a [part](Parts) of
+/// each stratum or cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stratified {
     order: Permutation,
     cells: Cells,
     jitter: [u64; 2],
+    parts: Parts,
 }
 
 impl Stratified {
+    /// From the keys of the pattern and of the block.
     #[inline]
-    pub(crate) fn new(key: u64, count: u32) -> Self {
+    pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         Self {
-            order: Permutation::new(count, key),
+            order: Permutation::new(count, own),
             cells: Cells::new(count),
-            jitter: JITTER.map(|axis| lane(key, axis)),
+            jitter: JITTER.map(|axis| lane(own, axis)),
+            parts: Parts::new(all, block),
         }
     }
 
@@ -41,23 +47,23 @@ impl Stratified {
 
     #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        stratum(self.order.get(i), self.offset(0, i), self.cells.count())
+        let k = self.order.get(i);
+        let along = self.parts.along(k, self.offset(0, i));
+        stratum(k, along, self.cells.count())
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        in_cell(
-            &self.cells,
-            self.order.get(i),
-            [self.offset(0, i), self.offset(1, i)],
-        )
+        let k = self.order.get(i);
+        let offset = [self.offset(0, i), self.offset(1, i)];
+        in_cell(&self.cells, k, self.parts.within(k, offset))
     }
 }
 
 impl Stratified {
     /// [`Stratified::get_2d`] of the samples from `first` on, all below the count.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
-        if self.cells.is_grid() {
+        if self.cells.is_grid() && self.parts.cells().is_grid() {
             for (x, i) in x.iter_mut().zip(first..) {
                 *x = f64::from(self.order.get(i));
             }
@@ -70,23 +76,21 @@ impl Stratified {
     }
 }
 
-/// Points in the cells of a grid whose numbers `x` holds: [`in_cell`] to the bit, for the quotient
-/// that is cut to the row is off by less than what it is away from the next integer, unless it is
-/// one.
+/// Points in the cells of a grid whose numbers `x` holds: [`Stratified::get_2d`] to the bit.
 ///
 /// A plain loop: compilers make vectors of it.
 #[inline(always)]
 fn grid_kernel<S: Simd>(_: S, set: &Stratified, first: u32, x: &mut [f64], y: &mut [f64]) {
-    let [columns, count] = [set.cells.columns(), set.cells.count()].map(f64::from);
     let (jitter, mut i) = (set.jitter, u64::from(first));
     for (x, y) in x.iter_mut().zip(y) {
-        #[expect(clippy::cast_possible_truncation, reason = "that is the row")]
-        #[expect(clippy::cast_sign_loss, reason = "cells are not negative")]
-        let row = f64::from((*x / columns) as u32);
-        let before = row * columns;
-        let offset = [unit_f64(word(jitter[0], i)), unit_f64(word(jitter[1], i))];
-        *x = below_one(((*x - before) + offset[0]) / columns);
-        *y = below_one((before + columns * offset[1]) / count);
+        let mut offset = [unit_f64(word(jitter[0], i)), unit_f64(word(jitter[1], i))];
+        if !set.parts.is_whole() {
+            #[expect(clippy::cast_possible_truncation, reason = "a number of a cell")]
+            #[expect(clippy::cast_sign_loss, reason = "cells are not negative")]
+            let cell = *x as u32;
+            offset = set.parts.within_grid(cell, offset);
+        }
+        [*x, *y] = in_grid(&set.cells, *x, offset);
         i += 1;
     }
 }
@@ -110,6 +114,13 @@ dispatch! {
 /// Where the cells do not form a grid (Kensler then leaves cells of a larger grid empty), all N
 /// cells still hold one sample and y has one sample in each of N strata; x is stratified within
 /// each row.
+///
+/// A block takes one of S parts of each stratum. With (X, Y)/S a multi-jittered point of S, it adds
+/// X/S of a cell's width and Y/S of its height to the place of each sample, modulo these: all
+/// blocks together have S samples in each cell and one in each of NS strata of each axis, and if N
+/// is one, they are multi-jittered. In random strata, parts are counted from the other end, which
+/// keeps where a block is in one from telling where it is in another. Where S makes no grid, the
+/// points are those of a lattice; where N makes none, x is stratified within each row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MultiJitter {
     base: Stratified,
@@ -117,24 +128,42 @@ pub(crate) struct MultiJitter {
     rows: [Permutation; 2],
     /// ρ, and τ for rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
     columns: [Permutation; 3],
+    /// What the block adds: along x, and along y in short and in long rows.
+    places: [Place; 3],
 }
 
 impl MultiJitter {
+    /// From the keys of the pattern and of the block.
     #[inline]
-    pub(crate) fn new(key: u64, count: u32) -> Self {
-        let base = Stratified::new(key, count);
-        let rows = base.cells.rows();
+    pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
+        let (base, key) = (Stratified::new(keys, count, block), keys[0]);
+        let (cells, parts) = (&base.cells, &base.parts);
+        let rows = cells.rows();
         let short = count / rows;
-        let long = if base.cells.is_grid() {
-            short
-        } else {
-            short + 1
-        };
+        let long = if cells.is_grid() { short } else { short + 1 };
         let sizes = [long, short, long];
+        let mut places = [Place::default(); 3];
+        if !parts.is_whole() {
+            let [x, y] = multi_jittered(parts, lane(key, PLACES));
+            places = [
+                Place::new(x, rows, parts.of()),
+                Place::new(y, short, parts.of()),
+                Place::new(y, long, parts.of()),
+            ];
+        }
+        if count == 1 {
+            return Self {
+                base,
+                rows: [Permutation::ONE; 2],
+                columns: [Permutation::ONE; 3],
+                places,
+            };
+        }
         Self {
             base,
             rows: [0, 1].map(|k| Permutation::new(rows, lane(key, ROWS + k))),
             columns: [0, 1, 2].map(|k| Permutation::new(sizes[k], lane(key, COLUMNS + k as u64))),
+            places,
         }
     }
 
@@ -150,14 +179,103 @@ impl MultiJitter {
         let tall = usize::from(cell.columns == self.columns[2].len());
         let [sigma, kappa] = [0, 1].map(|k| self.rows[k].get(cell.row));
         let [rho, tau] = [0, 1 + tall].map(|k| self.columns[k].get(cell.column));
-        let across = (sigma + rho) % cells.rows();
-        let up = (tau + kappa) % cell.columns;
-        let x = below_one((f64::from(across) + self.base.offset(0, i)) / f64::from(cells.rows()));
+        let x = self.across((sigma + rho) % cells.rows(), cell.column, i);
+        let place = &self.places[1 + tall];
+        let up = cell.first + (tau + kappa + place.stratum) % cell.columns;
         [
             below_one((f64::from(cell.column) + x) / f64::from(cell.columns)),
-            stratum(cell.first + up, self.base.offset(1, i), cells.count()),
+            stratum(up, self.offset(1, i, place.part, up), cells.count()),
         ]
     }
+
+    /// Where sample `i` is along x in a cell of a column: in sub-stratum `s`, but for what the
+    /// block adds.
+    #[inline]
+    fn across(&self, s: u32, column: u32, i: u32) -> f64 {
+        let (cells, parts, place) = (&self.base.cells, &self.base.parts, &self.places[0]);
+        let rows = cells.rows();
+        if !cells.is_grid() && rows <= parts.of() && !parts.is_whole() {
+            // The row by itself: the parts of the whole cell.
+            let part = plus(
+                place.of_cell,
+                scaled(s, parts.of(), u64::from(rows)),
+                parts.of(),
+            );
+            return self.offset(0, i, part, column);
+        }
+        let across = (s + place.stratum) % rows;
+        let offset = self.offset(0, i, place.part, column * rows + across);
+        below_one((f64::from(across) + offset) / f64::from(rows))
+    }
+
+    /// Where sample `i` is in stratum `k` of an axis, of which the block takes a part.
+    #[inline]
+    fn offset(&self, axis: usize, i: u32, part: u32, k: u32) -> f64 {
+        let (parts, jitter) = (&self.base.parts, self.base.offset(axis, i));
+        if parts.is_whole() {
+            return jitter;
+        }
+        let from_other_end = parts.is_either((axis as u64) << 32 | u64::from(k));
+        let part = if from_other_end {
+            parts.of() - 1 - part
+        } else {
+            part
+        };
+        (f64::from(part) + jitter) / f64::from(parts.of())
+    }
+}
+
+/// What a block adds along an axis of each cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Place {
+    /// The part of the cell.
+    of_cell: u32,
+    /// The same, as strata and a part of a stratum.
+    stratum: u32,
+    part: u32,
+}
+
+impl Place {
+    /// Part `of_cell` of a cell of `len` strata, which is len · of_cell/of strata from its begin:
+    /// whole ones and a fraction, which is rounded so that each part of a stratum stands for one of
+    /// the cell's.
+    fn new(of_cell: u32, len: u32, of: u32) -> Self {
+        if len == 1 {
+            return Self {
+                of_cell,
+                stratum: 0,
+                part: of_cell,
+            };
+        }
+        let turns = scaled(of_cell, gcd(len, of), u64::from(of));
+        Self {
+            of_cell,
+            stratum: scaled(of_cell, len, u64::from(of)),
+            part: plus(times(of_cell, len, of), turns, of),
+        }
+    }
+}
+
+/// The strata X and Y of a block's point of a multi-jittered pattern of as many points as there are
+/// blocks, or of a lattice where these make no grid.
+fn multi_jittered(parts: &Parts, key: u64) -> [u32; 2] {
+    let (cells, of) = (parts.cells(), parts.of());
+    let number = parts.part(2, 1 << 32);
+    if !cells.is_grid() {
+        let y = times(number, step(of), of);
+        return [number, plus(y, parts.random(1 << 32 | 1), of)];
+    }
+    let cell = cells.cell(number);
+    let shift = |axis: u64, len: u32| {
+        let key = lane(key, axis);
+        let by_row = permuted(cell.row, cells.rows(), key);
+        let by_column = permuted(cell.column, cell.columns, key.rotate_left(32));
+        (by_row + by_column + scaled((key >> 32) as u32, len, 1 << 32)) % len
+    };
+    let x = cell.column * cells.rows() + shift(0, cells.rows());
+    let y = cell.first + shift(1, cell.columns);
+    // Parts are no higher than wide, in cells that are no wider than high.
+    [y, x]
 }
 
 /// The same random offset in every stratum: a randomly shifted lattice.
@@ -168,6 +286,9 @@ impl MultiJitter {
 /// j)/N, fract(ζ + j/φ)) with j = π(k) and the golden ratio φ, which is evenly spread for any N.
 /// (One offset for all cells of a grid, the obvious generalisation, has only the variance N⁻¹;
 /// rank-1 lattices with a generator near N/φ are poor for some N, 1024 among them.)
+///
+/// A block takes the same part p of all strata: ξ is (ξ + p)/S. In 2-D it is the lattice ((ξ +
+/// j)/N, fract(ζ + p/φ + j√3)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UniformJitter {
     order: Permutation,
@@ -175,24 +296,52 @@ pub(crate) struct UniformJitter {
     offset: f64,
     /// ζ in units of 2⁻⁶⁴.
     second: u64,
+    /// From each point to the next along the second axis, in the same units.
+    turn: u64,
 }
 
+/// √3, its fraction in units of 2⁻⁶⁴.
+const ROOT_OF_THREE: u64 = 0xBB67_AE85_84CA_A73B;
+
 impl UniformJitter {
+    /// From the keys of the pattern and of the block.
     #[inline]
-    pub(crate) fn new(key: u64, count: u32) -> Self {
-        Self::with_offset(key, count, [unit_f64(word(key, 0)), unit_f64(word(key, 1))])
+    pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
+        let offset = [0, 1].map(|k| unit_f64(word(keys[0], k)));
+        Self::with_offset(keys, count, block, offset)
     }
 
     /// With a given offset in [0, 1)², for example from a blue-noise tile.
     #[inline]
-    #[expect(clippy::cast_possible_truncation, reason = "the offset is in [0, 1)")]
-    pub(crate) fn with_offset(key: u64, count: u32, offset: [f64; 2]) -> Self {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the offset is in [0, 1), and half of a word is wanted"
+    )]
+    pub(crate) fn with_offset(
+        [all, own]: [u64; 2],
+        count: u32,
+        block: Block,
+        offset: [f64; 2],
+    ) -> Self {
         let second = ((offset[1] * (1_u64 << 53) as f64) as u64) << 11;
+        let order = Permutation::new(count, lane(own, ORDER));
+        if block.of() == 1 {
+            return Self {
+                order,
+                count,
+                offset: offset[0],
+                second,
+                turn: GOLDEN,
+            };
+        }
+        let random = scaled((word(all, 2) >> 32) as u32, block.of(), 1 << 32);
+        let part = plus(block.interleaved().index(), random, block.of());
         Self {
-            order: Permutation::new(count, lane(key, ORDER)),
+            order,
             count,
-            offset: offset[0],
-            second,
+            offset: (f64::from(part) + offset[0]) / f64::from(block.of()),
+            second: second.wrapping_add(u64::from(part).wrapping_mul(GOLDEN)),
+            turn: ROOT_OF_THREE,
         }
     }
 
@@ -204,9 +353,10 @@ impl UniformJitter {
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
         let j = self.order.get(i);
+        let turns = u64::from(j).wrapping_mul(self.turn);
         [
             stratum(j, self.offset, self.count),
-            unit_f64(self.second.wrapping_add(u64::from(j).wrapping_mul(GOLDEN))),
+            unit_f64(self.second.wrapping_add(turns)),
         ]
     }
 }
@@ -217,9 +367,27 @@ fn stratum(k: u32, offset: f64, count: u32) -> f64 {
     below_one((f64::from(k) + offset) / f64::from(count))
 }
 
+/// The point of cell `k` of a grid at `offset` of the cell's width and height: [`in_cell`] to the
+/// bit, for the quotient that is cut to the row is off by less than what it is away from the next
+/// integer, unless it is one.
+#[inline(always)]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the row of a cell"
+)]
+pub(crate) fn in_grid(cells: &Cells, k: f64, offset: [f64; 2]) -> [f64; 2] {
+    let [columns, count] = [cells.columns(), cells.count()].map(f64::from);
+    let before = f64::from((k / columns) as u32) * columns;
+    [
+        below_one(((k - before) + offset[0]) / columns),
+        below_one((before + columns * offset[1]) / count),
+    ]
+}
+
 /// The point of cell `k` at `offset` of the cell's width and height.
 #[inline]
-fn in_cell(cells: &Cells, k: u32, offset: [f64; 2]) -> [f64; 2] {
+pub(crate) fn in_cell(cells: &Cells, k: u32, offset: [f64; 2]) -> [f64; 2] {
     let cell = cells.cell(k);
     let columns = f64::from(cell.columns);
     [

@@ -1,5 +1,6 @@
 //! Owen–Sobol' points dealt out to the pixels along a shuffled Z-order curve.
 
+use crate::block::Block;
 use crate::hash::{lane, mix};
 use crate::permute::Permutation;
 use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
@@ -18,20 +19,24 @@ use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
 /// has its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ZSobol {
-    /// Where the pixel's indices start.
+    /// Where the indices of the pixel's block start.
     first: u64,
     order: Permutation,
     scramble: [u64; 2],
 }
 
 impl ZSobol {
-    /// `tile_key` must depend on seed, dimension and pixel tile only; `key` on the pixel as well.
+    /// `tile_key` must depend on seed, dimension and pixel tile only; `own`, the key of the block,
+    /// on the pixel as well.
     #[inline]
-    pub(crate) fn new(tile_key: u64, key: u64, pixel: [u32; 2], count: u32) -> Self {
+    pub(crate) fn new(tile_key: u64, own: u64, pixel: [u32; 2], count: u32, block: Block) -> Self {
         let curve = u64::from(shuffled_z_order(pixel, lane(tile_key, 2)));
+        let blocks = curve
+            .wrapping_mul(u64::from(block.of()))
+            .wrapping_add(u64::from(block.index()));
         Self {
-            first: curve * u64::from(count),
-            order: Permutation::new(count, key),
+            first: blocks.wrapping_mul(u64::from(count)),
+            order: Permutation::new(count, own),
             scramble: scrambles(tile_key),
         }
     }

@@ -243,23 +243,31 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             Instead::Points(n) | Instead::Differences(n) => (n, Some(PointBy::Ltc)),
         };
         let count = self.query.samples.saturating_mul(times);
-        let random = self
-            .query
-            .numbers
-            .independent(Stream::Orientation, 1 + MOST);
-        let u = |k| random.get_1d(k);
+        let mut numbers = self.query.numbers;
+        let random = numbers.in_common(Stream::Orientation, 1 + MOST);
         let rounds = match estimator.weights() {
             Weights::Optimal(_) if count > 1 => 2,
             _ => 1,
         };
         let expected = f64::from(count) / [1.0, 2.0][rounds - 1];
-        PreparedTechnique::all(self.query, expected, part, by, u, &mut own.techniques);
+        let turn = |k| random.get_1d(k);
+        PreparedTechnique::all(self.query, expected, part, by, turn, &mut own.techniques);
+        numbers.block = numbers.block.interleaved();
+        let u = numbers.spread(random.get_1d(0));
         for round in 0..rounds {
             if round > 0 {
                 own.first_round = Some(own.samples.len());
             }
+            numbers.seed = self.query.numbers.seed ^ [0, OTHER_SEED][round];
             // Both rounds together have as many samples of each technique as one of both would.
-            allot(&mut own.techniques, [u(0), (u(0) + 0.5).fract()][round]);
+            allot(&mut own.techniques, &numbers, [u, (u + 0.5).fract()][round]);
+            if round > 0 {
+                // What weights the other round does not go along with it from block to block.
+                for technique in &mut own.techniques {
+                    let block = &mut technique.numbers.block;
+                    *block = block.interleaved();
+                }
+            }
             self.draw(round, own);
         }
         if estimator.weights() == Weights::Unoccluded {
@@ -276,10 +284,8 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         round: usize,
         buffers: &mut CombinationBuffers<P, L>,
     ) {
-        let mut numbers = self.query.numbers;
-        numbers.seed ^= [0, OTHER_SEED][round];
         for (index, stream) in (0..buffers.techniques.len()).zip(0..) {
-            let count = buffers.techniques[index].count;
+            let PreparedTechnique { count, numbers, .. } = buffers.techniques[index];
             buffers.counts[round][index] = f64::from(count);
             if count == 0 {
                 continue;

@@ -1,7 +1,9 @@
 //! One technique of a combination, made ready for a shading point and a light.
 
 use super::domain::Domain;
-use crate::{EmissionTexture, LineDirection, Pieces, PointBy, Query, Technique, Weights};
+use crate::{
+    EmissionTexture, LineDirection, Pieces, PointBy, Query, RandomNumbers, Technique, Weights,
+};
 use linelit_bsdf::Reflection;
 
 /// A technique, the samples expected of it and the samples it gets.
@@ -13,6 +15,8 @@ pub(super) struct PreparedTechnique<P, L> {
     pub expected: f64,
     /// The number drawn this time; its mean is `expected` over `points`.
     pub count: u32,
+    /// Where the random numbers of these come from.
+    pub numbers: RandomNumbers,
     /// Samples of one draw: points on a piece of a line.
     pub points: u8,
 }
@@ -49,6 +53,7 @@ impl<P, L> PreparedTechnique<P, L> {
                     source,
                     expected: expected * f64::from(points),
                     count: 0,
+                    numbers: query.numbers,
                     points,
                 });
             };
@@ -93,14 +98,24 @@ impl<P, L> PreparedTechnique<P, L> {
     }
 }
 
-/// Gives whole numbers of samples with the expected means: systematic rounding of the running sum.
-pub(super) fn allot<P, L>(techniques: &mut [PreparedTechnique<P, L>], u: f64) {
-    let (mut sum, mut given) = (u, 0.0);
+/// Gives whole numbers of samples with the expected means: systematic rounding of the running sum,
+/// by the number `u` of the block of `numbers`.
+pub(super) fn allot<P, L>(
+    techniques: &mut [PreparedTechnique<P, L>],
+    numbers: &RandomNumbers,
+    u: f64,
+) {
+    let (mut sum, mut given, mut expected) = (u, 0.0, 0.0_f64);
     for technique in techniques {
-        sum += technique.expected / f64::from(technique.points);
+        let draws = technique.expected / f64::from(technique.points);
+        sum += draws;
         let upto = sum.floor();
         technique.count = whole(upto - given);
         given = upto;
+        // From which u on one more is given to the techniques before this one, and with it.
+        let marks = [expected, expected + draws].map(|e| 1.0 - e.fract());
+        technique.numbers = numbers.among(u, marks);
+        expected += draws;
     }
 }
 
@@ -111,4 +126,58 @@ pub(super) fn allot<P, L>(techniques: &mut [PreparedTechnique<P, L>], u: f64) {
 )]
 fn whole(number: f64) -> u32 {
     number as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_samplers::{Block, SamplerKind, hash::mix, hash::unit_f64};
+    use std::collections::BTreeMap;
+
+    /// Each block has all its samples, each technique its share of all blocks, and the blocks that
+    /// give it as many are numbered as those of a pattern of their own.
+    #[test]
+    fn blocks_that_give_a_technique_as_many_samples_share_a_pattern() {
+        for (shares, blocks) in [
+            (&[0.75, 0.25][..], 64),
+            (&[2.25, 0.75, 1.0], 16),
+            (&[1.0, 2.0], 7),
+            (&[0.4, 0.35, 0.25], 60),
+        ] {
+            for seed in 0..50 {
+                let u = unit_f64(mix(seed + 1));
+                let mut groups = vec![BTreeMap::<u32, Vec<Block>>::new(); shares.len()];
+                for index in 0..blocks {
+                    let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0)
+                        .with_block(Block::new(index, blocks));
+                    let one = |expected: &f64| PreparedTechnique::<(), ()> {
+                        source: Source::Points(()),
+                        expected: *expected,
+                        count: 0,
+                        numbers,
+                        points: 1,
+                    };
+                    let mut techniques: Vec<_> = shares.iter().map(one).collect();
+                    allot(&mut techniques, &numbers, numbers.spread(u));
+                    let count: u32 = techniques.iter().map(|t| t.count).sum();
+                    assert_eq!(count, whole(shares.iter().sum::<f64>().round()));
+                    for (groups, technique) in groups.iter_mut().zip(&techniques) {
+                        let group = groups.entry(technique.count).or_default();
+                        group.push(technique.numbers.block);
+                    }
+                }
+                for (groups, share) in groups.iter().zip(shares) {
+                    let samples = groups.iter().map(|(n, group)| *n as usize * group.len());
+                    let error = samples.sum::<usize>() as f64 - share * f64::from(blocks);
+                    assert!(error.abs() < 1.0, "{shares:?} {blocks}: {error}");
+                    for group in groups.values() {
+                        let mut numbers: Vec<u32> = group.iter().map(Block::index).collect();
+                        numbers.sort_unstable();
+                        assert!(numbers.iter().zip(0..).all(|(a, b)| *a == b), "{numbers:?}");
+                        assert!(group.iter().all(|b| b.of() as usize == group.len()));
+                    }
+                }
+            }
+        }
+    }
 }

@@ -18,5 +18,6 @@ mod own_renderer;
 mod responses;
 mod rows;
 mod selection;
+mod splits;
 mod textures;
 mod weights;

@@ -138,3 +138,42 @@ fn optimal_weights_are_unbiased_for_the_fewest_samples() {
         );
     }
 }
+
+/// `average` gives each technique that reaches a point the same, whatever its share of the samples:
+/// of lines and directions of the BSDF that miss the light, half of what the lines say is left.
+#[test]
+fn the_average_does_not_know_of_shares() {
+    let scene = room(TINY_SPHERE, "");
+    let renderer = Renderer::new(&scene);
+    for (estimator, samples, lines, part) in [
+        ("line-solid-angle:3+point-bsdf[mis=average]", 4, 3, 0.5),
+        ("line-solid-angle+point-bsdf:3[mis=average]", 4, 1, 0.5),
+        (
+            "line-solid-angle:2+point-bsdf+point-bsdf[mis=average]",
+            4,
+            2,
+            1.0 / 3.0,
+        ),
+    ] {
+        let mut halves = 0;
+        let points = points(&renderer);
+        for (seed, point) in (0..).zip(&points) {
+            let got = light(&renderer, (estimator, samples, seed), point);
+            let alone = light(
+                &renderer,
+                ("line-solid-angle[mis=balance]", lines, seed),
+                point,
+            );
+            // A weight, a quotient and a sum of up to three.
+            let is_part = (got - part * alone).abs() <= 8.0 * f64::EPSILON * alone;
+            halves += usize::from(is_part && alone > 0.0);
+        }
+        // The sphere fills less than 1e-4 of the hemisphere: of 256 times three directions one
+        // meets it with probability .08 at most, ten with 1e-11.
+        assert!(
+            halves + 10 > points.len(),
+            "{estimator}: {halves} of {}",
+            points.len()
+        );
+    }
+}

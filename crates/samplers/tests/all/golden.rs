@@ -3,7 +3,7 @@
 //! nothing else vouches for them.
 
 use linelit_samplers::hash::mix;
-use linelit_samplers::{Sampler, SamplerKind};
+use linelit_samplers::{Block, Sampler, SamplerKind};
 use rand::Rng;
 
 /// Kind, the first 1-D number and the first point of a set, and a digest of many sets.
@@ -108,6 +108,44 @@ fn streams_are_frozen() {
             got.2
         );
     }
+}
+
+/// A digest of the bits of blocks of several sizes.
+fn digest_of_blocks(kind: SamplerKind) -> u64 {
+    let mut state = 0;
+    for (count, blocks) in [(1, 64), (4, 16), (6, 10), (7, 13), (100, 3)] {
+        for index in 0..blocks.min(5) {
+            let block = Block::new(7 * index, blocks);
+            let set = Sampler::new(kind, 42).block([3, 70_000], 2, count, block);
+            for i in 0..count + 2 {
+                let [x, y] = set.get_2d(i);
+                for v in [set.get_1d(i), x, y] {
+                    state = mix(state ^ v.to_bits());
+                }
+            }
+        }
+    }
+    state
+}
+
+/// These digests, in the order of the kinds.
+const BLOCKS: [u64; 10] = [
+    0x10DC_43BA_3FAE_5315,
+    0xECBA_0C25_C564_CE0D,
+    0x6EFB_9880_7352_2997,
+    0x8F44_2277_3C11_BD76,
+    0x770C_DD21_BD8C_9E30,
+    0x11EF_9531_1ECE_2462,
+    0x1D34_0DF6_B896_E7B4,
+    0x845A_68B6_6530_34CC,
+    0x3167_8F84_32D9_8314,
+    0xCD4B_08AB_67D7_D4F6,
+];
+
+#[test]
+fn streams_of_blocks_are_frozen() {
+    let got = SamplerKind::ALL.map(digest_of_blocks);
+    assert_eq!(got, BLOCKS, "{got:#018X?}");
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //! what is chosen has a share. Only [`split`] takes floats; the others take any bits of integers.
 
 use linelit_samplers::{
-    SampleSet, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64, owen_scramble,
-    sobol_02, split, van_der_corput,
+    Block, SampleSet, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64,
+    owen_scramble, sobol_02, split, van_der_corput,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{hostile, hostile_unit};
@@ -43,6 +43,22 @@ proptest! {
         match split(u, &shares) {
             Some((k, v)) => prop_assert!(shares[k] > 0.0 && is_unit(v), "{k} {v}"),
             None => prop_assert!(positive <= 0.0 || positive.is_infinite()),
+        }
+    }
+
+    #[test]
+    fn blocks(index in word(), of in word(), u in hostile_unit(), marks in [hostile_unit(), hostile_unit()]) {
+        let block = Block::new(index, of);
+        prop_assert_eq!(block.of(), of.max(1));
+        prop_assert_eq!(block.index(), index % of.max(1));
+        let v = block.spread(u);
+        for other in [block.among(v, marks), block.among(u, marks), block.interleaved(), Block::WHOLE] {
+            prop_assert!(other.index() < other.of() && other.of() <= of.max(1));
+            for kind in SamplerKind::ALL {
+                let set = Sampler::new(kind, 5).block([1, index], 2, 3, other);
+                prop_assert!((0..4).all(|i| is_unit(set.get_1d(i)) && set.get_2d(i).iter().all(|x| is_unit(*x))));
+                prop_assert!(set.parts() >= 3.0);
+            }
         }
     }
 

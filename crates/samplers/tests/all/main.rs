@@ -1,5 +1,6 @@
 //! What the patterns promise: their values, strata, independence and convergence.
 
+mod blocks;
 mod blue_noise;
 mod convergence;
 mod golden;

@@ -9,7 +9,7 @@ const COUNTS: [u32; 22] = [
 ];
 
 /// Asserts that `keys` are 0..n in some order.
-fn assert_each_once(keys: impl Iterator<Item = u64>, n: u64, name: &str) {
+pub(crate) fn assert_each_once(keys: impl Iterator<Item = u64>, n: u64, name: &str) {
     let mut seen = vec![false; n as usize];
     for key in keys {
         assert!(
@@ -20,13 +20,13 @@ fn assert_each_once(keys: impl Iterator<Item = u64>, n: u64, name: &str) {
     assert!(seen.into_iter().all(|s| s), "{name}: an empty stratum");
 }
 
-fn stratum(x: f64, n: u32) -> u64 {
+pub(crate) fn stratum(x: f64, n: u32) -> u64 {
     (x * f64::from(n)) as u64
 }
 
 /// The cell of a point: ⌊√n⌉ rows of nearly equally many cells, or the squarest grid if its aspect
 /// is at most two. Written again from the documentation, not shared with the crate.
-fn cell(point: [f64; 2], n: u32) -> u64 {
+pub(crate) fn cell(point: [f64; 2], n: u32) -> u64 {
     let divisor = (1..=n)
         .filter(|a| n.is_multiple_of(*a) && a * a <= n && 2 * a * a >= n)
         .max();
@@ -144,7 +144,7 @@ fn lattices_are_even_on_both_axes() {
 }
 
 /// All elementary intervals of area 2^−m hold one point each: a (0, m, 2)-net in base 2.
-fn assert_net(points: &[[u32; 2]], m: u32, name: &str) {
+pub(crate) fn assert_net(points: &[[u32; 2]], m: u32, name: &str) {
     for k in 0..=m {
         let keys = points.iter().map(|&[x, y]| {
             let high = |v: u32, bits: u32| u64::from(v).checked_shr(32 - bits).unwrap_or(0);
@@ -154,7 +154,7 @@ fn assert_net(points: &[[u32; 2]], m: u32, name: &str) {
     }
 }
 
-fn fractions([x, y]: [f64; 2]) -> [u32; 2] {
+pub(crate) fn fractions([x, y]: [f64; 2]) -> [u32; 2] {
     [x, y].map(|v| (v * 4_294_967_296.0) as u32)
 }
 

@@ -1,0 +1,325 @@
+//! Blocks of a pattern: what each of several users takes of one larger set of samples.
+
+use crate::cells::Cells;
+use crate::hash::{lane, word};
+use crate::sobol::sobol_02;
+use crate::stratified::{in_cell, in_grid};
+
+/// One of several blocks of samples, equally many each, that together are one pattern: the light
+/// samples of each camera sample of a pixel, for one.
+///
+/// [`Sampler::block`](crate::Sampler::block) gives the samples of a block. Each block is a pattern
+/// by itself, as good as one that stands alone, and so are all blocks together, and any run of
+/// blocks with numbers in a row.
+///
+/// What a block chooses once, by a number of its own ([`Block::spread`]), makes groups of the
+/// blocks that choose alike; [`Block::among`] gives a block's place in its group.
+///
+/// ```
+/// use linelit_samplers::{Block, Sampler, SamplerKind};
+/// let sampler = Sampler::new(SamplerKind::Stratified, 1);
+/// let mut all: Vec<f64> = Vec::new();
+/// for index in 0..8 {
+///     let block = sampler.block([0, 0], 0, 4, Block::new(index, 8));
+///     all.extend(block.iter_1d());
+/// }
+/// all.sort_by(f64::total_cmp);
+/// assert!(all.iter().zip(0..).all(|(x, k)| (32.0 * x).floor() as i32 == k));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Block {
+    index: u32,
+    of: u32,
+}
+
+/// The golden ratio less one: its multiples modulo one, any run of them, are spread most evenly.
+const GOLDEN_TURN: f64 = 0.618_033_988_749_894_9;
+
+/// Lanes of a key for the parts of strata and for blocks; those below 2³³ belong to patterns.
+const PARTS: u64 = 1 << 33;
+const BLOCKS: u64 = 1 << 34;
+
+impl Block {
+    /// The only block of a pattern.
+    pub const WHOLE: Self = Self { index: 0, of: 1 };
+
+    /// Block `index` of `of`, which counts as 1 if it is 0; the index is taken modulo `of`.
+    #[must_use]
+    pub const fn new(index: u32, of: u32) -> Self {
+        let of = if of == 0 { 1 } else { of };
+        let index = if index < of { index } else { index % of };
+        Self { index, of }
+    }
+
+    /// The number of this block.
+    #[must_use]
+    pub const fn index(&self) -> u32 {
+        self.index
+    }
+
+    /// The number of blocks.
+    #[must_use]
+    pub const fn of(&self) -> u32 {
+        self.of
+    }
+
+    /// The number u + index/of, modulo one, of this block for what it chooses once. Over all blocks
+    /// these are spread evenly; `u` in [0, 1) is the same for all.
+    ///
+    /// ```
+    /// use linelit_samplers::Block;
+    /// assert_eq!(Block::new(3, 4).spread(0.5), 0.25);
+    /// ```
+    #[must_use]
+    pub fn spread(&self, u: f64) -> f64 {
+        (u + f64::from(self.index) / f64::from(self.of)).fract()
+    }
+
+    /// The place of this block, whose [number](Block::spread) is `v`, in its group: two marks in
+    /// [0, 1] divide the blocks into those whose numbers lie between them and the others.
+    ///
+    /// ```
+    /// use linelit_samplers::Block;
+    /// // The numbers are .05, .15 and so on; those from .3 to .7 belong to blocks 3 to 6.
+    /// let among = |i| Block::new(i, 10).among((f64::from(i) + 0.5) / 10.0, [0.7, 0.3]);
+    /// assert_eq!(among(4), Block::new(1, 4));
+    /// assert_eq!([among(9), among(0)], [Block::new(2, 6), Block::new(3, 6)]);
+    /// ```
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "whole numbers from 0 to the number of blocks"
+    )]
+    pub fn among(&self, v: f64, marks: [f64; 2]) -> Self {
+        if self.is_whole() {
+            return *self;
+        }
+        let of = f64::from(self.of);
+        // In order of their numbers, which are whole ones and the same fraction, over `of`.
+        let own = (v * of).floor();
+        let first_from = |mark: f64| (mark * of - (v * of - own)).ceil().clamp(0.0, of);
+        let [low, high] = [marks[0].min(marks[1]), marks[0].max(marks[1])].map(first_from);
+        let (first, len) = if (low..high).contains(&own) {
+            (low, high - low)
+        } else {
+            (high, of - (high - low))
+        };
+        let place = if own < first { own + of } else { own } - first;
+        Self::new(place as u32, len as u32)
+    }
+
+    /// The same block by its place in another order, of which any run is spread evenly over all
+    /// blocks. What is chosen by it does not go along with what is chosen by the plain order.
+    #[must_use]
+    pub fn interleaved(&self) -> Self {
+        Self {
+            index: times(self.index, step(self.of), self.of),
+            ..*self
+        }
+    }
+
+    /// Whether it is the only one.
+    #[inline]
+    pub(crate) const fn is_whole(&self) -> bool {
+        self.of == 1
+    }
+
+    /// The keys of a pattern and of this block of it from that of a stream. Blocks of another
+    /// `size` or number are of another pattern.
+    #[inline]
+    pub(crate) const fn keys(&self, key: u64, size: u32) -> [u64; 2] {
+        if self.is_whole() {
+            return [key; 2];
+        }
+        let key = lane(key, (self.of as u64) << 32 | size as u64);
+        [key, lane(key, BLOCKS + self.index as u64)]
+    }
+}
+
+/// The part that a block takes of each stratum or cell of its pattern, of as many equal parts as
+/// there are blocks.
+///
+/// Blocks take parts in an order of which any run is spread evenly over a stratum or a cell: that
+/// of a (0,2)-sequence if the number of blocks is a power of two, else that of
+/// [`Block::interleaved`]. Each stratum adds a random shift, so that the part of a block in one
+/// stratum is independent of its part in another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Parts {
+    /// The parts of a cell.
+    cells: Cells,
+    key: u64,
+    /// The part of a stratum, and of a cell, before it counts at random.
+    places: [u32; 2],
+}
+
+impl Parts {
+    /// From the key of the pattern.
+    #[inline]
+    pub(crate) fn new(key: u64, block: Block) -> Self {
+        if block.is_whole() {
+            return Self {
+                cells: Cells::ONE,
+                key: 0,
+                places: [0; 2],
+            };
+        }
+        let cells = Cells::new(block.of);
+        let places = if block.of.is_power_of_two() {
+            let digits = |fraction: u32, parts: u32| scaled(fraction, parts, 1 << 32);
+            let [x, y] = sobol_02(block.index);
+            let [column, row] = [digits(x, cells.columns()), digits(y, cells.rows())];
+            [digits(x, block.of), row * cells.columns() + column]
+        } else {
+            [block.interleaved().index; 2]
+        };
+        Self {
+            cells,
+            key: lane(key, PARTS),
+            places,
+        }
+    }
+
+    /// Whether there is one part.
+    #[inline]
+    pub(crate) const fn is_whole(&self) -> bool {
+        self.of() == 1
+    }
+
+    /// The number of parts.
+    #[inline]
+    pub(crate) const fn of(&self) -> u32 {
+        self.cells.count()
+    }
+
+    /// The parts of a cell.
+    #[inline]
+    pub(crate) const fn cells(&self) -> &Cells {
+        &self.cells
+    }
+
+    /// The `k`-th random number of the pattern, below the number of parts.
+    #[inline(always)]
+    pub(crate) const fn random(&self, k: u64) -> u32 {
+        scaled((word(self.key, k) >> 32) as u32, self.of(), 1 << 32)
+    }
+
+    /// The part of stratum or, with `axes` 2, of cell `k`.
+    #[inline(always)]
+    pub(crate) const fn part(&self, axes: usize, k: u64) -> u32 {
+        let (place, random) = (self.places[axes - 1], self.random(k));
+        if self.of().is_power_of_two() {
+            place ^ random
+        } else {
+            plus(place, random, self.of())
+        }
+    }
+
+    /// Where the block is in stratum `k`, of its length, from where it is in its part.
+    #[inline]
+    pub(crate) fn along(&self, k: u32, offset: f64) -> f64 {
+        if self.is_whole() {
+            return offset;
+        }
+        (f64::from(self.part(1, u64::from(k))) + offset) / f64::from(self.of())
+    }
+
+    /// Where the block is in cell `k`, of its width and height, from where it is in its part.
+    ///
+    /// Cells are no wider than high, and as the square is cut, its parts are no wider than high;
+    /// cells are cut along the other axis.
+    #[inline]
+    pub(crate) fn within(&self, k: u32, [x, y]: [f64; 2]) -> [f64; 2] {
+        if self.is_whole() {
+            return [x, y];
+        }
+        if self.cells.is_grid() {
+            return self.within_grid(k, [x, y]);
+        }
+        let [y, x] = in_cell(&self.cells, self.part(2, u64::from(k)), [y, x]);
+        [x, y]
+    }
+
+    /// The same of parts that make a grid.
+    #[inline(always)]
+    pub(crate) fn within_grid(&self, k: u32, [x, y]: [f64; 2]) -> [f64; 2] {
+        let part = self.part(2, u64::from(k));
+        let [y, x] = in_grid(&self.cells, f64::from(part), [y, x]);
+        [x, y]
+    }
+
+    /// One of two, at random, for stratum `k`.
+    #[inline]
+    pub(crate) const fn is_either(&self, k: u64) -> bool {
+        word(self.key, 1 << 33 | k) >> 63 == 1
+    }
+}
+
+/// ⌊ab/n⌋, of a below n.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "below b")]
+pub(crate) const fn scaled(a: u32, b: u32, n: u64) -> u32 {
+    (a as u64 * b as u64 / n) as u32
+}
+
+/// The product of two numbers modulo n.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "less than n")]
+pub(crate) const fn times(a: u32, b: u32, n: u32) -> u32 {
+    (a as u64 * b as u64 % n as u64) as u32
+}
+
+/// The sum of two numbers below n modulo n.
+#[inline(always)]
+pub(crate) const fn plus(a: u32, b: u32, n: u32) -> u32 {
+    let room = n - b;
+    if a < room { a + b } else { a - room }
+}
+
+/// The number next below n over the golden ratio that has no divisor in common with n, so that its
+/// multiples modulo n are all numbers below n.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a part of n"
+)]
+pub(crate) fn step(n: u32) -> u32 {
+    let mut step = ((f64::from(n) * GOLDEN_TURN).round() as u32).max(1);
+    while gcd(step, n) > 1 {
+        step -= 1;
+    }
+    step
+}
+
+/// The greatest common divisor of two positive numbers (Stein 1967).
+pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
+    let twos = (a | b).trailing_zeros();
+    a >>= a.trailing_zeros();
+    loop {
+        b >>= b.trailing_zeros();
+        (a, b) = if a < b { (a, b - a) } else { (b, a - b) };
+        if b == 0 {
+            return a << twos;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn divisors_and_steps() {
+        let divides = |d: u32, n: u32| n.is_multiple_of(d);
+        let slow = |a, b| (1..=u32::min(a, b)).rfind(|&d| divides(d, a) && divides(d, b));
+        for a in 1..60 {
+            for b in 1..60 {
+                assert_eq!(Some(gcd(a, b)), slow(a, b), "{a} {b}");
+            }
+        }
+        for n in (1..2000).chain([1 << 16, 30_030, u32::MAX]) {
+            assert!(step(n) <= n && gcd(step(n), n) == 1, "{n}: {}", step(n));
+        }
+        assert_eq!([1, 5, 64, 60].map(step), [1, 3, 39, 37]);
+    }
+}
