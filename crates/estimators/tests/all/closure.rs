@@ -91,12 +91,7 @@ fn sum_of_view_factors(room: &Room, occluders: &Occluders, at: DVec3, normal: DV
         });
         let mut source = LightSource::new(&light);
         source.triangles = id..id + 1;
-        let numbers = RandomNumbers {
-            sampler: SamplerKind::Stratified,
-            seed: 0,
-            pixel: [0, 0],
-            pair: 0,
-        };
+        let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], 0);
         let mut query = Query::new(occluders, &source, &point, &estimator, numbers, 1);
         query.margins = Margins::NONE;
         sum += estimate(&query, &mut buffers).x;
