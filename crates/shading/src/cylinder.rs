@@ -18,6 +18,7 @@ use crate::span::Span;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use linelit_simd::One;
+use std::f64::consts::PI;
 
 /// The irradiance of a linear light for each unit of radiance × radius, 1/length: its projected
 /// solid angle for each unit of radius.
@@ -63,11 +64,12 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };
-    let Some(g) = span.lune() else {
-        return 0.0;
-    };
     let [r0, r1] = span.radii;
-    nonnegative(span.sine() * (span.weighted_cosines(g) / r0 / r1) * span.unit)
+    let value = match span.lune() {
+        Some(g) => span.sine() * (span.weighted_cosines(g) / r0 / r1),
+        None => PI * (span.grazed(2) / r0 / r1),
+    };
+    nonnegative(value * span.unit)
 }
 
 /// The solid angle for each unit of radius, 1/length, of the whole segment (no horizon).

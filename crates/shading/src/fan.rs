@@ -2,7 +2,7 @@
 
 use crate::exact::{area_vector, direction, dot, length, value_at_crossing};
 use crate::horizon::crossing;
-use crate::span::power_of_two_unit;
+use crate::span::{LEAST_LENGTH, power_of_two_unit, scale_of_ends};
 use linelit_elementary::{atan2, sin};
 use linelit_geometry::{DVec3, predicates};
 
@@ -77,7 +77,40 @@ impl<const N: usize> Fan<N> {
         fraction: f64,
         unit: f64,
     ) -> Option<Self> {
-        let radii = [ends[0].length(), ends[1].length()];
+        let radii = ends.map(DVec3::length);
+        if radii[0].min(radii[1]) > LEAST_LENGTH {
+            Self::of(ends, radii, whole, values, fraction, unit)
+        } else {
+            Self::near_or_far(ends, whole, values, fraction, unit)
+        }
+    }
+
+    /// [`Self::measure`] where squares of distances may have lost digits.
+    #[cold]
+    #[inline(never)]
+    fn near_or_far(
+        ends: [DVec3; 2],
+        whole: [DVec3; 2],
+        values: [[f64; 2]; N],
+        fraction: f64,
+        unit: f64,
+    ) -> Option<Self> {
+        let scale = scale_of_ends(ends)?;
+        let values = values.map(|pair| pair.map(|c| c * scale));
+        let [ends, whole] = [ends, whole].map(|pair| pair.map(|p| p * scale));
+        let radii = ends.map(length);
+        Self::of(ends, radii, whole, values, fraction, unit * scale)
+    }
+
+    #[inline(always)]
+    fn of(
+        ends: [DVec3; 2],
+        radii: [f64; 2],
+        whole: [DVec3; 2],
+        values: [[f64; 2]; N],
+        fraction: f64,
+        unit: f64,
+    ) -> Option<Self> {
         let span = length(whole[1] - whole[0]) * fraction;
         let product = radii[0] * radii[1];
         if !(product > 0.0 && span > 0.0) {
@@ -163,12 +196,13 @@ impl<const N: usize> Fan<N> {
 }
 
 impl Fan<2> {
-    /// With the constant one as a further functional between the two: 1/|p| as a cosine.
-    pub(crate) fn with_constant(self) -> Fan<3> {
+    /// With a constant, one or a distance, as a further functional between the two: over |p| it is
+    /// as a cosine.
+    pub(crate) fn with_constant(self, constant: f64) -> Fan<3> {
         Fan {
             ends: self.ends,
             radii: self.radii,
-            values: [self.values[0], [1.0, 1.0], self.values[1]],
+            values: [self.values[0], [constant; 2], self.values[1]],
             length: self.length,
             normal: self.normal,
             sine: self.sine,

@@ -2,6 +2,7 @@
 //! lobe.
 
 use crate::exact::dot;
+use crate::span::power_of_two_unit;
 use linelit_geometry::double::{self, Double};
 use linelit_geometry::{DVec3, predicates};
 
@@ -80,13 +81,31 @@ pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec
     let span = c1 - c0;
     let (a, b) = (p0 * (c1 / span), p1 * (-c0 / span));
     let sum = a + b;
+    let squares = a.length_squared() + b.length_squared();
     // Cancellation by less than a factor of 8 costs 3 of 53 bits.
-    if 64.0 * sum.length_squared() > a.length_squared() + b.length_squared() {
+    if 64.0 * sum.length_squared() > squares {
         return sum;
     }
+    if (1e-180..1e180).contains(&squares) {
+        across(p0, p1, k) / span
+    } else {
+        extreme_crossing(p0, p1, k, span)
+    }
+}
+
+/// [`crossing`] where products of coordinates may be beyond the range of numbers.
+#[cold]
+#[inline(never)]
+fn extreme_crossing(p0: DVec3, p1: DVec3, k: DVec3, span: f64) -> DVec3 {
+    let unit = power_of_two_unit(p0.abs().max(p1.abs()).max_element()).unwrap_or(0.0);
+    across(p0 * unit, p1 * unit, k) / (span * unit) / unit
+}
+
+/// k × (p0 × p1) in twice the working precision.
+fn across(p0: DVec3, p1: DVec3, k: DVec3) -> DVec3 {
     let across = double::cross_of(p0, p1);
     let rest = DVec3::from(across.map(Double::lo));
-    (predicates::cross(k, double::rounded(across)) + k.cross(rest)) / span
+    predicates::cross(k, double::rounded(across)) + k.cross(rest)
 }
 
 #[cfg(test)]

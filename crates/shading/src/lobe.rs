@@ -49,7 +49,7 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
 pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f64; 2] {
     let lobe = N - 1;
     let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
-    if fan.sine <= POINT {
+    if fan.sine <= POINT && fan.angle < 1.0 {
         // All in one direction, in which a factor (like 1/|p|) may still change linearly.
         let ends = |i: usize| {
             if i < lobe {

@@ -7,6 +7,7 @@
 //! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq.
 //! 5.
 
+use crate::exact::{area_vector, direction};
 use crate::{cylinder, horizon, polygon};
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
@@ -96,7 +97,7 @@ impl Ltc {
             return 0.0;
         };
         let local = |p: DVec3| frame.to_local(p);
-        let side = local(crate::exact::area_vector(p0, p1)).normalize_or_zero();
+        let side = direction(local(area_vector(p0, p1)));
         let width = (self.to_world.transpose() * side).length();
         if !(width > 0.0) {
             return 0.0;

@@ -29,6 +29,7 @@ use crate::fan::Fan;
 use crate::fast_lobe;
 use crate::fast_path::Point;
 use crate::lobe::integrate;
+use crate::span::NEAREST;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
@@ -60,7 +61,7 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     }
     robust([a, b, up, lobe], k, |fan, axis| {
         // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
-        integrate(&fan.with_constant(), axis, k) * fan.unit * fan.unit
+        integrate(&fan.with_constant(1.0), axis, k) * fan.unit * fan.unit
     })
 }
 
@@ -75,7 +76,13 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     }
     robust([a, b, up, lobe], k, |fan, axis| {
         let twice_distance = 2.0 * fan.sine / fan.reach();
-        integrate(&fan.with_constant(), axis, k) * twice_distance * fan.unit
+        // Before the integral where the square of its inverse is beyond the range of numbers.
+        let [before, after] = if twice_distance > NEAREST {
+            [1.0, twice_distance]
+        } else {
+            [twice_distance, 1.0]
+        };
+        integrate(&fan.with_constant(before), axis, k) * after * fan.unit
     })
 }
 

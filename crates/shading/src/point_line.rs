@@ -54,9 +54,10 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let [r0, r1] = span.radii;
     let [c0, c1] = span.cosines;
     let below = span.one_plus_cos();
-    if below <= 0.0 {
-        return 0.0;
-    }
-    let value = (span.length / r0 / r1) * ((c0 / r0 + c1 / r1) / below);
-    nonnegative(value * span.unit)
+    let ratio = if below > 1e-290 {
+        (c0 / r0 + c1 / r1) / below
+    } else {
+        2.0 * span.grazed(2) / (r0 + r1)
+    };
+    nonnegative((span.length / r0 / r1) * ratio * span.unit)
 }

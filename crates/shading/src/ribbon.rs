@@ -11,6 +11,7 @@ use crate::span::Span;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use linelit_simd::One;
+use std::f64::consts::PI;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
@@ -63,11 +64,12 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };
-    let Some(g) = span.lune() else {
-        return 0.0;
-    };
     let product = span.radii[0] * span.radii[1];
-    let value = 0.5 * (span.length / product) * (span.weighted_cosines(g) / product);
+    let sum = match span.lune() {
+        Some(g) => span.weighted_cosines(g),
+        None => PI * span.grazed(3),
+    };
+    let value = 0.5 * (span.length / product) * (sum / product);
     nonnegative(value * span.unit * span.unit)
 }
 

@@ -1,7 +1,7 @@
 //! Solid angles: of triangles, rectangles, convex polygons and spheres.
 
 use crate::exact::{determinant, dot, length};
-use crate::span::power_of_two_unit;
+use crate::span::{not_too_near, power_of_two_unit};
 use linelit_elementary::{acos, atan, atan2};
 use linelit_geometry::double::{self, Double};
 use linelit_geometry::finite::nonnegative;
@@ -36,13 +36,7 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 /// [`signed`] of corners near one in magnitude, some of which may be as near to the shading point
 /// as numbers go: their distance does not matter, and products of three would be below the range.
 fn scaled(corners: [DVec3; 3]) -> f64 {
-    let sizes = corners.map(|p| p.abs().max_element());
-    let [a, b, c] = if sizes.iter().all(|s| *s > 1e-90) {
-        corners
-    } else {
-        let near = |i: usize| corners[i] * power_of_two_unit(sizes[i]).unwrap_or(0.0);
-        [near(0), near(1), near(2)]
-    };
+    let [a, b, c] = corners.map(not_too_near);
     signed(a, b, c)
 }
 

@@ -9,6 +9,12 @@ use std::f64::consts::PI;
 /// Squared distances within which the plain formulas neither overflow nor underflow.
 const SAFE: std::ops::Range<f64> = 1e-120..1e120;
 
+/// A length whose square has all its digits.
+pub(crate) const LEAST_LENGTH: f64 = 1e-140;
+
+/// Distances of corners near one from which on products of three are within the range of numbers.
+pub(crate) const NEAREST: f64 = 1e-90;
+
 /// A segment above the horizon, with its ends seen from the shading point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
@@ -35,28 +41,45 @@ impl Span {
     pub(crate) fn new(p0: DVec3, p1: DVec3, n: DVec3) -> Option<Self> {
         let (a, b) = (p0.length_squared(), p1.length_squared());
         if SAFE.contains(&a) && SAFE.contains(&b) {
-            Self::clipped(p0, p1, n, 1.0)
-        } else {
-            Self::rescaled(p0, p1, n)
+            let clipped = clip_segment(p0, p1, n)?;
+            let radii = [clipped.p0.length(), clipped.p1.length()];
+            if radii[0].min(radii[1]) > LEAST_LENGTH {
+                return Self::measured(clipped, radii, [p0, p1], 1.0);
+            }
         }
+        Self::rescaled(p0, p1, n)
     }
 
     #[cold]
     #[inline(never)]
     fn rescaled(p0: DVec3, p1: DVec3, n: DVec3) -> Option<Self> {
         let unit = power_of_two_unit(p0.abs().max_element().max(p1.abs().max_element()))?;
-        Self::clipped(p0 * unit, p1 * unit, n, unit)
+        let whole = [p0 * unit, p1 * unit];
+        Self::near_or_far(clip_segment(whole[0], whole[1], n)?, whole, unit)
+    }
+
+    /// [`Self::measured`] where squares of distances may have lost digits.
+    fn near_or_far(left: ClippedSegment, whole: [DVec3; 2], unit: f64) -> Option<Self> {
+        let scale = scale_of_ends([left.p0, left.p1])?;
+        let whole = whole.map(|p| p * scale);
+        let left = ClippedSegment {
+            p0: left.p0 * scale,
+            p1: left.p1 * scale,
+            cosines: left.cosines.map(|c| c * scale),
+            fraction: left.fraction,
+        };
+        let radii = [length(left.p0), length(left.p1)];
+        Self::measured(left, radii, whole, unit * scale)
     }
 
     #[inline(always)]
-    fn clipped(p0: DVec3, p1: DVec3, n: DVec3, unit: f64) -> Option<Self> {
-        Self::measured(clip_segment(p0, p1, n)?, [p0, p1], unit)
-    }
-
-    #[inline(always)]
-    fn measured(clipped: ClippedSegment, whole: [DVec3; 2], unit: f64) -> Option<Self> {
+    fn measured(
+        clipped: ClippedSegment,
+        radii: [f64; 2],
+        whole: [DVec3; 2],
+        unit: f64,
+    ) -> Option<Self> {
         let (a, b) = (clipped.p0, clipped.p1);
-        let radii = [a.length(), b.length()];
         let span = length(whole[1] - whole[0]) * clipped.fraction;
         let product = radii[0] * radii[1];
         if !(product > 0.0 && span > 0.0) {
@@ -74,20 +97,31 @@ impl Span {
     }
 
     /// The whole segment, without a horizon; its cosines are all one.
+    #[inline(always)]
     pub(crate) fn unclipped(p0: DVec3, p1: DVec3) -> Option<Self> {
         let (a, b) = (p0.length_squared(), p1.length_squared());
-        let unit = if SAFE.contains(&a) && SAFE.contains(&b) {
-            1.0
-        } else {
-            power_of_two_unit(p0.abs().max_element().max(p1.abs().max_element()))?
-        };
-        let whole = ClippedSegment {
-            p0: p0 * unit,
-            p1: p1 * unit,
+        if SAFE.contains(&a) && SAFE.contains(&b) {
+            let radii = [a.sqrt(), b.sqrt()];
+            return Self::measured(Self::all([p0, p1]), radii, [p0, p1], 1.0);
+        }
+        Self::unclipped_rescaled(p0, p1)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn unclipped_rescaled(p0: DVec3, p1: DVec3) -> Option<Self> {
+        let unit = power_of_two_unit(p0.abs().max_element().max(p1.abs().max_element()))?;
+        let whole = [p0 * unit, p1 * unit];
+        Self::near_or_far(Self::all(whole), whole, unit)
+    }
+
+    fn all([p0, p1]: [DVec3; 2]) -> ClippedSegment {
+        ClippedSegment {
+            p0,
+            p1,
             cosines: [1.0, 1.0],
             fraction: 1.0,
-        };
-        Self::measured(whole, [whole.p0, whole.p1], unit)
+        }
     }
 
     /// The normal of the plane of the shading point and the line, |p0 × p1| of the clipped ends
@@ -124,6 +158,23 @@ impl Span {
         (cube > 1e-290).then(|| PI / cube - lune(-self.cos))
     }
 
+    /// (c0/r0 + c1/r1)(r0 + r1)/sinᵏ δ of a line that passes so near to the shading point that
+    /// [`Self::lune`] is beyond the range of numbers: there G is π/sin³ δ, and π times this for
+    /// k = 3 is the sum of the weighted cosines. Zero for a line through the shading point.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn grazed(&self, k: i32) -> f64 {
+        let [r0, r1] = self.radii;
+        let [c0, c1] = self.cosines;
+        let sine = self.sine();
+        if sine <= 0.0 {
+            return 0.0;
+        }
+        let sum = (c0 / r0 + c1 / r1) * (r0 + r1);
+        // One by one: the power may be beyond the range, and the quotient within.
+        (0..k).fold(sum, |quotient, _| quotient / sine)
+    }
+
     /// 1 + cos δ, accurate relative to itself for δ → π.
     #[inline(always)]
     pub(crate) fn one_plus_cos(&self) -> f64 {
@@ -146,6 +197,35 @@ impl Span {
         let w1 = 1.0 + g * (r0 / r1 - self.cos);
         c0 * w0 + c1 * w1
     }
+}
+
+/// A corner of a light of about unit size: itself, or, nearer to the shading point than products of
+/// three distances are within the range of numbers, [`near_one`].
+#[inline(always)]
+pub(crate) fn not_too_near(p: DVec3) -> DVec3 {
+    if p.abs().max_element() > NEAREST {
+        p
+    } else {
+        near_one(p)
+    }
+}
+
+/// The point at about unit distance in the direction of p, which is all that sums over directions
+/// need; zero for zero. The scale is a power of two, so that no digit is lost.
+#[inline(always)]
+pub(crate) fn near_one(p: DVec3) -> DVec3 {
+    p * power_of_two_unit(p.abs().max_element()).unwrap_or(0.0)
+}
+
+/// One, or where both ends are near the shading point the power of two that brings the farther one
+/// to 2⁻²⁰, so that the whole of which they are cut is within the range of numbers; `None` for the
+/// shading point itself.
+pub(crate) fn scale_of_ends([a, b]: [DVec3; 2]) -> Option<f64> {
+    let size = a.abs().max(b.abs()).max_element();
+    if size > 1e-6 {
+        return Some(1.0);
+    }
+    Some(power_of_two_unit(size)? / 1_048_576.0)
 }
 
 /// The power of two that brings `largest` near one; `None` for zero, infinity and NaN.

@@ -6,6 +6,7 @@
 
 use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT};
+use crate::span::NEAREST;
 use linelit_elementary::{asin, atan2, exp, hypot, sin};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
@@ -68,14 +69,21 @@ fn integrate(
     let start = fan.ends[0] / fan.radii[0];
     let first = xi.dot(start);
     let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];
+    // Times the distance where the square of its inverse is beyond the range.
+    let scale = scale(&fan);
+    let [inner, scale] = if scale > NEAREST || !emitter {
+        [1.0, scale]
+    } else {
+        [scale, 1.0]
+    };
     let closeness = if emitter {
-        [1.0 / fan.radii[0], 1.0 / fan.radii[1]]
+        [inner / fan.radii[0], inner / fan.radii[1]]
     } else {
         [1.0; 2]
     };
     if fan.sine <= 0.0 {
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
-        return nonnegative(flat * exp(lambda * (first - 1.0)) * scale(&fan));
+        return nonnegative(flat * exp(lambda * (first - 1.0)) * scale);
     }
     let rise = fan.slope(xi, 0);
     let (centre, rho) = (atan2(rise, first), hypot(first, rise));
@@ -112,7 +120,7 @@ fn integrate(
     let log = peak - strength * highest;
     // In two halves: the power may be beyond the range of numbers, and the result within.
     let half = exp(0.5 * log);
-    nonnegative(fan.reach() / fan.sine * sum * half * scale(&fan) * half)
+    nonnegative(fan.reach() / fan.sine * sum * half * scale * half)
 }
 
 /// How many rules a side needs: a slope falls like an exponential, which needs more nodes than a

@@ -19,6 +19,7 @@ use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
 use crate::lobe::{SMOOTH, over_sine};
 use crate::solid_angle::volume;
+use crate::span::not_too_near;
 use linelit_elementary::{atan2, cos, hypot, ln, sin, sin_cos};
 use linelit_geometry::{DVec3, predicates};
 
@@ -113,14 +114,14 @@ pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
         },
     };
     let horizons = Horizons::new(n, w);
-    let first = vertices[0];
     let mut sum = 0.0;
     for pair in vertices[1..].windows(2) {
-        let volume = volume(first, pair[0], pair[1]);
+        let corners = [vertices[0], pair[0], pair[1]].map(not_too_near);
+        let volume = volume(corners[0], corners[1], corners[2]);
         if volume == 0.0 {
             continue;
         }
-        let points = [first, pair[0], pair[1]].map(|p| p * SCALE);
+        let points = corners.map(|p| p * SCALE);
         let volume = volume * (SCALE * SCALE * SCALE);
         sum += horizons.above(points, volume, |t| lobe.divided(t, HALVINGS));
     }

@@ -21,5 +21,6 @@ mod hostile;
 mod laws;
 mod lines_by_quadrature;
 mod lobe_tolerance;
+mod next_to_the_point;
 mod polygons_by_quadrature;
 mod vectors;
