@@ -28,7 +28,11 @@ const ANY: f64 = -2.0;
 /// `∫ max(0, n·ω) dω` over the polygon: the irradiance for each unit of radiance (times k_d/π, the
 /// radiance reflected by a diffuse surface).
 ///
-/// `vertices` are relative to the shading point, convex, in either order, any number.
+/// `vertices` are relative to the shading point, convex, any number; `n` is the surface's unit
+/// normal (the result is in proportion to its length). Which way round the vertices go makes no
+/// difference: both sides of the polygon count as lit. Where a light emits to one side alone, its
+/// back is for the caller to leave out, as the estimators do (`AreaLight::faces` in
+/// `linelit-lights`).
 ///
 /// **Formula**: after clipping to the horizon, Lambert's sum over the edges
 ///

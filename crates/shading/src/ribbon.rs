@@ -2,8 +2,9 @@
 //!
 //! The area light is cut into parallel strips of width dw; each strip is flat, emits to the side of
 //! the light's normal m, and is so thin that only its length matters. Symbols: the shading point
-//! is the origin; n shading normal; p(t) the points of the segment, t its length from p0;
-//! rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle between the ends; L radiance.
+//! is the origin; n the shading normal, of unit length (results are in proportion to it); p(t) the
+//! points of the segment, t its length from p0; rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle
+//! between the ends; L radiance.
 
 use crate::exact::dot;
 use crate::fast_path::{self, Point};
@@ -15,8 +16,9 @@ use std::f64::consts::PI;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
-/// **Measure and units**: length in, 1/length² out. Times the emitter's height `−m·p` (the same all
-/// along the line, [`emitter`]) it is the irradiance for each unit of radiance and of width.
+/// **Measure and units**: length in, 1/length² out. It is an irradiance only times the height of
+/// the shading point over the light's plane, `−m·p` (the same all along the line: [`emitter`],
+/// which is 0 behind a one-sided light), and then for each unit of radiance and of width.
 ///
 /// **Formula**: after clipping to the horizon,
 ///
@@ -39,10 +41,13 @@ use std::f64::consts::PI;
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
-/// use linelit_shading::ribbon;
-/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
-/// let irradiance = 2.0 * ribbon::irradiance(p0, p1, DVec3::Z); // the light faces down: −m·p = 2
-/// assert!((irradiance - 0.431_823_804_500_403_1).abs() < 1e-15);
+/// use linelit_shading::ribbon::{self, Sides};
+/// // A line of a light that faces down, one and a half above the point.
+/// let (p0, p1, down) = (DVec3::new(-1.0, 0.0, 1.5), DVec3::new(1.0, 0.0, 1.5), -DVec3::Z);
+/// let height = ribbon::emitter(p0, p1, down, Sides::One);
+/// let irradiance = height * ribbon::irradiance(p0, p1, DVec3::Z);
+/// assert_eq!(height, 1.5);
+/// assert!((irradiance - 0.699_694_043_390_686).abs() < 1e-15);
 /// ```
 #[inline]
 #[must_use]

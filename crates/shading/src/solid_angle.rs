@@ -106,7 +106,8 @@ pub fn cap(versine: f64) -> f64 {
     2.0 * PI * versine.max(0.0).min(2.0)
 }
 
-/// The projected solid angle `∫ max(0, n·ω) dω` of a sphere, from without; π from within.
+/// The projected solid angle `∫ max(0, n·ω) dω` of a sphere for a unit normal n, from without; π
+/// from within.
 ///
 /// **Formula**: π s² cos β while the sphere is wholly above the horizon (β the angle of the centre
 /// with n, s = sin θ = radius/distance, c = cos θ); where the horizon cuts it, with x = c/s,
