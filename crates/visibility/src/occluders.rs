@@ -35,6 +35,7 @@ pub struct Occluders {
     pub(crate) isa: Isa,
     triangle_count: usize,
     left_out: usize,
+    out_of_range: usize,
     /// Which triangles were kept: the memory of [`Occluders::become_flat`].
     kept: Vec<bool>,
     pub(crate) instances: Option<Arc<Instances>>,
@@ -54,6 +55,7 @@ impl Default for Occluders {
             isa: Isa::best(),
             triangle_count: 0,
             left_out: 0,
+            out_of_range: 0,
             kept: Vec::new(),
             instances: None,
             mask: u32::MAX,
@@ -63,6 +65,20 @@ impl Default for Occluders {
 
 impl Occluders {
     /// Builds the hierarchy over triangles given by their corners' positions.
+    ///
+    /// Triangles that can hide nothing are left out: those with two corners in one place, those
+    /// with a coordinate that is not finite, and those with a corner of which there is no position.
+    /// The last are a mistake, which no answer shows: [`Occluders::out_of_range`] counts them, and
+    /// [`Occluders::left_out`] all.
+    ///
+    /// ```
+    /// use linelit_visibility::Occluders;
+    /// let positions = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    /// // The second triangle counts from one.
+    /// let occluders = Occluders::build(&positions, &[[0, 1, 2], [1, 2, 3], [0, 0, 1]]);
+    /// assert_eq!(occluders.triangle_count(), 1);
+    /// assert_eq!((occluders.left_out(), occluders.out_of_range()), (2, 1));
+    /// ```
     ///
     /// Called in a thread of a rayon pool, it uses that pool's threads; the result is the same to
     /// the bit. Time is n log n for any input, and memory at the peak 97 bytes a triangle beside
@@ -84,7 +100,7 @@ impl Occluders {
     }
 
     /// Moves the triangles to new positions of their corners: what was given when they were built,
-    /// in the same order.
+    /// in the same order. What is left out is as in [`Occluders::build`].
     ///
     /// Answers are those of a fresh [`Occluders::build`], to the bit, but that of a shaft with
     /// nothing hidden it may depend on the tree whether it is known to be empty; where more than
@@ -127,9 +143,10 @@ impl Occluders {
         &mut self,
         positions: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        &Kept { count, lo, hi }: &Kept,
+        found: &Kept,
         build: impl FnOnce(&Geometry<'_>, &mut Hierarchy),
     ) {
+        let Kept { count, lo, hi, .. } = *found;
         let origin = exact_origin(lo, hi);
         let mut extent = 0.0_f32;
         for (x, origin) in [lo, hi].into_iter().flat_map(|v| v.into_iter().zip(origin)) {
@@ -156,6 +173,7 @@ impl Occluders {
         self.stack_size = 16 * depth(&self.hierarchy) + 32;
         self.triangle_count = count;
         self.left_out = triangles.len() - count;
+        self.out_of_range = found.out_of_range;
     }
 
     /// The number of triangles of their own that can hide something.
@@ -168,6 +186,13 @@ impl Occluders {
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.left_out
+    }
+
+    /// The number of triangles that were left out because there is no position of one of their
+    /// corners: more than zero says that the indices belong to other positions.
+    #[must_use]
+    pub fn out_of_range(&self) -> usize {
+        self.out_of_range
     }
 
     /// Bytes that the hierarchy and its copy of the triangles take, those of instances, each
@@ -249,9 +274,11 @@ impl Occluders {
 /// Triangles that are looked at in one go.
 const AT_ONCE: usize = 1 << 14;
 
-/// How many triangles can hide something, and the box of them.
+/// How many triangles can hide something, and the box of them; of how many a corner has no
+/// position.
 struct Kept {
     count: usize,
+    out_of_range: usize,
     lo: [f32; 3],
     hi: [f32; 3],
 }
@@ -273,11 +300,14 @@ impl Kept {
     fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]], kept: &mut [bool]) -> Self {
         let mut found = Self {
             count: 0,
+            out_of_range: 0,
             lo: [f32::INFINITY; 3],
             hi: [f32::NEG_INFINITY; 3],
         };
         for (corners, kept) in triangles.iter().zip(kept) {
             let Some(t) = occludes(positions, corners) else {
+                let is_known = |corner: &u32| (*corner as usize) < positions.len();
+                found.out_of_range += usize::from(!corners.iter().all(is_known));
                 continue;
             };
             *kept = true;
@@ -293,6 +323,7 @@ impl Kept {
     fn and(self, other: Self) -> Self {
         Self {
             count: self.count + other.count,
+            out_of_range: self.out_of_range + other.out_of_range,
             lo: std::array::from_fn(|axis| least(self.lo[axis], other.lo[axis])),
             hi: std::array::from_fn(|axis| most(self.hi[axis], other.hi[axis])),
         }

@@ -173,9 +173,35 @@ fn triangles_that_hide_nothing_are_left_out() {
     let v = u32::try_from(v).unwrap();
     mesh.triangles
         .extend([[0, 1, v], [0, 1, v + 1], [0, 1, 99], [0, 0, 1], [2, 1, 2]]);
-    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    let mut occluders = Occluders::build(&mesh.positions, &mesh.triangles);
     assert_eq!((occluders.triangle_count(), occluders.left_out()), (1, 5));
     assert!(occluders.memory() > 0);
+    // One of them is a mistake: there is no such position.
+    assert_eq!(occluders.out_of_range(), 1);
+    mesh.triangles[3] = [0, 1, v];
+    occluders.refit(&mesh.positions, &mesh.triangles);
+    assert_eq!((occluders.left_out(), occluders.out_of_range()), (5, 0));
+}
+
+#[test]
+fn triangles_without_positions_are_counted_in_all_threads() {
+    // More than are looked at in one go, by several threads.
+    let triangles: Vec<[u32; 3]> = (0..100_000)
+        .map(|i| [i % 7, i % 7 + 1, i % 7 + 2])
+        .collect();
+    let positions: Vec<[f32; 3]> = (0..8_u8).map(|i| [i.into(), (i * i).into(), 1.0]).collect();
+    let expected = triangles.iter().filter(|t| t[2] > 7).count();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(3)
+        .build()
+        .unwrap();
+    for occluders in [
+        Occluders::build(&positions, &triangles),
+        pool.install(|| Occluders::build(&positions, &triangles)),
+    ] {
+        assert_eq!(occluders.out_of_range(), expected);
+        assert_eq!(occluders.left_out(), expected);
+    }
 }
 
 #[test]
