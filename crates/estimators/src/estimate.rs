@@ -17,12 +17,26 @@ use linelit_spheres::CylinderView;
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
 ///
 /// Unbiased for every estimator, and a pure function of the query. Where
-/// [`LightSource::reaches`](crate::LightSource::reaches) says no, it is zero.
+/// [`LightSource::reaches`](crate::LightSource::reaches) says no, it is zero: so it is behind a
+/// one-sided light, whose normal (counter-clockwise corners seen from its tip) points to the side
+/// that emits. Closed forms such as `linelit_shading::polygon::irradiance` do not ask for sides.
+///
+/// In debug builds it panics where a normal or the direction to the viewer is no unit vector, for
+/// the result would be out of proportion.
 #[must_use]
 pub fn estimate<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     buffers: &mut Buffers,
 ) -> DVec3 {
+    debug_assert!(
+        query.point.has_unit_vectors(),
+        "unit vectors: {:?}",
+        [
+            query.point.normal,
+            query.point.geometric_normal,
+            query.point.outgoing,
+        ]
+    );
     let safer = with_bsdf_samples(query);
     let query = &Query {
         estimator: safer.as_ref().unwrap_or(query.estimator),

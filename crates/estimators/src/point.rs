@@ -1,12 +1,13 @@
 //! The point whose light is estimated.
 
 use linelit_bsdf::{Bsdf, Reflection};
-use linelit_geometry::{DVec3, Vector3};
+use linelit_geometry::{DVec3, Vector3, predicates};
 
 /// A point of a surface, what it reflects and who looks at it.
 ///
 /// `R` is the reflection: [`Bsdf`] or any type that implements [`Reflection`]. All vectors are in
-/// the world and of unit length.
+/// the world and of unit length: [`ShadingPoint::new`] sees to it; of fields that are set by hand
+/// [`estimate`](crate::estimate) asserts it in debug builds.
 #[derive(Clone, Debug)]
 pub struct ShadingPoint<R = Bsdf> {
     /// The point, lifted off its surface towards the viewer by more than `f32` rounding.
@@ -22,6 +23,15 @@ pub struct ShadingPoint<R = Bsdf> {
 }
 
 impl<R> ShadingPoint<R> {
+    /// Whether the normals and the direction to the viewer are unit vectors, to the rounding of
+    /// single numbers; or zero, as those of a degenerate surface are.
+    pub(crate) fn has_unit_vectors(&self) -> bool {
+        let is_unit = |v: DVec3| v == DVec3::ZERO || (v.length_squared() - 1.0).abs() < 1e-5;
+        [self.normal, self.geometric_normal, self.outgoing]
+            .into_iter()
+            .all(is_unit)
+    }
+
     /// The normals of the horizons that cut lights, the shading normal first.
     pub(crate) const fn horizons(&self) -> [DVec3; 2] {
         [self.normal, self.geometric_normal]
@@ -30,7 +40,17 @@ impl<R> ShadingPoint<R> {
 
 impl<R: Reflection> ShadingPoint<R> {
     /// A point of a flat surface: the geometric normal is the shading normal. `position` must be
-    /// lifted off the surface if the surface is among the occluders.
+    /// lifted off the surface if the surface is among the occluders. `normal` and `outgoing` may be
+    /// of any length but zero, and are made unit vectors.
+    ///
+    /// ```
+    /// use linelit_estimators::ShadingPoint;
+    /// use linelit_estimators::bsdf::{Bsdf, Lambert};
+    /// use linelit_estimators::geometry::DVec3;
+    /// let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
+    /// let point = ShadingPoint::new([0.0; 3], [0.0, 0.0, 2.0], [0.0, 4.0, 0.0], bsdf);
+    /// assert_eq!([point.normal, point.outgoing], [DVec3::Z, DVec3::Y]);
+    /// ```
     #[must_use]
     pub fn new(
         position: impl Vector3,
@@ -38,12 +58,12 @@ impl<R: Reflection> ShadingPoint<R> {
         outgoing: impl Vector3,
         bsdf: R,
     ) -> Self {
-        let normal = normal.dvec3();
+        let normal = unit(normal.dvec3());
         Self {
             position: position.dvec3(),
             geometric_normal: normal,
             normal,
-            outgoing: outgoing.dvec3(),
+            outgoing: unit(outgoing.dvec3()),
             bsdf,
         }
     }
@@ -70,5 +90,14 @@ impl<R: Reflection> ShadingPoint<R> {
             return DVec3::ZERO;
         }
         emitted * self.bsdf.eval(w, self.outgoing, self.normal) * cosine
+    }
+}
+
+/// The unit vector along `v`, which keeps its bits where it is one to rounding; zero of zero.
+fn unit(v: DVec3) -> DVec3 {
+    if (v.length_squared() - 1.0).abs() <= 8.0 * f64::EPSILON {
+        v
+    } else {
+        predicates::normalize(v).unwrap_or(DVec3::ZERO)
     }
 }

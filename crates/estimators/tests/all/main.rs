@@ -9,4 +9,5 @@ mod linear_lights;
 mod methods;
 mod penumbrae;
 mod round;
+mod sides;
 mod text;
