@@ -30,8 +30,8 @@ const CLOSE: f64 = 1e-6;
 ///
 /// and along the horizon it is the angle from where the boundary goes under to where it comes back.
 ///
-/// **Error**: a few ε for each piece, absolute: of a part that fills a small angle s, ε/s² of
-/// itself.
+/// **Error**: 16 ε of the rim's angle, and 4 ε a/b, absolute, for each place where pieces join or
+/// meet the horizon: of a part that fills a small angle s, ε/s² of itself.
 /// **Source**: Lambert 1760 for the sum; the arcs are elementary integrals.
 ///
 /// ```

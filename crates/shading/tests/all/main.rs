@@ -15,6 +15,7 @@ mod reference;
 mod solid_rows;
 
 mod accuracy_page;
+mod elliptic_cones;
 mod exponent_zero;
 mod found;
 mod hostile;
