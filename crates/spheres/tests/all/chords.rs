@@ -66,6 +66,9 @@ fn chords_obey_the_laws() {
                 .alpha(sidak(1e-4, tests))
                 // Coordinates are rounded, over the size of the disk.
                 .round_trip(256.0 * f64::EPSILON * size)
+                // Nor are differences of such coordinates sure in a tiny scene.
+                .sure(if name == "tiny" { 0.0 } else { 0.2 })
+                .density(if name == "tiny" { f64::INFINITY } else { 3e-7 })
                 .mass(1e-7);
             laws.clone().kinks(&kinks).check_1d(
                 [first - 1e-12 * range, last + 1e-12 * range],

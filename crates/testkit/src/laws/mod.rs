@@ -17,6 +17,7 @@
 
 mod bsdf;
 mod integral;
+mod jacobian;
 pub mod surface;
 mod technique;
 

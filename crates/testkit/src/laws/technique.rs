@@ -1,10 +1,13 @@
-//! The three laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to
-//! one, and sample → invert → sample returns to the same place.
+//! The four laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to
+//! one, samples move apart as their pdf says, and sample → invert → sample returns to the same
+//! place.
 
+use super::jacobian::{Off, densities};
 use super::{Broken, Surface};
 use crate::chi2::{ChiSquare, chi2_test};
 use crate::quadrature::{gauss_kronrod, gauss_legendre};
 use crate::rng::SplitMix64;
+use std::cell::RefCell;
 
 /// The laws of a technique that draws places, points or directions: what to check and how hard;
 /// build with [`Technique::new`] and the setters.
@@ -39,6 +42,8 @@ pub struct Technique {
     mass: f64,
     kinks: Vec<f64>,
     cells: Vec<f64>,
+    sure: f64,
+    density: f64,
 }
 
 /// What a passing check measured.
@@ -52,6 +57,8 @@ pub struct Report {
     pub integral_error: f64,
     /// The largest error of a round trip, of the uniform number.
     pub round_trip: f64,
+    /// The share of places at which differences of samples hold the pdf.
+    pub sure: f64,
 }
 
 /// Quadrature cannot vouch for an integral whose own error estimate exceeds this.
@@ -75,6 +82,8 @@ impl Technique {
             mass: 1e-9,
             kinks: Vec::new(),
             cells: Vec::new(),
+            sure: 0.2,
+            density: 3e-7,
         }
     }
 
@@ -130,6 +139,22 @@ impl Technique {
         self
     }
 
+    /// How far the pdf may be from what differences of samples say, relative to itself: 3e-7
+    /// unless told; more of techniques that find their samples to a tolerance.
+    #[must_use]
+    pub fn density(mut self, tolerance: f64) -> Self {
+        self.density = tolerance;
+        self
+    }
+
+    /// The least share of places at which differences of samples have to be sure to 1e-8: a fifth
+    /// unless told. Less where rounding of places, or corners of the pdf, leave fewer.
+    #[must_use]
+    pub fn sure(mut self, share: f64) -> Self {
+        self.sure = share;
+        self
+    }
+
     /// Places where the pdf jumps or has a corner: the quadrature stops there.
     #[must_use]
     pub fn kinks(mut self, places: &[f64]) -> Self {
@@ -165,7 +190,8 @@ impl Technique {
     /// The laws: every sample lies in the domain and has a positive, finite pdf; `invert` recovers
     /// its uniform number, to [`Technique::round_trip`] and [`Technique::resolution`] times the
     /// pdf; the histogram passes a χ² test against the pdf integrated over each bin, between its
-    /// [`Technique::kinks`] to 1e-10; these integrals sum to one.
+    /// [`Technique::kinks`] to 1e-10; these integrals sum to one; and the pdf is to 3e-7 the
+    /// inverse of how far samples move for their number, by differences, wherever these are sure.
     ///
     /// # Errors
     /// The first broken law.
@@ -197,18 +223,28 @@ impl Technique {
             histogram[borders[1..bins].partition_point(|b| *b <= x)] += 1;
             worst = worst.max(self.trip(u, x, pdf(x), invert(x), high - low)?);
         }
-        let (masses, error) = self.masses(&borders, pdf);
+        let (masses, error) = self.masses(&borders, &mut pdf);
         let integral = masses.iter().sum();
         self.normalised(integral, error, self.mass)?;
         let expected: Vec<f64> = masses.iter().map(|m| m * self.samples as f64).collect();
         let chi2 = self.fits(&histogram, &expected, |i| {
             format!("{:.4}", 0.5 * (borders[i] + borders[i + 1]))
         })?;
+        let sure = self.spread({
+            let places = RefCell::new(&mut sample);
+            let draw = |u| (places.borrow_mut())(u);
+            densities(
+                self.density,
+                |[u]: [f64; 1]| Some([draw(u)]),
+                |[u]| pdf(draw(u)),
+            )
+        })?;
         Ok(Report {
             chi2,
             integral,
             integral_error: error,
             round_trip: worst,
+            sure,
         })
     }
 
@@ -285,7 +321,7 @@ impl Technique {
             }
             worst = worst.max(error);
         }
-        let (masses, error) = masses_2d(surface, bins, pdf);
+        let (masses, error) = masses_2d(surface, bins, &mut pdf);
         let integral = masses.iter().sum();
         self.normalised(integral, error, self.mass)?;
         let expected: Vec<f64> = masses.iter().map(|m| m * self.samples as f64).collect();
@@ -294,12 +330,51 @@ impl Technique {
             let (p, _) = (surface.place)([middle(i / bins), middle(i % bins)]);
             format!("{p:.4?}")
         })?;
+        let sure = self.spread_2d(surface, &mut sample, &mut pdf)?;
         Ok(Report {
             chi2,
             integral,
             integral_error: error,
             round_trip: worst,
+            sure,
         })
+    }
+
+    fn spread_2d<P, L>(
+        &self,
+        surface: &Surface<P, L>,
+        sample: impl FnMut([f64; 2]) -> [f64; 3],
+        mut pdf: impl FnMut([f64; 3]) -> f64,
+    ) -> Result<f64, Broken>
+    where
+        P: Fn([f64; 2]) -> ([f64; 3], f64),
+        L: Fn([f64; 3]) -> Option<[f64; 2]>,
+    {
+        let sample = RefCell::new(sample);
+        let draw = |u| (sample.borrow_mut())(u);
+        self.spread(densities(
+            self.density,
+            |u| (surface.locate)(draw(u)),
+            |u| {
+                let p = draw(u);
+                let at = (surface.locate)(p).unwrap_or([f64::NAN; 2]);
+                pdf(p) * (surface.place)(at).1
+            },
+        ))
+    }
+
+    /// What the differences of samples say of the pdf.
+    fn spread(&self, found: Result<f64, Off>) -> Result<f64, Broken> {
+        match found {
+            Err(Off { at, product }) => self.broken(format!(
+                "pdf(sample({at:?})) times the measure that samples spread over there is \
+                 {product:?}, not 1"
+            )),
+            Ok(share) if share < self.sure => self.broken(format!(
+                "the pdf is held by differences at a share {share:.2} of places alone"
+            )),
+            Ok(share) => Ok(share),
+        }
     }
 
     /// How far the inverse of a sample is from its number.
