@@ -1,0 +1,323 @@
+//! What no test holds: spoils closed forms, densities and weights one after the other in a copy of
+//! the repository, runs tests, and says which test noticed, and what none did.
+//!
+//! ```text
+//! cargo run --release -p linelit-workshop --no-default-features --example spoil -- \
+//!     [--table FILE] [--in FOLDER] [WORD…]
+//! ```
+//!
+//! The copy is made in a new temporary folder that is removed in the end, or in FOLDER, which is
+//! kept, so that the next time less is compiled. The table (`examples/spoilings` unless told) has
+//! one paragraph for each way to spoil something; only those are tried whose command, file and name
+//! contain all words. Lines of it:
+//!
+//! ```text
+//! # a remark
+//! $ the command that has to fail, for all paragraphs from here on
+//! > the file, for all paragraphs from here on
+//! the name of what is spoiled
+//! - a text that stands in the file exactly once, of one line or several
+//! + what stands in its place; {} is the factor 1 + 1e-6, {1e-4} another one
+//! ```
+//!
+//! All paragraphs with factors are built at once, and the environment says which factor is not one:
+//! the copy's crates get a function for that, the repository's own have none. A paragraph without
+//! factors is built alone. Every command must succeed at first with nothing spoiled. Exit status: 0
+//! everything was noticed, 1 something was not, 2 the table does not fit.
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program")]
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+use std::time::Instant;
+use std::{env, fs, io};
+
+/// What the copy's crates tell factors by.
+const VARIABLE: &str = "LINELIT_SPOILED";
+
+/// One way to spoil something.
+#[derive(Clone, Debug, Default)]
+struct Spoiling {
+    command: String,
+    file: String,
+    name: String,
+    text: String,
+    replacement: String,
+}
+
+impl Spoiling {
+    /// The replacement, each {} a call of the copy's function, and how many there are.
+    fn replaced(&self, number: usize) -> (String, usize) {
+        let (mut out, mut count) = (String::new(), 0);
+        let mut rest = self.replacement.as_str();
+        while let Some((before, after)) = rest.split_once('{') {
+            let told = after.split_once('}').and_then(|(inside, left)| {
+                let by = if inside.is_empty() { "1e-6" } else { inside };
+                by.parse::<f64>().ok().map(|by| (by, left))
+            });
+            out.push_str(before);
+            rest = match told {
+                Some((by, left)) => {
+                    count += 1;
+                    write!(out, "crate::spoiled({number}, {by:e})").expect("a string");
+                    left
+                }
+                None => {
+                    out.push('{');
+                    after
+                }
+            };
+        }
+        (out + rest, count)
+    }
+
+    /// Puts the replacement into the copy.
+    fn apply(&self, number: usize, root: &Path) -> Result<(), String> {
+        let path = root.join(&self.file);
+        let whole = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", self.file))?;
+        let found = whole.matches(&self.text).count();
+        if found != 1 {
+            let Self { file, name, .. } = self;
+            return Err(format!(
+                "{file}: {name}: the text stands there {found} times, not once"
+            ));
+        }
+        let whole = whole.replacen(&self.text, &self.replaced(number).0, 1);
+        fs::write(&path, whole).map_err(|e| format!("{}: {e}", self.file))
+    }
+
+    /// The root of the crate that the file belongs to.
+    fn library(&self) -> Option<String> {
+        let end = self.file.find("/src/")?;
+        Some(format!("{}/src/lib.rs", &self.file[..end]))
+    }
+}
+
+/// Reads the paragraphs of a table.
+fn read_table(text: &str) -> Result<Vec<Spoiling>, String> {
+    let (mut all, mut next) = (Vec::new(), Spoiling::default());
+    for (number, line) in text.lines().chain([""]).enumerate() {
+        let joined = |text: &str, more: &str| match text {
+            "" => more.to_owned(),
+            _ => format!("{text}\n{more}"),
+        };
+        match line.split_at_checked(2) {
+            _ if line.trim().is_empty() => {
+                if !next.text.is_empty() {
+                    all.push(next.clone());
+                } else if !next.name.is_empty() {
+                    return Err(format!("line {number}: {} has no text", next.name));
+                }
+                next.name.clear();
+                next.text.clear();
+                next.replacement.clear();
+            }
+            Some(("# ", _)) => {}
+            Some(("$ ", command)) => command.clone_into(&mut next.command),
+            Some(("> ", file)) => file.clone_into(&mut next.file),
+            Some(("- ", text)) => next.text = joined(&next.text, text),
+            Some(("+ ", text)) => next.replacement = joined(&next.replacement, text),
+            _ => line.clone_into(&mut next.name),
+        }
+    }
+    Ok(all)
+}
+
+/// A fresh copy of what git knows of the repository.
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    if to.exists() {
+        fs::remove_dir_all(to)?;
+    }
+    let listed = Command::new("git")
+        .args([
+            "ls-files",
+            "-z",
+            "--cached",
+            "--others",
+            "--exclude-standard",
+        ])
+        .current_dir(from)
+        .output()?;
+    for name in String::from_utf8_lossy(&listed.stdout).split_terminator('\0') {
+        let (source, target) = (from.join(name), to.join(name));
+        if source.is_file() {
+            fs::create_dir_all(target.parent().unwrap_or(to))?;
+            fs::copy(source, target)?;
+        }
+    }
+    Ok(())
+}
+
+/// Gives the crates of some files the function that tells factors.
+fn add_function(root: &Path, spoilings: &[(usize, Spoiling)]) -> io::Result<()> {
+    let libraries: BTreeSet<String> = spoilings.iter().filter_map(|(_, s)| s.library()).collect();
+    for library in libraries {
+        let path = root.join(library);
+        let text = format!(
+            "{}\n#[allow(missing_docs, dead_code, clippy::all)]\n\
+             pub(crate) fn spoiled(number: u32, by: f64) -> f64 {{\n    \
+             static NUMBER: std::sync::OnceLock<u32> = std::sync::OnceLock::new();\n    \
+             let told = || std::env::var(\"{VARIABLE}\").ok().and_then(|n| n.parse().ok());\n    \
+             let on = *NUMBER.get_or_init(|| told().unwrap_or(u32::MAX)) == number;\n    \
+             if on {{ 1.0 + by }} else {{ 1.0 }}\n}}\n",
+            fs::read_to_string(&path)?
+        );
+        fs::write(&path, text)?;
+    }
+    Ok(())
+}
+
+/// How a command ended.
+enum Ended {
+    Well,
+    /// With the first test that failed, or the last line.
+    Failed(String),
+}
+
+/// Runs a command in the copy until it ends or its first test has failed.
+fn run(command: &str, root: &Path, target: &Path, number: usize) -> io::Result<Ended> {
+    let mut shell = Command::new("sh");
+    // For `kill` below; elsewhere tests run on after the first that has failed.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut shell, 0);
+    let mut child = shell
+        .args(["-c", &format!("{command} 2>&1")])
+        .current_dir(root)
+        .env("CARGO_TARGET_DIR", target)
+        .env(VARIABLE, number.to_string())
+        // A case that failed once must not help to find the next spoiling.
+        .env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "true")
+        .env("PROPTEST_MAX_SHRINK_ITERS", "0")
+        .env("RUST_BACKTRACE", "0")
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let mut last = String::new();
+    if let Some(out) = child.stdout.take() {
+        for line in BufReader::new(out).split(b'\n') {
+            let line = String::from_utf8_lossy(&line?).trim().to_owned();
+            let failed = line
+                .strip_prefix("test ")
+                .and_then(|l| l.strip_suffix("FAILED"));
+            if let Some(test) = failed.and_then(|l| l.split(" ... ").next().map(str::to_owned)) {
+                // The whole group, for cargo does not take its tests with it.
+                let group = format!("-{}", child.id());
+                Command::new("kill").args(["--", &group]).status()?;
+                child.wait()?;
+                return Ok(Ended::Failed(test.replace(" - should panic", "")));
+            }
+            if !line.is_empty() {
+                last = line;
+            }
+        }
+    }
+    Ok(match child.wait()?.success() {
+        true => Ended::Well,
+        false => Ended::Failed(last),
+    })
+}
+
+/// Spoils each of some that are in one copy, and says what noticed; those that nothing did.
+fn try_all(
+    root: &Path,
+    target: &Path,
+    spoilings: &[(usize, Spoiling)],
+) -> io::Result<Vec<Spoiling>> {
+    let mut survivors = Vec::new();
+    for (number, spoiling) in spoilings {
+        let start = Instant::now();
+        let ended = run(&spoiling.command, root, target, *number)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let place = spoiling
+            .file
+            .trim_start_matches("crates/")
+            .replace("/src/", "/");
+        let by = match &ended {
+            Ended::Failed(test) => test,
+            Ended::Well => "NOTHING",
+        };
+        println!("| {place} | {} | {by} | {seconds:.0} s |", spoiling.name);
+        if matches!(ended, Ended::Well) {
+            survivors.push(spoiling.clone());
+        }
+    }
+    Ok(survivors)
+}
+
+fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<Spoiling>, String> {
+    let told = |e: io::Error| e.to_string();
+    let home = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .canonicalize()
+        .map_err(told)?;
+    let text = fs::read_to_string(table).map_err(|e| format!("{}: {e}", table.display()))?;
+    let has_all = |s: &Spoiling| {
+        let all = format!("{} {} {}", s.command, s.file, s.name);
+        words.iter().all(|word| all.contains(word.as_str()))
+    };
+    let all: Vec<Spoiling> = read_table(&text)?.into_iter().filter(has_all).collect();
+    let numbered = all.into_iter().enumerate().map(|(i, s)| (i + 1, s));
+    let (together, alone): (Vec<_>, Vec<_>) = numbered.partition(|(_, s)| s.replaced(0).1 > 0);
+    let (root, target) = (folder.join("copy"), folder.join("target"));
+    copy(&home, &root).map_err(told)?;
+    add_function(&root, &together).map_err(told)?;
+    for (number, spoiling) in &together {
+        spoiling.apply(*number, &root)?;
+    }
+    let commands: BTreeSet<&str> = together
+        .iter()
+        .chain(&alone)
+        .map(|(_, s)| s.command.as_str())
+        .collect();
+    for command in commands {
+        if let Ended::Failed(why) = run(command, &root, &target, 0).map_err(told)? {
+            return Err(format!(
+                "{command} fails with nothing spoiled: {why} ({})",
+                root.display()
+            ));
+        }
+    }
+    println!("| file | spoiled | noticed by | time |\n|---|---|---|---:|");
+    let mut survivors = try_all(&root, &target, &together).map_err(told)?;
+    for one in alone {
+        copy(&home, &root).map_err(told)?;
+        one.1.apply(one.0, &root)?;
+        survivors.extend(try_all(&root, &target, &[one]).map_err(told)?);
+    }
+    Ok(survivors)
+}
+
+fn main() -> ExitCode {
+    let mut words: Vec<String> = env::args().skip(1).collect();
+    let mut option = |name: &str| {
+        let at = words.iter().position(|word| word == name)?;
+        (at + 1 < words.len()).then(|| PathBuf::from(words.drain(at..at + 2).nth(1).expect("two")))
+    };
+    let (table, kept) = (option("--table"), option("--in"));
+    let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/spoilings");
+    let new = || env::temp_dir().join(format!("linelit-spoil-{}", std::process::id()));
+    let folder = kept.clone().unwrap_or_else(new);
+    let result = spoil(&table.unwrap_or_else(own), &folder, &words);
+    if kept.is_none()
+        && folder.exists()
+        && let Err(e) = fs::remove_dir_all(&folder)
+    {
+        eprintln!("{}: {e}", folder.display());
+    }
+    match result {
+        Err(why) => {
+            eprintln!("{why}");
+            ExitCode::from(2)
+        }
+        Ok(survivors) if survivors.is_empty() => ExitCode::SUCCESS,
+        Ok(survivors) => {
+            println!("\n{} of them nothing noticed:", survivors.len());
+            survivors
+                .iter()
+                .for_each(|s| println!("{}: {}", s.file, s.name));
+            ExitCode::FAILURE
+        }
+    }
+}
