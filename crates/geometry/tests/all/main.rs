@@ -2,4 +2,5 @@
 
 mod hostile;
 mod intervals;
+mod measures;
 mod shadow;
