@@ -19,6 +19,7 @@ use linelit_testkit::dd::Dd;
 use linelit_testkit::quadrature::gauss_kronrod_to;
 use linelit_testkit::real::{Real, cross, dot, length, sub, vector};
 use linelit_testkit::rng::SplitMix64;
+use linelit_testkit::strategies::unit_vector;
 use proptest::prelude::*;
 
 /// The pieces next to a division are 2 to the minus this of the whole; smooth from there on.
@@ -260,6 +261,54 @@ proptest! {
             let want = ours(&|w| ltc.albedo * ltc.density(w));
             compare("Ltc::line", &input, ltc.line(&frame, a, b), rounding, want);
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(256), ..ProptestConfig::default() })]
+
+    /// Lines that point at the shading point to the last bit are seen in one direction d: of r d
+    /// from r = 1 to 4, ∫ dr/r³ and ∫ dr/r² are 15/32 and 3/4. A thin cylinder shows nothing.
+    #[test]
+    fn lines_that_point_at_the_point(d in unit_vector(), n in unit_vector(), axis in unit_vector(), k in 0.1..50.0f64, exponent in -40..40_i32) {
+        let [d, n, axis] = [d, n, axis].map(DVec3::from_array);
+        let [n, axis] = [n, axis].map(|k| if k.dot(d) < 0.0 { -k } else { k });
+        prop_assume!(n.dot(d) > 1e-3 && axis.dot(d) > 1e-3);
+        let scale = 2f64.powi(exponent);
+        let (a, b) = (d * scale, d * (4.0 * scale));
+        let size = d.length();
+        let cosine = n.dot(d) / size;
+        let narrow = 15.0 / 32.0 / (size * scale).powi(2);
+        let wide = 3.0 / 4.0 / (size * scale);
+        let gaussian = (k * (axis.dot(d) / size - 1.0)).exp();
+        let power = (axis.dot(d) / size).powf(k);
+        // Powers of cosines that are rounded: k times four roundings.
+        let close = |name: &str, got: f64, want: f64| {
+            let tolerance = DIFFUSE + 8.0 * f64::EPSILON * (k + 8.0) / (n.dot(d).min(axis.dot(d)));
+            assert_close!(got, want, rel = tolerance, "{name} {d} {n} {axis} {k}");
+        };
+        close("ribbon", ribbon::irradiance(a, b, n), cosine * narrow);
+        close("point_line", point_line::irradiance(a, b, n), cosine * wide);
+        close("phong::ribbon", phong::ribbon(a, b, n, axis, k), power * cosine * narrow);
+        close("phong::point_line", phong::point_line(a, b, n, axis, k), power * cosine * wide);
+        close("spherical_gaussian::ribbon", spherical_gaussian::ribbon(a, b, n, axis, k), gaussian * cosine * narrow);
+        close("spherical_gaussian::point_line", spherical_gaussian::point_line(a, b, n, axis, k), gaussian * cosine * wide);
+        let own = |model| quadrature::line(a, b, n, model, |w| DVec3::splat(1.0 + w.x), 1e-10, 1000).value.x;
+        close("quadrature of a ribbon", own(Model::Ribbon), (1.0 + d.x / size) * cosine * narrow);
+        close("quadrature of points", own(Model::PointLine), (1.0 + d.x / size) * cosine * wide);
+        for nothing in [cylinder::irradiance(a, b, n), phong::cylinder(a, b, n, axis, k), spherical_gaussian::cylinder(a, b, n, axis, k), own(Model::Cylinder)] {
+            prop_assert_eq!(nothing.to_bits(), 0);
+        }
+    }
+}
+
+/// (k + 2)/(2π) brings ∫ max(0, cos)ᵏ⁺¹ dω to one: the albedo at normal incidence.
+#[test]
+fn phong_is_normalised_with_the_cosine() {
+    for k in [0.0, 0.3, 1.0, 2.5, 40.0, 1e3, 1e5] {
+        let e = gauss_kronrod_to(|z| z.powf(k + 1.0), 0.0, 1.0, 1e-13, 0.0);
+        let whole = phong::normalisation(k) * std::f64::consts::TAU * e.value;
+        assert_close!(whole, 1.0, 1e-12, "{k}");
     }
 }
 
