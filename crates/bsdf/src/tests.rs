@@ -400,6 +400,44 @@ fn values_follow_the_printed_formulas() {
         let want = flat + d(r * r, r * r) * g(r * r, r * r) / (4.0 * wi.z * wo.z) * fresnel;
         let ours = Frostbite::new(DVec3::splat(rd), DVec3::splat(rs), r);
         assert!(close(ours.value(wi, wo).x, want));
+
+        let exponent = 40.0;
+        let specular = DVec3::splat(rs);
+        let cosine = DVec3::new(-wo.x, -wo.y, wo.z).dot(wi);
+        let want = rs * (exponent + 2.0) / TAU * cosine.max(0.0).powf(exponent);
+        let lobe = Phong { specular, exponent };
+        assert!(close(Model::value(&lobe, wi, wo).x, want));
+    }
+}
+
+/// f is the sum, and the density a mixture of the cosine's and the lobe's with the same share of
+/// the former everywhere.
+#[test]
+fn layers_are_their_parts() {
+    let lobe = Lobe::Reflector(Reflector {
+        reflectance: DVec3::splat(0.5),
+        facets: TrowbridgeReitz::isotropic(0.4),
+        fresnel: Fresnel::Full,
+    });
+    let mut layers = Layers::new(DVec3::X);
+    layers.add_diffuse(DVec3::splat(0.3));
+    assert!(layers.add(DVec3::ONE, lobe));
+    let (both, glossy) = (Bsdf::Layers(layers), single(lobe));
+    let (n, wo) = (DVec3::Z, about(DVec3::Z, 0.8, 0.1));
+    let shares = [(0.8, 0.6), (0.9, 0.1), (0.3, 0.3)].map(|(cosine, turn)| {
+        let wi = about(n, cosine, turn);
+        let want = glossy.eval(wi, wo, n).x + 0.3 / std::f64::consts::PI;
+        let got = both.eval(wi, wo, n).x;
+        assert!(
+            (got / want - 1.0).abs() < 8.0 * f64::EPSILON,
+            "{got} {want}"
+        );
+        let (flat, peak) = (cosine / std::f64::consts::PI, glossy.pdf(wi, wo, n));
+        (both.pdf(wi, wo, n) - peak) / (flat - peak)
+    });
+    // Differences of densities, apart by a tenth and more of themselves.
+    for share in shares {
+        assert!((share - shares[0]).abs() < 1e-13, "{shares:?}");
     }
 }
 
