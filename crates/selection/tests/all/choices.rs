@@ -22,7 +22,7 @@ fn random_in(rng: &mut SplitMix64, lo: f64, hi: f64) -> DVec3 {
 }
 
 /// Lights of all kinds in a box, radiances over three decades.
-fn mixed(n: u32, seed: u64) -> Vec<Light> {
+pub(crate) fn mixed(n: u32, seed: u64) -> Vec<Light> {
     let mut rng = SplitMix64::new(seed);
     (0..n)
         .map(|i| {
@@ -75,7 +75,7 @@ fn mixed(n: u32, seed: u64) -> Vec<Light> {
         .collect()
 }
 
-fn receivers(count: usize) -> Vec<(DVec3, DVec3)> {
+pub(crate) fn receivers(count: usize) -> Vec<(DVec3, DVec3)> {
     let mut rng = SplitMix64::new(77);
     (0..count)
         .map(|_| {
