@@ -6,6 +6,7 @@
 )]
 mod accuracy;
 mod accuracy_page;
+mod areas;
 mod hostile;
 mod laws;
 mod linear;

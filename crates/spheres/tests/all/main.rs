@@ -1,5 +1,6 @@
 //! Spheres, disks and cylinders: laws, and hostile input.
 
+mod areas;
 mod chords;
 mod cylinders;
 mod hostile;
