@@ -1,10 +1,11 @@
 //! Diffuse reflection.
 
-use crate::TransformedCosine;
 use crate::lobe::Model;
+use crate::peaks::{crossing, level};
+use crate::{Peaks, TransformedCosine};
 use linelit_elementary::{atan2, hypot};
-use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
+use linelit_geometry::{DVec3, Segment};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 /// A diffuse surface: f = k_d/π.
@@ -80,6 +81,12 @@ impl Model for OrenNayar {
 
     fn shares(&self, _wo: DVec3) -> [DVec3; 2] {
         [self.albedo, DVec3::ZERO]
+    }
+
+    /// The kinks of max(0, cos Δφ) and of max(cos_i, cos_o).
+    fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
+        peaks.add_kink(crossing(line, DVec3::new(wo.x, wo.y, 0.0)));
+        level(line, wo, DVec3::Z).for_each(|t| peaks.add_kink(t));
     }
 
     /// The albedo itself: with sin α tan β cos_i integrated below and beyond θ_o.

@@ -110,7 +110,7 @@ impl Layers {
         )
     }
 
-    /// Adds where along a segment, relative to the point, lobes are largest.
+    /// Adds where along a segment, relative to the point, lobes are largest or have kinks.
     pub(crate) fn add_peaks(&self, line: &Segment, wo: DVec3, n: DVec3, peaks: &mut Peaks) {
         let frame = self.frame(n);
         let [p0, p1] = [line.p0, line.p1].map(|p| frame.to_local(p));

@@ -53,8 +53,8 @@ pub(crate) trait Model {
         }
     }
 
-    /// Adds where along a segment the model is much larger than elsewhere: by the
-    /// [`facets`](Self::facets) unless said.
+    /// Adds where along a segment the model is much larger than elsewhere, by the
+    /// [`facets`](Self::facets) unless said, and where it has a kink.
     fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
         if let Some(facets) = self.facets() {
             ridges(line, wo, facets, peaks);

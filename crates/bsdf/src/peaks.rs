@@ -1,4 +1,4 @@
-//! Where along a segment a reflection is largest: where quadrature has to look.
+//! Where along a segment a reflection is largest or has a kink: where quadrature has to look.
 
 use crate::Layers;
 use crate::microfacet::TrowbridgeReitz;
@@ -7,52 +7,66 @@ use linelit_geometry::{DVec2, DVec3, Segment};
 /// Steps towards the least slope: each squares the error, which is below a tenth at first.
 const STEPS: usize = 5;
 
-/// Three of each lobe that fits into [`Layers`].
-const MOST: usize = 3 * Layers::MAX;
+/// Four of each lobe that fits into [`Layers`].
+const MOST: usize = 4 * Layers::MAX;
 
 /// Where an integral is split about a peak, in widths: a tail like x⁻⁴ holds 1e-2 of the peak's
-/// integral past the first, 1e-5 past the second.
-const KNOTS: [f64; 2] = [4.0, 32.0];
+/// integral past 4, 1e-5 past 32, 3e-8 past 256.
+const KNOTS: [f64; 7] = [-256.0, -32.0, -4.0, 0.0, 4.0, 32.0, 256.0];
 
-/// Places on a segment, as fractions of it, where an integrand is much larger than elsewhere.
+/// Places on a segment, as fractions of it, where an integrand is much larger than elsewhere or has
+/// a kink.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peaks {
-    /// With their widths.
+    /// With their widths; those of kinks are zero.
     at: [(f64, f64); MOST],
     count: usize,
 }
 
 impl Peaks {
     /// Adds one, with the distance at which it has fallen to about a third; both as fractions of
-    /// the segment. Peaks that are known, and those past the 24th, are left out.
+    /// the segment. Peaks that are known, and those past the 32nd, are left out.
     pub fn add(&mut self, t: f64, width: f64) {
-        let is_known = |(other, w): &(f64, f64)| (t - other).abs() <= 0.125 * width.min(*w);
+        let is_known = |(other, w): &(f64, f64)| (t - other).abs() < 0.125 * width.min(*w);
         let known = self.at[..self.count].iter().any(is_known);
-        if t.is_finite() && width > 0.0 && !known && self.count < MOST {
+        if width > 0.0 && !known {
+            self.push(t, width);
+        }
+    }
+
+    /// Adds a place where the derivative jumps, such as the end of a `max`, as a fraction of the
+    /// segment. Kinks past the 32nd are left out.
+    pub fn add_kink(&mut self, t: f64) {
+        self.push(t, 0.0);
+    }
+
+    fn push(&mut self, t: f64, width: f64) {
+        if t.is_finite() && self.count < MOST {
             self.at[self.count] = (t, width);
             self.count += 1;
         }
     }
 
-    /// Adds the peak of max(0, axis·ω)ᵏ, ω the direction to a point of the segment.
+    /// Adds the peak and the kink of max(0, axis·ω)ᵏ, ω the direction to a point of the segment.
     pub fn add_power(&mut self, line: &Segment, axis: DVec3, k: f64) {
         let t = nearest(line, axis);
         let p = line.at(t);
         // dω/dt = |p × e|/|p|².
         let turn = p.cross(line.vector()).length() / p.length_squared();
         self.add(t, 1.0 / ((k + 1.0).sqrt() * turn));
+        self.add_kink(crossing(line, axis));
     }
 
     /// The fractions at which to split an integral along the segment, in order, so that each part
     /// is smooth on its own scale; the last is one.
     pub fn knots(&self) -> impl Iterator<Item = f64> {
-        let mut knots = [1.0; MOST * (1 + 2 * KNOTS.len()) + 1];
+        let mut knots = [1.0; MOST * KNOTS.len() + 1];
         let mut count = 0;
         for (t, width) in &self.at[..self.count] {
-            let around = KNOTS.into_iter().flat_map(|k| [-k, k]);
+            let around: &[f64] = if *width > 0.0 { &KNOTS } else { &[0.0] };
             // What is as wide as the segment needs none.
             let inside = |knot: &f64| *knot > 0.0 && *knot < 1.0 && *width < 0.5;
-            for knot in around.chain([0.0]).map(|k| t + k * width).filter(inside) {
+            for knot in around.iter().map(|k| t + k * width).filter(inside) {
                 knots[count] = knot;
                 count += 1;
             }
@@ -94,9 +108,15 @@ pub(crate) fn ridges(line: &Segment, wo: DVec3, facets: TrowbridgeReitz, peaks: 
     }
 }
 
+/// The fraction of a segment at which it crosses the plane of a normal through the origin.
+pub(crate) fn crossing(line: &Segment, normal: DVec3) -> f64 {
+    -normal.dot(line.p0) / normal.dot(line.vector())
+}
+
 /// The points of a segment whose half vector with ω_o has no part along an axis:
-/// axis·p = −(axis·ω_o) |p|, of whose square these are the roots.
-fn level(line: &Segment, wo: DVec3, axis: DVec3) -> impl Iterator<Item = f64> {
+/// axis·p = −(axis·ω_o) |p|, of whose square these are the roots, and so the points that are seen
+/// as far from the axis as ω_o.
+pub(crate) fn level(line: &Segment, wo: DVec3, axis: DVec3) -> impl Iterator<Item = f64> {
     let (p, e, w) = (line.p0, line.vector(), axis.dot(wo));
     let (ap, ae) = (axis.dot(p), axis.dot(e));
     let a = ae * ae - w * w * e.length_squared();

@@ -42,9 +42,9 @@ pub trait Reflection {
         None
     }
 
-    /// Where along a segment, given relative to the point, the reflection is largest: between those
-    /// places adaptive quadrature resolves it. `None`, the default, if that is not known:
-    /// estimators then take points of the segment.
+    /// Where along a segment, given relative to the point, the reflection is largest or has a kink:
+    /// between those places adaptive quadrature resolves it, to 1e-6 if no kink is left out.
+    /// `None`, the default, if that is not known: estimators then take points of the segment.
     fn peaks(&self, line: &Segment, wo: DVec3, n: DVec3) -> Option<Peaks> {
         let _ = (line, wo, n);
         None

@@ -3,9 +3,10 @@
 use crate::facet_cosine::UNMASKED;
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
-use crate::{Fresnel, TransformedCosine};
-use linelit_geometry::DVec3;
+use crate::peaks::{level, ridges};
+use crate::{Fresnel, Peaks, TransformedCosine};
 use linelit_geometry::finite::nonnegative_vector;
+use linelit_geometry::{DVec3, Segment};
 use std::f64::consts::PI;
 
 /// A diffuse base under a glossy coat:
@@ -65,6 +66,12 @@ impl Model for Substrate {
 
     fn facets(&self) -> Option<TrowbridgeReitz> {
         Some(self.facets)
+    }
+
+    /// The peaks of D, and the kink of max(cos_i, cos_o).
+    fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
+        ridges(line, wo, self.facets, peaks);
+        level(line, wo, DVec3::Z).for_each(|t| peaks.add_kink(t));
     }
 
     /// The base's albedo R_d (1 − R_s)(1 − (1 − cos_o/2)⁵), for ∫ 28/23 (1 − (1 − cos_i/2)⁵)

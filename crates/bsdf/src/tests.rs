@@ -469,3 +469,65 @@ fn simple_sums_keep_their_closed_forms() {
     assert!(!Bsdf::from(layers).is_black());
     assert!(Bsdf::from(Layers::default()).is_black());
 }
+
+/// Between two knots along a line, the arguments of each `max` in a reflection keep their order.
+#[test]
+fn kinks_are_knots() {
+    let mut random = SplitMix64::new(40);
+    let mut up = || {
+        let w = DVec3::from_array(random.unit_vector());
+        DVec3::new(w.x, w.y, w.z.abs())
+    };
+    let facets = TrowbridgeReitz::new([0.2; 2]);
+    let (diffuse, specular) = (DVec3::splat(0.5), DVec3::splat(0.04));
+    let substrate = Substrate {
+        diffuse,
+        specular,
+        facets,
+    };
+    let phong = Phong {
+        specular,
+        exponent: 1.0,
+    };
+    let lobes = [
+        Lobe::OrenNayar(OrenNayar::new(diffuse, 0.5)),
+        Lobe::Substrate(substrate),
+        Lobe::Phong(phong),
+    ];
+    let mut passed = [[0; 2]; 3];
+    for _ in 0..1000 {
+        let (wo, line) = (up(), Segment::new(up(), up() * 2.0));
+        // cos Δφ to zero, cos_i to cos_o, and the mirror direction's cosine to zero, as signs.
+        let beside = |w: DVec3| w.x * wo.x + w.y * wo.y < 0.0;
+        let steeper = |w: DVec3| w.z < wo.z;
+        let behind = |w: DVec3| w.z * wo.z - w.x * wo.x - w.y * wo.y < 0.0;
+        for (lobe, passed) in lobes.iter().zip(&mut passed) {
+            let mut layers = Layers::new(DVec3::X);
+            assert!(layers.add(DVec3::ONE, *lobe));
+            let peaks = Bsdf::Layers(layers).peaks(&line, wo, DVec3::Z);
+            let knots: Vec<f64> = peaks.expect("known").knots().collect();
+            let mut from = 0.0;
+            for to in knots {
+                // Knots are rounded by far less than a thousandth of the parts beside them.
+                let at = |k: u32| {
+                    line.at(from + (to - from) * f64::from(k) / 1000.0)
+                        .normalize()
+                };
+                let signs = |w: DVec3| match lobe {
+                    Lobe::OrenNayar(_) => [beside(w), steeper(w)],
+                    Lobe::Substrate(_) => [steeper(w); 2],
+                    _ => [behind(w); 2],
+                };
+                let [first, last] = [signs(at(1)), signs(at(999))];
+                assert!(
+                    to - from < 1e-9 || (1..1000).all(|k| signs(at(k)) == first),
+                    "{lobe:?} from {from} to {to}"
+                );
+                passed[0] += u32::from(last[0]);
+                passed[1] += u32::from(!last[0]);
+                from = to;
+            }
+        }
+    }
+    assert!(passed.iter().flatten().all(|n| *n > 10), "{passed:?}");
+}

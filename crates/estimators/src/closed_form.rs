@@ -18,12 +18,14 @@ use linelit_visibility::{Shaft, ShaftClass};
 /// more.
 pub(crate) const TOLERANCE: f64 = 1e-8;
 
-/// What quadrature asks of its estimated error, relative, on each part between peaks. The estimate
-/// is that of a rule with half of the nodes: what is reached is some 1e-5.
-const QUADRATURE: f64 = 1e-3;
+/// What quadrature asks of its estimated error, relative, on each part between peaks and kinks. The
+/// estimate is that of a rule with half of the nodes, and once in a while both agree by accident:
+/// the worst of 12,000 integrals on ten reflections errs by 1.8e-8. Where ten times as much is
+/// asked, the worst of 300,000 errs by 1.4e-6, and where kinks are no knots besides, by 5e-4.
+const QUADRATURE: f64 = 1e-7;
 
-/// The most evaluations of a reflection for each part between peaks.
-const EVALUATIONS: u32 = 2000;
+/// The most evaluations of a reflection for each part between peaks and kinks.
+const EVALUATIONS: u32 = 20_000;
 
 /// Visible pieces of the lines on an area light, relative to the shading point, to be integrated
 /// together.
@@ -275,8 +277,8 @@ fn over_parts<R>(
         .fold(0.0, |sum, piece| sum + integral(piece.p0, piece.p1))
 }
 
-/// ∫ f_r cos θ along the visible parts of a line by quadrature, for a reflection without a closed
-/// form whose peaks are known; `model` says what the line stands for.
+/// ∫ f_r cos θ along the visible parts of a line by quadrature, to 1e-6, for a reflection without a
+/// closed form whose peaks and kinks are known; `model` says what the line stands for.
 pub(crate) fn by_quadrature<R: Reflection>(
     line: &Segment,
     point: &ShadingPoint<R>,

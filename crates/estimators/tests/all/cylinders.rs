@@ -1,5 +1,6 @@
 //! Cylinders: closed forms, thin ones, facets in their place, horizons, and what reaches into one.
 
+use crate::linear_lights::reflections;
 use crate::round::{Rectangle, WIDE, estimates, glossy, matte, nothing, rectangles};
 use linelit_bsdf::Bsdf;
 use linelit_estimators::ShadingPoint;
@@ -89,8 +90,12 @@ fn facets_tend_to_the_cylinder() {
 #[test]
 fn thin_cylinders_are_linear_lights() {
     let segment = Segment::new([-0.5, 0.3, 1.5].into(), [0.7, 0.4, 1.6].into());
-    for bsdf in [Bsdf::Lambert(matte()), glossy()] {
-        let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, VIEW, bsdf);
+    let rough_diffuse = &reflections()[..2];
+    for bsdf in [Bsdf::Lambert(matte()), glossy()]
+        .iter()
+        .chain(rough_diffuse)
+    {
+        let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, VIEW, bsdf.clone());
         let mut last = f64::INFINITY;
         for radius in [1e-1, 1e-2, 1e-3, 1e-4] {
             let line = Light::Linear(LinearLight {
