@@ -181,6 +181,9 @@ impl Penumbra {
         self.pieces.clear();
         self.stretches.clear();
         if self.light.len() < 3 {
+            // Sides and events of the last light name stretches that are gone.
+            self.sides.clear();
+            self.events.clear();
             return;
         }
         let on_light = Bounds::of_all(&self.light);

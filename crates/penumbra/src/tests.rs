@@ -351,3 +351,19 @@ fn area_of_many_in_two_goes() {
         assert!((area(&SQUARE, &triangles) - want).abs() < 10.0 * AREA);
     }
 }
+
+/// A light of which nothing is left is asked about after one that was partly hidden, as happens to
+/// whoever does not skip lights below the horizon.
+#[test]
+fn nothing_is_visible_of_an_empty_light_after_another() {
+    let [a, b, c] = [[0.2, 0.2], [0.8, 0.2], [0.2, 0.8]];
+    let is_past = |p: Point| p[0] < 0.2 || p[1] < 0.2 || p[0] + p[1] > 1.0;
+    let mut penumbra = Penumbra::default();
+    for light in [&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]][..], &[]] {
+        penumbra.begin(light);
+        penumbra.set_silhouettes([(a, b, 2), (b, c, 2), (c, a, 2)].into_iter());
+        assert_eq!(penumbra.outline().count() == 0, light.is_empty());
+        let count = penumbra.settle(1e-12, is_past).map(<[_]>::len);
+        assert_eq!(count.is_none_or(|n| n == 0), light.is_empty(), "{count:?}");
+    }
+}
