@@ -1,6 +1,7 @@
 //! Powers of lights and conversions of densities against their definitions.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use linelit_lights::linear::ProjectedLine;
 use linelit_lights::{
     AngularLines, Area, AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Length,
     Light, LineSampler, LineTechnique, LinearLight, Offset, OffsetDensity, Pdf,
@@ -146,5 +147,19 @@ fn warped_offsets_are_frozen() {
     ];
     for (got, want) in found.into_iter().zip(want) {
         assert_close!(got, want, 1e-13, "{found:?}");
+    }
+}
+
+/// Per solid angle, the cosine over the projected solid angle.
+#[test]
+fn the_density_on_a_line_is_of_its_cosine() {
+    let ends = [DVec3::new(-1.0, 0.5, 0.75), DVec3::new(1.5, 0.25, 1.0)];
+    let n = DVec3::new(0.0, 0.6, 0.8);
+    let [p0, p1, normal] = [ends[0], ends[1], n].map(|v| v.to_array());
+    let line = ProjectedLine::<f64>::new(p0, p1, normal).expect("above the horizon");
+    for place in [0.1, 0.4, 0.9] {
+        let cosine = n.dot(ends[0].lerp(ends[1], place).normalize());
+        let got = line.pdf(place) * line.projected_solid_angle();
+        assert_close!(got, cosine, rel = 8.0 * ROUNDING, "{place}");
     }
 }

@@ -191,6 +191,9 @@ fn techniques_agree_on_the_irradiance() {
         .expect("visible");
         let of = |s: &LinearSample| case.n.dot(s.direction).max(0.0) / s.pdf.value();
         let want = of(&exact.sample(0.5));
+        let whole = exact.irradiance() / want;
+        let slack = 1e-9 + 256.0 * case.resolution();
+        assert!((whole - 1.0).abs() < slack, "{}: {whole}", case.name);
         for technique in LinearTechnique::ALL {
             let s = LinearSampler::new(technique, &case.light, case.x, case.n).expect("visible");
             let f = |t: f64| {
@@ -251,6 +254,9 @@ fn batches_are_the_samples() {
                     case.name
                 );
                 assert!((got.direction - want.direction).length() < 64.0 * slack);
+                let ratio = got.pdf.value() / want.pdf.value();
+                let of_cosine = 64.0 * slack / case.n.dot(want.direction).abs();
+                assert!((ratio - 1.0).abs() < of_cosine, "{}: {ratio}", case.name);
             }
             assert_eq!(out[37..], [LinearSample::default(); 3]);
         }
