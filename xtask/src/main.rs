@@ -12,7 +12,6 @@
     reason = "a command-line tool talks to its user"
 )]
 
-mod api;
 mod cargo;
 mod packages;
 mod suite;
@@ -39,12 +38,12 @@ the workshop:
   test [--long [--seed N]] [STEP…]
                             everything that must hold; --long adds the long tests, on new random cases unless
                             N says which; STEP… runs only these:
-                            fmt tidy api clippy package test doctest doc features long outside
+                            fmt tidy clippy package test doctest doc features long outside
                             and, by name alone: oldest (all compiles with the oldest Rust that is promised),
                             publish (cargo publish --dry-run of all crates; asks crates.io)
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
-  api                       write docs/api, the public signatures that the step `api` holds crates to
+  ratchet                   lower the figures of xtask/ratchet.txt to what they are now
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
   vectors DIR               hold the closed forms to the reference vectors in DIR
@@ -91,13 +90,13 @@ fn main() -> ExitCode {
         "accuracy" => table("accuracy").max(table("accuracy_lights")),
         "pixels" => cargo::run("integrator", &["--example", "pixels"], rest),
         "fit-ltc" => table("fit-ltc"),
-        "api" => match api::write(&cargo::root()) {
-            Ok(changed) => {
-                println!("{changed} files of docs/api changed");
+        "ratchet" => match tidy::lower_ratchet(&cargo::root()) {
+            Ok(lowered) => {
+                println!("{lowered} figures of xtask/ratchet.txt lowered");
                 0
             }
-            Err(problems) => {
-                problems.iter().for_each(|p| eprintln!("error: {p}"));
+            Err(problem) => {
+                eprintln!("error: {problem}");
                 1
             }
         },

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
 
 use crate::tidy::{self, House};
-use crate::{api, cargo, packages};
+use crate::{cargo, packages};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,9 +9,9 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
-const STEPS: [&str; 13] = [
-    "fmt", "tidy", "api", "clippy", "package", "test", "doctest", "doc", "features", "long",
-    "outside", "oldest", "publish",
+const STEPS: [&str; 12] = [
+    "fmt", "tidy", "clippy", "package", "test", "doctest", "doc", "features", "long", "outside",
+    "oldest", "publish",
 ];
 
 /// Those that run with `--long`, or when they are named.
@@ -133,9 +133,6 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
     match step {
         "fmt" => one("rustfmt", quiet("fmt --all --check", "-l")),
         "tidy" => own("tidy: the house rules", || tidy::problems(&cargo::root())),
-        "api" => own("public signatures, as docs/api has them", || {
-            api::problems(&cargo::root())
-        }),
         "clippy" => {
             let all = quiet(
                 "clippy --workspace --all-targets --keep-going",
@@ -399,8 +396,8 @@ mod tests {
 
     #[test]
     fn selections() {
-        assert_eq!(parse(&[]).unwrap(), STEPS[..9]);
-        assert_eq!(parse(&["--long"]).unwrap(), STEPS[..11]);
+        assert_eq!(parse(&[]).unwrap(), STEPS[..8]);
+        assert_eq!(parse(&["--long"]).unwrap(), STEPS[..10]);
         assert_eq!(parse(&["oldest"]).unwrap(), ["oldest"]);
         assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
         assert_eq!(parse(&["--seed", "7", "long"]).unwrap(), ["long"]);

@@ -1,8 +1,7 @@
-//! Rules about other people's packages: their licences, and one version of each. What they may be
-//! stands in `deny.toml`, for these rules and for cargo-deny.
+//! The rule about other people's packages: one version of each, but for those that `deny.toml`
+//! skips. Their licences are held to that file by cargo-deny.
 
 use super::{House, section};
-use crate::cargo;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The quoted texts of a list in a section of `deny.toml`, the first of each line.
@@ -31,79 +30,14 @@ pub(super) fn one_of_each(house: &House) -> Vec<String> {
     more.chain(less).collect()
 }
 
-/// Each package that is built here, also for tests, can be had under a licence of the list.
-pub(super) fn licences(house: &House) -> Vec<String> {
-    let deny = house.text("deny.toml");
-    let allowed: BTreeSet<&str> = listed(&deny, "licenses", "allow").collect();
-    let mut tree = cargo::cargo(["tree", "--workspace", "--locked", "--quiet"]);
-    tree.args([
-        "--prefix=none",
-        "--edges=normal,build,dev",
-        "--format={p}|{l}|",
-    ]);
-    let output = match tree.current_dir(&house.root).output() {
-        Ok(output) if output.status.success() => output,
-        Ok(output) => return vec![String::from_utf8_lossy(&output.stderr).trim().to_owned()],
-        Err(error) => return vec![format!("cannot start cargo tree: {error}")],
-    };
-    let text = String::from_utf8_lossy(&output.stdout);
-    let packages: BTreeSet<_> = text.lines().filter_map(package).collect();
-    let bad = packages.iter().filter(|(_, l)| !is_allowed(l, &allowed));
-    bad.map(|(name, licence)| format!("{name}: deny.toml does not allow its licence, `{licence}`"))
-        .collect()
-}
-
-/// A package and its licence from a line of cargo's tree.
-fn package(line: &str) -> Option<(&str, &str)> {
-    let mut parts = line.split('|');
-    Some((parts.next()?.split(" (").next()?, parts.next()?))
-}
-
-/// Whether an SPDX expression, of at most one level of parentheses, offers an allowed licence for
-/// each of its parts.
-fn is_allowed(expression: &str, allowed: &BTreeSet<&str>) -> bool {
-    let one = |licence: &str| allowed.contains(licence.trim());
-    let all = |part: &str| part.split(" AND ").all(one);
-    let any = |part: &str| part.replace('/', " OR ").split(" OR ").any(all);
-    match expression.split_once(')') {
-        Some((first, second)) => {
-            let or = second.trim_start().starts_with("OR ");
-            let second = second.trim_start().trim_start_matches("OR ");
-            let second = second.trim_start_matches("AND ");
-            let both = [any(first.trim_start_matches('(')), any(second)];
-            if or {
-                both[0] || both[1]
-            } else {
-                both[0] && both[1]
-            }
-        }
-        None => any(expression),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn licences_are_read() {
-        let allowed = BTreeSet::from(["MIT", "Zlib", "Unicode-3.0"]);
-        let allowed = |licence| is_allowed(licence, &allowed);
-        assert!(allowed("MIT") && allowed("Apache-2.0 OR MIT") && allowed("Unlicense/MIT"));
-        assert!(allowed("(MIT OR Apache-2.0) AND Unicode-3.0") && allowed("MIT AND Zlib"));
-        assert!(allowed("(GPL-3.0 AND MIT) OR Zlib"));
-        assert!(!allowed("GPL-3.0") && !allowed("") && !allowed("MIT AND GPL-3.0"));
-        assert!(!allowed("(MIT OR Apache-2.0) AND GPL-3.0"));
-        assert!(!allowed("Apache-2.0 WITH LLVM-exception"));
-    }
-
-    #[test]
-    fn lists_and_lines_are_read() {
+    fn lists_are_read() {
         let deny =
             "[bans]\nskip = [\n # why\n { crate = \"a\", reason = \"b\" },\n \"c\",\n]\nx = [\n";
         assert_eq!(listed(deny, "bans", "skip").collect::<Vec<_>>(), ["a", "c"]);
-        let line = "a v1.0 (proc-macro)|MIT| (*)";
-        assert_eq!(package(line), Some(("a v1.0", "MIT")));
-        assert_eq!(package(""), None);
     }
 }

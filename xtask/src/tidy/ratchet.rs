@@ -1,0 +1,329 @@
+//! The ratchet: figures of how large and how tangled the house is, which may only fall.
+//!
+//! `xtask/ratchet.txt` has the last ones; who lowers a figure lowers the file (`cargo xtask
+//! ratchet`), and who needs a room larger says so in the file's history. What is counted:
+//!
+//! - `lines ROOM`: lines of `src` of each crate and of xtask, unit tests too; `lines`: their sum
+//!   without testkit; `rust`: all Rust files, with tests, benches and examples;
+//! - `constants`: bare numbers other than 0, 1 and 2 that have a name in the crates which decide
+//!   what is done, [`DECIDE`];
+//! - `fragments`: docs of items that begin with one of [`FRAGMENTS`];
+//! - `tuples`: parameters that are taken apart in a function's head;
+//! - `circle`: the largest set of files of one crate that need each other, through re-exports, too;
+//! - `path`: modules that say where their file is; `tall`: files of `src` above 500 lines.
+
+use super::{House, Source};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+const FILE: &str = "xtask/ratchet.txt";
+
+/// Crates that decide what is done.
+const DECIDE: [&str; 5] = [
+    "estimators",
+    "integrator",
+    "selection",
+    "visibility",
+    "penumbra",
+];
+
+/// First words that make a fragment of a sentence.
+const FRAGMENTS: &str = "The·same Of As By On At In For To From With Without Beside Past Its Their \
+    His What Which Where When Whose Who How And Or But Also Else Likewise There";
+
+type Figures = BTreeMap<String, usize>;
+
+/// Figures that are above those in the file, or below without having lowered it.
+pub(super) fn may_only_fall(house: &House) -> Vec<String> {
+    let (last, now) = (last(house), figures(house));
+    let names: BTreeSet<&String> = last.keys().chain(now.keys()).collect();
+    let changed = names.into_iter().filter_map(|name| {
+        let [last, now] = [&last, &now].map(|figures| figures.get(name).copied().unwrap_or(0));
+        let what = match now.cmp(&last) {
+            std::cmp::Ordering::Greater => "it may only fall",
+            std::cmp::Ordering::Less => "lower the file: cargo xtask ratchet",
+            std::cmp::Ordering::Equal => return None,
+        };
+        Some(format!("{FILE}: {name} is {now}, was {last}; {what}"))
+    });
+    changed.collect()
+}
+
+/// Writes the figures that fell, and returns how many.
+pub(super) fn lower(house: &House, root: &Path) -> Result<usize, String> {
+    let (last, now) = (last(house), figures(house));
+    let fallen =
+        |(name, figure): &(&String, &usize)| now.get(*name).is_none_or(|now| now < *figure);
+    let lowered = last.iter().filter(fallen).count();
+    let mut text = String::new();
+    for (name, figure) in &last {
+        let figure = now.get(name).map_or(0, |now| *now.min(figure));
+        if figure > 0 {
+            text += &format!("{name} {figure}\n");
+        }
+    }
+    fs::write(root.join(FILE), text).map_err(|e| format!("{FILE}: {e}"))?;
+    Ok(lowered)
+}
+
+fn last(house: &House) -> Figures {
+    let text = house.text(FILE);
+    let lines = text.lines().filter_map(|line| line.rsplit_once(' '));
+    lines
+        .filter_map(|(name, figure)| Some((name.to_owned(), figure.parse().ok()?)))
+        .collect()
+}
+
+fn figures(house: &House) -> Figures {
+    let mut figures = Figures::new();
+    let mut add = |name: &str, count: usize| {
+        *figures.entry(name.to_owned()).or_default() += count;
+    };
+    let mut crates = BTreeMap::<&str, Vec<&Source>>::new();
+    for file in &house.sources {
+        let lines = file.text.lines().count();
+        add("rust", lines);
+        add("path", file.text.matches(concat!("#[", "path")).count());
+        if file.module().is_none() {
+            continue;
+        }
+        add(&format!("lines {}", file.owner), lines);
+        crates.entry(&file.owner).or_default().push(file);
+        if file.owner == "testkit" {
+            continue;
+        }
+        add("lines", lines);
+        add("tall", usize::from(lines > 500));
+        add("tuples", tuples(&file.code));
+        add("fragments", fragments(file));
+        if DECIDE.contains(&file.owner.as_str()) {
+            add(
+                "constants",
+                file.code.lines().filter(|l| is_bare(l)).count(),
+            );
+        }
+    }
+    let circles = crates.values().map(|files| largest_circle(files));
+    add("circle", circles.max().unwrap_or(0));
+    figures.retain(|_, figure| *figure > 0);
+    figures
+}
+
+/// Whether a line names a bare number other than 0, 1 and 2.
+fn is_bare(line: &str) -> bool {
+    let Some((_, rest)) = line.split_once("const ") else {
+        return false;
+    };
+    let Some((kind, value)) = rest.split_once(": ").and_then(|(_, r)| r.split_once(" = ")) else {
+        return false;
+    };
+    let value = value.trim_end().trim_end_matches(';').replace('_', "");
+    ["f64", "f32", "u32", "u64", "usize"].contains(&kind)
+        && value
+            .parse()
+            .is_ok_and(|v: f64| ![0.0, 1.0, 2.0].contains(&v))
+}
+
+/// Parameters such as `(a, b): (A, B)`.
+fn tuples(code: &str) -> usize {
+    let typed = code.match_indices("): (").filter(|(end, _)| {
+        let Some((before, inside)) = code[..*end].rsplit_once('(') else {
+            return false;
+        };
+        let plain = |c: char| c.is_ascii_lowercase() || c == '_' || c == ',' || c.is_whitespace();
+        inside.contains(',') && inside.chars().all(plain) && before.trim_end().ends_with(['(', ','])
+    });
+    typed.count()
+}
+
+/// Docs of items whose first word leaves the sentence without a subject.
+fn fragments(file: &Source) -> usize {
+    let mut count = 0;
+    let mut first = None;
+    for line in file.text.lines().map(str::trim) {
+        if let Some(doc) = line.strip_prefix("///") {
+            first = first.or(Some(doc.trim()));
+        } else if !line.starts_with("#[") {
+            let doc = first.take().filter(|_| !line.is_empty());
+            count += usize::from(doc.is_some_and(is_fragment));
+        }
+    }
+    count
+}
+
+fn is_fragment(doc: &str) -> bool {
+    let doc = doc.replace("The same", "The·same");
+    let word = doc.split(|c: char| !c.is_alphanumeric() && c != '·').next();
+    word.is_some_and(|word| FRAGMENTS.split_whitespace().any(|first| first == word))
+}
+
+/// The size of the largest set of files that all lead to each other; 0 if none does.
+fn largest_circle(files: &[&Source]) -> usize {
+    let modules: BTreeMap<String, &Source> = files
+        .iter()
+        .filter_map(|file| Some((file.module()?, *file)))
+        .collect();
+    let exports = exports(modules.get("").map_or("", |root| &root.code));
+    // The longest part of a path that is a module.
+    let module_of = |path: &str| {
+        let mut known = path;
+        while !known.is_empty() && !modules.contains_key(known) {
+            known = known.rsplit_once("::").map_or("", |(parent, _)| parent);
+        }
+        (!known.is_empty()).then(|| known.to_owned())
+    };
+    let find = |path: &str| {
+        let exported = || module_of(exports.get(path.split("::").next()?)?);
+        module_of(path).or_else(exported)
+    };
+    let arrows: BTreeMap<&str, BTreeSet<String>> = modules
+        .iter()
+        .filter(|(module, _)| !module.is_empty())
+        .map(|(module, file)| {
+            let parent = module.rsplit_once("::").map_or("", |(parent, _)| parent);
+            let within = paths(&file.code, "super::").map(|path| format!("{parent}::{path}"));
+            let all = paths(&file.code, "crate::").chain(within);
+            let found = all.filter_map(|path| find(path.trim_start_matches("::")));
+            (module.as_str(), found.filter(|to| to != module).collect())
+        })
+        .collect();
+    let reached = |from: &str| {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
+        while let Some(module) = open.pop() {
+            let next = arrows.get(module.as_str()).into_iter().flatten();
+            open.extend(next.filter(|to| seen.insert((*to).clone())).cloned());
+        }
+        seen
+    };
+    let all: BTreeMap<&str, BTreeSet<String>> =
+        arrows.keys().map(|from| (*from, reached(from))).collect();
+    let circle = |(from, to): (&&str, &BTreeSet<String>)| {
+        let back = |to: &&String| all.get(to.as_str()).is_some_and(|t| t.contains(*from));
+        to.iter().filter(back).count()
+    };
+    all.iter().map(circle).max().unwrap_or(0)
+}
+
+/// The module in which each name lies that a front page exports.
+fn exports(code: &str) -> BTreeMap<String, String> {
+    let uses = code
+        .match_indices("pub use ")
+        .chain(code.match_indices("pub(crate) use "));
+    let names = uses.flat_map(|(at, word)| expand(&code[at + word.len()..]));
+    names
+        .filter_map(|path| {
+            let path = path.trim_start_matches("crate::");
+            let (module, name) = path.rsplit_once("::")?;
+            Some((name.to_owned(), module.to_owned()))
+        })
+        .collect()
+}
+
+/// The paths behind each `start`, those in braces one by one.
+fn paths(code: &str, start: &str) -> impl Iterator<Item = String> {
+    code.match_indices(start)
+        .filter(|(at, _)| !code[..*at].ends_with("::"))
+        .flat_map(|(at, word)| expand(&code[at + word.len()..]))
+}
+
+/// The path at the beginning of a text, and all of its branches: `a::{b, c::d}` is `a::b` and
+/// `a::c::d`.
+fn expand(text: &str) -> Vec<String> {
+    let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let text = text.trim_start();
+    let head = &text[..text.find(|c: char| !is_path(c)).unwrap_or(text.len())];
+    let Some(mut rest) = text[head.len()..].strip_prefix('{') else {
+        return vec![head.trim_end_matches(':').to_owned()];
+    };
+    let mut all = Vec::new();
+    let mut depth = 0_usize;
+    let mut is_start = true;
+    while let Some(c) = rest.chars().next() {
+        if depth == 0 && is_start && is_path(c) {
+            all.extend(expand(rest).iter().map(|path| format!("{head}{path}")));
+        }
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        is_start = c == ',' || is_start && c.is_whitespace();
+        rest = &rest[c.len_utf8()..];
+    }
+    all
+}
+
+impl Source {
+    /// The module that a file below `src` is, `a::b`; the front page and the program are none.
+    fn module(&self) -> Option<String> {
+        let path = self.path.strip_suffix(".rs")?;
+        let path = path.trim_start_matches("crates/").split_once('/')?.1;
+        let path = path.strip_prefix("src/")?.trim_end_matches("/mod");
+        Some(match path {
+            "lib" | "main" => String::new(),
+            path => path.replace('/', "::"),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(text: &str, name: &str) -> usize {
+        let house = House::of("crates/visibility/src/x.rs", text);
+        figures(&house).get(name).copied().unwrap_or(0)
+    }
+
+    #[test]
+    fn figures_are_counted() {
+        let constants = "const A: f64 = 1.5e-3;\n    pub const B: usize = 1_000;\nconst C: f64 = 2.0;\n\
+            const D: f64 = 2.0 * 3.0;\nconst E: u8 = 3;\n";
+        assert_eq!(figure(constants, "constants"), 2);
+        let heads =
+            "fn a(&self, (b, c): (u8, u8)) {}\nlet (d, e): (u8, u8);\nfn f((g, h): (u8, u8))\n";
+        assert_eq!(figure(heads, "tuples"), 2);
+        let docs = "/// Of a tile.\n#[must_use]\nfn a() {}\n/// A tile.\nfn b() {}\n/// The same.\nfn c() {}\n\
+            /// Ofen.\nfn d() {}\n/// In nothing.\n\n";
+        assert_eq!(figure(docs, "fragments"), 2);
+        assert_eq!(figure(docs, "lines visibility"), 11);
+        assert_eq!(
+            [figure(&"a\n".repeat(501), "tall"), figure(docs, "tall")],
+            [1, 0]
+        );
+    }
+
+    #[test]
+    fn circles_are_found_through_exports_and_braces() {
+        assert_eq!(
+            expand("a::{b, c::{d, e as f}, g};"),
+            ["a::b", "a::c::d", "a::c::e", "a::g"]
+        );
+        let file =
+            |path: &str, text: &str| Source::new(&format!("crates/mis/src/{path}"), text.into());
+        let mut house = House::of("crates/mis/src/lib.rs", "pub use a::{Kind, Other};\n");
+        house.sources.push(file("a.rs", "use crate::b::mend;\n"));
+        house
+            .sources
+            .push(file("b/mod.rs", "use super::c::Thing;\n"));
+        house.sources.push(file("c.rs", "use crate::{d, Kind};\n"));
+        house.sources.push(file("d.rs", "fn d() {}\n"));
+        assert_eq!(figures(&house).get("circle"), Some(&3));
+    }
+
+    #[test]
+    fn what_rises_is_named_and_what_falls_is_written() {
+        let root = std::env::temp_dir().join(format!("linelit-ratchet-{}", std::process::id()));
+        fs::create_dir_all(root.join("xtask")).unwrap();
+        let mut house = House::of("crates/mis/src/x.rs", "a\nb\n");
+        house.root.clone_from(&root);
+        fs::write(root.join(FILE), "lines 3\nlines mis 2\nrust 1\ntall 4\n").unwrap();
+        assert_eq!(may_only_fall(&house).len(), 3);
+        assert_eq!(lower(&house, &root), Ok(2));
+        assert_eq!(house.text(FILE), "lines 2\nlines mis 2\nrust 1\n");
+        assert_eq!(may_only_fall(&house).len(), 1);
+        fs::remove_dir_all(root).unwrap();
+    }
+}
