@@ -1,7 +1,7 @@
 //! The workshop: `cargo xtask COMMAND`.
 //!
 //! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the
-//! crates. What is the user's (`render`, `converge`, `compare`, `info`, `convert`, `list`) goes to
+//! crates. What is the user's (`render`, `converge`, `compare`, `info`, `list`) goes to
 //! the `linelit` program word for word; what is the developers' is listed in [`USAGE`].
 //!
 //! Exit status: 0 done, 1 failed, 2 usage.
@@ -31,7 +31,6 @@ the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND -
   status PLAN               how far a plan is
   compare A B               compare two images
   info SCENE                what is in a scene and what the plan skips
-  convert SCENE -o OUT.pbrt write a scene as pbrt-v4 text
   list [WHAT]               names of scenes, studies, estimators, samplers
 
 the workshop:
@@ -73,7 +72,7 @@ fn main() -> ExitCode {
             0
         }
         "render" | "converge" | "plan" | "run" | "merge" | "status" | "compare" | "info"
-        | "convert" | "list" => cargo::run("cli", &["--bin", "linelit"], &arguments),
+        | "list" => cargo::run("cli", &["--bin", "linelit"], &arguments),
         "check-references" | "load-all" | "pictures" => {
             cargo::run("workshop", &["--bin", "workshop"], &arguments)
         }

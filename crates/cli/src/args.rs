@@ -78,9 +78,6 @@ pub enum Command {
     /// Say what is in a scene and what the plan skips.
     #[command(after_help = INFO_EXAMPLES)]
     Info(InfoArgs),
-    /// Write a scene as pbrt-v4 text, for other renderers.
-    #[command(after_help = CONVERT_EXAMPLES)]
-    Convert(ConvertArgs),
     /// Name the built-in scenes, studies, estimators and sampling patterns.
     #[command(after_help = LIST_EXAMPLES)]
     List(ListArgs),
@@ -130,13 +127,6 @@ const INFO_EXAMPLES: &str = "\
 Examples:
   linelit info room.obj
   linelit info plates --json";
-
-const CONVERT_EXAMPLES: &str = "\
-Examples:
-  linelit convert room.gltf -o room.pbrt
-      for pbrt-v4 and Mitsuba; what they do not have becomes the nearest that they have
-  linelit convert room.gltf -o room.pbrt --extensions
-      for linelit: reading it back is the same scene";
 
 const LIST_EXAMPLES: &str = "\
 Examples:
@@ -317,22 +307,6 @@ pub struct InfoArgs {
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,
-}
-
-/// `convert`.
-#[derive(Args, Debug)]
-pub struct ConvertArgs {
-    /// Scene file, or the name of a built-in scene (`linelit list scenes`).
-    pub scene: String,
-    /// Text to write; its name must end in .pbrt.
-    #[arg(short, long, value_parser = path_ending(&["pbrt"]))]
-    pub output: PathBuf,
-    /// Also write what linelit alone reads: linear lights, and materials as they were.
-    #[arg(long)]
-    pub extensions: bool,
-    /// How the scene is read.
-    #[command(flatten)]
-    pub read: ReadArgs,
 }
 
 /// `list`.

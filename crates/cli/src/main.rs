@@ -19,7 +19,6 @@ fn main() -> ExitCode {
             Command::Status(args) => commands::status(args, out),
             Command::Compare(args) => commands::compare(args, out),
             Command::Info(args) => commands::info(args, out),
-            Command::Convert(args) => commands::convert(args),
             Command::List(args) => commands::list(args, out),
             Command::Completions(args) => commands::completions(args.shell, out),
             Command::Man(args) => commands::man(args, out),

@@ -11,7 +11,7 @@ pub use linelit_assembly::{
     ErrorKind, Instancing, LoadOptions, Loaded, Root, SceneError, Warning, Watch,
     add_framing_light, nearest,
 };
-pub use linelit_pbrt::{ExportOptions, from_pbrt_str, nearest_in_pbrt_v4, write_pbrt};
+pub use linelit_pbrt::from_pbrt_str;
 pub use load::{Format, from_bytes, load};
 
 // What public signatures name, so that one dependency is enough.

@@ -3,11 +3,9 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod color;
-mod export;
 mod reader;
 mod tessellate;
 
-pub use export::{ExportOptions, nearest_in_pbrt_v4, write_pbrt};
 pub use reader::{from_pbrt_str, load};
 
 // What public signatures name, so that one dependency is enough.

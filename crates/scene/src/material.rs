@@ -8,7 +8,7 @@ use linelit_geometry::DVec3;
 /// A material with its name in the file (or its type, if it has none).
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// For messages and export.
+    /// The name that messages give it.
     pub name: String,
     /// The model and its parameters.
     pub kind: MaterialKind,

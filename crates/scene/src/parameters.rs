@@ -1,7 +1,7 @@
 //! The parameters of materials under the names that scene files have for them: one table by which
 //! materials are read and written, and their textures found.
 
-use crate::material::{MaterialKind, Remap, Roughness};
+use crate::material::{MaterialKind, Roughness};
 use crate::texture::Texture;
 
 /// A parameter of a material, to be read into or written from.
@@ -102,26 +102,6 @@ impl MaterialKind {
     /// The model's name in pbrt-v3 or linelit; of those that only pbrt-v4 has, there.
     pub fn name(&self) -> &'static str {
         self.clone().parameters(false).0
-    }
-
-    /// Whether its type in pbrt text is one that only pbrt-v4 has.
-    pub fn is_of_v4(&self) -> bool {
-        match self {
-            Self::CoatedDiffuse { .. }
-            | Self::ColoredConductor { .. }
-            | Self::DiffuseTransmission { .. }
-            | Self::Dielectric { thin: true, .. } => true,
-            Self::Conductor { roughness, .. } => roughness.remap != Remap::V3,
-            Self::Dielectric { roughness, .. } => roughness.remap == Remap::V4,
-            Self::Matte { .. }
-            | Self::Plastic { .. }
-            | Self::Substrate { .. }
-            | Self::Uber { .. }
-            | Self::Mirror { .. }
-            | Self::Mix { .. }
-            | Self::Phong { .. }
-            | Self::Frostbite { .. } => false,
-        }
     }
 
     /// The textures of all parameters.

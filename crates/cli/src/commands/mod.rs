@@ -4,7 +4,6 @@ mod aovs;
 mod checkpoints;
 mod compare;
 mod converge;
-mod convert;
 mod cost;
 mod flags;
 mod info;
@@ -22,7 +21,6 @@ mod study;
 
 pub use compare::run as compare;
 pub use converge::run as converge;
-pub use convert::run as convert;
 pub use info::run as info;
 pub use list::run as list;
 pub use merge::run as merge;

@@ -53,25 +53,3 @@ fn built_in_scenes_need_no_folder() {
     std::fs::remove_dir_all(dir).unwrap();
     std::fs::remove_dir_all(out).unwrap();
 }
-
-/// The view from the window is in the program; a converted scene has it beside itself.
-#[test]
-fn a_built_in_image_is_written_beside_the_text() {
-    let dir = folder("alone-convert");
-    let output = in_folder(
-        &dir,
-        &["convert", "window", "-o", "copy.pbrt", "--extensions"],
-    );
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(names(&dir), ["copy-0-window.tga", "copy.pbrt"]);
-    let view = std::fs::read(dir.join("copy-0-window.tga")).unwrap();
-    let files = BuiltIn::find("window").unwrap().files();
-    assert!(
-        files
-            .iter()
-            .any(|(name, b)| name == "window.tga" && *b == view)
-    );
-    let output = in_folder(&dir, &["info", "copy.pbrt", "--strict"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    std::fs::remove_dir_all(dir).unwrap();
-}

@@ -14,7 +14,6 @@ fn usage_errors_exit_with_two() {
         "render cornell-box -o x.exr --crop 0,2,0,1",
         "converge --pixels 0x0",
         "render cornell-box -o x.jpg",
-        "convert cornell-box -o x.obj",
         "render cornell-box -o x.exr --threads 1000000",
         "converge --threads 4294967295",
         "converge --samples 0,4",

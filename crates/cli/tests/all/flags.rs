@@ -155,11 +155,7 @@ fn row(dir: &Path, name: &str, scene: &Path) -> Vec<&'static str> {
 fn every_flag_is_honoured_or_refused() {
     let dir = folder("flags-table");
     let scene = dir.join("scene.pbrt");
-    assert!(
-        linelit(&["convert", "cornell-box-small", "-o", path(&scene)])
-            .status
-            .success()
-    );
+    fs::copy("tests/cornell/v4.pbrt", &scene).unwrap();
     let mut table = String::from("| study |");
     for group in GROUPS {
         let flags: Vec<String> = group.iter().map(|(flag, ..)| format!("`{flag}`")).collect();

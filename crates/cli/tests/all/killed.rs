@@ -2,7 +2,7 @@
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_render, small_study};
+use crate::common::{PROGRAM, folder, linelit, names, small_render, small_study};
 use linelit_samplers::{Sampler, SamplerKind};
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs;
@@ -116,22 +116,6 @@ fn a_killed_render_leaves_the_old_picture_or_the_new_one() {
         fs::write(&image, &old).unwrap();
     });
     assert_eq!(names(&dir), ["a.exr", "b.exr"]);
-    fs::remove_dir_all(dir).unwrap();
-}
-
-#[test]
-fn a_killed_conversion_leaves_the_old_text_or_the_new_one() {
-    let dir = folder("killed-convert");
-    let scene = dir.join("a.pbrt");
-    let arguments = ["convert", "triangle-soup-small", "-o", path(&scene)];
-    assert!(linelit(&arguments).status.success());
-    let new = fs::read(&scene).unwrap();
-    kill_often(&arguments, &dir, &["a.pbrt"], || {
-        let left = fs::read(&scene).unwrap();
-        assert!(left == b"old" || left == new);
-        fs::write(&scene, "old").unwrap();
-    });
-    assert_eq!(names(&dir), ["a.pbrt"]);
     fs::remove_dir_all(dir).unwrap();
 }
 

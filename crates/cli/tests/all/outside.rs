@@ -122,13 +122,11 @@ fn where_nothing_can_be_written_nothing_is_begun() {
     }
     for place in places {
         let image = place.with_extension("exr");
-        let scene = place.with_extension("pbrt");
         let mut study = small_study("cornell-box", &place);
         let twice = study.iter().position(|a| *a == "--samples").unwrap();
         let long = ["--samples", "65536", "--trials", "1000", "--pixels"];
         study.splice(twice..twice + 6, long.into_iter().chain(["512x512"]));
-        let convert = vec!["convert", "cornell-box", "-o", path(&scene)];
-        for arguments in [long_render(&image), convert, study] {
+        for arguments in [long_render(&image), study] {
             let output = linelit(&arguments);
             let said = text(&output.stderr);
             assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
@@ -157,13 +155,6 @@ fn a_link_is_followed_and_a_read_only_file_kept() {
     ];
     assert!(linelit(&render).status.success());
     assert!(link.is_symlink() && fs::metadata(&real).unwrap().len() > 0);
-
-    let text_link = dir.join("link.pbrt");
-    symlink("real", &text_link).unwrap();
-    let convert = ["convert", "floating-quad", "-o", path(&text_link)];
-    assert!(linelit(&convert).status.success());
-    assert!(text_link.is_symlink());
-    assert!(fs::read_to_string(&real).unwrap().contains("WorldBegin"));
 
     let kept = dir.join("kept.exr");
     fs::write(&kept, "precious").unwrap();
@@ -195,20 +186,19 @@ fn limited(limits: &str, arguments: &[&str]) -> Output {
 #[test]
 fn a_disk_that_fills_up_leaves_what_was_there() {
     let dir = folder("filled");
-    let (image, scene, study) = (dir.join("a.exr"), dir.join("a.pbrt"), dir.join("study"));
+    let (image, study) = (dir.join("a.exr"), dir.join("study"));
     let render = small_render(&image, "96x96");
-    let convert = vec!["convert", "triangle-soup-small", "-o", path(&scene)];
     let converge = small_study("cornell-box", &study);
     for before in [false, true] {
-        for arguments in [&render, &convert, &converge] {
+        for arguments in [&render, &converge] {
             let kept = |p: &Path| fs::read(p).ok();
-            let old = [&image, &scene, &study.join("report.html")].map(|p| kept(p));
+            let old = [&image, &study.join("report.html")].map(|p| kept(p));
             assert_eq!(old.iter().all(Option::is_some), before, "{arguments:?}");
             let output = limited("trap '' XFSZ; ulimit -f 4", arguments);
             let said = text(&output.stderr);
             assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
             assert!(said.contains("cannot write"), "{said}");
-            let new = [&image, &scene, &study.join("report.html")].map(|p| kept(p));
+            let new = [&image, &study.join("report.html")].map(|p| kept(p));
             assert!(old == new, "{arguments:?}");
         }
         let temporary = |n: &String| n.ends_with(".tmp");
@@ -218,7 +208,7 @@ fn a_disk_that_fills_up_leaves_what_was_there() {
             assert!(!left.iter().any(temporary), "{left:?}");
             assert!(!left.contains(&".linelit-lock".to_owned()), "{left:?}");
         }
-        for arguments in [&render, &convert, &converge] {
+        for arguments in [&render, &converge] {
             assert!(linelit(arguments).status.success());
         }
     }

@@ -111,7 +111,6 @@ fn help_shells_and_readers_hear_of_all_commands() {
         "status",
         "compare",
         "info",
-        "convert",
         "list",
         "completions",
         "man",

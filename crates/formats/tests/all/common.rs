@@ -1,7 +1,7 @@
 //! Helpers of the integration tests.
 
 use linelit_film::{ByteImage, encode_tga};
-use linelit_formats::{ExportOptions, LoadOptions, Loaded, Root};
+use linelit_formats::{LoadOptions, Loaded, Root};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
 use linelit_scene::Scene;
@@ -36,18 +36,6 @@ pub(crate) fn line(scene: &Scene, k: usize) -> &LinearLight {
         Light::Linear(light) => light,
         other => panic!("{other:?} is no linear light"),
     }
-}
-
-/// What a scene is once it has been written with extensions and read again.
-pub(crate) fn written(scene: &Scene) -> Scene {
-    let mut text = Vec::new();
-    let options = ExportOptions {
-        extensions: true,
-        ..ExportOptions::default()
-    };
-    linelit_formats::write_pbrt(scene, &mut text, &options).unwrap();
-    let text = String::from_utf8(text).unwrap();
-    load(&text).scene
 }
 
 /// Writes a picture of bytes.

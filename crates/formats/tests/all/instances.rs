@@ -1,9 +1,9 @@
 //! What stands in a scene many times: kept once or copied, the same either way.
 
-use crate::common::{load, written};
+use crate::common::load;
 use linelit_formats::{Instancing, LoadOptions};
 use linelit_geometry::DVec3;
-use linelit_scene::{Object, Place, Scene, Surface};
+use linelit_scene::{Place, Scene};
 
 fn read(text: &str, instancing: Instancing) -> Scene {
     let options = LoadOptions {
@@ -64,32 +64,6 @@ fn surfaces_of_instances_are_those_of_copies() {
     }
     let (a, b) = (kept.bounds().unwrap(), copied.bounds().unwrap());
     assert!(a.0.cmple(b.0 + 1e-5).all() && a.1.cmpge(b.1 - 1e-5).all());
-}
-
-#[test]
-fn instances_come_back() {
-    let scene = read(OBJECTS, Instancing::Always);
-    let back = written(&scene);
-    assert_eq!(scene.instances, back.instances);
-    let (a, b) = (&scene.objects[0], &back.objects[0]);
-    // Vertices and materials are numbered anew.
-    let meshes = |object: &Object| {
-        let mut meshes = object.meshes.clone();
-        meshes.iter_mut().for_each(|mesh| mesh.material = 0);
-        meshes
-    };
-    assert_eq!(meshes(a), meshes(b));
-    for triangle in 0..a.meshes[1].triangles.end {
-        let place = Place {
-            instance: Some(1),
-            triangle,
-        };
-        let surface = |s: &Scene| Surface {
-            material: 0,
-            ..s.surface(place, [0.2, 0.3], DVec3::Z)
-        };
-        assert_eq!(surface(&scene), surface(&back));
-    }
 }
 
 /// Some `count` instances of a sphere of 6,240 triangles or so.

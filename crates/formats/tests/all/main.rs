@@ -1,9 +1,8 @@
-//! Files of all formats: what is read, what is refused and how, what is written.
+//! Files of all formats: what is read, what is refused and how.
 
 mod bad;
 mod common;
 mod cutouts;
-mod export;
 mod filtering;
 mod formats;
 #[cfg(feature = "gltf")]

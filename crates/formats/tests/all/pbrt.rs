@@ -1,9 +1,9 @@
 //! What pbrt text means: transforms, cameras, orientation, films, instances, both versions.
 
-use crate::common::{area, assert_near, load, world, written};
+use crate::common::{area, assert_near, load, world};
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{FilterKind, Material, MaterialKind, Mesh, Projection, Scene};
+use linelit_scene::{FilterKind, MaterialKind, Mesh, Projection, Scene};
 
 const TRIANGLE: &str =
     "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
@@ -319,14 +319,6 @@ fn a_conductor_of_a_reflectance_is_pbrts() {
     let got = reflected(schlick, 0.6)[0];
     let want = r + (DVec3::ONE - r) * 0.4_f64.powi(5);
     assert!((got - want).abs().max_element() < 1e-14, "{got}");
-    let again = written(&world(&format!("{schlick} Shape \"sphere\"")));
-    let is_schlick = |material: &Material| {
-        matches!(
-            material.kind,
-            MaterialKind::ColoredConductor { schlick: true, .. }
-        )
-    };
-    assert!(again.materials.iter().any(is_schlick));
     // pbrt-v3's metal has none.
     let metal = "Camera \"perspective\" WorldBegin Material \"metal\" \"rgb reflectance\" [1 0 0]";
     let warnings = load(&format!("{metal} Shape \"sphere\"")).warnings;
@@ -485,8 +477,6 @@ fn films_scale_the_picture() {
         let told = loaded.warnings.iter();
         let told = told.filter(|w| w.message().contains("the time that the shutter is open"));
         assert_eq!(told.count() > 0, film.is_empty() && !camera.is_empty());
-        let again = written(&loaded.scene).film.scale;
-        assert_eq!(again.to_bits(), f64::to_bits(want), "{film} {camera}");
     }
     // Of two crops of pbrt-v4, the window goes before the bounds.
     let both = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 \
