@@ -44,7 +44,7 @@ impl Renderer<'_> {
             let known = Known::of(&point);
             for (index, light) in lights.iter().enumerate() {
                 let plan = &mut workspace.buffers.samples.plan;
-                if point.is_lit_by(light) && light.source().reaches(&point, plan) {
+                if light.source().reaches(&point, plan) {
                     pairs.insert((index, point.material, known));
                 }
             }

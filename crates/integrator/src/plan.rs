@@ -22,8 +22,6 @@ pub struct PlannedLight {
     pub triangles: Range<u32>,
     /// Emission of an area light by position, if not the same everywhere.
     pub texture: Option<PlannedTexture>,
-    /// The set that light linking knows it by, as in the scene.
-    pub set: u32,
     /// The estimator of this light, if it has one of its own.
     pub estimator: Option<Estimator>,
     /// Whether it is sampled for itself where one of the other lights is picked for each sample.
@@ -128,7 +126,6 @@ impl Plan {
                 light: Arc::clone(&light.light),
                 triangles: light.triangles.clone(),
                 texture: texture(light, textured),
-                set: light.set,
                 estimator: None,
                 is_apart: false,
                 occlusion: OcclusionStats::default(),
@@ -250,7 +247,6 @@ fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLig
                 light: Arc::new(*light),
                 triangles: (*triangles).clone(),
                 texture: None,
-                set: planned.set,
                 estimator: None,
                 is_apart: false,
                 occlusion: OcclusionStats::default(),

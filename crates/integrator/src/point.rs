@@ -1,6 +1,5 @@
 //! Shading points: where a camera ray meets the scene.
 
-use crate::PlannedLight;
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_scene::Bounce;
@@ -23,8 +22,6 @@ pub struct ShadingPoint {
     pub shading: linelit_estimators::ShadingPoint,
     /// Index into the scene's materials.
     pub material: u32,
-    /// The sets of lights that illuminate it: bit k is set k.
-    pub lit_by: u32,
     /// Distance of the position from the surface.
     pub lift: f64,
     /// Directions in which perfect mirrors and glass send the view on; empty for most.
@@ -34,12 +31,6 @@ pub struct ShadingPoint {
 }
 
 impl ShadingPoint {
-    /// Whether light linking lets a light illuminate it.
-    #[must_use]
-    pub const fn is_lit_by(&self, light: &PlannedLight) -> bool {
-        self.lit_by >> light.set & 1 != 0
-    }
-
     /// Whether the material's light has a closed form along a line and over a polygon.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {

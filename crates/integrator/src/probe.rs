@@ -79,11 +79,10 @@ fn over_grid(
         for (k, light) in lights.iter().enumerate() {
             let source = light.source();
             if let Light::Area(area) = &*light.light
-                && point.is_lit_by(light)
                 && source.reaches(&point, &mut buffers.samples.plan)
             {
                 let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], light.index);
-                let occluders = renderer.occluders_of(light);
+                let occluders = renderer.light_occluders();
                 let query = Query::new(occluders, &source, &point, &estimator, numbers, 1);
                 visit(k, &query, area, buffers);
             }

@@ -81,16 +81,16 @@ impl<'s> Renderer<'s> {
     }
 
     /// What camera rays meet: the triangles of the scene by their numbers, and as instances what
-    /// has holes, hides some lights only, or is an instance of the scene.
+    /// has holes, hides no light, or is an instance of the scene.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
         self.world.views()
     }
 
-    /// What hides a light: the same, but for holes to lights alone and light linking.
+    /// What hides lights: the same, but for holes to lights alone and what casts no shadow.
     #[must_use]
-    pub fn occluders_of(&self, light: &PlannedLight) -> &Occluders {
-        self.world.of_set(light.set)
+    pub const fn light_occluders(&self) -> &Occluders {
+        self.world.hiding()
     }
 
     /// The triangle of the scene that a ray among [`Renderer::occluders`] has met.
@@ -348,7 +348,6 @@ impl<'s> Renderer<'s> {
                 bsdf,
             },
             material: surface.material,
-            lit_by: surface.links.lit_by,
             lift,
             bounces,
             emitted: self.emitted(&surface, outgoing),
@@ -497,9 +496,6 @@ impl<'s> Renderer<'s> {
         streams: Streams,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        if !point.is_lit_by(light) {
-            return DVec3::ZERO;
-        }
         let source = light.source();
         let buffers = &mut workspace.buffers;
         if settings.skip && !source.reaches(point, &mut buffers.samples.plan) {
@@ -514,7 +510,7 @@ impl<'s> Renderer<'s> {
             block: streams.block,
         };
         let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
-        let (occluders, samples) = (self.occluders_of(light), settings.samples);
+        let (occluders, samples) = (self.light_occluders(), settings.samples);
         let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
         query.skip = settings.skip;
         if !settings.share {
@@ -525,7 +521,7 @@ impl<'s> Renderer<'s> {
 
     /// The direct light of all area lights by `count` stratified lines each, with visibility by
     /// brute force in `f64` ([`brute_force`]), past the scene's own triangles: of scenes without
-    /// holes, instances and light linking.
+    /// holes and instances.
     ///
     /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
     /// a single camera sample with the default sampler and the same seed and count.

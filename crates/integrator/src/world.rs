@@ -1,26 +1,27 @@
 //! The occluders of a scene: its triangles, and beside them what has holes, stands there as an
-//! instance, or hides some lights only.
+//! instance, or hides no light.
 
 use linelit_geometry::DVec2;
 use linelit_geometry::intervals::Interval;
-use linelit_scene::{AlphaGrid, Links, Mesh, Object, Place, Scene, Wrap};
+use linelit_scene::{AlphaGrid, Mesh, Object, Place, Scene, Wrap};
 use linelit_visibility::{
     AlphaCutoff, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap, Filter, Hit, Instance, Occluders,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The bit of masks that stands for views: camera rays, and those that mirrors and glass send on.
-/// The bits below stand for the scene's sets of lights.
-const VIEWS: u32 = 1 << 31;
+/// The bits of masks that stand for views (camera rays, and those that mirrors and glass send on)
+/// and for lights.
+const VIEWS: u32 = 1;
+const LIGHTS: u32 = 2;
 
 /// What rays and lines of a scene may meet.
 #[derive(Debug)]
 pub(crate) struct World {
     /// What views meet.
     views: Occluders,
-    /// What hides the lights of each set; empty where it is what views meet.
-    lights: Vec<Occluders>,
+    /// What hides lights; `None` where it is what views meet.
+    lights: Option<Occluders>,
     /// What each instance of the occluders is in the scene.
     parts: Vec<Part>,
 }
@@ -34,29 +35,28 @@ struct Part {
     triangles: Arc<[u32]>,
 }
 
-/// Meshes of the same holes that hide the same lights. Those of the default are in the hierarchy
+/// Meshes of the same holes that all hide lights, or none does. Opaque ones are in the hierarchy
 /// itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     /// Indices of alphas.
     seen: Option<u32>,
     shadow: Option<u32>,
-    /// Sets of lights.
-    shadows: u32,
+    casts_no_shadow: bool,
 }
 
 impl Kind {
     const OPAQUE: Self = Self {
         seen: None,
         shadow: None,
-        shadows: Links::ALL,
+        casts_no_shadow: false,
     };
 
     fn of(mesh: &Mesh) -> Self {
         Self {
             seen: mesh.cutout.and_then(|holes| holes.seen),
             shadow: mesh.cutout.and_then(|holes| holes.shadow),
-            shadows: mesh.links.shadows & Links::ALL,
+            casts_no_shadow: mesh.casts_no_shadow,
         }
     }
 }
@@ -175,12 +175,8 @@ impl World {
         }
         let all = own.opaque().with_instances(instances);
         let is_masked = all.instances().iter().any(|part| part.mask() != u32::MAX);
-        let sets = 0..scene.light_sets.len();
         Self {
-            lights: match is_masked {
-                true => sets.map(|set| all.with_mask(1 << set)).collect(),
-                false => Vec::new(),
-            },
+            lights: is_masked.then(|| all.with_mask(LIGHTS)),
             views: if is_masked { all.with_mask(VIEWS) } else { all },
             parts,
         }
@@ -191,9 +187,12 @@ impl World {
         &self.views
     }
 
-    /// What hides the lights of a set.
-    pub(crate) fn of_set(&self, set: u32) -> &Occluders {
-        self.lights.get(set as usize).unwrap_or(&self.views)
+    /// What hides lights.
+    pub(crate) const fn hiding(&self) -> &Occluders {
+        match &self.lights {
+            Some(lights) => lights,
+            None => &self.views,
+        }
     }
 
     /// The triangle that a ray has met.
@@ -260,7 +259,7 @@ impl<'s> Geometry<'s> {
             [Some(one), None] | [None, Some(one)] => Holes::One(one),
             [Some(a), Some(b)] => Holes::Two(Arc::new(Both([a, b]))),
         };
-        let faces = if kind.shadow.is_none() && kind.shadows == Links::ALL {
+        let faces = if kind.shadow.is_none() && !kind.casts_no_shadow {
             vec![Face {
                 mask: u32::MAX,
                 holes: to_views,
@@ -271,10 +270,12 @@ impl<'s> Geometry<'s> {
                 holes: to_views,
             };
             let lights = Face {
-                mask: kind.shadows,
+                mask: LIGHTS,
                 holes: to_lights,
             };
-            vec![views, lights]
+            std::iter::once(views)
+                .chain((!kind.casts_no_shadow).then_some(lights))
+                .collect()
         };
         Group {
             occluders: Arc::new(Occluders::build(self.positions, &triangles)),

@@ -287,7 +287,7 @@ pub(crate) fn share(context: &Context<'_>, scene_name: &'static str, lines: u32)
     };
     let mut workspace = Workspace::new();
     let mut scratch = Scratch::new();
-    let occluders = renderer.occluders_of(light);
+    let occluders = renderer.light_occluders();
     let ratios: Vec<f64> = (0..context.or_least(6, 2))
         .map(|_| {
             let clock = CpuClock::start();

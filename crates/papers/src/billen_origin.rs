@@ -134,7 +134,7 @@ fn estimate(
         .map(|(d, [low, high])| Segment::new(at(*d, *low), at(*d, *high)))
         .collect();
     let query = ShaftQuery::new(point.position, &area.polygon).excluding(light.triangles.clone());
-    let mut shaft = renderer.occluders_of(light).shaft(query, scratch);
+    let mut shaft = renderer.light_occluders().shaft(query, scratch);
     shaft.visible(&segments, visible);
     let mut sum = DVec3::ZERO;
     for (k, (direction, [low, high])) in lines.iter().enumerate() {

@@ -108,7 +108,7 @@ pub(crate) fn alone(targets: &Targets<'_>, seed: u64) -> Result<Alone> {
     };
     let numbers = Sampler::new(SamplerKind::Independent, seed);
     let mut scratch = Scratch::new();
-    let occluders = renderer.occluders_of(light);
+    let occluders = renderer.light_occluders();
     let (mut boxes, mut triangles) = (Vec::new(), Vec::new());
     for (pixel, point) in &targets.points {
         let set = numbers.points(*pixel, 0, LINES_ALONE);

@@ -7,7 +7,7 @@ use crate::scene::{
     EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32,
     to_f64,
 };
-use crate::{Alpha, Camera, Cutout, FilmSettings, Instance, Links, Material, Object, Texture};
+use crate::{Alpha, Camera, Cutout, FilmSettings, Instance, Material, Object, Texture};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
 use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Sphere};
@@ -58,8 +58,8 @@ pub struct Placement {
     pub emission: Option<EmissionSpec>,
     /// The holes of the mesh; one that emits has none.
     pub cutout: Option<Cutout>,
-    /// Which lights illuminate it, and which it hides.
-    pub links: Links,
+    /// Whether it hides no light: views meet it all the same.
+    pub casts_no_shadow: bool,
 }
 
 impl Placement {
@@ -139,7 +139,6 @@ pub struct SceneBuilder {
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
     alphas: Vec<Alpha>,
-    light_sets: Vec<String>,
     pub(crate) lights: Vec<SceneLight>,
     light_ranges: Vec<(u32, u32, u32)>,
     pub(crate) spheres: Vec<EmissiveSphere>,
@@ -163,7 +162,6 @@ impl SceneBuilder {
             instances: Vec::new(),
             elsewhere: 0,
             alphas: Vec::new(),
-            light_sets: vec!["default".to_owned()],
             materials: vec![Material::default_matte()],
             lights: Vec::new(),
             light_ranges: Vec::new(),
@@ -212,32 +210,6 @@ impl SceneBuilder {
     #[must_use]
     pub fn alpha(&self, index: u32) -> &Alpha {
         &self.alphas[index as usize]
-    }
-
-    /// The index of a set of lights by its name, which makes it known; `default` is that of the
-    /// lights that are in no other. `None` where there are [`Links::MAX_SETS`] already.
-    pub fn light_set(&mut self, name: &str) -> Option<u32> {
-        let known = self.light_sets.iter().position(|set| set == name);
-        let at = known.unwrap_or(self.light_sets.len());
-        if at >= Links::MAX_SETS {
-            return None;
-        }
-        if known.is_none() {
-            self.light_sets.push(name.to_owned());
-        }
-        Some(index(at))
-    }
-
-    /// The sets of lights so far.
-    #[must_use]
-    pub fn light_sets(&self) -> &[String] {
-        &self.light_sets
-    }
-
-    /// Whether a light so far is in a set.
-    #[must_use]
-    pub fn has_light_in(&self, set: u32) -> bool {
-        self.lights.iter().any(|light| light.set == set)
     }
 
     /// Adds a texture that shapes emit and gives its index.
@@ -299,7 +271,7 @@ impl SceneBuilder {
             has_uvs: !mesh.uvs.is_empty(),
             // What emits is opaque.
             cutout: place.cutout.filter(|_| place.emission.is_none()),
-            links: place.links,
+            casts_no_shadow: place.casts_no_shadow,
         });
         if let Some(emission) = &place.emission {
             self.add_lights(first, emission, mesh.one_shape, &mut added)?;
@@ -372,7 +344,6 @@ impl SceneBuilder {
         let full = |k: usize| spec.radiance_over(if one_shape { total } else { facets[k].area() });
         let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
         let texture = Coordinates::new(self, first, mesh, spec);
-        let set = spec.set;
         let is_textured = texture.is_some();
         let plain = |k| if is_textured { full(k) } else { radiance(k) };
         let same = |a: usize, b: usize| {
@@ -410,7 +381,7 @@ impl SceneBuilder {
                 factor: Arc::clone(&self.emission_maps[map as usize]),
                 coordinates: texture.plane(k),
             });
-            self.push_area_light((polygon, emission, set), map, start..next)
+            self.push_area_light(polygon, emission, map, start..next)
         })?;
         added.lights = self.lights.len() - lights_before;
         Ok(())
@@ -451,7 +422,8 @@ impl SceneBuilder {
     /// Adds a light that stands for some triangles; the dark parts of a texture are none.
     fn push_area_light(
         &mut self,
-        (polygon, emission, set): (ConvexPolygon, Emission, u32),
+        polygon: ConvexPolygon,
+        emission: Emission,
         map: Option<EmissionMap>,
         triangles: Range<usize>,
     ) -> Result<(), AddError> {
@@ -468,7 +440,6 @@ impl SceneBuilder {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles,
             map,
-            set,
         });
         Ok(())
     }
@@ -494,7 +465,6 @@ impl SceneBuilder {
             })),
             triangles: at..at,
             map: None,
-            set: spec.set,
         });
         Ok(())
     }
@@ -511,7 +481,6 @@ impl SceneBuilder {
             objects: self.objects,
             instances: self.instances,
             alphas: self.alphas,
-            light_sets: self.light_sets,
             materials: self.materials,
             lights: self.lights,
             spheres: self.spheres,

@@ -17,8 +17,6 @@ pub struct EmissionSpec {
     pub power: Option<f64>,
     /// A factor over the surface: an index into the builder's list.
     pub map: Option<u32>,
-    /// The set of lights that it belongs to ([`crate::SceneBuilder::light_set`]); usually 0.
-    pub set: u32,
 }
 
 impl EmissionSpec {
@@ -30,7 +28,6 @@ impl EmissionSpec {
             two_sided: false,
             power: None,
             map: None,
-            set: 0,
         }
     }
 

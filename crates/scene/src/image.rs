@@ -162,11 +162,6 @@ impl ImageData {
         }
     }
 
-    /// Whether the integers of its file are sRGB-encoded rather than linear.
-    pub const fn is_srgb(&self) -> bool {
-        self.srgb
-    }
-
     /// Whether the pixels are linear numbers, which no file of bytes can hold.
     pub const fn is_linear(&self) -> bool {
         matches!(self.pixels, Pixels::Linear(_))

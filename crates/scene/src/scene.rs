@@ -9,7 +9,7 @@ use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::object::mesh_of;
 use crate::texture::ImageTexture;
-use crate::{Instance, Links, Object};
+use crate::{Instance, Object};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light};
 use std::collections::HashMap;
@@ -34,8 +34,8 @@ pub struct Mesh {
     pub has_uvs: bool,
     /// Its holes.
     pub cutout: Option<Cutout>,
-    /// Which lights illuminate it, and which it hides.
-    pub links: Links,
+    /// Whether it hides no light: views meet it all the same.
+    pub casts_no_shadow: bool,
 }
 
 /// The holes of a mesh: which of its points are there, as indices into [`Scene::alphas`].
@@ -57,8 +57,6 @@ pub struct SceneLight {
     pub triangles: Range<u32>,
     /// Emission that varies over an area light; `light` has its mean.
     pub map: Option<EmissionMap>,
-    /// The set of lights that it is in, by its number in [`Scene::light_sets`].
-    pub set: u32,
 }
 
 impl SceneLight {
@@ -144,8 +142,6 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// What meshes have holes by.
     pub alphas: Vec<Alpha>,
-    /// Names of the sets of lights that light linking tells apart; the first is `default`.
-    pub light_sets: Vec<String>,
     /// Materials.
     pub materials: Vec<Material>,
     /// Lights.
@@ -306,7 +302,7 @@ impl Scene {
             has_normals: false,
             has_uvs: false,
             cutout: None,
-            links: Links::default(),
+            casts_no_shadow: false,
         });
         self.materials.push(Material::matte(name, DVec3::ZERO));
         self.light_ranges
@@ -315,7 +311,6 @@ impl Scene {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles: first..first + 2,
             map: None,
-            set: 0,
         });
         true
     }

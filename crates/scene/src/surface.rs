@@ -6,7 +6,6 @@
 
 use crate::emission::PlaneUv;
 use crate::footprint::{Footprint, RayDifferential};
-use crate::links::Links;
 use crate::material::NormalMap;
 use crate::object::{InWorld, Place};
 use crate::scene::{Mesh, Scene, outward};
@@ -38,8 +37,6 @@ pub struct Surface {
     pub material: u32,
     /// Index into the scene's lights, if the triangle emits.
     pub light: Option<u32>,
-    /// Which lights illuminate it, and which it hides.
-    pub links: Links,
     /// The ray comes from the outside (for an area light: from the emitting side).
     pub outside: bool,
 }
@@ -152,7 +149,6 @@ impl Scene {
                 None => self.light_of(triangle),
                 Some(_) => None,
             },
-            links: mesh.links,
             outside,
         };
         if let Some(beside) = beside {

@@ -31,8 +31,6 @@ struct Info {
     instances: usize,
     /// Triangles, those of objects once for each instance.
     triangles_in_world: usize,
-    /// What light linking tells apart.
-    light_sets: Vec<String>,
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
@@ -157,7 +155,6 @@ fn describe(
         objects: scene.objects.len(),
         instances: scene.instances.len(),
         triangles_in_world: scene.triangles_in_world(),
-        light_sets: scene.light_sets.clone(),
         bounds: scene
             .bounds()
             .map(|(lo, hi)| [lo.to_array(), hi.to_array()]),
@@ -219,9 +216,6 @@ fn beyond_triangles(info: &Info) -> Vec<(&'static str, String)> {
     }
     if info.cutouts > 0 {
         rows.push(("with holes", format!("{} meshes", info.cutouts)));
-    }
-    if info.light_sets.len() > 1 {
-        rows.push(("sets of lights", info.light_sets.join(", ")));
     }
     rows
 }

@@ -96,7 +96,6 @@ impl<'a> Reader<'a> {
                 two_sided: material.two_sided,
                 power: None,
                 map: material.emission_map,
-                set: 0,
             });
             let cutout = match (material.holes, emission) {
                 (Holes::None, _) => None,

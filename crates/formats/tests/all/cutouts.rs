@@ -1,9 +1,9 @@
-//! Holes of shapes, and which lights have to do with them, from files of all formats and back.
+//! Holes of shapes from files of all formats.
 
 use crate::common::{load, world};
 use linelit_formats::{LoadOptions, Loaded};
 use linelit_geometry::DVec2;
-use linelit_scene::{Alpha, Cutout, Links, Scene};
+use linelit_scene::{Alpha, Cutout, Scene};
 use std::path::PathBuf;
 
 /// A folder of this process with `leaf.tga`, 2 × 2 pixels of one colour whose alphas are 0, 100
@@ -45,59 +45,32 @@ fn pbrt_cuts_where_alpha_is_zero_and_version_4_below_a_half() {
     let v4 = format!("Film \"rgb\" Camera \"perspective\" WorldBegin {texture} {shape}");
     let v4 = load(&v4).scene;
     assert_eq!(there(&v4, seen(&v4)), [false; 4]);
-    // Constants are there or not; what hides no lights is linked to none.
+    // Constants are there or not; what has no alpha to lights casts no shadow.
     let scene = world(&format!(
         "{TRIANGLE} \"float alpha\" 0.1 {TRIANGLE} \"float alpha\" 0 \
          {TRIANGLE} \"float shadowalpha\" 0"
     ));
-    let links = |shadows| Links {
-        lit_by: Links::ALL,
-        shadows,
-    };
-    let meshes: Vec<_> = scene.meshes.iter().map(|m| (m.cutout, m.links)).collect();
-    assert_eq!(meshes, [(None, links(Links::ALL)), (None, links(0))]);
+    let meshes = scene.meshes.iter().map(|m| (m.cutout, m.casts_no_shadow));
+    assert_eq!(meshes.collect::<Vec<_>>(), [(None, false), (None, true)]);
 }
 
 #[test]
-fn holes_and_links_come_back() {
+fn holes_are_those_of_the_file() {
     let folder = folder("holes");
     let file = folder.join("leaf.tga");
     let scene = world(&format!(
         "Texture \"leaf\" \"float\" \"imagemap\" \"string filename\" \"{}\"
          Texture \"check\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0
-         AttributeBegin AreaLightSource \"diffuse\" \"string set\" \"key\"
-         Shape \"quad\" \"point o\" [0 2 0] \"vector u\" [1 0 0] \"vector v\" [0 0 1]
-         Shape \"sphere\" AttributeEnd
-         AttributeBegin AreaLightSource \"diffuse\" \"string set\" \"a \\\"rim\\\"\"
-         Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0] AttributeEnd
          {TRIANGLE} \"texture alpha\" \"leaf\" \"texture shadowalpha\" \"check\" \"float alphacutoff\" 0.3
-         {TRIANGLE} \"texture shadowalpha\" \"leaf\"
-         {TRIANGLE} \"string litby\" [ \"key\" ] \"string shadows\" \"none\"
-         {TRIANGLE} \"string shadows\" [ \"default\" \"a \\\"rim\\\"\" ]",
+         {TRIANGLE} \"texture shadowalpha\" \"leaf\"",
         file.display()
     ));
-    {
-        let scene = &scene;
-        let sets: Vec<_> = scene.lights.iter().map(|l| l.set).collect();
-        assert_eq!(sets[0], 1);
-        assert_eq!(*sets.last().unwrap(), 2);
-        assert_eq!(scene.light_sets, ["default", "key", "a \"rim\""]);
-        let dark = |m: &&linelit_scene::Mesh| scene.light_of(m.triangles.start).is_none();
-        let dark: Vec<_> = scene.meshes.iter().filter(dark).collect();
-        let holes: Vec<_> = dark.iter().map(|m| m.cutout).collect();
-        let cutout = |seen, shadow| Some(Cutout { seen, shadow });
-        let want = [cutout(Some(0), Some(1)), cutout(None, Some(2)), None, None];
-        assert_eq!(holes, want);
-        let cutoffs: Vec<_> = scene.alphas.iter().map(|a| a.cutoff.to_bits()).collect();
-        let zero = Alpha::ABOVE_ZERO.to_bits();
-        assert_eq!(cutoffs, [0.3_f32.to_bits(), zero, zero]);
-        let links: Vec<_> = dark
-            .iter()
-            .map(|m| (m.links.lit_by, m.links.shadows))
-            .collect();
-        assert_eq!(links[0], (Links::ALL, Links::ALL));
-        assert_eq!(links[2..], [(0b10, 0), (Links::ALL, 0b101)]);
-    }
+    let holes: Vec<_> = scene.meshes.iter().map(|m| m.cutout).collect();
+    let cutout = |seen, shadow| Some(Cutout { seen, shadow });
+    assert_eq!(holes, [cutout(Some(0), Some(1)), cutout(None, Some(2))]);
+    let cutoffs: Vec<_> = scene.alphas.iter().map(|a| a.cutoff.to_bits()).collect();
+    let zero = Alpha::ABOVE_ZERO.to_bits();
+    assert_eq!(cutoffs, [0.3_f32.to_bits(), zero, zero]);
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -1,11 +1,10 @@
-//! Holes by masks against holes in the geometry, instances against copies, and light linking.
+//! Holes by masks against holes in the geometry, and instances against copies.
 
 use crate::common::load;
 use linelit_formats::assembly::film::{ByteImage, encode_tga};
 use linelit_formats::{Instancing, LoadOptions, Root};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
-use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
 use std::collections::BTreeMap;
@@ -279,80 +278,4 @@ fn instances_are_their_copies() {
     let empty = load(&crate::cutouts::text(""));
     let with = picture(&kept, "line-analytic", 4, 1);
     assert_shadow(&with, &picture(&empty, "line-analytic", 4, 1));
-}
-
-/// Two lights, `key` and another, and a panel.
-fn linked(panel: &str, floor: &str) -> String {
-    let text = text(&format!(
-        "Shape \"quad\" \"point o\" [ -1 -1 1 ] \"vector u\" [ 2 0 0 ] \"vector v\" [ 0 2 0 ] {panel}
-         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ 9 9 9 ] \"string set\" \"key\"
-         Shape \"quad\" \"point o\" [ 1 -0.5 1.5 ] \"vector u\" [ 0 1 0 ] \"vector v\" [ 1 0 0 ] AttributeEnd"
-    ));
-    text.replacen("3 3 0  -3 3 0 ]", &format!("3 3 0  -3 3 0 ] {floor}"), 1)
-}
-
-#[test]
-fn linked_lights_light_and_hide_what_they_should() {
-    let scene = |panel: &str, floor: &str| load(&linked(panel, floor));
-    let shown = |scene: &Scene| picture(scene, "line-analytic", 4, 1);
-    let plain = shown(&scene("", ""));
-    // All sets by their names are all.
-    let all = "\"string shadows\" [ \"default\" \"key\" ] \"string litby\" [ \"key\" \"default\" ]";
-    assert_eq!(shown(&scene(all, "")), plain);
-    let key_only = shown(&scene("", "\"string litby\" \"key\""));
-    let other_only = shown(&scene("", "\"string litby\" \"default\""));
-    let dark = shown(&scene("", "\"string litby\" \"none\""));
-    let no_shadow = shown(&scene("\"string shadows\" \"none\"", ""));
-    let of_key = shown(&scene("\"string shadows\" \"key\"", ""));
-    let free = |light: &str| {
-        let floor = format!("\"string litby\" \"{light}\"");
-        shown(&scene("\"string shadows\" \"none\"", &floor))
-    };
-    let sum =
-        |a: &[DVec3], b: &[DVec3]| -> Vec<_> { a.iter().zip(b).map(|(a, b)| *a + *b).collect() };
-    // The lights themselves are seen in the last row of pixels at most: not in these pictures.
-    assert!(dark.iter().all(|v| *v == DVec3::ZERO));
-    for (got, want) in [
-        (&plain, sum(&key_only, &other_only)),
-        (&no_shadow, sum(&free("key"), &free("default"))),
-        (&of_key, sum(&key_only, &free("default"))),
-    ] {
-        // Sums of two, in one order or the other.
-        assert!(difference(got, &want) <= 4.0 * f64::EPSILON);
-    }
-    assert_shadow(&plain, &no_shadow);
-    assert_shadow(&plain, &of_key);
-    assert_shadow(&of_key, &no_shadow);
-}
-
-/// Picking one light for each sample stays right where some do not illuminate what is seen.
-#[test]
-fn picked_lights_may_be_linked_away() {
-    use linelit_integrator::LightChoice;
-    let scene = load(&linked("", "\"string litby\" \"key\""));
-    let want: f64 = picture(&scene, "exact", 1, 0).iter().map(|v| v.y).sum();
-    for choice in [LightChoice::Uniform, LightChoice::Exact, LightChoice::Tree] {
-        let renderer = Renderer::new(&scene);
-        let sum = |seed| {
-            let settings = Settings {
-                estimator: "exact".parse().unwrap(),
-                sampler: SamplerKind::Independent,
-                samples: 3,
-                lights: choice,
-                seed,
-                ..Settings::default()
-            };
-            let mut workspace = Workspace::new();
-            let pixels = (0..24).flat_map(|y| (0..24).map(move |x| [x, y]));
-            let values = pixels.map(|p| renderer.pixel(&settings, p, &mut workspace).y);
-            values.sum::<f64>()
-        };
-        let sums: Vec<f64> = (0..16).map(sum).collect();
-        let mean = sums.iter().sum::<f64>() / 16.0;
-        let square = sums.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>();
-        let error = (square / (16.0 * 15.0)).sqrt();
-        // Sums over all pixels are nearly normal. The exact choice leaves rounding alone.
-        let z = normal((mean - want).abs() / (error + 1e-12 * want), 15.0);
-        assert!(z < critical_z(sidak(1e-3, 3)), "{choice}: {z}");
-    }
 }

@@ -44,10 +44,6 @@ impl Loader {
             *power /= mean;
         }
         let two_sided = params.bool_or("twosided", false)?;
-        let set = match params.text("set")? {
-            Some(param) => self.light_set(param, 0)?,
-            None => 0,
-        };
         if radiance.min_element() < 0.0 {
             let label = "must not be negative";
             return Err(params.error(ErrorKind::OutOfRange, "negative radiance", label));
@@ -67,7 +63,6 @@ impl Loader {
             two_sided,
             power,
             map,
-            set,
         });
         Ok(())
     }

@@ -62,7 +62,6 @@ pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> 
         textures: HashMap::new(),
         objects: HashMap::new(),
         object: None,
-        sets: HashMap::new(),
         view: view::View::default(),
         in_world: false,
         includes: path
@@ -132,8 +131,6 @@ struct Loader {
     textures: HashMap<(bool, String), Arc<Texture>>,
     objects: HashMap<String, Rc<Object>>,
     object: Option<OpenObject>,
-    /// Sets of lights, and where each was named first.
-    sets: HashMap<u32, (Arc<Source>, Span)>,
     view: view::View,
     in_world: bool,
     /// The files that are open, links followed.
@@ -167,7 +164,6 @@ impl Loader {
             let error = at.error(ErrorKind::Nesting, message, "opened here");
             return Err(error.help(format!("add `{end}`")));
         }
-        self.warn_about_sets()?;
         let view = std::mem::take(&mut self.view);
         let (camera, film) = view.finish(&mut self.base.warnings, source)?;
         self.base

@@ -53,7 +53,7 @@ impl Loader {
             material,
             emission: self.state.emission,
             cutout: extent.cutout,
-            links: extent.links,
+            casts_no_shadow: extent.casts_no_shadow,
         };
         match &mut self.object {
             Some(object) => {
