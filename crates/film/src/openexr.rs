@@ -11,6 +11,7 @@ use exr::compression::Compression as Method;
 use exr::image::write::layers::{LayersWriter, WritableLayers as _};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples};
 use exr::math::Vec2;
+use exr::meta::BlockDescription;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use exr::prelude::{ReadChannels as _, ReadLayers as _, SmallVec};
@@ -198,6 +199,9 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
 
 type AnyImage = exr::image::FlatImage;
 
+/// Bytes of the largest tile that may be larger than the picture.
+const MOST_OF_A_TILE: usize = 1 << 26;
+
 /// Refuses what would not fit our document.
 pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
     let first = headers
@@ -215,6 +219,18 @@ pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
         if positions[0] != positions[1] {
             let found = format!("{:?} and {:?}", positions[0], positions[1]);
             return Err(FormatError::new(FORMAT, "parts at one place", found));
+        }
+        // The `exr` crate asks for as much memory as a block may have. A tile may be larger than a
+        // small picture, but not by much.
+        if let BlockDescription::Tiles(tiles) = header.blocks {
+            let Vec2(width, height) = tiles.tile_size;
+            let pixels = width.saturating_mul(height);
+            let bytes = pixels.saturating_mul(header.channels.bytes_per_pixel);
+            let fits = width <= header.layer_size.0 && height <= header.layer_size.1;
+            if !fits && bytes > MOST_OF_A_TILE {
+                let found = format!("{width} × {height}");
+                return Err(FormatError::new(FORMAT, "tiles within the picture", found));
+            }
         }
         for channel in &header.channels.list {
             if channel.sampling != Vec2(1, 1) {
