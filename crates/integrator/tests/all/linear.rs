@@ -1,6 +1,6 @@
 //! Linear lights: every technique gives the light of quadrature, with weight one and nothing lost.
 
-use crate::common::{CLUTTER, load, points, room, room_text, trials};
+use crate::common::{CLUTTER, Comparison, load, points, room, room_text, trials};
 use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
@@ -8,7 +8,6 @@ use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_testkit::quadrature::gauss_kronrod;
-use linelit_testkit::{chi2::sidak, ztest::critical_z};
 
 /// A line above the floor, and one that dips below it.
 const LINES: [&str; 2] = [
@@ -104,13 +103,15 @@ fn quadrature(scene: &Scene, point: &linelit_integrator::ShadingPoint, channel: 
     sum * strength[channel]
 }
 
-/// A z test of each estimator at each pixel against `truth`, at α = 0.01 for the whole of it.
+/// Tests of each estimator against `truth`.
 fn hold(scene: &Scene, names: &[&str], truth: impl Fn(&Renderer<'_>, usize) -> DVec3) {
     let renderer = Renderer::new(scene);
     let all = points(&renderer);
     assert!(all.len() > 100);
     let (line, _) = light(scene);
-    let z = critical_z(sidak(0.01, all.len() * 3 * names.len()));
+    let count = (all.len() * 3 + 1) * names.len();
+    let compared = |_: &&str| Comparison::new(count, 32, 32);
+    let mut comparisons: Vec<_> = names.iter().map(compared).collect();
     let mut lit = 0;
     for (index, point) in all.iter().enumerate() {
         // Near the line a single sample by area has hundreds of times the mean: 1024 of them are
@@ -125,21 +126,13 @@ fn hold(scene: &Scene, names: &[&str], truth: impl Fn(&Renderer<'_>, usize) -> D
         for (k, name) in names.iter().enumerate() {
             let base = settings(name, 32, 10_000 * (k as u64 + 1));
             let got = trials(&renderer, &base, point, 32);
-            for c in 0..3 {
-                let difference = (got.0[c] - want[c]).abs();
-                // 1e-9: quadrature; positions in f32 are the same on both sides.
-                assert!(
-                    difference <= z * got.1[c] + 1e-9 * want[c],
-                    "{name} at {:?}: {} +- {}, want {}",
-                    point.0,
-                    got.0[c],
-                    got.1[c],
-                    want[c]
-                );
-            }
+            comparisons[k].add((name, point.0), got, (want, DVec3::ZERO));
         }
     }
     assert!(lit > 50, "only {lit} pixels are lit");
+    for (comparison, name) in comparisons.into_iter().zip(names) {
+        comparison.finish(name);
+    }
 }
 
 fn by_quadrature(scene: &Scene, names: &[&str]) {

@@ -1,7 +1,8 @@
 //! One light at a time, and spheres as they are.
 
 use crate::common::{
-    CLUTTER, MATTE, SQUARE, TRIANGLE, load, microfacets, points, room, room_text, trials,
+    CLUTTER, Comparison, MATTE, SQUARE, TRIANGLE, load, microfacets, points, room, room_text,
+    trials,
 };
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
@@ -36,13 +37,14 @@ fn lit_points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     all
 }
 
-/// z tests of settings against others at every third pixel, α = 0.01 for all of them, with this
-/// many trials each: choosing lights makes skew estimates, whose mean needs a few hundred to be
+/// Tests of settings against others at every third pixel, with this many trials each: choosing lights makes skew estimates, whose mean needs a few hundred to be
 /// normal.
 fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
     let renderer = Renderer::new(scene);
     let pixels: Vec<_> = lit_points(&renderer).into_iter().step_by(3).collect();
-    let z = critical_z(sidak(0.01, pixels.len() * all.len()));
+    let comparisons = (pixels.len() * 3 + 1) * all.len();
+    let compared = |(s, count): &(Settings, u32)| Comparison::new(comparisons, *count, s.samples);
+    let mut comparisons: Vec<_> = all.iter().map(compared).collect();
     let truth = |point: &_| {
         let seed = 1 << 32;
         trials(&renderer, &Settings { seed, ..reference }, point, 64)
@@ -59,22 +61,13 @@ fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
         for (k, (settings, count)) in all.iter().enumerate() {
             let seed = 1000 * (k as u64 + 1);
             let got = trials(&renderer, &Settings { seed, ..*settings }, point, *count);
-            let error = got.1.x.hypot(want.1.x);
-            let difference = (got.0.x - want.0.x).abs();
-            // Rounding, where neither has variance.
-            let rounding = 256.0 * f64::EPSILON * want.0.x;
-            assert!(
-                difference <= z * error + rounding,
-                "{settings:?} at {:?}: {} +- {}, want {} +- {}",
-                point.0,
-                got.0.x,
-                got.1.x,
-                want.0.x,
-                want.1.x
-            );
+            comparisons[k].add((settings, point.0), got, *want);
         }
     }
     assert!(lit > 15, "only {lit} pixels are lit");
+    for (comparison, (settings, _)) in comparisons.into_iter().zip(all) {
+        comparison.finish(settings);
+    }
 }
 
 /// A square, a triangle, a line and a sphere of facets.

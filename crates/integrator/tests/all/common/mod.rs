@@ -11,7 +11,8 @@ use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace}
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use linelit_testkit::{chi2::sidak, ztest::critical_z};
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::ztest::{critical_z, t_p_value, z_score};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
 pub(crate) fn room(light: &str, occluders: &str) -> Scene {
@@ -167,13 +168,12 @@ pub(crate) fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
 
 const TRIALS: u32 = 64;
 
-/// A z test of each estimator against solid-angle points at each pixel.
+/// Tests of each estimator against solid-angle points.
 pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
     let renderer = Renderer::new(scene);
     let all = clear_of_the_light(&renderer);
     assert!(all.len() > 60, "the camera sees {} pixels", all.len());
-    // Sidak over every comparison of this scene: alpha is that of the whole test.
-    let z = critical_z(sidak(0.01, all.len() * 3 * cases.len()));
+    let comparisons = (all.len() * 3 + 1) * cases.len();
     let base = settings("point-solid-angle", 256, 1_000_000);
     let truth: Vec<(DVec3, DVec3)> = all
         .iter()
@@ -183,6 +183,7 @@ pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
     let lit = truth.iter().filter(|r| r.0 != DVec3::ZERO).count();
     assert!(lit > 30, "only {lit} pixels are lit");
     for (k, case) in cases.iter().enumerate() {
+        let mut comparison = Comparison::new(comparisons, TRIALS, case.samples);
         for (point, reference) in all.iter().zip(&truth) {
             // A direction from the BSDF meets the light rarely: only where the light is no dimmer
             // than a twentieth of the brightest do 64 x 512 of them make a normal sum.
@@ -194,8 +195,9 @@ pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
                 ..settings(case.name, case.samples, 10_000 * (k as u64 + 1))
             };
             let got = trials(&renderer, &settings, point, TRIALS);
-            compare(case.name, point.0, got, *reference, z);
+            comparison.add((case.name, point.0), got, *reference);
         }
+        comparison.finish(case.name);
     }
 }
 
@@ -214,19 +216,79 @@ pub(crate) fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], Shad
     all
 }
 
-fn compare(name: &str, pixel: [u32; 2], got: (DVec3, DVec3), want: (DVec3, DVec3), z: f64) {
-    for c in 0..3 {
-        let error = got.1[c].hypot(want.1[c]);
-        // Zero variance on both sides happens where nothing is hidden or all is; then sums of a
-        // few terms differ by rounding.
-        let rounding = 64.0 * f64::EPSILON * want.0[c];
+/// Holds means of trials to others, pixel by pixel and all together.
+pub(crate) struct Comparison {
+    /// Of each of the two kinds of tests: α = 0.01 for all comparisons, after Šidák.
+    level: f64,
+    trials: u32,
+    /// In each pixel.
+    samples: f64,
+    difference: f64,
+    variance: f64,
+    light: f64,
+    pixels: f64,
+}
+
+impl Comparison {
+    /// Among this many comparisons, of so many trials of so many samples.
+    pub(crate) fn new(comparisons: usize, trials: u32, samples: u32) -> Self {
+        Self {
+            level: sidak(0.01, comparisons),
+            trials,
+            samples: f64::from(trials) * f64::from(samples),
+            difference: 0.0,
+            variance: 0.0,
+            light: 0.0,
+            pixels: 0.0,
+        }
+    }
+
+    /// What no sample saw does not show in the scatter. Were it more than a share of
+    /// ln(1/level)/n of all, one of n samples would have seen it; it may be worth as much as the
+    /// others.
+    fn unseen(&self, samples: f64) -> f64 {
+        -self.level.ln() / samples
+    }
+
+    /// Holds means and their standard errors at a pixel to each other: Student's t, as trials are
+    /// few.
+    pub(crate) fn add(
+        &mut self,
+        what: impl std::fmt::Debug,
+        got: (DVec3, DVec3),
+        want: (DVec3, DVec3),
+    ) {
+        for c in 0..3 {
+            let (a, b) = (got.0[c], want.0[c]);
+            let error = got.1[c].hypot(want.1[c]);
+            // Quadrature, and where nothing varies, sums of a few hundred terms.
+            let rounding = 1e-9 * b;
+            let room = self.unseen(self.samples) * a.max(b) + rounding;
+            let beyond = ((a - b).abs() - room).max(0.0);
+            let p = t_p_value(z_score(beyond, 0.0, error), f64::from(self.trials - 1));
+            assert!(
+                p > self.level,
+                "{what:?}: {a} +- {}, {b} +- {}",
+                got.1[c],
+                want.1[c]
+            );
+        }
+        self.difference += got.0.x - want.0.x;
+        self.variance += (got.1 * got.1 + want.1 * want.1).x;
+        self.light += want.0.x;
+        self.pixels += 1.0;
+    }
+
+    /// Holds the sums over all pixels to each other, which have as many times the samples: a bias
+    /// that no pixel shows for itself shows there.
+    pub(crate) fn finish(self, what: impl std::fmt::Debug) {
+        let unseen = self.unseen(self.samples * self.pixels);
+        let room = (unseen + 1e-9) * self.light;
+        let allowed = critical_z(self.level) * self.variance.sqrt() + room;
+        let off = self.difference.abs();
         assert!(
-            (got.0[c] - want.0[c]).abs() <= z * error + rounding,
-            "{name} at {pixel:?}: {} +- {}, points {} +- {}",
-            got.0[c],
-            got.1[c],
-            want.0[c],
-            want.1[c]
+            off <= allowed,
+            "{what:?}: the sum is off by {off} of {allowed}"
         );
     }
 }
