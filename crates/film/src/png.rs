@@ -68,6 +68,13 @@ fn unpack(bytes: &[u8]) -> Result<Unpacked, DecodeError> {
     });
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(|e| message(&e))?;
+    // The decoder takes it that a palette has a colour.
+    if let Some(palette) = &reader.info().palette
+        && (palette.is_empty() || !palette.len().is_multiple_of(3))
+    {
+        let length = palette.len();
+        return Err(format!("a PNG image with a palette of {length} bytes").into());
+    }
     let mut pixels = vec![0; reader.output_buffer_size().ok_or("a PNG image too large")?];
     let frame = reader.next_frame(&mut pixels).map_err(|e| message(&e))?;
     // What follows the rows holds the last checksums.
