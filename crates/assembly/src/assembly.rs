@@ -5,7 +5,6 @@ use crate::diagnostics::{
 };
 use crate::framing;
 use crate::gzip;
-use crate::objects::{Instancing, Waiting};
 use crate::options::{LoadOptions, Loaded, Watch};
 use linelit_film::{Decoded, Pixels, decode_alpha, decode_picture};
 use linelit_geometry::DVec3;
@@ -38,8 +37,6 @@ pub struct Assembly {
     pub warnings: Warnings,
     /// More triangles than this are refused.
     pub max_triangles: usize,
-    pub(crate) instancing: Instancing,
-    pub(crate) waiting: Vec<Waiting>,
     files: Files,
     watch: Watch,
     /// By the name in the scene and whether bytes are sRGB.
@@ -73,8 +70,6 @@ impl Assembly {
             builder: SceneBuilder::new(options.max_triangles),
             warnings: Warnings::new(options.strict),
             max_triangles: options.max_triangles,
-            instancing: options.instancing,
-            waiting: Vec::new(),
             files: Files::new(path, options),
             watch: options.watch.clone(),
             images: HashMap::new(),
@@ -190,10 +185,6 @@ impl Assembly {
             AddError::Vertex(k) => {
                 let message =
                     format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
-                at.error(ErrorKind::OutOfRange, message, label)
-            }
-            AddError::InstanceTooFar => {
-                let message = format!("{what} reaches beyond {MAX_COORDINATE:.2e} of the origin");
                 at.error(ErrorKind::OutOfRange, message, label)
             }
             AddError::TooManyLights => self.too_many_lights(at),
@@ -443,7 +434,6 @@ impl Assembly {
         camera: Option<Camera>,
         film: FilmSettings,
     ) -> Result<Loaded> {
-        self.place_objects()?;
         let whole = |e: SceneError| e.in_file(name);
         if !has_shapes {
             let message = "the scene has no shapes";

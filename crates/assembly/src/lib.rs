@@ -7,7 +7,6 @@ mod diagnostics;
 mod framing;
 mod gzip;
 mod monotone;
-mod objects;
 mod options;
 pub mod ply;
 mod polygon;
@@ -17,7 +16,6 @@ pub use diagnostics::{
     ErrorKind, Location, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
 };
 pub use framing::add_framing_light;
-pub use objects::{Instancing, ObjectId, ObjectShape};
 pub use options::{LoadOptions, Loaded, Root, Watch};
 pub use polygon::triangulate;
 

@@ -1,7 +1,6 @@
 //! How to load, and what comes of it.
 
 use crate::diagnostics::Warning;
-use crate::objects::Instancing;
 use linelit_scene::Scene;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,11 +12,9 @@ use std::sync::Arc;
 pub struct LoadOptions {
     /// Warnings become errors.
     pub strict: bool,
-    /// More triangles than this are an error: copies of what is placed many times counted each,
-    /// what is kept once counted once.
+    /// More triangles than this are an error. What is placed many times is copied, and each copy
+    /// counts.
     pub max_triangles: usize,
-    /// Whether what is placed many times is kept once.
-    pub instancing: Instancing,
     /// Files with more bytes than this, the scene's own or those it names, are an error; so are
     /// folders, pipes and devices.
     pub max_file_bytes: u64,
@@ -85,7 +82,6 @@ impl Default for LoadOptions {
         Self {
             strict: false,
             max_triangles: 32 << 20,
-            instancing: Instancing::Auto,
             max_file_bytes: 4 << 30,
             root: Root::SceneFolder,
             watch: Watch::default(),

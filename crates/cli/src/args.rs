@@ -4,7 +4,7 @@ use crate::output::note;
 use crate::words::{Crop, instruction_set, path_ending, stops, threads};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use linelit_formats::{Instancing, LoadOptions, Root};
+use linelit_formats::{LoadOptions, Root};
 use linelit_scenes::Library;
 use linelit_simd::InstructionSet;
 use serde::{Deserialize, Serialize};
@@ -159,22 +159,10 @@ pub struct ReadArgs {
     /// Let a scene name files anywhere.
     #[arg(long)]
     pub allow_outside: bool,
-    /// Whether what a scene places many times is kept once.
-    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    /// Has no effect any more: what a scene places many times is copied.
+    #[arg(long, value_name = "WHEN", hide = true, value_parser = ["auto", "always", "never"])]
     #[serde(default)]
-    pub instances: Instances,
-}
-
-/// When instances are kept.
-#[derive(Clone, Copy, Debug, Default, ValueEnum, Serialize, Deserialize)]
-pub enum Instances {
-    /// Where that saves a million triangles.
-    #[default]
-    Auto,
-    /// Always.
-    Always,
-    /// Never: they are copied.
-    Never,
+    pub instances: Option<String>,
 }
 
 impl ReadArgs {
@@ -187,11 +175,6 @@ impl ReadArgs {
                 Some(folder) => Root::Folder(folder.clone()),
                 None if self.allow_outside => Root::Anywhere,
                 None => Root::SceneFolder,
-            },
-            instancing: match self.instances {
-                Instances::Auto => Instancing::Auto,
-                Instances::Always => Instancing::Always,
-                Instances::Never => Instancing::Never,
             },
             ..LoadOptions::default()
         }

@@ -8,8 +8,7 @@ mod load;
 mod obj;
 
 pub use linelit_assembly::{
-    ErrorKind, Instancing, LoadOptions, Loaded, Root, SceneError, Warning, Watch,
-    add_framing_light, nearest,
+    ErrorKind, LoadOptions, Loaded, Root, SceneError, Warning, Watch, add_framing_light, nearest,
 };
 pub use linelit_pbrt::from_pbrt_str;
 pub use load::{Format, from_bytes, load};

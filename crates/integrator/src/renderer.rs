@@ -11,7 +11,7 @@ use linelit_estimators::{
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Block, Sampler};
-use linelit_scene::{Bounce, Place, Projection, RayDifferential, Response, Scene, Surface};
+use linelit_scene::{Bounce, Projection, RayDifferential, Response, Scene, Surface};
 use linelit_visibility::{Fan, Hit, Occluders, Ray};
 use std::ops::Range;
 
@@ -80,8 +80,7 @@ impl<'s> Renderer<'s> {
         self.plan.set_occlusion(&stats);
     }
 
-    /// What camera rays meet: the triangles of the scene by their numbers, and as instances what
-    /// has holes, hides no light, or is an instance of the scene.
+    /// What camera rays meet: the triangles of the scene by their numbers.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
         self.world.views()
@@ -91,12 +90,6 @@ impl<'s> Renderer<'s> {
     #[must_use]
     pub const fn light_occluders(&self) -> &Occluders {
         self.world.hiding()
-    }
-
-    /// The triangle of the scene that a ray among [`Renderer::occluders`] has met.
-    #[must_use]
-    pub fn place(&self, hit: &Hit) -> Place {
-        self.world.place(hit)
     }
 
     /// The radiance of a pixel, W/(m²·sr), linear RGB, times the scale of the scene's film. A pure
@@ -332,8 +325,7 @@ impl<'s> Renderer<'s> {
         direction: DVec3,
         beside: Option<&RayDifferential>,
     ) -> ShadingPoint {
-        let surface =
-            (self.scene).surface_over(self.place(hit), hit.barycentric, direction, beside);
+        let surface = (self.scene).surface_over(hit.triangle, hit.barycentric, direction, beside);
         let outgoing = -direction.normalize_or_zero();
         let geometric_normal = towards(surface.geometric_normal, outgoing);
         let normal = towards(surface.shading_normal, geometric_normal);
@@ -393,14 +385,13 @@ impl<'s> Renderer<'s> {
                 .occluders()
                 .closest_hit(&ray, &mut workspace.buffers.scratch);
             hit.map(|hit| {
-                let place = self.place(&hit);
-                let surface = (self.scene).surface(place, hit.barycentric, camera.direction);
-                let mesh = self.scene.mesh(place).triangles.start;
-                ((place.instance, mesh), surface.geometric_normal)
+                let triangle = hit.triangle;
+                let surface = (self.scene).surface(triangle, hit.barycentric, camera.direction);
+                (self.scene.mesh_of(triangle), surface.geometric_normal)
             })
         };
         let centre = surface_at(0.0, 0.0);
-        let same = |other: &Option<((Option<u32>, u32), DVec3)>| match (&centre, other) {
+        let same = |other: &Option<(u32, DVec3)>| match (&centre, other) {
             (Some((a, n)), Some((b, m))) => a == b && n.dot(*m) > 0.999,
             (a, b) => a.is_none() && b.is_none(),
         };
@@ -520,8 +511,7 @@ impl<'s> Renderer<'s> {
     }
 
     /// The direct light of all area lights by `count` stratified lines each, with visibility by
-    /// brute force in `f64` ([`brute_force`]), past the scene's own triangles: of scenes without
-    /// holes and instances.
+    /// brute force in `f64` ([`brute_force`]), in scenes without holes.
     ///
     /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
     /// a single camera sample with the default sampler and the same seed and count.

@@ -14,7 +14,7 @@ use linelit::lights::{
 };
 use linelit::mis::balance;
 use linelit::shading::ribbon::{Sides, reflected};
-use linelit::visibility::{Between, Gathered, Scratch, ShaftQuery, VisibleLines};
+use linelit::visibility::{Between, Occluders, Scratch, ShaftQuery, VisibleLines};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::{PI, TAU};
@@ -119,17 +119,10 @@ impl Engine {
             OffsetDensity::Uniform,
         );
         let sample = sampler.sample(random.random());
-        let occluders = room
-            .gathered
-            .gather(&Between::new(x, &self.lamp), |between, found| {
-                let boxes = self
-                    .boxes
-                    .iter()
-                    .filter(|(low, high, _)| between.may_meet(*low, *high));
-                boxes
-                    .flat_map(|(_, _, all)| all)
-                    .for_each(|t| found.push(*t));
-            });
+        let between = Between::new(x, &self.lamp);
+        let boxes = self.boxes.iter();
+        let boxes = boxes.filter(|(low, high, _)| between.may_meet(*low, *high));
+        let occluders = Occluders::from_triangles(boxes.flat_map(|(_, _, all)| all).copied());
         let mut shaft = occluders.shaft(ShaftQuery::new(x, &self.lamp), &mut room.scratch);
         shaft.visible(&[sample.segment], &mut room.visible);
         let (line, down) = (sample.segment.relative_to(vector(x)), self.lamp.normal());
@@ -171,7 +164,6 @@ impl Engine {
 /// What lines need from one point to the next.
 #[derive(Default)]
 struct Room {
-    gathered: Gathered,
     scratch: Scratch,
     visible: VisibleLines,
 }

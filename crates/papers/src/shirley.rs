@@ -76,7 +76,6 @@ fn paper(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Vec<Section>> {
 pub(super) fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
     let options = LoadOptions {
         strict: context.library.options.strict,
-        instancing: context.library.options.instancing,
         ..LoadOptions::default()
     };
     let mut scene = linelit_formats::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;

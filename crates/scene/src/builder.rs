@@ -2,13 +2,12 @@
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
-use crate::object::{is_singular, normal_matrix};
 use crate::scene::{
     EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32,
     to_f64,
 };
-use crate::{Alpha, Camera, Cutout, FilmSettings, Instance, Material, Object, Texture};
-use linelit_geometry::glam::DAffine3;
+use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
+use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
 use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Sphere};
 use std::fmt;
@@ -66,7 +65,9 @@ impl Placement {
     /// Whether the transform flattens space.
     #[must_use]
     pub fn is_singular(&self) -> bool {
-        is_singular(&self.to_world.matrix3)
+        let m = &self.to_world.matrix3;
+        let size = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+        m.determinant().abs() <= 1e-14 * size
     }
 }
 
@@ -94,8 +95,6 @@ pub enum AddError {
     TooMany,
     /// More lights than allowed.
     TooManyLights,
-    /// The instance reaches beyond [`MAX_COORDINATE`] in world space.
-    InstanceTooFar,
 }
 
 impl fmt::Display for AddError {
@@ -105,10 +104,6 @@ impl fmt::Display for AddError {
             Self::Singular => f.write_str("the transform flattens space"),
             Self::TooMany => f.write_str("too many triangles"),
             Self::TooManyLights => f.write_str("too many lights"),
-            Self::InstanceTooFar => {
-                let most = MAX_COORDINATE;
-                write!(f, "the instance reaches beyond {most:.2e} of the origin")
-            }
         }
     }
 }
@@ -130,12 +125,11 @@ const MEAN_BUDGET: f64 = 4e6;
 /// an example.
 #[derive(Debug)]
 pub struct SceneBuilder {
-    /// What will be the scene's own.
-    pub(crate) world: Object,
-    pub(crate) objects: Vec<Object>,
-    pub(crate) instances: Vec<Instance>,
-    /// Triangles that are not in `world`.
-    pub(crate) elsewhere: usize,
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    pub(crate) meshes: Vec<Mesh>,
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
     alphas: Vec<Alpha>,
@@ -157,10 +151,11 @@ impl SceneBuilder {
     #[must_use]
     pub fn new(max_triangles: usize) -> Self {
         Self {
-            world: Object::default(),
-            objects: Vec::new(),
-            instances: Vec::new(),
-            elsewhere: 0,
+            positions: Vec::new(),
+            triangles: Vec::new(),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            meshes: Vec::new(),
             alphas: Vec::new(),
             materials: vec![Material::default_matte()],
             lights: Vec::new(),
@@ -175,10 +170,10 @@ impl SceneBuilder {
         }
     }
 
-    /// Triangles so far, those of objects counted once.
+    /// Triangles so far.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
-        self.world.triangles.len() + self.elsewhere
+        self.triangles.len()
     }
 
     /// Lights so far.
@@ -238,7 +233,7 @@ impl SceneBuilder {
         if place.is_singular() {
             return Err(AddError::Singular);
         }
-        let vertices = self.world.positions.len() + mesh.positions.len();
+        let vertices = self.positions.len() + mesh.positions.len();
         self.work += mesh.positions.len() + mesh.triangles.len();
         if self.triangle_count() + mesh.triangles.len() > self.max_triangles
             || vertices > 4 * self.max_triangles
@@ -246,25 +241,25 @@ impl SceneBuilder {
         {
             return Err(AddError::TooMany);
         }
-        let (base, first) = (self.world.positions.len(), self.world.triangles.len());
+        let (base, first) = (self.positions.len(), self.triangles.len());
         self.add_vertices(mesh, place)?;
         let mut added = Added::default();
         for t in &mesh.triangles {
             let t = t.map(|i| i + index(base));
             if self.has_area(t) {
-                self.world.triangles.push(t);
+                self.triangles.push(t);
             } else {
                 added.degenerate += 1;
             }
         }
-        if self.world.triangles.len() == first {
-            self.world.positions.truncate(base);
-            self.world.normals.truncate(base);
-            self.world.uvs.truncate(base);
+        if self.triangles.len() == first {
+            self.positions.truncate(base);
+            self.normals.truncate(base);
+            self.uvs.truncate(base);
             return Ok(added);
         }
-        self.world.meshes.push(Mesh {
-            triangles: index(first)..index(self.world.triangles.len()),
+        self.meshes.push(Mesh {
+            triangles: index(first)..index(self.triangles.len()),
             material: place.material,
             flipped: place.reverse != (matrix.determinant() < 0.0),
             has_normals: !mesh.normals.is_empty(),
@@ -294,34 +289,33 @@ impl SceneBuilder {
     }
 
     fn add_vertices(&mut self, mesh: &MeshData, place: &Placement) -> Result<(), AddError> {
-        let base = self.world.positions.len();
-        self.world.positions.reserve(mesh.positions.len());
+        let base = self.positions.len();
+        self.positions.reserve(mesh.positions.len());
         for (k, p) in mesh.positions.iter().enumerate() {
             let rounded = to_f32(place.to_world.transform_point3(*p));
             if !rounded.iter().all(|c| c.abs() <= MAX_COORDINATE) {
-                self.world.positions.truncate(base);
+                self.positions.truncate(base);
                 return Err(AddError::Vertex(k));
             }
-            self.world.positions.push(rounded);
+            self.positions.push(rounded);
         }
         if !mesh.normals.is_empty() {
-            self.world.normals.resize(base, [0.0; 3]);
+            self.normals.resize(base, [0.0; 3]);
             let sign = if place.reverse { -1.0 } else { 1.0 };
             let to_world = sign * normal_matrix(&place.to_world.matrix3);
             let normals = mesh.normals.iter();
-            self.world
-                .normals
+            self.normals
                 .extend(normals.map(|n| to_f32(unit(to_world * to_f64(*n)))));
         }
         if !mesh.uvs.is_empty() {
-            self.world.uvs.resize(base, [0.0; 2]);
-            self.world.uvs.extend_from_slice(&mesh.uvs);
+            self.uvs.resize(base, [0.0; 2]);
+            self.uvs.extend_from_slice(&mesh.uvs);
         }
         Ok(())
     }
 
     fn has_area(&self, t: [u32; 3]) -> bool {
-        let [a, b, c] = t.map(|i| to_f64(self.world.positions[i as usize]));
+        let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
         // Differences and products of f32 are exact or nearly so in f64; squares do not underflow.
         (b - a).cross(c - a) != DVec3::ZERO
     }
@@ -335,7 +329,7 @@ impl SceneBuilder {
         one_shape: bool,
         added: &mut Added,
     ) -> Result<(), AddError> {
-        let Some(mesh) = self.world.meshes.last() else {
+        let Some(mesh) = self.meshes.last() else {
             return Ok(());
         };
         let facets = self.facets(first, mesh);
@@ -351,13 +345,13 @@ impl SceneBuilder {
             (x - y).abs().max_element() <= 1e-5 * x.max_element()
                 && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
-        let old: Vec<[u32; 3]> = self.world.triangles[first..].to_vec();
+        let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
         let mut next = first;
         let lights_before = self.lights.len();
         merge::merge(&facets, same, |group| {
             let start = next;
             for &k in &group.facets {
-                self.world.triangles[next] = old[k];
+                self.triangles[next] = old[k];
                 next += 1;
             }
             let k = group.facets[0];
@@ -390,11 +384,9 @@ impl SceneBuilder {
     /// The triangles from `first` on, turned to the side that emits.
     fn facets(&self, first: usize, mesh: &Mesh) -> Vec<Facet> {
         let facet = |t: &[u32; 3]| {
-            let corners = t.map(|i| to_f64(self.world.positions[i as usize]));
+            let corners = t.map(|i| to_f64(self.positions[i as usize]));
             let normal = if mesh.has_normals {
-                t.iter()
-                    .map(|i| to_f64(self.world.normals[*i as usize]))
-                    .sum()
+                t.iter().map(|i| to_f64(self.normals[*i as usize])).sum()
             } else {
                 DVec3::ZERO
             };
@@ -402,7 +394,7 @@ impl SceneBuilder {
                 outward(winding, normal, mesh.flipped) == winding
             })
         };
-        self.world.triangles[first..].iter().map(facet).collect()
+        self.triangles[first..].iter().map(facet).collect()
     }
 
     /// The mean of the emission's texture over each triangle from `first` on; none without one.
@@ -410,10 +402,10 @@ impl SceneBuilder {
         let Some(map) = spec.map.map(|map| &self.emission_maps[map as usize]) else {
             return Vec::new();
         };
-        let triangles = &self.world.triangles[first..];
+        let triangles = &self.triangles[first..];
         let budget = MEAN_BUDGET / triangles.len() as f64;
         let factor = |t: &[u32; 3]| {
-            let uv = mesh.corner_uvs(&self.world.uvs, *t);
+            let uv = mesh.corner_uvs(&self.uvs, *t);
             emission::mean(map, uv, budget).max(DVec3::ZERO)
         };
         triangles.iter().map(factor).collect()
@@ -457,7 +449,7 @@ impl SceneBuilder {
         let factor = spec
             .power
             .map_or(1.0, |p| p / (2.0 * std::f64::consts::PI.powi(2) * length));
-        let at = index(self.world.triangles.len());
+        let at = index(self.triangles.len());
         self.lights.push(SceneLight {
             light: Arc::new(Light::Linear(LinearLight {
                 segment: Segment { p0, p1 },
@@ -471,15 +463,18 @@ impl SceneBuilder {
 
     /// The finished scene.
     pub fn finish(mut self, camera: Camera, film: FilmSettings) -> Scene {
-        self.world.fill();
+        if !self.normals.is_empty() {
+            self.normals.resize(self.positions.len(), [0.0; 3]);
+        }
+        if !self.uvs.is_empty() {
+            self.uvs.resize(self.positions.len(), [0.0; 2]);
+        }
         Scene {
-            positions: self.world.positions,
-            triangles: self.world.triangles,
-            normals: self.world.normals,
-            uvs: self.world.uvs,
-            meshes: self.world.meshes,
-            objects: self.objects,
-            instances: self.instances,
+            positions: self.positions,
+            triangles: self.triangles,
+            normals: self.normals,
+            uvs: self.uvs,
+            meshes: self.meshes,
             alphas: self.alphas,
             materials: self.materials,
             lights: self.lights,
@@ -519,9 +514,9 @@ impl Coordinates {
     /// Of the triangles from `first` on; `None` without a texture.
     fn new(builder: &SceneBuilder, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Option<Self> {
         spec.map?;
-        let triangles = &builder.world.triangles[first..];
-        let at = |i: &u32| to_f64(builder.world.positions[*i as usize]);
-        let uv = |t: &[u32; 3]| mesh.corner_uvs(&builder.world.uvs, *t);
+        let triangles = &builder.triangles[first..];
+        let at = |i: &u32| to_f64(builder.positions[*i as usize]);
+        let uv = |t: &[u32; 3]| mesh.corner_uvs(&builder.uvs, *t);
         Some(Self {
             corners: triangles
                 .iter()
@@ -558,4 +553,15 @@ fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
         (sum + v * w, weight + w)
     });
     sum / weight
+}
+
+/// The inverse transpose up to a positive factor: the cofactor matrix with the sign of the
+/// determinant.
+fn normal_matrix(m: &DMat3) -> DMat3 {
+    let cofactors = DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    );
+    cofactors * m.determinant().signum()
 }

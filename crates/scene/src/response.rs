@@ -70,7 +70,7 @@ impl Scene {
         builder.material(surface.material, DVec3::ONE);
         let mut layers = builder.layers;
         if builder.anisotropic {
-            let [dp_du, _] = self.tangents(surface.place());
+            let [dp_du, _] = self.tangents(surface.triangle);
             layers.set_tangent(dp_du);
         }
         Response {

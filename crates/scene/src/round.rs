@@ -36,7 +36,7 @@ impl SceneBuilder {
             emission: spec.emission(spec.radiance_over(area)),
             inward: place.reverse != (radius < 0.0),
             lights: index(self.lights.len() - lights)..index(self.lights.len()),
-            triangles: index(first)..index(self.world.triangles.len()),
+            triangles: index(first)..index(self.triangles.len()),
         });
     }
 
@@ -78,7 +78,7 @@ impl SceneBuilder {
             disk,
             emission: spec.emission(spec.radiance_over(disk.area())),
             lights: index(lights.start)..index(lights.end),
-            triangles: index(first)..index(self.world.triangles.len()),
+            triangles: index(first)..index(self.triangles.len()),
         });
     }
 
@@ -117,7 +117,7 @@ impl SceneBuilder {
             emission: spec.emission(spec.radiance_over(round.area())),
             inward: place.reverse != (cylinder.radius < 0.0),
             lights: index(self.lights.len() - lights)..index(self.lights.len()),
-            triangles: index(first)..index(self.world.triangles.len()),
+            triangles: index(first)..index(self.triangles.len()),
         });
     }
 }

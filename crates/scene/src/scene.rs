@@ -1,4 +1,4 @@
-//! The scene: triangles in world space, instances, materials, lights, camera and film.
+//! The scene: triangles in world space, materials, lights, camera and film.
 
 use crate::alpha::Alpha;
 use crate::camera::Camera;
@@ -7,9 +7,7 @@ use crate::film::FilmSettings;
 use crate::footprint::Footprint;
 use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
-use crate::object::mesh_of;
 use crate::texture::ImageTexture;
-use crate::{Instance, Object};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light};
 use std::collections::HashMap;
@@ -121,9 +119,8 @@ pub struct EmissiveCylinder {
     pub triangles: Range<u32>,
 }
 
-/// A scene: triangles in world space, and objects that stand in it as instances. The `f32` vertices
-/// *are* the geometry: transforms are applied in `f64` and rounded once, but those of instances,
-/// which nothing rounds.
+/// A scene: triangles in world space. The `f32` vertices *are* the geometry: transforms are applied
+/// in `f64` and rounded once.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Vertex positions, all finite.
@@ -136,10 +133,6 @@ pub struct Scene {
     pub uvs: Vec<[f32; 2]>,
     /// Meshes, in the order of their triangles, which they cover without gaps.
     pub meshes: Vec<Mesh>,
-    /// What stands in the scene as instances, beside what the fields above hold.
-    pub objects: Vec<Object>,
-    /// Objects at their places.
-    pub instances: Vec<Instance>,
     /// What meshes have holes by.
     pub alphas: Vec<Alpha>,
     /// Materials.
@@ -166,10 +159,10 @@ impl Scene {
         self.triangles[triangle as usize].map(|i| to_f64(self.positions[i as usize]))
     }
 
-    /// The index of the mesh that a triangle of the scene's own belongs to. Logarithmic in the
-    /// number of meshes.
+    /// The index of the mesh that a triangle belongs to. Logarithmic in the number of meshes.
     pub fn mesh_of(&self, triangle: u32) -> u32 {
-        mesh_of(&self.meshes, triangle)
+        let next = self.meshes.partition_point(|m| m.triangles.end <= triangle);
+        u32::try_from(next).unwrap_or(u32::MAX)
     }
 
     /// The material of a triangle. Logarithmic in the number of meshes.
@@ -221,8 +214,8 @@ impl Scene {
         }
     }
 
-    /// The corners of the smallest box that holds all triangles, linear lights and the boxes of
-    /// instances; `None` if there are none.
+    /// The corners of the smallest box that holds all triangles and linear lights; `None`
+    /// if there are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut points = self
             .triangles
@@ -233,7 +226,7 @@ impl Scene {
             Light::Linear(line) => Some([line.segment.p0, line.segment.p1]),
             _ => None,
         });
-        let mut others = lines.flatten().chain(self.instance_corners());
+        let mut others = lines.flatten();
         let first = points.next().or_else(|| others.next())?;
         let all = points.chain(others);
         Some(all.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
@@ -247,8 +240,6 @@ impl Scene {
             + size_of_val(&self.uvs[..])
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.lights[..])
-            + size_of_val(&self.instances[..])
-            + self.objects.iter().map(Object::memory).sum::<usize>()
     }
 
     /// Bytes that the images of the textures take, each counted once, with the smaller copies that

@@ -7,8 +7,7 @@
 use crate::emission::PlaneUv;
 use crate::footprint::{Footprint, RayDifferential};
 use crate::material::NormalMap;
-use crate::object::{InWorld, Place};
-use crate::scene::{Mesh, Scene, outward};
+use crate::scene::{Mesh, Scene, outward, to_f64};
 use crate::texture::Texture;
 use linelit_geometry::{DVec2, DVec3, Frame};
 
@@ -26,12 +25,9 @@ pub struct Surface {
     pub uv: DVec2,
     /// What the pixel covers around the point; nothing if it was not asked for.
     pub covered: Covered,
-    /// The triangle, one of the scene's own or of the instance's object.
+    /// The triangle.
     pub triangle: u32,
-    /// The instance, if it is one.
-    pub instance: Option<u32>,
-    /// The largest component of the edges from its first corner; on an instance, how far the
-    /// corner may be from the object's origin besides.
+    /// The largest component of the edges from its first corner.
     pub extent: f64,
     /// Index into the scene's materials.
     pub material: u32,
@@ -53,14 +49,6 @@ pub struct Covered {
 }
 
 impl Surface {
-    /// Its triangle.
-    pub const fn place(&self) -> Place {
-        Place {
-            instance: self.instance,
-            triangle: self.triangle,
-        }
-    }
-
     /// Where to look a texture up, and over what.
     pub const fn footprint(&self) -> Footprint {
         let [dx, dy] = self.covered.uv;
@@ -70,6 +58,15 @@ impl Surface {
             dy,
         }
     }
+}
+
+/// A triangle with what its corners have.
+struct Facet<'s> {
+    mesh: &'s Mesh,
+    points: [DVec3; 3],
+    /// Zero of a mesh that has none.
+    normals: [DVec3; 3],
+    uvs: [DVec2; 3],
 }
 
 /// Texture coordinates of the corners of a triangle whose mesh has none, as in pbrt.
@@ -90,13 +87,8 @@ impl Scene {
     ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn surface(
-        &self,
-        place: impl Into<Place>,
-        barycentric: [f64; 2],
-        ray_direction: DVec3,
-    ) -> Surface {
-        self.surface_over(place, barycentric, ray_direction, None)
+    pub fn surface(&self, triangle: u32, barycentric: [f64; 2], ray_direction: DVec3) -> Surface {
+        self.surface_over(triangle, barycentric, ray_direction, None)
     }
 
     /// As [`Scene::surface`], over the pixel that the rays beside the ray show.
@@ -109,13 +101,12 @@ impl Scene {
     #[inline]
     pub fn surface_over(
         &self,
-        place: impl Into<Place>,
+        triangle: u32,
         [b1, b2]: [f64; 2],
         ray_direction: DVec3,
         beside: Option<&RayDifferential>,
     ) -> Surface {
-        let place @ Place { instance, triangle } = place.into();
-        let found = &self.in_world(place);
+        let found = &self.facet(triangle);
         let (mesh, uvs) = (found.mesh, found.uvs);
         let weights = [1.0 - b1 - b2, b1, b2];
         let [p0, p1, p2] = found.points;
@@ -127,7 +118,7 @@ impl Scene {
         } else {
             DVec3::ZERO
         };
-        let outward = outward(winding, interpolated, found.flipped);
+        let outward = outward(winding, interpolated, mesh.flipped);
         let outside = outward.dot(ray_direction) <= 0.0;
         let side = if outside { 1.0 } else { -1.0 };
         let geometric_normal = side * outward;
@@ -142,13 +133,9 @@ impl Scene {
             uv: uvs[0] * weights[0] + uvs[1] * b1 + uvs[2] * b2,
             covered: Covered::default(),
             triangle,
-            instance,
-            extent: e1.abs().max(e2.abs()).max_element() + found.reach,
+            extent: e1.abs().max(e2.abs()).max_element(),
             material: mesh.material,
-            light: match instance {
-                None => self.light_of(triangle),
-                Some(_) => None,
-            },
+            light: self.light_of(triangle),
             outside,
         };
         if let Some(beside) = beside {
@@ -170,20 +157,36 @@ impl Scene {
         surface
     }
 
+    fn facet(&self, triangle: u32) -> Facet<'_> {
+        let mesh = &self.meshes[self.mesh_of(triangle) as usize];
+        let indices = self.triangles[triangle as usize];
+        let normals = if mesh.has_normals {
+            indices.map(|i| to_f64(self.normals[i as usize]))
+        } else {
+            [DVec3::ZERO; 3]
+        };
+        Facet {
+            mesh,
+            points: self.corners(triangle),
+            normals,
+            uvs: mesh.corner_uvs(&self.uvs, indices),
+        }
+    }
+
     /// The derivatives of the points of a triangle by the two texture coordinates; where the
     /// coordinates are degenerate, unit vectors in its plane.
     ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn tangents(&self, place: impl Into<Place>) -> [DVec3; 2] {
-        let found = self.in_world(place.into());
+    pub fn tangents(&self, triangle: u32) -> [DVec3; 2] {
+        let found = self.facet(triangle);
         tangents(found.points, found.uvs)
     }
 
     /// The normal `outer`, which lies on the outside, bent by the bump or normal map of the
     /// material; `None` if it has neither.
-    fn bent_normal(&self, surface: &Surface, found: &InWorld<'_>, outer: DVec3) -> Option<DVec3> {
-        let InWorld { mesh, points, .. } = *found;
+    fn bent_normal(&self, surface: &Surface, found: &Facet<'_>, outer: DVec3) -> Option<DVec3> {
+        let Facet { mesh, points, .. } = *found;
         let material = &self.materials[mesh.material as usize];
         let [dp_du, dp_dv] = tangents(points, found.uvs);
         let at = surface.footprint();

@@ -108,7 +108,7 @@ impl BuiltIn {
         ),
         Self::new(
             "foliage",
-            "a tree of 240 instances of one twig, its leaves cut out by an alpha",
+            "a tree of 240 copies of one twig, its leaves cut out by an alpha",
             foliage::foliage,
         ),
         Self::new(

@@ -1,4 +1,4 @@
-//! A tree of instances of one twig, whose leaves are cut out by an alpha.
+//! A tree of copies of one twig, whose leaves are cut out by an alpha.
 
 use super::mesh::{Mesh, rounded};
 use super::text::emitter;
@@ -39,7 +39,7 @@ pub(super) fn foliage() -> Files {
         &facing_down([2.0, 5.0, 2.0], [0.5, 0.5]),
     );
     world += &emitter(&light);
-    let about = "A tree of instances of one twig, its leaves cut out by an alpha.";
+    let about = "A tree of copies of one twig, its leaves cut out by an alpha.";
     let camera =
         "LookAt 0.5 1.5 6.5  0.1 1.2 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 36 ]";
     let main = gloss::scene("foliage", about, camera, [256, 256], &world);
@@ -84,7 +84,7 @@ fn twig() -> String {
         }
     }
     format!(
-        "ObjectBegin \"twig\" \"bool once\" true\n\
+        "ObjectBegin \"twig\"\n\
          Material \"diffuse\" \"rgb reflectance\" [ 0.25 0.45 0.15 ]\n\
          Shape \"trianglemesh\" \"integer indices\" [{indices} ]\n\"point3 P\" [{points} ]\n\
          \"point2 uv\" [{uvs} ]\n\"texture alpha\" \"leaf\" \"float alphacutoff\" 0.5\nObjectEnd\n"

@@ -5,8 +5,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use linelit_geometry::DVec3;
 use linelit_scenes::{Library, VisibilityScene, stratified_lines};
 use linelit_visibility::{
-    AlphaMask, AlphaTexels, Instance, LightCorners, Occluders, Ray, Scratch, ShaftQuery,
-    VisibleLines,
+    AlphaMask, AlphaTexels, LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines,
 };
 use std::{hint::black_box, sync::Arc};
 
@@ -67,33 +66,19 @@ fn lines(c: &mut Criterion) {
     }
 }
 
-/// What instances and holes cost: nothing where there are none in the scene, a walk through their
-/// boxes where there are; the same triangles as own ones, as an instance, and as one with a mask.
-fn instances(c: &mut Criterion) {
+/// What holes cost: the same triangles solid, and with a mask.
+fn holes(c: &mut Criterion) {
     let scene = VisibilityScene::load(&Library::default(), "triangle-soup-large").unwrap();
     let own = Occluders::build(&scene.positions, &scene.triangles);
     let points = shading_points(&own, &scene);
-    let instance = || Instance::new(Arc::new(own.clone()), Instance::HERE).unwrap();
-    let mut elsewhere = Instance::HERE;
-    elsewhere[3] = [0.0, 0.0, 1e4];
-    let far = Instance::new(Arc::new(own.clone()), elsewhere).unwrap();
     let texels = AlphaTexels::new(2, 2, vec![1.0, 0.0, 0.0, 1.0]).unwrap();
     let uv = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]];
     let mask = AlphaMask::new(Arc::new(texels), vec![uv; scene.triangles.len()]).unwrap();
-    let with = |own: &Occluders, one| own.clone().with_instances(vec![one]);
-    let none = Occluders::default();
+    let masked = Occluders::default().with_holes(own.clone(), Arc::new(mask));
     let (_, light) = &scene.lights[0];
     let lines = stratified_lines(light, 16, &mut || 0.37);
-    let mut group = c.benchmark_group("instances");
-    for (what, occluders) in [
-        ("own triangles", own.clone()),
-        ("own, another elsewhere", with(&own, far)),
-        ("an instance", with(&none, instance())),
-        (
-            "masked",
-            with(&none, instance().with_filter(Arc::new(mask))),
-        ),
-    ] {
+    let mut group = c.benchmark_group("holes");
+    for (what, occluders) in [("solid", own), ("masked", masked)] {
         let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
         group.bench_function(what, |b| {
             b.iter(|| {
@@ -110,5 +95,5 @@ fn instances(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lines, instances);
+criterion_group!(benches, lines, holes);
 criterion_main!(benches);

@@ -43,9 +43,9 @@ impl Occluders {
                 out.extend((0..count).map(|i| ray::closest(self.isa, self, &few.ray(i), scratch)));
             }
         }
-        if let Some(instances) = &self.instances {
+        if let Some(holes) = &self.holes {
             for (i, hit) in out.iter_mut().enumerate() {
-                *hit = instances.closest(self.mask, &fan.ray(i), *hit, scratch);
+                *hit = holes.closest(&fan.ray(i), *hit, scratch);
             }
         }
     }
@@ -240,7 +240,6 @@ fn closest_of_kernel<S: Simd>(
             triangle,
             t: rows[0][lane],
             barycentric: [rows[2][lane], rows[3][lane]],
-            instance: None,
         });
     }
     true

@@ -1,15 +1,14 @@
-//! What stands between a point and a light, without a word on what it hides: triangles that have
-//! holes, boxes of instances.
+//! Triangles between a point and a light, without a word on what they hide: those with holes.
 
 use crate::{Occluders, Scratch, bounds::ShaftBounds, node::Child};
 use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 
 /// Puts the triangles that may be between a point and `scratch.light` in `scratch.found`, by leaf ×
-/// 8 + lane: all that are, and few others. With `BOXES`, all of each leaf whose box may be. False
-/// if there is no frame to look for anything in: then it is all triangles.
+/// 8 + lane: all that are, and few others. False if there is no frame to look for anything in: then
+/// it is all triangles.
 #[inline(always)]
-fn between_kernel<S: Simd, const BOXES: bool>(
+fn between_kernel<S: Simd>(
     s: S,
     occluders: &Occluders,
     &point: &DVec3,
@@ -57,11 +56,9 @@ fn between_kernel<S: Simd, const BOXES: bool>(
             let child = Child(node.child[leaves.trailing_zeros() as usize]);
             leaves &= leaves - 1;
             let mut these = child.mask();
-            if !BOXES {
-                counters.triangle_tests += u64::from(child.count());
-                if let Some(bounds) = &inside {
-                    these &= bounds.triangles(s, &hierarchy.leaves[child.leaf_index()]).0;
-                }
+            counters.triangle_tests += u64::from(child.count());
+            if let Some(bounds) = &inside {
+                these &= bounds.triangles(s, &hierarchy.leaves[child.leaf_index()]).0;
             }
             for (lane, slot) in child.slots().into_iter().enumerate() {
                 if these >> lane & 1 != 0 {
@@ -75,5 +72,5 @@ fn between_kernel<S: Simd, const BOXES: bool>(
 
 dispatch! {
     /// Finds what is between, on an instruction set.
-    pub(crate) fn between<const BOXES: bool> = between_kernel(occluders: &Occluders, point: &DVec3, scratch: &mut Scratch) -> bool
+    pub(crate) fn between = between_kernel(occluders: &Occluders, point: &DVec3, scratch: &mut Scratch) -> bool
 }

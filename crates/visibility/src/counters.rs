@@ -32,8 +32,6 @@ pub struct Counters {
     pub candidates: u64,
     /// Visible intervals returned.
     pub intervals: u64,
-    /// Instances that rays, lines and shafts were brought to.
-    pub instances: u64,
     /// Questions to filters: of rays, and of lines that cut a triangle.
     pub filtered: u64,
 }
@@ -52,7 +50,6 @@ impl AddAssign for Counters {
         self.triangle_tests += o.triangle_tests;
         self.candidates += o.candidates;
         self.intervals += o.intervals;
-        self.instances += o.instances;
         self.filtered += o.filtered;
     }
 }

@@ -107,10 +107,10 @@ impl Occluders {
             1..FEW => one_by_one(self, fan, fan.all(), exclude, scratch),
             _ => any_of(self.isa, self, fan, exclude, scratch),
         };
-        if self.instances.is_some() {
+        if self.holes.is_some() {
             for i in 0..count {
                 let open = hidden >> i & 1 == 0;
-                hidden |= u64::from(open && self.any_instance(&fan.ray(i), scratch)) << i;
+                hidden |= u64::from(open && self.any_with_holes(&fan.ray(i), scratch)) << i;
             }
         }
         hidden

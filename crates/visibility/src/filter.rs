@@ -3,8 +3,8 @@
 use linelit_geometry::intervals::Interval;
 use std::{fmt::Debug, sync::Arc};
 
-/// Cuts holes into the triangles of an [`Instance`](crate::Instance): what Embree's filter
-/// functions do for rays, for rays and lines.
+/// Cuts holes into triangles ([`Occluders::with_holes`](crate::Occluders::with_holes)): what
+/// Embree's filter functions do for rays, for rays and lines.
 ///
 /// Places are barycentric coordinates of a triangle's second and third corner, as in
 /// [`Hit::barycentric`](crate::Hit::barycentric). Both functions are to tell of the same set of
@@ -56,7 +56,7 @@ pub trait Filter: Debug + Send + Sync {
     fn hides_along(&self, triangle: u32, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>);
 }
 
-/// A filter that instances share, of whichever type: what is in the way of a point calls it through
+/// A filter of whichever type, to be shared: what is in the way of a point calls it through
 /// a table, as Embree calls its filter functions. Triangles without holes know nothing of it.
 pub type SharedFilter = Arc<AnyFilter>;
 

@@ -23,7 +23,7 @@ fn ray_kernel<S: Simd>(
     let mut q = RayQuery::new(occluders, ray, &(0..0))?;
     let mut best: Option<Hit> = None;
     let mut asked = 0;
-    q.nearest_first(s, occluders, scratch, |q, _, leaf, among| {
+    q.nearest_first(s, occluders, scratch, |q, leaf, among| {
         let (met, t) = q.meets(s, leaf);
         let mut met = met & among;
         let mut at = Lanes([0.0; 8]);
@@ -42,12 +42,10 @@ fn ray_kernel<S: Simd>(
             };
             asked += 1;
             if filter.hides(triangle, barycentric) {
-                let instance = None;
                 best = Some(Hit {
                     triangle,
                     t,
                     barycentric,
-                    instance,
                 });
                 if any {
                     return true;
@@ -91,7 +89,7 @@ impl Past<'_> {
     /// Finds the triangles between the point and `scratch.light` and tells how many there are.
     pub(crate) fn look(&self, scratch: &mut Scratch) -> usize {
         scratch.frame.margins = self.margins;
-        collect::between::<false>(self.occluders.isa, self.occluders, &self.point, scratch);
+        collect::between(self.occluders.isa, self.occluders, &self.point, scratch);
         scratch.found.len()
     }
 
@@ -141,7 +139,7 @@ impl Past<'_> {
             && let Some(ends) = LightCorners::new(&[line.p0, line.p1])
         {
             scratch.light.set(ends, &mut scratch.frame);
-            collect::between::<false>(self.occluders.isa, self.occluders, &self.point, scratch);
+            collect::between(self.occluders.isa, self.occluders, &self.point, scratch);
             few = &scratch.found;
         }
         let leaves = &self.occluders.hierarchy.leaves;

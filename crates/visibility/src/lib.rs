@@ -12,12 +12,11 @@
 //!   whether they are ([`Shaft::point_visible`]), and beforehand whether there is anything to ask
 //!   ([`Shaft::class`]).
 //!
-//! An [`Instance`] is occluders that stand elsewhere, moved by an affine map and sharing their
-//! hierarchy; with a [`Filter`], as of an [`AlphaMask`], their triangles have holes, for rays and
-//! lines; with a mask, only some lights' rays meet them ([`Occluders::with_mask`]).
+//! With a [`Filter`], as of an [`AlphaMask`], triangles have holes, for rays and lines
+//! ([`Occluders::with_holes`]).
 //!
-//! Renderers that have a hierarchy of their own keep it: [`Gathered`] answers the same from the
-//! triangles that it finds between a point and a light.
+//! Renderers that have a hierarchy of their own keep it: [`Between`] says which of its boxes may
+//! hold triangles between a point and a light, and [`Occluders::from_triangles`] takes these.
 //!
 //! # How a shaft works
 //!
@@ -80,6 +79,7 @@
 
 mod alpha;
 mod apart;
+mod between;
 mod block;
 mod bounds;
 pub mod brute;
@@ -95,11 +95,8 @@ mod filter;
 mod filtered;
 mod frame;
 mod front;
-mod gathered;
+mod holes;
 mod images;
-mod in_instances;
-mod instance;
-mod instances;
 mod lines;
 mod merge;
 mod node;
@@ -120,13 +117,12 @@ mod walk;
 mod watertight;
 
 pub use alpha::{AlphaCutoff, AlphaError, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap};
+pub use between::Between;
 pub use counters::Counters;
 pub use fan::{FAN, Fan};
 pub use filter::{AnyFilter, Filter, SharedFilter};
 pub use frame::LightCorners;
-pub use gathered::{Between, Found, Gathered};
 pub use images::Images;
-pub use instance::{Instance, InstanceError};
 pub use linelit_simd::InstructionSet;
 pub use lines::VisibleLines;
 pub use occluders::Occluders;

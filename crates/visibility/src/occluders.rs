@@ -1,9 +1,9 @@
 //! The occluders of a scene: triangles under a hierarchy of boxes.
 
 use crate::{
-    Instance,
+    SharedFilter,
     build::{self, Geometry, Hierarchy, least, most},
-    instances::Instances,
+    holes::Holes,
     node::Child,
     pool, ray,
 };
@@ -18,9 +18,9 @@ use std::sync::Arc;
 /// are left out and counted. Three distinct vertices on a line stay: they hide next to nothing,
 /// but keep the seam between their neighbours closed.
 ///
-/// Beside triangles of their own they may have [`Instance`]s of other occluders: moved, with a
-/// filter that cuts holes into triangles, or with a ray mask ([`Occluders::with_instances`]). Where
-/// there are none, no query costs more than a branch. A clone shares the hierarchies.
+/// Beside solid triangles they may have others, into which a filter cuts holes
+/// ([`Occluders::with_holes`]). Where there are none, no query costs more than a branch. A clone
+/// shares the hierarchies.
 #[derive(Clone, Debug)]
 pub struct Occluders {
     pub(crate) hierarchy: Arc<Hierarchy>,
@@ -36,11 +36,7 @@ pub struct Occluders {
     triangle_count: usize,
     left_out: usize,
     out_of_range: usize,
-    /// Which triangles were kept: the memory of [`Occluders::become_flat`].
-    kept: Vec<bool>,
-    pub(crate) instances: Option<Arc<Instances>>,
-    /// Of rays and lines.
-    pub(crate) mask: u32,
+    pub(crate) holes: Option<Arc<Holes>>,
 }
 
 impl Default for Occluders {
@@ -56,9 +52,7 @@ impl Default for Occluders {
             triangle_count: 0,
             left_out: 0,
             out_of_range: 0,
-            kept: Vec::new(),
-            instances: None,
-            mask: u32::MAX,
+            holes: None,
         }
     }
 }
@@ -110,7 +104,7 @@ impl Occluders {
     /// again; the farther triangles go from their neighbours, the more boxes overlap, and the
     /// longer queries take. Where other triangles than before can hide something (a vertex has
     /// become finite, or two have met), or a clone shares the hierarchy, it is built anew.
-    /// Instances stay as they are.
+    /// Triangles with holes stay as they are.
     pub fn refit(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         let (kept, found) = Kept::find_all(positions, triangles);
         let leaves = &self.hierarchy.leaves;
@@ -127,16 +121,14 @@ impl Occluders {
         });
     }
 
-    /// Becomes those of other triangles, without a hierarchy that would take long to build.
-    pub(crate) fn become_flat(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
-        let mut kept = std::mem::take(&mut self.kept);
-        kept.clear();
-        kept.resize(triangles.len(), false);
-        let found = Kept::find(positions, triangles, &mut kept);
-        self.become_built(positions, triangles, &found, |geometry, hierarchy| {
-            build::flat(geometry, &kept, hierarchy);
-        });
-        self.kept = kept;
+    /// Builds the hierarchy over triangles that another has found, such as those
+    /// [`Between`](crate::Between) a point and a light, in the order in which they come.
+    #[must_use]
+    pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
+        let positions: Vec<_> = triangles.into_iter().flatten().collect();
+        let corners = (0_u32..).step_by(3).map(|k| [k, k + 1, k + 2]);
+        let triangles: Vec<_> = corners.take(positions.len() / 3).collect();
+        Self::build(&positions, &triangles)
     }
 
     fn become_built(
@@ -195,12 +187,12 @@ impl Occluders {
         self.out_of_range
     }
 
-    /// Bytes that the hierarchy and its copy of the triangles take, those of instances, each
-    /// hierarchy counted once, and what each instance takes; filters have their own.
+    /// Bytes that the hierarchy and its copy of the triangles take, with those of triangles with
+    /// holes; filters have their own.
     #[must_use]
     pub fn memory(&self) -> usize {
         let own = self.hierarchy.memory();
-        own + self.instances.as_ref().map_or(0, |all| all.memory())
+        own + self.holes.as_ref().map_or(0, |all| all.occluders.memory())
     }
 
     /// The instruction set in use.
@@ -214,60 +206,25 @@ impl Occluders {
     #[must_use]
     pub fn limited_to(mut self, limit: InstructionSet) -> Self {
         self.isa = Isa::detect(limit);
-        if let Some(instances) = &self.instances {
-            self.instances = Some(Arc::new(instances.limited_to(limit)));
+        if let Some(holes) = &self.holes {
+            let occluders = holes.occluders.clone().limited_to(limit);
+            let filter = Arc::clone(&holes.filter);
+            self.holes = Some(Arc::new(Holes { occluders, filter }));
         }
         self
     }
 
-    /// The same with these instances in place of those that they had.
+    /// The same with these triangles, into which a filter cuts holes, in place of those with holes
+    /// that they had. Of `triangles`, those with holes are left out. The numbers that
+    /// [`Hit::triangle`](crate::Hit::triangle) and the filter are told are those of the list that
+    /// `triangles` were built from: whoever builds both from one list, with other corners (of which
+    /// there is no position) in place of those that are not meant, can tell them apart.
     #[must_use]
-    pub fn with_instances(mut self, instances: Vec<Instance>) -> Self {
-        self.set_instances(instances);
+    pub fn with_holes(mut self, mut triangles: Self, filter: SharedFilter) -> Self {
+        triangles.holes = None;
+        let occluders = triangles;
+        self.holes = Some(Arc::new(Holes { occluders, filter }));
         self
-    }
-
-    /// Takes instances in place of those that they had: also of what has moved. A small hierarchy
-    /// over their boxes is built, which takes about a microsecond for each.
-    pub fn set_instances(&mut self, instances: Vec<Instance>) {
-        self.instances = Instances::new(instances).map(Arc::new);
-    }
-
-    /// The instances, which [`Hit::instance`](crate::Hit::instance) numbers.
-    #[must_use]
-    pub fn instances(&self) -> &[Instance] {
-        self.instances.as_ref().map_or(&[], |all| &all.list)
-    }
-
-    /// The occluders that rays and lines of this mask meet: instances of whose
-    /// [mask](Instance::with_mask) it has a bit, and all triangles of their own, whose mask has all
-    /// (so that the mask 0 meets nothing). Shadow linking: a light's lines are asked of the
-    /// occluders with its mask.
-    ///
-    /// Shares the hierarchies: it takes no time, and a few hundred bytes.
-    #[must_use]
-    pub fn with_mask(&self, mask: u32) -> Self {
-        let mask = self.mask & mask;
-        match mask {
-            0 => Self {
-                isa: self.isa,
-                mask,
-                ..Self::default()
-            },
-            _ => Self {
-                mask,
-                ..self.clone()
-            },
-        }
-    }
-
-    /// The box of their own triangles; `None` without any.
-    pub(crate) fn bounds(&self) -> Option<[DVec3; 2]> {
-        let [lo, hi] = self
-            .hierarchy
-            .bounds()?
-            .map(|v| DVec3::from(v.map(f64::from)));
-        Some([self.origin + lo, self.origin + hi])
     }
 }
 

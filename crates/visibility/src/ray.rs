@@ -46,39 +46,37 @@ pub struct Hit {
     pub t: f64,
     /// Barycentric coordinates of the triangle's second and third corner.
     pub barycentric: [f64; 2],
-    /// Which of [`Occluders::instances`] the triangle is of; `None` for their own.
-    pub instance: Option<u32>,
 }
 
 impl Occluders {
     /// The nearest triangle that the ray meets; among equally near ones, that with the smallest
-    /// number, their own before those of instances.
+    /// number, and solid ones before those with holes.
     ///
-    /// Watertight: a ray towards a shared edge or corner meets one of the triangles there. Of an
-    /// instance with a filter, it is the nearest that hides what is behind it.
+    /// Watertight: a ray towards a shared edge or corner meets one of the triangles there. Of those
+    /// with holes, it is the nearest that hides what is behind it.
     pub fn closest_hit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
         scratch.counters.rays += 1;
         let hit = closest(self.isa, self, ray, scratch);
-        match &self.instances {
+        match &self.holes {
             None => hit,
-            Some(instances) => instances.closest(self.mask, ray, hit, scratch),
+            Some(holes) => holes.closest(ray, hit, scratch),
         }
     }
 
-    /// Whether the ray meets any triangle but those of their own numbered in `exclude`.
+    /// Whether the ray meets any triangle but the solid ones numbered in `exclude`.
     ///
     /// The same triangles count as for [`Occluders::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool {
         scratch.counters.rays += 1;
-        any(self.isa, self, ray, exclude, scratch) || self.any_instance(ray, scratch)
+        any(self.isa, self, ray, exclude, scratch) || self.any_with_holes(ray, scratch)
     }
 
-    /// Whether the ray meets anything that is not their own.
+    /// Whether a triangle with holes hides something from the ray.
     #[inline]
-    pub(crate) fn any_instance(&self, ray: &Ray, scratch: &mut Scratch) -> bool {
-        match &self.instances {
+    pub(crate) fn any_with_holes(&self, ray: &Ray, scratch: &mut Scratch) -> bool {
+        match &self.holes {
             None => false,
-            Some(instances) => instances.any(self.mask, ray, scratch),
+            Some(holes) => holes.any(ray, scratch),
         }
     }
 }
@@ -356,15 +354,15 @@ impl RayQuery {
         self.exact.intersect(&leaf.triangle(lane))
     }
 
-    /// Visits leaves that the ray enters, nearer ones mostly first: where it does, and a bit for
-    /// each triangle in use; until `visit`, which may shorten the ray, says so.
+    /// Visits leaves that the ray enters, nearer ones mostly first, with a bit for each triangle in
+    /// use; until `visit`, which may shorten the ray, says so.
     #[inline(always)]
     pub(crate) fn nearest_first<'a, S: Simd>(
         &mut self,
         s: S,
         occluders: &'a Occluders,
         scratch: &mut Scratch,
-        mut visit: impl FnMut(&mut Self, f32, &'a Leaf, u8) -> bool,
+        mut visit: impl FnMut(&mut Self, &'a Leaf, u8) -> bool,
     ) {
         let hierarchy = &*occluders.hierarchy;
         let counters = &mut scratch.counters;
@@ -377,7 +375,7 @@ impl RayQuery {
             }
             if child.is_leaf() {
                 counters.triangle_tests += u64::from(child.count());
-                if visit(self, near, &hierarchy.leaves[child.index()], child.mask()) {
+                if visit(self, &hierarchy.leaves[child.index()], child.mask()) {
                     return;
                 }
                 continue;
@@ -494,7 +492,7 @@ fn closest_kernel<S: Simd>(
     let mut q = RayQuery::new(occluders, ray, &(0..0))?;
     // Met at `q.t_max`.
     let mut best: Option<(&Leaf, usize)> = None;
-    q.nearest_first(s, occluders, scratch, |q, _, leaf, among| {
+    q.nearest_first(s, occluders, scratch, |q, leaf, among| {
         if let Some(lane) = q.nearer(s, leaf, among, best) {
             best = Some((leaf, lane));
         }
@@ -506,7 +504,6 @@ fn closest_kernel<S: Simd>(
         triangle: leaf.id[lane],
         t,
         barycentric,
-        instance: None,
     })
 }
 

@@ -9,7 +9,7 @@ use crate::{
     fan::Directions,
     frame::{Light, LightFrame},
     front::{self, Front},
-    in_instances::InInstances,
+    holes::HolesScratch,
     merge::{Pieces, Slots},
     node::Child,
     outline::Silhouette,
@@ -32,12 +32,10 @@ pub struct Scratch {
     pub(crate) near_stack: Vec<(Child, f32)>,
     /// The same for eight rays: where the first of them enters, and which of them do.
     pub(crate) group_stack: Vec<(Child, f32, u8)>,
-    /// Triangles that may have holes, or boxes of instances, by leaf × 8 + lane.
+    /// Triangles that may have holes, by leaf × 8 + lane.
     pub(crate) found: Vec<u32>,
-    /// What is asked of instances.
-    pub(crate) instances: Option<Box<InInstances>>,
-    /// Boxes of instances that a ray enters, and where.
-    pub(crate) boxes: Vec<(f32, u32)>,
+    /// What is asked of triangles with holes.
+    pub(crate) holes: Option<Box<HolesScratch>>,
     /// Where the latest ray that met anything began, and the leaf of what it met.
     pub(crate) last: Option<(DVec3, Child)>,
     /// Rays that are traced together.

@@ -73,8 +73,8 @@ pub struct Shaft<'a> {
     /// Of the occluders' own triangles.
     own: ShaftClass,
     known: Known,
-    /// Whether there are [instances](crate::in_instances) in between that may hide a part.
-    pub(crate) instances: bool,
+    /// Whether there are triangles with holes in between that may hide a part.
+    pub(crate) has_holes: bool,
 }
 
 /// What the walk has found out.
@@ -88,14 +88,6 @@ enum Known {
     Nothing,
 }
 
-/// A shaft of own triangles without what its scratch holds: to be asked again through that.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Outlook {
-    point: DVec3,
-    class: ShaftClass,
-    known: Known,
-}
-
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
 /// a time. Depends on the geometry alone; `docs/decisions/010-dense-shafts.md`.
 pub(crate) const DENSE: usize = 224;
@@ -105,8 +97,8 @@ impl Occluders {
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
         let light = query.light;
         let mut shaft = self.own_shaft(query, scratch);
-        if let Some(instances) = &self.instances {
-            shaft.look_into(instances, light);
+        if let Some(holes) = &self.holes {
+            shaft.look_for_holes(holes, light);
         }
         shaft.count();
         shaft
@@ -141,40 +133,12 @@ impl Occluders {
             class,
             own: class,
             known,
-            instances: false,
-        }
-    }
-
-    /// The [shaft](Occluders::own_shaft) that this is the outlook of; `scratch` holds what it held.
-    pub(crate) fn again<'a>(&'a self, outlook: Outlook, scratch: &'a mut Scratch) -> Shaft<'a> {
-        let Outlook {
-            point,
-            class,
-            known,
-        } = outlook;
-        Shaft {
-            occluders: self,
-            scratch,
-            point,
-            exclude: (0, 0),
-            class,
-            own: class,
-            known,
-            instances: false,
+            has_holes: false,
         }
     }
 }
 
 impl Shaft<'_> {
-    /// What it is without its scratch, where nothing is excluded.
-    pub(crate) fn outlook(&self) -> Outlook {
-        Outlook {
-            point: self.point,
-            class: self.own,
-            known: self.known,
-        }
-    }
-
     /// Counts what was found.
     #[inline]
     fn count(&mut self) {
@@ -215,11 +179,10 @@ impl Shaft<'_> {
     /// Whether there are too many triangles in between to keep them (or nothing is known of them,
     /// which is as dear): then [`Self::candidates`] is what it takes to look at them, but no bound
     /// on their number, and every few lines cost a walk of their own. So it is with
-    /// [instances](crate::Instance) in between: what their triangles look like before the light is
-    /// not known together, and where they have holes, is no polygon.
+    /// triangles with holes in between: what they hide is no polygon.
     #[must_use]
     pub fn is_dense(&self) -> bool {
-        self.known != Known::All || self.instances
+        self.known != Known::All || self.has_holes
     }
 
     /// The triangles that may hide a part of the light, by their numbers in the list the
@@ -261,7 +224,7 @@ impl Shaft<'_> {
 
     /// Triangles as they lie before the light that together hide almost all that is hidden, in a
     /// dense shaft too; `None` where none are kept: nothing is known of what is in between, or
-    /// there are [instances](crate::Instance), or the shaft is empty or blocked.
+    /// there are triangles with holes, or the shaft is empty or blocked.
     ///
     /// Of a shaft that is not dense they are [all](Self::images). In a dense one, a few places
     /// seem visible that are not: whoever has found the boundary of what is visible past these asks
@@ -285,17 +248,17 @@ impl Shaft<'_> {
     }
 
     /// Whether [silhouettes](Self::silhouettes) tell what fine meshes hide: in a dense shaft
-    /// without [instances](crate::Instance), where no fine mesh has a triangle of the light.
+    /// without triangles with holes, where no fine mesh has a triangle of the light.
     #[must_use]
     pub fn has_silhouettes(&self) -> bool {
-        let is_dense = self.known == Known::Dense && !self.instances;
+        let is_dense = self.known == Known::Dense && !self.has_holes;
         is_dense && self.occluders.hierarchy.surfaces.serve(self.exclude)
     }
 
     fn in_front(&mut self) -> Option<Images<'_>> {
         let isa = self.occluders.isa;
         let kept = match self.known {
-            _ if self.class != ShaftClass::Partial || self.instances => false,
+            _ if self.class != ShaftClass::Partial || self.has_holes => false,
             Known::Nothing => false,
             Known::All => true,
             Known::Dense => {
@@ -378,8 +341,8 @@ impl Shaft<'_> {
         self.scratch.counters.line_queries += lines.len() as u64;
         if self.class != ShaftClass::Blocked {
             self.own_visible(lines, out);
-            if self.instances {
-                self.past_instances(lines, out);
+            if self.has_holes {
+                self.past_holes(lines, out);
             }
         }
         self.scratch.counters.intervals += out.interval_count() as u64;
@@ -647,7 +610,7 @@ impl Shaft<'_> {
         self.scratch.counters.shaft_points += 1;
         self.class != ShaftClass::Blocked
             && self.own_point_visible(light_point)
-            && !(self.instances && self.instance_hides(light_point))
+            && !(self.has_holes && self.hole_hides(light_point))
     }
 
     /// The same past their own triangles.

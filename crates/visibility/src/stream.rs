@@ -55,9 +55,9 @@ impl Occluders {
         assert_eq!(rays.len(), hidden.len(), "an answer for each ray");
         scratch.counters.rays += rays.len() as u64;
         stream(self.isa, self, rays, hidden, scratch);
-        if self.instances.is_some() {
+        if self.holes.is_some() {
             for ((ray, _), hidden) in rays.iter().zip(hidden) {
-                *hidden |= !*hidden && self.any_instance(ray, scratch);
+                *hidden |= !*hidden && self.any_with_holes(ray, scratch);
             }
         }
     }

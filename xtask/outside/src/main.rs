@@ -7,7 +7,7 @@ use linelit::geometry::{vector, ConvexPolygon};
 use linelit::lights::{LineSampler, LineTechnique, OffsetDensity, PointTechnique, SolidAngleSampler};
 use linelit::mis::balance;
 use linelit::shading::ribbon::{reflected, Sides};
-use linelit::visibility::{Between, Gathered, Scratch, ShaftQuery, VisibleLines};
+use linelit::visibility::{Between, Occluders, Scratch, ShaftQuery, VisibleLines};
 use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::{PI, TAU};
@@ -83,10 +83,10 @@ impl Engine {
     fn by_lines(&self, x: Vector, random: &mut Pcg64Mcg, room: &mut Room) -> f64 {
         let sampler = LineSampler::new(&self.lamp, random.gen_range(0.0..PI), OffsetDensity::Uniform);
         let sample = sampler.sample(random.gen());
-        let occluders = room.gathered.gather(&Between::new(x.to_array(), &self.lamp), |between, found| {
-            let boxes = self.boxes.iter().filter(|(low, high, _)| between.may_meet(*low, *high));
-            boxes.flat_map(|(_, _, all)| all).for_each(|t| found.push(*t));
-        });
+        let between = Between::new(x.to_array(), &self.lamp);
+        let boxes = self.boxes.iter();
+        let boxes = boxes.filter(|(low, high, _)| between.may_meet(*low, *high));
+        let occluders = Occluders::from_triangles(boxes.flat_map(|(_, _, all)| all).copied());
         let mut shaft = occluders.shaft(ShaftQuery::new(x.to_array(), &self.lamp), &mut room.scratch);
         shaft.visible(&[sample.segment], &mut room.visible);
         let (line, down) = (sample.segment.relative_to(vector(x.to_array())), self.lamp.normal());
@@ -120,7 +120,6 @@ impl Engine {
 /// What lines need from one point to the next.
 #[derive(Default)]
 struct Room {
-    gathered: Gathered,
     scratch: Scratch,
     visible: VisibleLines,
 }

@@ -245,7 +245,6 @@ enum Within<'a> {
     File(&'a Source),
     Byte(&'a Source, usize),
     Text(&'a Source, Span),
-    Kept(&'a Place),
 }
 
 impl Location<'_> {
@@ -267,17 +266,9 @@ impl Location<'_> {
             Within::Text(source, span) => {
                 (source, Position::Text(Box::new(source.text_place(span))))
             }
-            Within::Kept(place) => return place.clone(),
         };
         let file = Arc::clone(&source.name);
         Place { file, position }
-    }
-}
-
-impl Place {
-    /// The same for later messages.
-    pub(crate) const fn location(&self) -> Location<'_> {
-        Location(Within::Kept(self))
     }
 }
 

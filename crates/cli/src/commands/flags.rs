@@ -1,6 +1,6 @@
 //! What a study cannot be told: flags that it would ignore are refused.
 
-use crate::args::{ConvergeArgs, Instances, ReadArgs, StudyArgs, UsageError};
+use crate::args::{ConvergeArgs, ReadArgs, StudyArgs, UsageError};
 use anyhow::Result;
 use linelit_papers::Fixed;
 use linelit_scenes::Place;
@@ -23,8 +23,6 @@ pub(super) fn refuse_fixed(name: &str, args: &ConvergeArgs, fixed: &Fixed) -> Re
     all.extend(of_files(read, "its scenes are built in, and name no files"));
     if let Some(scene) = fixed.no_scene {
         all.push(("--strict", read.strict, scene));
-        let instances = !matches!(read.instances, Instances::Auto);
-        all.push(("--instances", instances, scene));
     }
     first(name, &all)
 }
@@ -85,11 +83,6 @@ pub(super) fn words(read: &ReadArgs) -> Vec<String> {
     }
     if read.allow_outside {
         words.push("--allow-outside".to_owned());
-    }
-    match read.instances {
-        Instances::Auto => {}
-        Instances::Always => words.push("--instances=always".to_owned()),
-        Instances::Never => words.push("--instances=never".to_owned()),
     }
     words
 }

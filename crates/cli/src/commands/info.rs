@@ -10,7 +10,7 @@ use linelit_formats::Loaded;
 use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_lights::Light;
 use linelit_papers::scene_study;
-use linelit_scene::{Object, Projection, Scene};
+use linelit_scene::{Mesh, Projection, Scene};
 use linelit_study::short_name;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -25,11 +25,12 @@ struct Info {
     triangles: usize,
     vertices: usize,
     meshes: usize,
-    /// Meshes with holes, those of objects among them.
+    /// Meshes with holes.
     cutouts: usize,
+    /// Zero, as `instances`: what a scene places many times is copied.
     objects: usize,
     instances: usize,
-    /// Triangles, those of objects once for each instance.
+    /// The same as `triangles`.
     triangles_in_world: usize,
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
@@ -138,23 +139,20 @@ fn describe(
     for material in &scene.materials {
         materials.entry(material.kind.name()).or_default().materials += 1;
     }
-    let of_objects = scene.objects.iter().flat_map(|object| &object.meshes);
-    let meshes = scene.meshes.iter().chain(of_objects);
-    for mesh in meshes.clone() {
+    for mesh in &scene.meshes {
         let kind = scene.materials[mesh.material as usize].kind.name();
         materials.entry(kind).or_default().triangles += mesh.triangles.len();
     }
-    let sum =
-        |own: usize, of: fn(&Object) -> usize| own + scene.objects.iter().map(of).sum::<usize>();
+    let holed = |mesh: &&Mesh| mesh.cutout.is_some();
     Info {
         scene: short_name(name),
-        triangles: sum(scene.triangles.len(), |object| object.triangles.len()),
-        vertices: sum(scene.positions.len(), |object| object.positions.len()),
-        meshes: meshes.clone().count(),
-        cutouts: meshes.filter(|mesh| mesh.cutout.is_some()).count(),
-        objects: scene.objects.len(),
-        instances: scene.instances.len(),
-        triangles_in_world: scene.triangles_in_world(),
+        triangles: scene.triangles.len(),
+        vertices: scene.positions.len(),
+        meshes: scene.meshes.len(),
+        cutouts: scene.meshes.iter().filter(holed).count(),
+        objects: 0,
+        instances: 0,
+        triangles_in_world: scene.triangles.len(),
         bounds: scene
             .bounds()
             .map(|(lo, hi)| [lo.to_array(), hi.to_array()]),
@@ -209,11 +207,6 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &Light) {
 /// What few scenes have.
 fn beyond_triangles(info: &Info) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
-    if info.instances > 0 {
-        let (count, objects, all) = (info.instances, info.objects, info.triangles_in_world);
-        let text = format!("{count} of {objects} objects: {all} triangles in the world");
-        rows.push(("instances", text));
-    }
     if info.cutouts > 0 {
         rows.push(("with holes", format!("{} meshes", info.cutouts)));
     }

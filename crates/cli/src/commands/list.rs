@@ -133,7 +133,7 @@ fn about(technique: &str) -> &'static str {
         "line-projected" => "lines, points on them uniform in projected solid angle",
         "line-texture" => "lines, and points on them, by the image of a textured light",
         "line-analytic" => "lines, the light along their visible parts in closed form",
-        "exact" => "closed form over what is visible, lines past instances",
+        "exact" => "closed form over what is visible, lines past holes",
         "hybrid" => "the cheapest of exact, lines, points and rays, at each point: the default",
         _ => "",
     }

@@ -73,7 +73,7 @@ macro_rules! integrations {
             /// The closed form along the visible parts of each line.
             Analytic: analytic::Analytic,
             /// The closed form over what is visible of the light, past any number of triangles
-            /// unless there is a limit; past those, and instances, as [`Integration::Analytic`].
+            /// unless there is a limit; past those, and holes, as [`Integration::Analytic`].
             Exact(options): exact::ExactOptions,
             /// Whichever of exact, lines, points and rays takes the least time to an equal error,
             /// chosen per shading point and light by what is in between. In a combination, where

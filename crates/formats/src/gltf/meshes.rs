@@ -6,7 +6,7 @@ use super::document::{Document, List, Raw};
 use super::materials::Holes;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use linelit_assembly::{ErrorKind, ObjectId, Result};
+use linelit_assembly::{ErrorKind, Result};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Cutout, EmissionSpec, MeshData, Placement};
@@ -31,9 +31,7 @@ enum Shape {
 #[derive(Debug)]
 pub(super) struct Mesh {
     /// What each node gets a copy of.
-    copied: Vec<(Shape, Placement)>,
-    /// What nodes share.
-    kept: Option<ObjectId>,
+    shapes: Vec<(Shape, Placement)>,
     /// Its primitives.
     count: usize,
 }
@@ -52,10 +50,7 @@ impl<'a> Reader<'a> {
             }
         };
         self.shapes += mesh.count;
-        if let Some(object) = mesh.kept {
-            self.base.add_instance(object, to_world, "the mesh", at)?;
-        }
-        for (shape, placement) in &mesh.copied {
+        for (shape, placement) in &mesh.shapes {
             match shape {
                 Shape::Triangles(triangles) => {
                     let placement = Placement {
@@ -81,11 +76,11 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads a mesh, and keeps what does not emit once if several nodes may have it.
+    /// Reads a mesh.
     fn mesh(&mut self, index: usize) -> Result<Mesh> {
         let doc = self.doc;
         let raw = doc.known(List::Meshes, index);
-        let mut copied = Vec::new();
+        let mut shapes = Vec::new();
         let primitives = self.primitives(raw)?;
         let count = primitives.len();
         for (shape, material) in primitives {
@@ -117,27 +112,9 @@ impl<'a> Reader<'a> {
                 cutout,
                 ..Placement::default()
             };
-            copied.push((shape, placement));
+            shapes.push((shape, placement));
         }
-        let dark = |(shape, placement): &(Shape, Placement)| match shape {
-            Shape::Triangles(mesh) if placement.emission.is_none() => {
-                Some((Rc::clone(mesh), *placement))
-            }
-            Shape::Triangles(_) | Shape::Lines(_) => None,
-        };
-        let mut kept = None;
-        if self.uses[index] > 1 {
-            let shapes = copied.iter().filter_map(dark).collect();
-            kept = self.base.add_object(shapes, false, doc.at_start(raw))?;
-        }
-        if kept.is_some() {
-            copied.retain(|shape| dark(shape).is_none());
-        }
-        Ok(Mesh {
-            copied,
-            kept,
-            count,
-        })
+        Ok(Mesh { shapes, count })
     }
 
     fn primitives(&mut self, mesh: Raw<'a>) -> Result<Vec<(Shape, Option<usize>)>> {

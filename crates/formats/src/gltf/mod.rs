@@ -148,7 +148,6 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         materials: Vec::new(),
         images: HashMap::new(),
         meshes: vec![None; doc.lists.meshes.len()],
-        uses: vec![0; doc.lists.meshes.len()],
         shapes: 0,
         indices: 0,
     };
@@ -233,8 +232,6 @@ struct Reader<'a> {
     /// Images and the names of their files, by index and use.
     images: HashMap<(usize, Channel), Option<NamedImage>>,
     meshes: Vec<Option<Rc<meshes::Mesh>>>,
-    /// How many nodes may have each mesh, several of which an instanced one counts for.
-    uses: Vec<usize>,
     shapes: usize,
     /// Indices read so far.
     indices: usize,
@@ -300,7 +297,6 @@ impl<'a> Reader<'a> {
     /// Walks the nodes of the scene; a node may appear only once.
     fn read_nodes(&mut self) -> Result<()> {
         let doc = self.doc;
-        self.count_uses()?;
         let mut seen = vec![false; doc.lists.nodes.len()];
         let scene = match doc.lists.scene {
             Some(raw) => Some(doc.element(List::Scenes, doc.read(raw)?, raw, "scene")?),
@@ -333,18 +329,6 @@ impl<'a> Reader<'a> {
             if let Some(camera) = node.camera {
                 let camera = doc.element(List::Cameras, camera, raw, "camera")?;
                 self.read_camera(camera, to_world)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Counts the nodes that have each mesh, of the scene or not.
-    fn count_uses(&mut self) -> Result<()> {
-        for raw in &self.doc.lists.nodes {
-            let node: Node<'_> = self.doc.read(raw)?;
-            let uses = node.mesh.and_then(|mesh| self.uses.get_mut(mesh));
-            if let Some(uses) = uses {
-                *uses += 1 + usize::from(node.extensions.contains_key(INSTANCING));
             }
         }
         Ok(())

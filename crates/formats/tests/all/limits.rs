@@ -1,7 +1,7 @@
 //! Small files cannot ask for much time or memory: each of these is refused by its first limit, or
 //! is done soon.
 
-use linelit_formats::{ErrorKind, Format, Instancing, LoadOptions, SceneError};
+use linelit_formats::{ErrorKind, Format, LoadOptions, SceneError};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -81,18 +81,11 @@ fn instances(before: &str, count: usize) -> String {
 fn instances_without_end() {
     let options = LoadOptions {
         max_triangles: 1 << 19,
-        instancing: Instancing::Never,
         ..LoadOptions::default()
     };
     let text = instances("", 100_000);
     let load = || linelit_formats::from_pbrt_str(&text, "limits.pbrt", &options);
     refused(soon(load), "more than 524288 triangles");
-    let kept = LoadOptions {
-        max_triangles: 1 << 14,
-        ..LoadOptions::default()
-    };
-    let load = || linelit_formats::from_pbrt_str(&text, "limits.pbrt", &kept);
-    refused(soon(load), "more than 16384 instances");
     let text = instances("AreaLightSource \"diffuse\"", 100_000);
     let load = || linelit_formats::from_pbrt_str(&text, "limits.pbrt", &options);
     refused(soon(load), "more than 131072 lights");

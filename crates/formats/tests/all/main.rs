@@ -8,7 +8,6 @@ mod formats;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod images;
-mod instances;
 mod lights;
 mod limits;
 mod memory;

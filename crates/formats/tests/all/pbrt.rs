@@ -358,6 +358,19 @@ fn instances_expand_with_their_transforms() {
 }
 
 #[test]
+fn an_instance_that_is_flattened_is_warned_about_where_it_stands() {
+    let text = format!(
+        "Camera \"perspective\" WorldBegin ObjectBegin \"o\" {TRIANGLE} ObjectEnd
+        ObjectInstance \"o\"
+        Scale 1 1 0 ObjectInstance \"o\""
+    );
+    let loaded = load(&text);
+    let mut warnings = loaded.warnings.iter();
+    let warning = warnings.find(|w| w.message().contains("flattened"));
+    assert_eq!(warning.and_then(|w| w.line()), Some(text.lines().count()));
+}
+
+#[test]
 fn too_many_instances_are_refused() {
     let text = format!(
         "WorldBegin ObjectBegin \"o\" {TRIANGLE} ObjectEnd\n{}",

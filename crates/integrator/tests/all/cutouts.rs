@@ -1,8 +1,8 @@
-//! Holes by masks against holes in the geometry, and instances against copies.
+//! Holes by masks against holes in the geometry.
 
 use crate::common::load;
 use linelit_formats::assembly::film::{ByteImage, encode_tga};
-use linelit_formats::{Instancing, LoadOptions, Root};
+use linelit_formats::{LoadOptions, Root};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_scene::Scene;
@@ -69,7 +69,7 @@ fn cut_out() -> String {
 }
 
 /// A scene that may name the leaf.
-fn with_leaf(text: &str, instancing: Instancing) -> Scene {
+fn with_leaf(text: &str) -> Scene {
     let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [u8::from(is_there(x, y)) * 9; 3]));
     let image = ByteImage {
         width: SIDE,
@@ -79,7 +79,6 @@ fn with_leaf(text: &str, instancing: Instancing) -> Scene {
     let files = BTreeMap::from([("leaf.tga".to_owned(), encode_tga(&image).unwrap())]);
     let options = LoadOptions {
         root: Root::Memory(Arc::new(files)),
-        instancing,
         ..LoadOptions::default()
     };
     let loaded = linelit_formats::from_pbrt_str(text, "test.pbrt", &options);
@@ -92,7 +91,7 @@ fn picture(scene: &Scene, estimator: &str, samples: u32, seed: u64) -> Vec<DVec3
     rendered(scene, estimator, samples, seed, true)
 }
 
-/// With every sample taken: what is skipped depends on the boxes of instances.
+/// With every sample taken: what is skipped depends on the boxes.
 fn unskipped(scene: &Scene, estimator: &str, samples: u32) -> Vec<DVec3> {
     rendered(scene, estimator, samples, 1, false)
 }
@@ -136,7 +135,7 @@ fn assert_shadow(with: &[DVec3], without: &[DVec3]) {
 
 #[test]
 fn masks_cut_what_geometry_cuts() {
-    let mask = with_leaf(&text(&masked("alpha")), Instancing::Auto);
+    let mask = with_leaf(&text(&masked("alpha")));
     let cut = load(&text(&cut_out()));
     let empty = load(&text(""));
     for (estimator, room) in [
@@ -166,7 +165,7 @@ fn normal(t: f64, f: f64) -> f64 {
 #[test]
 fn other_ways_past_masks_agree_in_the_mean() {
     const SEEDS: u64 = 24;
-    let mask = with_leaf(&text(&masked("alpha")), Instancing::Auto);
+    let mask = with_leaf(&text(&masked("alpha")));
     let cut = load(&text(&cut_out()));
     let exact = picture(&cut, "exact[limit=1000]", 1, 0);
     let ways = [
@@ -201,8 +200,8 @@ fn other_ways_past_masks_agree_in_the_mean() {
 
 #[test]
 fn holes_to_lights_alone_are_not_seen() {
-    let seen = with_leaf(&text(&masked("alpha")), Instancing::Auto);
-    let shadow = with_leaf(&text(&masked("shadowalpha")), Instancing::Auto);
+    let seen = with_leaf(&text(&masked("alpha")));
+    let shadow = with_leaf(&text(&masked("shadowalpha")));
     // From below, the panel is behind the camera: the shadows are the same.
     let [a, b] = [&seen, &shadow].map(|scene| picture(scene, "line-analytic", 4, 1));
     assert_eq!(a, b);
@@ -221,8 +220,7 @@ fn holes_to_lights_alone_are_not_seen() {
                     .closest_hit(&ray, &mut scratch)
                     .unwrap();
                 let on_panel = hit.t < 1.0;
-                let place = renderer.place(&hit);
-                let surface = scene.surface(place, hit.barycentric, -DVec3::Z);
+                let surface = scene.surface(hit.triangle, hit.barycentric, -DVec3::Z);
                 assert!((surface.point.z - if on_panel { 1.0 } else { 0.0 }).abs() < 1e-12);
                 on_panel
             })
@@ -232,50 +230,4 @@ fn holes_to_lights_alone_are_not_seen() {
         .filter(|k| is_there(k % SIDE, k / SIDE))
         .count();
     assert_eq!([hits(&seen), hits(&shadow)], [leaf, (SIDE * SIDE) as usize]);
-}
-
-/// Spheres, and a masked panel, on their own and turned, mirrored and sheared.
-fn objects() -> String {
-    let panel = masked("alpha");
-    let [texture, shape] = panel.split_once('\n').map(|(a, b)| [a, b]).unwrap();
-    format!(
-        r#"{texture}
-ObjectBegin "o"
-{shape}
-Translate 0.2 0.3 1
-Shape "sphere" "float radius" 0.25
-ObjectEnd
-AttributeBegin Scale 0.5 0.5 0.5 ObjectInstance "o" AttributeEnd
-AttributeBegin Translate 0.6 0.5 0.5 Rotate 40 1 2 3 Scale -0.3 0.4 0.5 ObjectInstance "o" AttributeEnd
-AttributeBegin ConcatTransform [ 0.3 0.1 0 0  0 0.3 0.2 0  0 0 0.3 0  -0.7 -0.4 0.6 1 ] ObjectInstance "o" AttributeEnd"#
-    )
-}
-
-#[test]
-fn instances_are_their_copies() {
-    let text = text(&objects());
-    let [kept, copied] = [Instancing::Always, Instancing::Never].map(|how| with_leaf(&text, how));
-    assert_eq!((kept.instances.len(), kept.objects.len()), (3, 1));
-    let edges = Renderer::new(&copied);
-    for estimator in ["point-area", "line-analytic"] {
-        let [a, b] = [&kept, &copied].map(|scene| unskipped(scene, estimator, 16));
-        let (mut compared, mut far) = (0, 0);
-        for (k, (a, b)) in a.iter().zip(&b).enumerate() {
-            let pixel = [k % 24, k / 24].map(|k| u32::try_from(k).unwrap());
-            if edges.straddles_edge(pixel, 0.05) {
-                continue;
-            }
-            compared += 1;
-            far += usize::from((*a - *b).abs().max_element() > 1e-4 * (1.0 + b.max_element()));
-        }
-        assert!(compared > 400, "{compared}");
-        // Vertices of copies are rounded to f32, by 6e-8 of at most 1.5, and points on spheres are
-        // lifted by another 1e-6: intervals of lines move by 1e-5 of the light at most. Of 16
-        // points for each pixel, 9,000 in all, one may fall on the other side of an edge; edges
-        // are some 20 long on a light of side 1, and move by 1e-6.
-        assert!(far <= 1, "{estimator}: {far} of {compared}");
-    }
-    let empty = load(&crate::cutouts::text(""));
-    let with = picture(&kept, "line-analytic", 4, 1);
-    assert_shadow(&with, &picture(&empty, "line-analytic", 4, 1));
 }

@@ -104,7 +104,7 @@ const WORDS: [Words; 17] = [
     (
         "exact",
         "The visible part of the light as a polygon, and its light in closed form: no samples and no \
-         noise where the material has a closed form and no instance stands between; lines elsewhere.",
+         noise where the material has a closed form and nothing with holes is in between; lines elsewhere.",
         &[],
     ),
     (

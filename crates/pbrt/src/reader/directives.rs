@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
 use super::state::Target;
-use super::{Block, Geometry, Loader, Object, ObjectShape, OpenObject, is_one_of};
+use super::{Block, Loader, OpenObject, is_one_of};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::Placement;
@@ -203,7 +203,6 @@ impl Loader {
         self.needs_world(lexer, token)?;
         let span = token.span.to(name_token.span);
         let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
-        let once = params.bool_or("once", false)?;
         self.warn_unused(&params)?;
         if self.object.is_some() {
             let message = "`ObjectBegin` inside `ObjectBegin`";
@@ -213,9 +212,6 @@ impl Loader {
         self.object = Some(OpenObject {
             name,
             shapes: Vec::new(),
-            once,
-            source: params.source,
-            span,
         });
         Ok(())
     }
@@ -225,21 +221,7 @@ impl Loader {
         let Some(object) = self.object.take() else {
             return Ok(());
         };
-        let dark = |shape: &ObjectShape| match &shape.geometry {
-            Geometry::Mesh(mesh) if shape.place.emission.is_none() => {
-                Some((Rc::clone(mesh), shape.place))
-            }
-            Geometry::Mesh(_) | Geometry::Line(..) | Geometry::Round(_) => None,
-        };
-        let kept = object.shapes.iter().filter_map(dark).collect();
-        let at = object.source.at(object.span);
-        let kept = self.base.add_object(kept, object.once, at)?;
-        let mut shapes = object.shapes;
-        if kept.is_some() {
-            shapes.retain(|shape| dark(shape).is_none());
-        }
-        let object_read = Object { shapes, kept };
-        self.objects.insert(object.name, Rc::new(object_read));
+        self.objects.insert(object.name, object.shapes.into());
         Ok(())
     }
 
@@ -257,16 +239,12 @@ impl Loader {
             return Err(error.suggest(nearest(&name, names)));
         };
         let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
-        if object.shapes.iter().any(|s| s.place.emission.is_some()) {
+        if object.iter().any(|s| s.place.emission.is_some()) {
             let message = format!("object `{}` emits light", shorten(&name));
             let label = "its instances do so here, but not in pbrt";
             self.base.suspicious(message, label, params.at())?;
         }
-        if let Some(kept) = object.kept {
-            let to_world = self.state.ctm;
-            (self.base).add_instance(kept, to_world, &params.owner, params.at())?;
-        }
-        for shape in &object.shapes {
+        for shape in &*object {
             let to_world = self.state.ctm * shape.place.to_world;
             let place = Placement {
                 to_world,

@@ -20,7 +20,7 @@ mod view;
 use crate::tessellate::Round;
 use lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{
-    Assembly, ErrorKind, LoadOptions, Loaded, ObjectId, Result, SceneError, Source, Span, shorten,
+    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, shorten,
 };
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
@@ -88,19 +88,6 @@ struct ObjectShape {
 struct OpenObject {
     name: String,
     shapes: Vec<ObjectShape>,
-    /// An extension: kept once, however little that saves.
-    once: bool,
-    source: Arc<Source>,
-    span: Span,
-}
-
-/// What `ObjectInstance` places.
-#[derive(Debug)]
-struct Object {
-    /// What is copied.
-    shapes: Vec<ObjectShape>,
-    /// What is kept once, if that pays.
-    kept: Option<ObjectId>,
 }
 
 /// What a shape directive makes.
@@ -129,7 +116,7 @@ struct Loader {
     coordinate_systems: HashMap<String, DAffine3>,
     materials: HashMap<String, Option<u32>>,
     textures: HashMap<(bool, String), Arc<Texture>>,
-    objects: HashMap<String, Rc<Object>>,
+    objects: HashMap<String, Rc<[ObjectShape]>>,
     object: Option<OpenObject>,
     view: view::View,
     in_world: bool,

@@ -5,7 +5,6 @@
 
 mod binary;
 mod collapse;
-mod flat;
 mod order;
 mod refit;
 mod reinsert;
@@ -21,7 +20,6 @@ use crate::{
 };
 use binary::Bounds;
 pub(crate) use binary::{least, most};
-pub(crate) use flat::flat;
 use linelit_simd::Simd;
 pub(crate) use refit::refit;
 use split::Reference;
@@ -55,12 +53,6 @@ impl Hierarchy {
             + size_of_val(&meshes[..])
             + size_of_val(&mesh_of[..])
             + surfaces.memory()
-    }
-
-    /// The box of all triangles; `None` without any.
-    pub(crate) fn bounds(&self) -> Option<[[f32; 3]; 2]> {
-        let Bounds { lo, hi } = refit::around(self.nodes.first()?);
-        Some([lo, hi])
     }
 
     /// Closed meshes and the leaves' triangles in them.

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod alpha;
+mod between;
 mod builtin;
 mod candidates;
 mod closed_mesh;
@@ -9,8 +10,7 @@ mod closest;
 mod common;
 mod degenerate;
 mod fans;
-mod gathered;
-mod instances;
+mod holes;
 mod laws;
 mod leaks;
 mod limits;

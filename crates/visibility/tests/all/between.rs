@@ -3,7 +3,7 @@
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Segment};
 use linelit_testkit::rng::SplitMix64;
-use linelit_visibility::{Between, Found, Gathered, LightCorners, Occluders, Ray, Scratch};
+use linelit_visibility::{Between, LightCorners, Occluders, Ray, Scratch};
 
 /// A hierarchy of two children, as anyone's: triangles in a leaf, or two halves by their places
 /// along one axis after the other.
@@ -38,7 +38,7 @@ impl Boxed {
         Self { lo, hi, tree }
     }
 
-    fn find(&self, between: &Between, found: &mut Found) {
+    fn find(&self, between: &Between, found: &mut Vec<[[f32; 3]; 3]>) {
         if between.may_meet(self.lo, self.hi) {
             match &self.tree {
                 Tree::Leaf(triangle) => found.push(*triangle),
@@ -63,7 +63,7 @@ fn tree(mesh: &Mesh) -> Boxed {
 #[test]
 fn gathered_triangles_hide_the_same() {
     let mut rng = linelit_testkit::cases::rng(17);
-    let (mut gathered, mut scratch) = (Gathered::new(), Scratch::new());
+    let mut scratch = Scratch::new();
     let (mut partial, mut kept) = (0, 0.0);
     for round in 0..linelit_testkit::cases::cases(240) {
         let mesh = match round % 3 {
@@ -82,7 +82,9 @@ fn gathered_triangles_hide_the_same() {
         for _ in 0..8 {
             let x = centre + rng.direction() * rng.in_range(0.5, 3.0);
             let between = Between::new(x, LightCorners::new(&lamp).unwrap());
-            let few = gathered.gather(&between, |between, found| mine.find(between, found));
+            let mut found = Vec::new();
+            mine.find(&between, &mut found);
+            let few = &Occluders::from_triangles(found);
             kept += f64::from(u32::try_from(few.triangle_count()).unwrap())
                 / f64::from(u32::try_from(mesh.triangles.len()).unwrap());
             let lines: Vec<_> = (0..6).map(|_| chord(&mut rng, &lamp, Some(0.7))).collect();
@@ -137,18 +139,16 @@ fn hostile_numbers_are_gathered() {
         f32::INFINITY,
     ];
     let mut rng = linelit_testkit::cases::rng(18);
-    let (mut gathered, mut scratch) = (Gathered::new(), Scratch::new());
+    let mut scratch = Scratch::new();
     for _ in 0..linelit_testkit::cases::cases(2_000) {
         let mut vector = || [(); 3].map(|()| awkward[rng.index(awkward.len())]);
         let lamp = [(); 3].map(|()| DVec3::from(vector().map(f64::from)));
         let x = vector();
         let between = Between::new(x, &lamp);
         let triangles: [_; 9] = std::array::from_fn(|_| [vector(), vector(), vector()]);
-        let few = gathered.gather(&between, |between, found| {
-            triangles.iter().for_each(|t| found.push(*t));
-            let nothing = [f32::NAN; 3];
-            assert!(between.may_meet(nothing, nothing));
-        });
+        let nothing = [f32::NAN; 3];
+        assert!(between.may_meet(nothing, nothing));
+        let few = &Occluders::from_triangles(triangles);
         assert_eq!(few.triangle_count() + few.left_out(), triangles.len());
         let line = Segment::new(lamp[0], lamp[1]);
         let x = DVec3::from(x.map(f64::from));

@@ -1,103 +1,37 @@
-//! Anyone's hierarchy in place of ours: the triangles between a shading point and a light.
+//! The space between a point and a light, for hierarchies of others.
 
-use crate::{LightCorners, Occluders};
+use crate::LightCorners;
 use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
 
-/// The triangles between a shading point and a light, as anyone's hierarchy finds them: shafts,
-/// lines, closed forms and shadow rays for renderers that have a hierarchy and want no second one.
-///
-/// [`Gathered::gather`] is called once for each shading point and light. It hands on the space
-/// [`Between`] them, which says of a box whether it may hold anything that hides the light, and
-/// takes the triangles of the boxes that may; what it returns answers every query between that
-/// point and that light as the occluders of the whole scene would, and nothing else. Triangles too
-/// many change no answer; those of the light itself are best left out. They are numbered in the
-/// order in which they come.
-///
-/// It keeps its memory. Copying a triangle costs about as much as testing it: renderers that have
-/// no hierarchy yet are faster with [`Occluders::build`].
+/// The space between a shading point and a light, their convex hull: what a
+/// renderer asks its own hierarchy for, to build [`Occluders`](crate::Occluders) of the triangles
+/// that it finds there.
 ///
 /// ```
 /// use linelit_visibility::geometry::Segment;
-/// use linelit_visibility::{Between, Gathered, Scratch, ShaftQuery, VisibleLines};
+/// use linelit_visibility::{Between, Occluders, Scratch, ShaftQuery, VisibleLines};
 ///
 /// // A triangle halfway up hides the part of the light with x > 0; another is beyond the light.
 /// let mine = [
 ///     [[0.0, -1.0, 1.0], [3.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
-///     [[0.0, -1.0, 3.0], [3.0, 0.0, 3.0], [0.0, 1.0, 3.0]],
+///     [[0.0, -1.0, 3.0], [3.0, 0.0, 3.0], [0.0, 1.0, 3.0_f32]],
 /// ];
 /// let light = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.5, 0.5, 2.0], [-0.5, 0.5, 2.0]];
 /// let (point, light) = ([0.0; 3], light.map(Into::into));
 ///
-/// let (mut gathered, mut asked) = (Gathered::new(), Vec::new());
-/// let occluders = gathered.gather(&Between::new(point, &light), |between, found| {
-///     for triangle in mine {
-///         let most = |pick: fn(f32, f32) -> f32| {
-///             let [a, b, c]: [[f32; 3]; 3] = triangle;
-///             [0, 1, 2].map(|k| pick(a[k], pick(b[k], c[k])))
-///         };
-///         let (low, high) = (most(f32::min), most(f32::max));
-///         asked.push(between.may_meet(low, high));
-///         if between.may_meet(low, high) {
-///             found.push(triangle);
-///         }
-///     }
+/// let between = Between::new(point, &light);
+/// let found = mine.into_iter().filter(|[a, b, c]| {
+///     let most = |pick: fn(f32, f32) -> f32| [0, 1, 2].map(|k| pick(a[k], pick(b[k], c[k])));
+///     between.may_meet(most(f32::min), most(f32::max))
 /// });
-/// assert_eq!(asked, [true, false]);
+/// let occluders = Occluders::from_triangles(found);
+/// assert_eq!(occluders.triangle_count(), 1);
 ///
 /// let (mut scratch, mut visible) = (Scratch::new(), VisibleLines::new());
 /// let mut shaft = occluders.shaft(ShaftQuery::new(point, &light), &mut scratch);
 /// shaft.visible(&[Segment::from([[-0.5, 0.0, 2.0], [0.5, 0.0, 2.0]])], &mut visible);
 /// assert!((visible.fraction(0) - 0.5).abs() < 1e-12);
 /// ```
-#[derive(Debug, Default)]
-pub struct Gathered {
-    found: Found,
-    occluders: Occluders,
-}
-
-/// Where [`Gathered::gather`] takes triangles.
-#[derive(Debug, Default)]
-pub struct Found {
-    positions: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Found {
-    /// Takes a triangle. One that can hide nothing (see [`Occluders`]) is left out, but numbered.
-    pub fn push(&mut self, corners: [[f32; 3]; 3]) {
-        let first = u32::try_from(self.positions.len()).unwrap_or(u32::MAX - 2);
-        self.positions.extend(corners);
-        self.triangles.push([first, first + 1, first + 2]);
-    }
-}
-
-impl Gathered {
-    /// Without triangles.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Forgets the triangles of the last point and takes those of another, which `find` finds.
-    pub fn gather(
-        &mut self,
-        between: &Between,
-        find: impl FnOnce(&Between, &mut Found),
-    ) -> &Occluders {
-        self.found.positions.clear();
-        self.found.triangles.clear();
-        find(between, &mut self.found);
-        let Found {
-            positions,
-            triangles,
-        } = &self.found;
-        self.occluders.become_flat(positions, triangles);
-        &self.occluders
-    }
-}
-
-/// The space between a shading point and a light, their convex hull: what anyone's hierarchy is
-/// asked for ([`Gathered`]).
 #[derive(Clone, Debug)]
 pub struct Between {
     /// The box around it.
