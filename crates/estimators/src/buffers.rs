@@ -1,6 +1,6 @@
 //! The memory of one thread.
 
-use crate::combination::CombinationBuffers;
+use crate::combination::{CombinationBuffers, NoLines};
 use crate::line_sum::Draws;
 use crate::point_block::PointBlock;
 use crate::round::RoundSource;
@@ -11,7 +11,7 @@ use crate::{PlanCounters, SegmentCounters};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::RegionSampler;
 use linelit_penumbra::{PartOnDisk, Penumbra};
-use linelit_spheres::{CylinderLines, DiskChords};
+use linelit_spheres::CylinderLines;
 use linelit_visibility::{Scratch, VisibleLines};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -39,7 +39,7 @@ pub struct SampleBuffers {
     /// What pairs of points on linear lights send to the viewer, and their densities.
     pub(crate) pairs: Vec<(DVec3, [f64; 2])>,
     pub(crate) combination: CombinationBuffers<PointSource<'static>, LineFamily<'static>>,
-    pub(crate) round: CombinationBuffers<RoundSource, DiskChords>,
+    pub(crate) round: CombinationBuffers<RoundSource, NoLines>,
     pub(crate) cylinder: CombinationBuffers<RoundPoints, CylinderLines>,
     /// Lines as they are seen on an outline.
     pub(crate) outlined: Vec<Segment>,

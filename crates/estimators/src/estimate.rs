@@ -6,8 +6,8 @@ use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
 use crate::techniques::points::round::{RoundPoints, Viewer};
 use crate::{
-    Buffers, EmissionTexture, Estimator, Integration, LineDirection, LinearOptions, Lines, Points,
-    Query, Technique, combination, linear, point_sum,
+    Buffers, EmissionTexture, Estimator, Integration, LineDirection, LinearOptions, Lines, PointBy,
+    Points, Query, Technique, combination, linear, point_sum,
 };
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
@@ -48,11 +48,11 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         Light::Disk(light) if !light.faces(x, margin) => DVec3::ZERO,
         Light::Area(light) => on_area(query, light, buffers),
         Light::Linear(light) => on_line(query, light, buffers),
-        Light::Sphere(light) => match by_rays(query) {
+        Light::Sphere(light) => match round_by_rays(query) {
             Some(points) => points_of_sphere(query, &light.sphere, points, buffers),
             None => combination::on_round(query, buffers),
         },
-        Light::Disk(light) => match by_rays(query) {
+        Light::Disk(light) => match round_by_rays(query) {
             Some(points) => points_of_disk(query, &light.disk, points, buffers),
             None => combination::on_round(query, buffers),
         },
@@ -85,6 +85,21 @@ fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<Points> {
         Some(Technique::Points(points)) if !points.in_shaft => Some(*points),
         Some(Technique::Points(_) | Technique::Lines(_)) | None => None,
     }
+}
+
+/// The same of a sphere or a disk, which have no lines: points by solid angle in place of lines, and
+/// of closed forms that the reflection has not.
+fn round_by_rays<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Points> {
+    let Some(Technique::Lines(lines)) = query.estimator.alone() else {
+        return by_rays(query);
+    };
+    let point = query.point;
+    let is_known = || {
+        let cosines = || point.bsdf.transformed_cosines(point.outgoing, point.normal);
+        point.bsdf.closed_form().is_some() || cosines().is_some()
+    };
+    let keeps_lines = lines.integration.is_none_or(Integration::keeps_lines);
+    (keeps_lines || !is_known()).then(|| Points::by(PointBy::SolidAngle))
 }
 
 /// From inside the endless cylinder nothing of it is seen.

@@ -39,6 +39,11 @@ impl LightKind {
         Self::Cylinder,
     ];
 
+    /// Whether it is a sphere or a disk, which have no lines.
+    const fn is_round(self) -> bool {
+        matches!(self, Self::Sphere | Self::Disk)
+    }
+
     /// The kind of a light.
     #[must_use]
     pub const fn of<T>(light: &LightSource<'_, T>) -> Self {
@@ -233,6 +238,7 @@ fn exact(light: LightKind, known: Known) -> Method {
         (LightKind::Polygon, Closed::Nowhere, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
         (LightKind::Sphere | LightKind::Disk, Closed::Diffuse, _) => Method::OverVisible,
         (LightKind::Sphere | LightKind::Disk, _, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
+        (LightKind::Sphere | LightKind::Disk, ..) => Method::Points(PointBy::SolidAngle),
         _ => analytic(light, known),
     }
 }
@@ -269,6 +275,9 @@ impl Technique {
             Self::Points(points) => points.by.method(light, known),
             Self::Lines(_) if light == LightKind::Linear => line(known),
             Self::Lines(lines) => match lines.integration {
+                None | Some(Integration::Analytic) if light.is_round() => {
+                    Method::Points(PointBy::SolidAngle)
+                }
                 None => Method::PointsOfLines(lines.by.on(light)),
                 Some(Integration::Analytic) => analytic(light, known),
                 Some(Integration::Exact(_)) => exact(light, known),
@@ -324,9 +333,7 @@ impl LineBy {
         match (self, light) {
             (Self::Texture, LightKind::Textured) => self,
             (Self::Texture, _) => Self::Area,
-            (Self::Warped, LightKind::Sphere | LightKind::Disk | LightKind::Cylinder) => {
-                Self::SolidAngle
-            }
+            (Self::Warped, LightKind::Cylinder) => Self::SolidAngle,
             (Self::Area | Self::SolidAngle | Self::Warped | Self::Projected, _) => self,
         }
     }
@@ -340,10 +347,15 @@ impl Estimator {
             Some(technique.method(light, known))
         } else if light == LightKind::Linear {
             Some(line(known))
-        } else if analytic(light, known) != Method::PointsOfLines(LineBy::Area) {
-            let integrated = self
-                .parts()
-                .find(|part| part.technique.integrated().is_some());
+        } else if light.is_round() && known.closed != Closed::Nowhere
+            || analytic(light, known) != Method::PointsOfLines(LineBy::Area)
+        {
+            let is_kept = |integration: Integration| light.is_round() && integration.keeps_lines();
+            let first = (self.parts()).find(|part| part.technique.integrated().is_some());
+            let integrated = first.filter(|part| {
+                let integration = part.technique.integrated();
+                integration.is_some_and(|(_, integration)| !is_kept(integration))
+            });
             integrated.map(|part| part.technique.method(light, known))
         } else {
             None
@@ -355,6 +367,7 @@ impl Estimator {
                 Method::Cheapest(known) if known.cosines != Cosines::Unknown => {
                     Method::Cheapest(known)
                 }
+                _ if light.is_round() => Method::Points(PointBy::SolidAngle),
                 _ => Method::PointsOfLines(lines.measure().on(light)),
             },
         });

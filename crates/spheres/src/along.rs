@@ -1,10 +1,22 @@
 //! Measures along a line of a light, and points on what is visible of it.
 
-use crate::ChordMeasure;
 use linelit_geometry::finite::fraction;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::linear::{LineView, ProjectedLine};
+
+/// The measure of lines along a cylinder, and of points on them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ChordMeasure {
+    /// Offsets uniform between the first line and the last, points uniform in length.
+    Uniform,
+    /// Offsets in proportion to length, points uniform in length: uniform in area.
+    Length,
+    /// Offsets in proportion to solid angle, points uniform in solid angle.
+    SolidAngle,
+    /// The same by projected solid angle, over the first of the horizons.
+    Projected,
+}
 
 /// Who looks at the lines, and the measure along them.
 #[derive(Clone, Copy, Debug)]

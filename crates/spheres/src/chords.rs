@@ -1,26 +1,14 @@
-//! Parallel lines across a disk: chords, and points on what is visible of them.
+//! Points of a disk by projected solid angle: on chords.
 
-use crate::along::{Along, holds};
+use crate::ChordMeasure;
+use crate::along::{Along, Thin};
 use core::f64::consts::PI;
 use linelit_elementary::{atan2, hypot, sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
 use linelit_lights::sample_linear;
-use linelit_lights::{Disk, LineSample, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
-
-/// The measure of chords and of points on them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ChordMeasure {
-    /// Offsets uniform between the first chord and the last, points uniform in length.
-    Uniform,
-    /// Offsets in proportion to length, points uniform in length: uniform in area.
-    Length,
-    /// Offsets in proportion to solid angle, points uniform in solid angle.
-    SolidAngle,
-    /// The same by projected solid angle, over the first of the horizons.
-    Projected,
-}
+use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
 
 /// Pieces on which the density of the offset's angle is linear.
 const PIECES: usize = 16;
@@ -39,37 +27,31 @@ const SINES: [f64; PIECES / 2 + 1] = [
     1.0,
 ];
 
-/// Parallel chords of the part of a disk above the horizons of a shading point, and points on their
-/// visible parts.
+/// Points of the part of a disk above the horizons of a shading point, by projected solid angle: a
+/// chord of one direction, and a point uniform in projected solid angle on it.
 ///
-/// **Formula**: the offset across the chords is `u = m + h sin φ` between the least, m − h, and the
+/// **Formula**: the offset of the chord is `u = m + h sin φ` between the least, m − h, and the
 /// largest of that part; φ is drawn by the linear interpolation between sixteenths of a half turn
-/// of `μ(u) cos φ`, μ the measure of the chord: its length, or `z/(2d)` times its (projected) solid
-/// angle per radius, with z the height of the shading point over the disk's plane and d its
-/// distance from the chord's line. Points are uniform in that measure on what is visible. The
-/// density is that of what is drawn.
+/// of `μ(u) cos φ`, where μ is `z/d` times the projected solid angle of the chord per radius, with
+/// z the height of the shading point over the disk's plane and d its distance from the chord's line.
+/// The density is that of what is drawn.
 ///
-/// **Units**: densities of offsets in 1/m, of points in 1/sr, the joint one of chord and point.
-/// **Domain**: any shading point off the disk's plane; in it, and where nothing is above the
-/// horizons, all densities are zero. **Accuracy**: unoccluded, the density of offsets is within 2 %
-/// of what it stands for in the middle half; at the ends, where that goes to zero, it is larger.
+/// **Units**: densities in 1/sr. **Domain**: any shading point off the disk's plane; in it, and
+/// where nothing is above the horizons, all densities are zero. **Accuracy**: the density of
+/// offsets is within 2 % of what it stands for in the middle half; at the ends, where that goes to
+/// zero, it is larger.
 ///
 /// **Source**: lines and their joint densities are those of Billen & Dutré 2016, section 4, and
 /// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
 ///
 /// ```
-/// use linelit_spheres::geometry::{DVec3, intervals::Interval};
-/// use linelit_spheres::lights::Disk;
-/// use linelit_spheres::{ChordMeasure, DiskChords};
+/// use linelit_spheres::DiskChords;
+/// use linelit_spheres::geometry::DVec3;
+/// use linelit_spheres::lights::{Disk, PointTechnique};
 /// let disk = Disk { center: DVec3::Z, normal: -DVec3::Z, radius: 0.5 };
-/// let chords = DiskChords::new(&disk, 0.3, DVec3::ZERO, &[DVec3::Z], ChordMeasure::SolidAngle);
-/// let chord = chords.sample(0.5);
-/// // Half way, the chord is a diameter.
-/// assert!((chord.segment.length() - 1.0).abs() < 1e-14);
-/// let visible = [Interval::new(0.0, 0.25), Interval::new(0.5, 1.0)];
-/// let sample = chords.point(&chord, &visible, 0.5);
-/// let again = chords.joint_pdf(sample.point, &visible);
-/// assert!((sample.pdf.value() / again.value() - 1.0).abs() < 1e-13);
+/// let points = DiskChords::new(&disk, 0.3, DVec3::ZERO, &[DVec3::Z]);
+/// let sample = points.sample([0.5, 0.25]);
+/// assert!((sample.pdf.value() / points.pdf(sample.point).value() - 1.0).abs() < 1e-13);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct DiskChords {
@@ -96,13 +78,7 @@ impl DiskChords {
     /// its normal, for the shading point `x` with the unit normals of its horizons, of which those
     /// after the second count for nothing.
     #[must_use]
-    pub fn new(
-        disk: &Disk,
-        angle_rad: f64,
-        x: DVec3,
-        horizons: &[DVec3],
-        measure: ChordMeasure,
-    ) -> Self {
+    pub fn new(disk: &Disk, angle_rad: f64, x: DVec3, horizons: &[DVec3]) -> Self {
         let frame = Frame::from_normal(disk.normal);
         let (s, c) = sin_cos(angle_rad);
         let axes = [frame.x * c + frame.y * s, frame.y * c - frame.x * s];
@@ -110,7 +86,7 @@ impl DiskChords {
         let along = Along {
             x,
             normal: horizons.first().copied().unwrap_or(disk.normal),
-            measure,
+            measure: ChordMeasure::Projected,
         };
         let mut out = Self {
             disk: *disk,
@@ -222,13 +198,9 @@ impl DiskChords {
         let Some(ends) = self.extent(offset) else {
             return 0.0;
         };
-        match self.along.measure {
-            ChordMeasure::Uniform | ChordMeasure::Length => ends[1] - ends[0],
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => self
-                .along
-                .thin(&self.segment(offset, ends))
-                .map_or(0.0, |thin| thin.measure() * self.z / thin.distance()),
-        }
+        let line = self.segment(offset, ends);
+        let share = |thin: Thin| thin.measure() * self.z / thin.distance();
+        self.along.thin(&line).map_or(0.0, share)
     }
 
     /// Offset and place of a point, kept in the range against rounding; `None` beside the disk.
@@ -241,61 +213,20 @@ impl DiskChords {
         inside.then_some([kept, v])
     }
 
-    /// The unit direction of the chords.
-    #[must_use]
-    pub fn direction(&self) -> DVec3 {
-        self.axes[0]
+    /// An offset from one random number in [0, 1).
+    fn sample_offset(&self, u: f64) -> f64 {
+        let (piece, place) = self.pieces.pick(u);
+        let place = sample_linear(place, self.density[piece], self.density[piece + 1]);
+        #[allow(clippy::cast_precision_loss, reason = "few pieces")]
+        let angle = (piece as f64 + place - 0.5 * PIECES as f64) * STEP;
+        self.middle + self.half * sin(angle)
     }
 
-    /// The chord through a point of the disk: without length where nothing of it is above the
-    /// horizons, and beside the disk.
-    #[must_use]
-    pub fn through(&self, point: DVec3) -> Segment {
-        let chord = self.locate(point).and_then(|[offset, _]| {
-            let ends = self.extent(offset)?;
-            Some(self.segment(offset, ends))
-        });
-        chord.unwrap_or_default()
-    }
-
-    /// A chord from one random number in [0, 1), with the density of its offset. Density 0 where
-    /// nothing can be sampled: skip it.
-    #[must_use]
-    pub fn sample(&self, u: f64) -> LineSample {
-        let sine = if self.along.measure == ChordMeasure::Uniform {
-            2.0 * fraction(u) - 1.0
-        } else {
-            let (piece, place) = self.pieces.pick(u);
-            let place = sample_linear(place, self.density[piece], self.density[piece + 1]);
-            #[allow(clippy::cast_precision_loss, reason = "few pieces")]
-            let angle = (piece as f64 + place - 0.5 * PIECES as f64) * STEP;
-            sin(angle)
-        };
-        let offset = self.middle + self.half * sine;
-        match self.extent(offset) {
-            Some(ends) => LineSample {
-                segment: self.segment(offset, ends),
-                offset,
-                pdf: self.offset_pdf(offset),
-            },
-            None => LineSample {
-                segment: Segment::default(),
-                offset,
-                pdf: Pdf::ZERO,
-            },
-        }
-    }
-
-    /// The density in 1/m with which [`DiskChords::sample`] gives the chord at an offset from the
-    /// centre; 0 beyond the range.
-    #[must_use]
-    pub fn offset_pdf(&self, offset: f64) -> Pdf<linelit_lights::Offset> {
+    /// The density in 1/m of an offset from the centre; 0 beyond the range.
+    fn offset_pdf(&self, offset: f64) -> f64 {
         let sine = (offset - self.middle) / self.half;
         if !(self.pieces.is_usable() && sine.abs() <= 1.0) {
-            return Pdf::ZERO;
-        }
-        if self.along.measure == ChordMeasure::Uniform {
-            return Pdf::new(0.5 / self.half);
+            return 0.0;
         }
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
         let (piece, place) = place_of(sine, cosine);
@@ -304,20 +235,12 @@ impl DiskChords {
             false => self.density[PIECES - k],
         });
         let density = ends[0] + (ends[1] - ends[0]) * place;
-        Pdf::new(density / (self.pieces.total() * STEP * self.half * cosine))
+        density / (self.pieces.total() * STEP * self.half * cosine)
     }
 
-    /// The random number in [0, 1) from which [`DiskChords::sample`] gives the chord at an offset;
-    /// `None` where its density is zero.
-    #[must_use]
-    pub fn invert_offset(&self, offset: f64) -> Option<f64> {
-        if !self.offset_pdf(offset).is_positive() {
-            return None;
-        }
+    /// The random number in [0, 1) that gives an offset.
+    fn invert_offset(&self, offset: f64) -> f64 {
         let sine = (offset - self.middle) / self.half;
-        if self.along.measure == ChordMeasure::Uniform {
-            return Some(below_one(0.5 * (sine + 1.0)));
-        }
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
         let (piece, place) = place_of(sine, cosine);
         let (piece, place) = match sine < 0.0 {
@@ -326,40 +249,7 @@ impl DiskChords {
         };
         let [a, b] = [self.density[piece], self.density[piece + 1]];
         let below = place * (2.0 * a + (b - a) * place) / (a + b);
-        Some(self.pieces.unpick(piece, below))
-    }
-
-    /// A point of what is visible of a chord, from one random number in [0, 1), with the joint
-    /// density of chord and point; `visible` holds disjoint ascending intervals of the chord's
-    /// parameter. Density 0 where nothing is visible.
-    #[must_use]
-    pub fn point(
-        &self,
-        chord: &LineSample,
-        visible: &[Interval],
-        xi: f64,
-    ) -> PointSample<SolidAngle> {
-        let line = &chord.segment;
-        let Some((t, total)) = self.along.place(line, visible, xi) else {
-            return PointSample::none(line.p0);
-        };
-        let point = line.at(t);
-        PointSample::at(point, self.joint(point, line, chord.pdf.value(), total))
-    }
-
-    /// The joint density with which [`DiskChords::sample`] gives the chord through a point of the
-    /// disk and [`DiskChords::point`] the point; `visible` is what is visible of that chord. 0
-    /// where the point is hidden, below a horizon or beside the disk.
-    #[must_use]
-    pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<SolidAngle> {
-        let Some((offset, line, t)) = self.chord_at(point) else {
-            return Pdf::ZERO;
-        };
-        if !holds(visible, t) {
-            return Pdf::ZERO;
-        }
-        let total = self.along.visible_measure(&line, visible);
-        self.joint(point, &line, self.offset_pdf(offset).value(), total)
+        self.pieces.unpick(piece, below)
     }
 
     /// The chord through a point, its offset and the point's parameter.
@@ -372,24 +262,14 @@ impl DiskChords {
         inside.then(|| (offset, self.segment(offset, ends), fraction(t)))
     }
 
-    /// The joint density at a point of a chord whose offset has the density `offset`.
-    fn joint(&self, point: DVec3, line: &Segment, offset: f64, visible: f64) -> Pdf<SolidAngle> {
+    /// The density at a point of the chord at an offset.
+    fn density(&self, point: DVec3, line: &Segment, offset: f64) -> Pdf<SolidAngle> {
         let to = point - self.along.x;
-        let r = to.length();
-        let density = match self.along.measure {
-            ChordMeasure::Uniform | ChordMeasure::Length => r * r * r / (self.z * visible),
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => {
-                let Some(whole) = self.along.thin(line) else {
-                    return Pdf::ZERO;
-                };
-                let cosine = match self.along.measure {
-                    ChordMeasure::Projected => self.along.normal.dot(to) / r,
-                    _ => 1.0,
-                };
-                2.0 * whole.distance() * cosine / (self.z * visible)
-            }
-        };
-        Pdf::new(offset * density)
+        let cosine = self.along.normal.dot(to) / to.length();
+        let density = self.along.thin(line).map_or(0.0, |whole| {
+            2.0 * whole.distance() * cosine / (self.z * whole.measure())
+        });
+        Pdf::new(self.offset_pdf(offset) * density)
     }
 }
 
@@ -408,24 +288,36 @@ fn place_of(sine: f64, cosine: f64) -> (usize, f64) {
     (piece, place)
 }
 
-/// With nothing in between: the first random number chooses the chord, the second the point.
+/// The first random number chooses the chord, the second the point.
 impl PointTechnique for DiskChords {
     type Measure = SolidAngle;
 
     fn sample(&self, [across, along]: [f64; 2]) -> PointSample<SolidAngle> {
-        self.point(&self.sample(across), &[Interval::UNIT], along)
+        let offset = self.sample_offset(across);
+        let Some(ends) = self.extent(offset) else {
+            return PointSample::none(DVec3::ZERO);
+        };
+        let line = self.segment(offset, ends);
+        let Some((t, _)) = self.along.place(&line, &[Interval::UNIT], along) else {
+            return PointSample::none(line.p0);
+        };
+        let point = line.at(t);
+        PointSample::at(point, self.density(point, &line, offset))
     }
 
     fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
-        self.joint_pdf(point, &[Interval::UNIT])
+        let chord = self.chord_at(point);
+        chord.map_or(Pdf::ZERO, |(offset, line, _)| {
+            self.density(point, &line, offset)
+        })
     }
 
     fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
-        if !PointTechnique::pdf(self, point).is_positive() {
+        if !self.pdf(point).is_positive() {
             return None;
         }
         let (offset, line, t) = self.chord_at(point)?;
         let along = self.along.below(&line, t)?;
-        Some([self.invert_offset(offset)?, below_one(along)])
+        Some([self.invert_offset(offset), below_one(along)])
     }
 }

@@ -1,5 +1,5 @@
 //! Points on spheres, disks and cylinders as lights: by area, by what is in view, by solid angle
-//! and by projected solid angle; lines across disks and along cylinders.
+//! and by projected solid angle; lines along cylinders.
 //!
 //! Each technique is a [`PointTechnique`]: it is set up once per light and shading point, and then
 //! takes any number of random numbers. It never allocates, never fails and never panics; what
@@ -31,7 +31,8 @@ mod disk_cone;
 mod projected;
 mod sphere;
 
-pub use chords::{ChordMeasure, DiskChords};
+pub use along::ChordMeasure;
+pub use chords::DiskChords;
 pub use cone::TransformedCone;
 pub use cylinder::{CylinderArea, CylinderView};
 pub use cylinder_lines::CylinderLines;

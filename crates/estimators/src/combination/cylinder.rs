@@ -183,7 +183,7 @@ struct CylinderPart {
 impl CylinderPart {
     /// Along the axis, whatever the direction asked for.
     fn lines_of(&self, lines: &Lines) -> CylinderLines {
-        let measure = lines.measure().on_disk(lines.offset);
+        let measure = lines.measure().on_cylinder(lines.offset);
         CylinderLines::of(&self.view, &self.horizons, measure)
     }
 }

@@ -9,8 +9,6 @@ use crate::{EmissionTexture, Lines, PointBy};
 use linelit_bsdf::TransformedCosines;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::LineSample;
-use linelit_spheres::DiskChords;
-use std::f64::consts::PI;
 use std::fmt::Debug;
 
 pub(super) trait Domain {
@@ -24,8 +22,8 @@ pub(super) trait Domain {
     /// Points of a technique.
     fn points(&self, by: PointBy) -> Self::Points;
 
-    /// Lines of a technique in a direction that is a fraction of a half turn; `None` where no line
-    /// is asked for its visible parts: points by solid angle then.
+    /// Lines of a technique in a direction that is a fraction of a half turn; `None` of a light
+    /// without lines: points by solid angle then.
     fn lines(&self, lines: &Lines, fraction: f64) -> Option<Self::Lines>;
 }
 
@@ -43,75 +41,55 @@ impl<'t, T: EmissionTexture> Domain for Polygon<'t, T> {
     }
 }
 
-/// A round light, and who looks at it.
+/// A round light, and who looks at it. It has no lines: those of techniques are points by solid
+/// angle there.
 pub(super) struct RoundPart {
     pub view: RoundView,
-    /// The normals of the horizons, the shading normal first.
-    pub horizons: [DVec3; 2],
+    /// The shading normal.
+    pub normal: DVec3,
     /// What the point reflects, if that is known and a technique asks for it.
     pub cosines: Option<TransformedCosines>,
-    /// Whether lines may be asked for their visible parts.
-    pub by_lines: bool,
-}
-
-impl RoundPart {
-    /// Chords by the measure of lines, whether or not they may be asked about.
-    pub(super) fn chords(&self, lines: &Lines, fraction: f64) -> DiskChords {
-        let measure = lines.measure().on_disk(lines.offset);
-        let horizons = match self.horizons[0] == self.horizons[1] {
-            true => &self.horizons[..1],
-            false => &self.horizons,
-        };
-        let (disk, x) = (&self.view.disk, self.view.x);
-        DiskChords::new(disk, fraction * PI, x, horizons, measure)
-    }
 }
 
 impl Domain for RoundPart {
     type Surface = RoundView;
     type Points = RoundSource;
-    type Lines = DiskChords;
+    type Lines = NoLines;
 
     fn points(&self, by: PointBy) -> RoundSource {
         RoundSource {
-            points: self
-                .view
-                .points(by, self.horizons[0], self.cosines.as_ref()),
+            points: self.view.points(by, self.normal, self.cosines.as_ref()),
             view: self.view,
         }
     }
 
-    fn lines(&self, lines: &Lines, fraction: f64) -> Option<DiskChords> {
-        self.by_lines.then(|| self.chords(lines, fraction))
+    fn lines(&self, _: &Lines, _: f64) -> Option<NoLines> {
+        None
     }
 }
 
-impl DrawLines<RoundView> for DiskChords {
+/// The lines of lights that have none: there is no value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum NoLines {}
+
+impl<S> DrawLines<S> for NoLines {
     fn direction(&self) -> DVec3 {
-        self.direction()
+        match *self {}
     }
 
-    fn sample(&self, u: f64) -> LineSample {
-        self.sample(u)
+    fn sample(&self, _: f64) -> LineSample {
+        match *self {}
     }
 
-    fn point(
-        &self,
-        line: &LineSample,
-        visible: &[Interval],
-        u: f64,
-        x: DVec3,
-        light: &RoundView,
-    ) -> (LightPoint, f64) {
-        let sample = self.point(line, visible, u);
-        (LightPoint::new(sample.point, x, light), sample.pdf.value())
+    fn point(&self, _: &LineSample, _: &[Interval], _: f64, _: DVec3, _: &S) -> (LightPoint, f64) {
+        match *self {}
     }
 
-    fn through(&self, point: DVec3) -> Segment {
-        self.through(point)
+    fn through(&self, _: DVec3) -> Segment {
+        match *self {}
     }
 
-    fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
-        self.joint_pdf(at.point, visible).value()
+    fn density(&self, _: &LightPoint, _: &[Interval]) -> f64 {
+        match *self {}
     }
 }

@@ -24,6 +24,7 @@ use crate::{
 };
 pub(crate) use cylinder::on_cylinder;
 use domain::Domain;
+pub(crate) use domain::NoLines;
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};

@@ -1,4 +1,4 @@
-//! Combinations, and lines of any kind, on spheres and disks.
+//! Combinations on spheres and disks, where lines are points by solid angle, and closed forms.
 
 use super::domain::RoundPart;
 use super::smooth::Smooth;
@@ -9,13 +9,13 @@ use crate::light::Shape;
 use crate::round::RoundView;
 use crate::techniques::integrals::{Between, Instead};
 use crate::transformed::{known_of_round, visible_round_light};
-use crate::{Buffers, EmissionTexture, Lines, Queries, Query, SampleBuffers};
-use linelit_bsdf::{ClosedForm, Reflection};
+use crate::{Buffers, EmissionTexture, Queries, Query, SampleBuffers};
+use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_visibility::{Shaft, ShaftClass};
 
 /// Any estimator but points with rays, on a sphere or a disk: as [`combined`](super::combined), on
-/// the disk that is seen. Integrals over what lines find visible are the closed form along chords.
+/// the disk that is seen.
 pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     buffers: &mut Buffers,
@@ -24,10 +24,10 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     let Some(view) = RoundView::new(query.light.light, point.position) else {
         return DVec3::ZERO;
     };
-    // What it sends to the shading point, and the height of that over the disk's plane.
+    // The height of the shading point over the disk's plane, and what is sent there.
     let height = view.normal(view.x).dot(view.x - view.disk.center);
-    let emission = (view.emission.towards(height), height);
-    if emission.0 == DVec3::ZERO {
+    let emitted = view.emission.towards(height);
+    if emitted == DVec3::ZERO {
         return DVec3::ZERO;
     }
     let Buffers { scratch, samples } = buffers;
@@ -36,15 +36,14 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     let class = shaft.class();
     let mut part = RoundPart {
         view,
-        horizons: [point.normal, point.geometric_normal],
+        normal: point.normal,
         cosines: query.cosines_for(query.estimator.parts().map(|part| &part.technique)),
-        by_lines: view.is_told_by(&shaft),
     };
     samples.plan.unoccluded += u64::from(class == ShaftClass::Empty);
-    let told = part.by_lines;
+    let told = view.is_told_by(&shaft);
     if told
         && class != ShaftClass::Blocked
-        && let Some(value) = closed(query, &part, emission, &mut shaft, samples)
+        && let Some(value) = closed(query, &view, emitted, &mut shaft, samples)
     {
         return value;
     }
@@ -67,7 +66,7 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
             query: query.shaft(&corners),
         }
     };
-    weighted(query, &mut part, emission.0, visibility, samples)
+    weighted(query, &mut part, emitted, visibility, samples)
 }
 
 /// All techniques, weighted.
@@ -110,28 +109,30 @@ fn weighted<R: Reflection, T: EmissionTexture>(
     sum
 }
 
-/// The light in closed form, over what is visible or along chords, if the estimator takes it and
-/// the reflection has one; alone, also that of the transformed cosines which the reflection looks
-/// like, with points for the difference.
+/// The light in closed form over the whole or the visible part, if the estimator takes that and the
+/// reflection has one; alone, also that of the transformed cosines which the reflection looks like,
+/// with points for the difference.
 fn closed<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
-    part: &RoundPart,
-    emission: (DVec3, f64),
+    view: &RoundView,
+    emitted: DVec3,
     shaft: &mut Shaft<'_>,
     samples: &mut SampleBuffers,
 ) -> Option<DVec3> {
-    let (lines, integration, count) = query.estimator.closed(query.samples)?;
+    let (_, integration, count) = query.estimator.closed(query.samples)?;
+    if integration.keeps_lines() {
+        return None;
+    }
     let reflection = query.light.closed_form(query.point);
     if query.skip
         && shaft.class() == ShaftClass::Empty
         && let Some(reflection) = &reflection
-        && let Some(value) = whole_round(&part.view, emission.0, query.point, reflection)
+        && let Some(value) = whole_round(view, emitted, query.point, reflection)
     {
         samples.plan.closed_form += 1;
         return Some(value);
     }
     let query = query.with_samples(count);
-    let partial = u64::from(shaft.class() == ShaftClass::Partial);
     let between = Between {
         shaft,
         occlusion: &query.light.occlusion,
@@ -139,52 +140,17 @@ fn closed<R: Reflection, T: EmissionTexture>(
         has_cosines: true,
     };
     let is_exact = matches!(integration.instead(&between), Instead::Differences(_));
-    if is_exact && (reflection.is_some() || query.estimator.alone().is_some()) {
-        let (view, sent) = (&part.view, emission.0);
-        let value = match &reflection {
-            Some(reflection) if reflection.is_diffuse() => {
-                visible_round(view, sent, query.point, reflection, shaft, samples)
-            }
-            _ => visible_round_light(&query, view, sent, shaft, samples),
-        };
-        if value.is_some() {
-            samples.plan.exact_penumbrae += partial;
-            return value;
+    if !is_exact || reflection.is_none() && query.estimator.alone().is_none() {
+        return None;
+    }
+    let value = match &reflection {
+        Some(reflection) if reflection.is_diffuse() => {
+            visible_round(view, emitted, query.point, reflection, shaft, samples)
         }
-        samples.plan.exact_fallbacks += partial;
-    }
-    let reflection = reflection?;
-    let sum = along_chords(
-        &query,
-        part,
-        &lines,
-        (emission, &reflection),
-        shaft,
-        samples,
-    );
-    Some(sum)
-}
-
-/// The mean over chords, the closed form along what is visible of each.
-fn along_chords<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    part: &RoundPart,
-    lines: &Lines,
-    (emission, reflection): ((DVec3, f64), &ClosedForm<'_>),
-    shaft: &mut Shaft<'_>,
-    buffers: &mut SampleBuffers,
-) -> DVec3 {
-    let chords = part.chords(lines, lines.only_fraction(query));
-    buffers
-        .draws
-        .draw_integrated(query, lines.control, |_, u| chords.sample(u));
-    shaft.visible(&buffers.draws.lines, &mut buffers.visible);
-    buffers.count_lines();
-    let SampleBuffers { draws, visible, .. } = buffers;
-    let (drawn, pieces) = draws.weighted();
-    for (i, (line, weight)) in drawn.enumerate() {
-        pieces.add(query.point, &line.segment, visible.line(i), weight);
-    }
-    let sum = pieces.light(emission, query.point, reflection);
-    sum / f64::from(query.samples)
+        _ => visible_round_light(&query, view, emitted, shaft, samples),
+    };
+    let partial = u64::from(shaft.class() == ShaftClass::Partial);
+    samples.plan.exact_penumbrae += partial * u64::from(value.is_some());
+    samples.plan.exact_fallbacks += partial * u64::from(value.is_none());
+    value
 }

@@ -1,6 +1,6 @@
 //! Techniques of lines: what each draws from on a polygon.
 //!
-//! A round light is seen as a disk, on which lines are chords. A linear light is one line whatever
+//! Spheres and disks have no lines. A linear light is one line whatever
 //! the technique, taken in closed form or by quadrature, and by points where nothing is known of
 //! the reflection.
 
@@ -248,8 +248,8 @@ pub(crate) trait LineMeasure: Copy + Default {
         setup: LineSetup,
     ) -> Option<Self::OnPolygon<'t>>;
 
-    /// The measure of chords on the disk as which a round light is seen; area unless said.
-    fn on_disk(self, offset: OffsetDensity) -> ChordMeasure {
+    /// The measure of lines along cylinders; area unless said.
+    fn on_cylinder(self, offset: OffsetDensity) -> ChordMeasure {
         match offset {
             OffsetDensity::Uniform => ChordMeasure::Uniform,
             OffsetDensity::Length => ChordMeasure::Length,
@@ -279,9 +279,9 @@ pub(crate) struct LineSetup {
 }
 
 impl LineBy {
-    /// The measure of chords on the disk as which a round light is seen.
-    pub(crate) fn on_disk(self, offset: OffsetDensity) -> ChordMeasure {
-        line_techniques! { dispatch [self, technique => technique.on_disk(offset)] }
+    /// The measure of lines along cylinders.
+    pub(crate) fn on_cylinder(self, offset: OffsetDensity) -> ChordMeasure {
+        line_techniques! { dispatch [self, technique => technique.on_cylinder(offset)] }
     }
 
     /// The direction, in half turns from the light's first edge, of one line technique of a spread.

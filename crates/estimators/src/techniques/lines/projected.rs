@@ -24,7 +24,7 @@ impl LineMeasure for Projected {
         Some(lines)
     }
 
-    fn on_disk(self, _: OffsetDensity) -> ChordMeasure {
+    fn on_cylinder(self, _: OffsetDensity) -> ChordMeasure {
         ChordMeasure::Projected
     }
 }

@@ -23,7 +23,7 @@ impl LineMeasure for SolidAngle {
         Some(lines)
     }
 
-    fn on_disk(self, _: OffsetDensity) -> ChordMeasure {
+    fn on_cylinder(self, _: OffsetDensity) -> ChordMeasure {
         ChordMeasure::SolidAngle
     }
 }

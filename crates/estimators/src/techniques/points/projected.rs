@@ -30,7 +30,7 @@ impl PointDensity for ProjectedSolidAngle {
 
     fn on_disk(self, disk: &Disk, viewer: &Viewer<'_>) -> Option<RoundPoints> {
         let (x, horizons) = (viewer.position, [viewer.normal]);
-        Some(DiskChords::new(disk, 0.0, x, &horizons, ChordMeasure::Projected).into())
+        Some(DiskChords::new(disk, 0.0, x, &horizons).into())
     }
 
     fn on_cylinder(self, seen: &CylinderView, horizons: &[DVec3; 2]) -> RoundPoints {
