@@ -215,15 +215,11 @@ pub struct RenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// Have hybrid go by what closed forms and lines cost on this machine, measured first, in place
-    /// of its table; the picture's noise then depends on the machine.
-    #[arg(long)]
-    pub calibrate: bool,
     /// Its file.
     #[command(flatten)]
     pub file: ImageArgs,
     /// Whether what is done is kept, in a hidden folder beside the picture, so that the same
-    /// command goes on after Ctrl-C, a kill or a loss of power; never with --calibrate and
+    /// command goes on after Ctrl-C, a kill or a loss of power; never with
     /// --explain.
     #[arg(long, value_name = "WHEN", default_value = "auto")]
     pub checkpoints: Checkpoints,

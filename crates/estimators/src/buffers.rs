@@ -6,7 +6,7 @@ use crate::point_block::PointBlock;
 use crate::round::RoundSource;
 use crate::techniques::points::round::RoundPoints;
 use crate::techniques::{lines::LineFamily, points::PointSource};
-use crate::transformed::{CosinePieces, Fit};
+use crate::transformed::Fit;
 use crate::{PlanCounters, SegmentCounters};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::RegionSampler;
@@ -48,7 +48,6 @@ pub struct SampleBuffers {
     pub(crate) fit: Fit,
     /// What is visible of a light.
     pub(crate) region: RegionSampler,
-    pub(crate) pieces: CosinePieces,
 }
 
 impl SampleBuffers {

@@ -8,15 +8,9 @@ use crate::{EmissionTexture, PlanCounters, Query, SampleBuffers, ShadingPoint};
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, Disk, LinearLight};
-use linelit_shading::{
-    batch, cylinder, horizon, phong, phong_polygon, polygon, quadrature, spherical_gaussian,
-};
+use linelit_shading::{batch, cylinder, horizon, phong, polygon, quadrature, spherical_gaussian};
 use linelit_spheres::{CylinderView, DiskCone, SphereProjected};
 use linelit_visibility::{Shaft, ShaftClass};
-
-/// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
-/// more.
-pub(crate) const TOLERANCE: f64 = 1e-8;
 
 /// What quadrature asks of its estimated error, relative, on each part between peaks and kinks. The
 /// estimate is that of a rule with half of the nodes, and once in a while both agree by accident:
@@ -94,33 +88,28 @@ impl Pieces {
     }
 }
 
-/// Light of the whole area light with nothing in between, to a tolerance as for [`convex`]; `None`
-/// as there.
+/// Light of the whole area light with nothing in between, on a diffuse surface.
 pub(crate) fn whole_light<R>(
     light: &AreaLight,
     point: &ShadingPoint<R>,
     reflection: &ClosedForm<'_>,
-    tolerance: f64,
-) -> Option<DVec3> {
+) -> DVec3 {
     let (emitted, _) = even_emission(light, point.position);
-    let x = point.position;
-    let value = if point.normal != point.geometric_normal {
+    let (x, n) = (point.position, point.normal);
+    let irradiance = if n != point.geometric_normal {
         let Some(polygon) = light.polygon.clip(x, point.geometric_normal) else {
-            return Some(DVec3::ZERO);
+            return DVec3::ZERO;
         };
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-        let relative = polygon.relative_to(x, &mut relative);
-        convex(relative, point, reflection, tolerance)
+        polygon::irradiance(polygon.relative_to(x, &mut relative), n)
     } else if let [a, b, c, d] = light.polygon.vertices() {
         // Of a quadrilateral, as most lights are, without room for more corners to clear.
-        let relative = [*a - x, *b - x, *c - x, *d - x];
-        convex(&relative, point, reflection, tolerance)
+        polygon::irradiance(&[*a - x, *b - x, *c - x, *d - x], n)
     } else {
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-        let relative = light.polygon.relative_to(x, &mut relative);
-        convex(relative, point, reflection, tolerance)
+        polygon::irradiance(light.polygon.relative_to(x, &mut relative), n)
     };
-    Some(emitted * value?)
+    emitted * reflection.diffuse.value() * irradiance
 }
 
 /// Light of a whole round light with nothing in between, of what it sends to the shading point: a
@@ -187,34 +176,8 @@ pub(crate) fn visible_round<R>(
     Some(emitted * reflection.diffuse.value() * flat)
 }
 
-/// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to
-/// what a diffuse surface of the lobe's albedo would reflect. `None` for lobes known along lines
-/// only.
-pub(crate) fn convex<R>(
-    vertices: &[DVec3],
-    point: &ShadingPoint<R>,
-    reflection: &ClosedForm<'_>,
-    tolerance: f64,
-) -> Option<DVec3> {
-    let n = point.normal;
-    let mut sum = reflection.diffuse.value() * polygon::irradiance(vertices, n);
-    for lobe in reflection.lobes(point.outgoing, n) {
-        let ClosedLobe::Power {
-            scale,
-            axis,
-            exponent: k,
-        } = lobe
-        else {
-            return None;
-        };
-        // The lobe's factor grows with k; its integral is small beside the irradiance then.
-        sum += scale * phong_polygon::irradiance_to(vertices, n, axis, k, tolerance / (k + 2.0));
-    }
-    Some(sum)
-}
-
-/// The light where the shaft's class says it all: nothing, or the whole light in closed form if
-/// there is one.
+/// The light where the shaft's class says it all: nothing, or the whole light in closed form on
+/// a diffuse surface.
 pub(crate) fn without_samples<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
@@ -232,9 +195,11 @@ pub(crate) fn without_samples<R: Reflection, T: EmissionTexture>(
             let Along::Analytic(reflection) = along else {
                 return None;
             };
-            let whole = whole_light(area, query.point, &reflection, query.tolerance);
-            plan.closed_form += u64::from(whole.is_some());
-            whole
+            if !reflection.is_diffuse() {
+                return None;
+            }
+            plan.closed_form += 1;
+            Some(whole_light(area, query.point, &reflection))
         }
         ShaftClass::Partial => None,
     }

@@ -87,8 +87,8 @@ fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<Points> {
     }
 }
 
-/// The same of a sphere or a disk, which have no lines: points by solid angle in place of lines, and
-/// of closed forms that the reflection has not.
+/// The same of a sphere or a disk, which have no lines: points by solid angle in place of lines,
+/// and of closed forms that the reflection has not.
 fn round_by_rays<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Points> {
     let Some(Technique::Lines(lines)) = query.estimator.alone() else {
         return by_rays(query);

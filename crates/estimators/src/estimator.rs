@@ -58,13 +58,6 @@ pub enum Weights {
     /// samples from the other, so that the mean stays right; for one sample, and for a technique
     /// that has no sample in a half, the balance heuristic.
     Optimal(Optimal),
-    /// The balance heuristic by what the densities of lines would be if nothing stood in between:
-    /// no technique then asks what is visible around another's samples.
-    ///
-    /// Weights that sum to one at each point of the light leave the mean as it is, whatever they
-    /// are; what a sample is divided by is its own density, which the visibility that its own line
-    /// has found tells.
-    Unoccluded,
 }
 
 /// What optimal weights may be.

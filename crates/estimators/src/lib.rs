@@ -3,7 +3,6 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod buffers;
-mod calibration;
 mod closed_form;
 mod combination;
 mod control;
@@ -15,7 +14,6 @@ mod light;
 mod line_sum;
 mod linear;
 mod method;
-mod noises;
 mod occlusion;
 mod pilot_lines;
 mod point;
@@ -32,7 +30,6 @@ mod text;
 mod transformed;
 
 pub use buffers::{Buffers, SampleBuffers};
-pub use calibration::Calibration;
 pub use counters::{PlanCounters, SegmentCounters};
 pub use estimate::estimate;
 pub use estimator::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Weights};

@@ -139,12 +139,6 @@ impl Draws {
         let weighted = samples.map(|draw| (&draw.line, draw.share / draw.line.pdf.value()));
         (weighted, &mut self.pieces)
     }
-
-    /// For each line, the density of its offset and a random number.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = (f64, f64)> {
-        let samples = self.samples.iter();
-        samples.map(|draw| (draw.line.pdf.value(), draw.v))
-    }
 }
 
 /// Sums over the lines that `family` and its like drew on a light what their visible parts send;

@@ -6,7 +6,7 @@
 
 use crate::{Estimator, Integration, LightSource, LineBy, LinearOptions, PointBy, Points};
 use crate::{Lines, ShadingPoint, Technique};
-use linelit_bsdf::{ClosedLobe, Reflection};
+use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
 use std::fmt;
@@ -77,11 +77,9 @@ impl fmt::Display for LightKind {
 pub enum Closed {
     /// Nowhere.
     Nowhere,
-    /// Along lines: there are Gaussians among the lobes.
+    /// Along lines: it has lobes of Phong or Gaussians.
     AlongLines,
-    /// Along lines and over polygons.
-    OverPolygons,
-    /// The same, and over round lights: it is diffuse.
+    /// Along lines and over lights: it is diffuse.
     Diffuse,
 }
 
@@ -116,14 +114,7 @@ impl Known {
         let closed = match bsdf.closed_form() {
             None => Closed::Nowhere,
             Some(form) if form.is_diffuse() => Closed::Diffuse,
-            Some(form) => {
-                let mut lobes = form.lobes(wo, n);
-                if lobes.all(|lobe| matches!(lobe, ClosedLobe::Power { .. })) {
-                    Closed::OverPolygons
-                } else {
-                    Closed::AlongLines
-                }
-            }
+            Some(_) => Closed::AlongLines,
         };
         let cosines = match bsdf.transformed_cosines(wo, n) {
             None => Cosines::Unknown,
@@ -175,14 +166,10 @@ impl Method {
     /// the horizon.
     #[must_use]
     pub fn is_exact_unoccluded(&self, light: LightKind, known: Known) -> bool {
-        let whole = match light {
-            LightKind::Polygon => Closed::OverPolygons,
-            LightKind::Sphere | LightKind::Disk | LightKind::Cylinder => Closed::Diffuse,
-            LightKind::Textured | LightKind::Linear => return self.is_exact(),
-        };
+        let has_lines = !matches!(light, LightKind::Textured | LightKind::Linear);
         match self {
-            Self::AlongLines => known.closed >= whole,
-            Self::Cheapest(known) => known.closed >= whole,
+            Self::AlongLines if has_lines => known.closed == Closed::Diffuse,
+            Self::Cheapest(known) if has_lines => known.closed == Closed::Diffuse,
             _ => self.is_exact(),
         }
     }
@@ -234,8 +221,8 @@ fn name(technique: impl Into<Technique>) -> &'static str {
 /// What `exact` does.
 fn exact(light: LightKind, known: Known) -> Method {
     match (light, known.closed, known.cosines) {
-        (LightKind::Polygon, Closed::Diffuse | Closed::OverPolygons, _) => Method::OverVisible,
-        (LightKind::Polygon, Closed::Nowhere, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
+        (LightKind::Polygon, Closed::Diffuse, _) => Method::OverVisible,
+        (LightKind::Polygon, _, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
         (LightKind::Sphere | LightKind::Disk, Closed::Diffuse, _) => Method::OverVisible,
         (LightKind::Sphere | LightKind::Disk, _, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
         (LightKind::Sphere | LightKind::Disk, ..) => Method::Points(PointBy::SolidAngle),
@@ -258,7 +245,7 @@ fn analytic(light: LightKind, known: Known) -> Method {
 fn line(known: Known) -> Method {
     match known {
         Known {
-            closed: Closed::AlongLines | Closed::OverPolygons | Closed::Diffuse,
+            closed: Closed::AlongLines | Closed::Diffuse,
             ..
         } => Method::OverLine,
         Known { peaks: true, .. } => Method::Quadrature,

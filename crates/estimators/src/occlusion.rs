@@ -1,7 +1,6 @@
 //! How occluded a light usually is.
 
 use crate::pilot_lines::PilotLines;
-use crate::techniques::integrals::exact::{CORNERS, boundary};
 use crate::{Buffers, EmissionTexture, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
@@ -10,10 +9,6 @@ use linelit_visibility::{Counters, ShaftClass};
 
 /// A light is densely occluded if more than this share of its shafts is dense.
 const DENSE: f64 = 0.2;
-
-/// Of as many dense shafts the closed form is tried past one: it may take as long as hundreds of
-/// lines.
-const FOLLOWED: u32 = 4;
 
 /// Points of the light, across and down, that rays are sent to.
 const POINTS: usize = 4;
@@ -26,9 +21,6 @@ const TESTS_FOR_A_CANDIDATE: u64 = 5;
 /// factor of two.
 const TESTS_FOR_A_PIECE: u64 = 30;
 
-/// The same for drawing a few points, which an empty shaft does without: measured.
-const TESTS_FOR_POINTS: u64 = 15;
-
 /// How occluded a light usually is: chooses the strategy of `hybrid`. Geometry alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionStats {
@@ -40,22 +32,9 @@ pub struct OcclusionStats {
     /// Edges that bound what is hidden, for each triangle in between: up to three if triangles are
     /// loose, few in meshes.
     pub edges: f64,
-    /// How many times what points with rays take, traced together, points that share a shaft do: by
-    /// the tests that sixteen rays and a shaft take.
-    pub shaft_cost: f64,
     /// How many rays take as long as a line past a dense shaft: by the boxes and triangles that 32
     /// lines in the best direction test, and sixteen rays. 13 if no shaft was dense.
     pub line_cost: f64,
-    /// From how many on lines past a dense shaft have less noise than rays in the same time, on
-    /// surfaces with a closed form: by what the same lines see. `None` if it is not known.
-    pub lines_ahead: Option<f64>,
-    /// Edges that the closed form follows past a dense shaft that is seen in part, on average: of
-    /// loose triangles, and of the silhouettes of fine meshes. Infinite where these
-    /// [do not tell](linelit_visibility::Shaft::has_silhouettes) or no shaft was dense.
-    pub dense_edges: f64,
-    /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
-    /// it was measured ([`Calibration`](crate::Calibration)).
-    pub exact_cost: f64,
     /// The direction of lines, in half turns from the light's first edge, in which the visible part
     /// changes least from one line to the next; of the light's edges and diagonals. `None` if it is
     /// not known: a random one for each shading point.
@@ -63,17 +42,13 @@ pub struct OcclusionStats {
 }
 
 impl Default for OcclusionStats {
-    /// Few triangles, all loose; rays and shafts alike; no direction better than others.
+    /// Few triangles, all loose; no direction better than others.
     fn default() -> Self {
         Self {
             dense: false,
             candidates: 1.0,
             edges: 3.0,
-            shaft_cost: 1.0,
             line_cost: 13.0,
-            lines_ahead: None,
-            dense_edges: f64::INFINITY,
-            exact_cost: 1.0,
             direction: None,
         }
     }
@@ -90,38 +65,23 @@ pub struct OcclusionProbe {
     candidates: usize,
     /// Edges that bound what those hide.
     edges: usize,
-    /// Tests that take as long as shafts and what is done with them.
-    shaft_tests: u64,
-    /// As long as rays.
-    ray_tests: u64,
-    /// Dense shafts that were seen in part by the closed form, and the edges that it followed.
-    followed: u32,
-    dense_edges: usize,
-    /// As long as rays past dense shafts.
+    /// Tests of rays past dense shafts.
     dense_ray_tests: u64,
     pilots: PilotLines,
 }
 
 impl OcclusionProbe {
-    /// Asks for the shaft from the point of a query to its light, and sends rays there, and lines
-    /// if too much stands in between to keep.
+    /// Asks for the shaft from the point of a query to its light, and sends rays and lines there if
+    /// too much is in between to keep.
     pub fn look<R: Reflection, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
         area: &AreaLight,
         buffers: &mut Buffers,
     ) {
-        let (occluders, position) = (query.occluders, query.point.position);
-        let scratch = &mut buffers.scratch;
-        let start = tests(&scratch.counters);
-        let to_light = points(area).map(|at| at - position);
-        query.free(&to_light, scratch);
-        let with_rays = tests(&scratch.counters);
-        self.ray_tests += with_rays - start + TESTS_FOR_POINTS;
-
+        let occluders = query.occluders;
         let shaft = occluders.shaft(query.shaft(&area.polygon), &mut buffers.scratch);
-        let (class, candidates) = (shaft.class(), shaft.candidates());
-        let is_dense = shaft.is_dense();
+        let (candidates, is_dense) = (shaft.candidates(), shaft.is_dense());
         self.shafts += 1;
         self.dense += u32::from(is_dense);
         if let Some(images) = shaft.images() {
@@ -130,42 +90,13 @@ impl OcclusionProbe {
             self.candidates += candidates;
             self.edges += penumbra.edge_count();
         }
-        let in_shaft = tests(&buffers.scratch.counters) - with_rays;
-        self.shaft_tests += in_shaft + TESTS_FOR_A_CANDIDATE * candidates as u64;
-        if class == ShaftClass::Partial {
-            self.shaft_tests += TESTS_FOR_POINTS;
-        }
         if is_dense {
-            self.dense_ray_tests += with_rays - start;
+            let before = tests(&buffers.scratch.counters);
+            let to_light = points(area).map(|at| at - query.point.position);
+            query.free(&to_light, &mut buffers.scratch);
+            self.dense_ray_tests += tests(&buffers.scratch.counters) - before;
             let shaft = &mut occluders.shaft(query.shaft(&area.polygon), &mut buffers.scratch);
             self.pilots.look(query, area, shaft, &mut buffers.samples);
-            if self.dense % FOLLOWED == 1 {
-                self.follow(query, area, buffers);
-            }
-        }
-    }
-
-    /// Counts the edges that the closed form follows past a dense shaft, if that may pay.
-    fn follow<R: Reflection, T: EmissionTexture>(
-        &mut self,
-        query: &Query<'_, R, T>,
-        area: &AreaLight,
-        buffers: &mut Buffers,
-    ) {
-        let shaft = &mut (query.occluders).shaft(query.shaft(&area.polygon), &mut buffers.scratch);
-        if !shaft.has_silhouettes() {
-            return;
-        }
-        let penumbra = &mut buffers.samples.penumbra;
-        let mut corners = [[0.0; 2]; CORNERS];
-        let found = boundary(shaft, penumbra, |images| {
-            let light = images.light();
-            corners[..light.len()].copy_from_slice(light);
-            &corners[..light.len()]
-        });
-        if found.is_some_and(|(.., pieces)| !pieces.is_empty()) {
-            self.followed += 1;
-            self.dense_edges += penumbra.edge_count();
         }
     }
 
@@ -192,25 +123,14 @@ impl OcclusionProbe {
             ..OcclusionStats::default()
         };
         #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
-        let [edges, candidates, shaft_tests, ray_tests, line_tests, rays] = [
+        let [edges, candidates, line_tests, rays] = [
             self.edges as f64,
             self.candidates as f64,
-            self.shaft_tests as f64,
-            self.ray_tests as f64,
             self.pilots.tests() as f64,
             self.dense_ray_tests as f64,
         ];
         if rays > 0.0 {
             stats.line_cost = line_tests / rays * (POINTS * POINTS) as f64 / PilotLines::LINES;
-            stats.lines_ahead = self.pilots.lines_ahead_of_rays(stats.line_cost);
-        }
-        if self.followed > 0 {
-            #[allow(clippy::cast_precision_loss, reason = "some thousands")]
-            let edges = self.dense_edges as f64;
-            stats.dense_edges = edges / f64::from(self.followed);
-        }
-        if ray_tests > 0.0 {
-            stats.shaft_cost = shaft_tests / ray_tests;
         }
         if candidates > 0.0 {
             stats.candidates = candidates / f64::from(self.shafts);

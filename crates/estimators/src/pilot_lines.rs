@@ -4,7 +4,6 @@ use crate::closed_form::Pieces;
 use crate::direction::{DIRECTIONS, directions};
 use crate::light::even_emission;
 use crate::line_sum::Along;
-use crate::noises::{Noises, PILOTS, unevenness};
 use crate::occlusion::{middle, tests_of_lines};
 use crate::techniques::points::LightPoint;
 use crate::{EmissionTexture, Query, SampleBuffers};
@@ -14,6 +13,8 @@ use linelit_lights::{AreaLight, LineSample, LineSampler, LineTechnique as _, Off
 use linelit_visibility::Shaft;
 use std::f64::consts::PI;
 
+/// Lines of a shading point in each direction, in the middles of as many strata.
+const PILOTS: usize = 32;
 /// Points of a visible part where nothing is known of the reflection.
 const POINTS: usize = 4;
 /// What each counts for.
@@ -29,8 +30,6 @@ pub(crate) struct PilotLines {
     deviations: [Deviations; 2],
     /// What lines past dense shafts take, in tests of boxes and triangles.
     tests: [u64; DIRECTIONS],
-    /// What is expected of lines and rays past dense shafts, on surfaces with a closed form.
-    noises: [Noises; DIRECTIONS],
 }
 
 /// Sums over shading points of the root of how far what lines send to the viewer is from the mean
@@ -82,12 +81,9 @@ impl PilotLines {
             let mut values = [0.0; PILOTS];
             let of_lines = (0..PILOTS).map(value);
             of_lines.zip(&mut values).for_each(|(v, out)| *out = v);
-            let deviation = unevenness(&values, 1).sqrt().sqrt();
+            let deviation = unevenness(&values).sqrt().sqrt();
             deviations.sums[k] += deviation;
             deviations.count += u64::from(deviation > 0.0);
-            if is_dense && has_closed_form {
-                self.noises[k].add(&values, |i| visible.line(i));
-            }
         }
     }
 
@@ -101,12 +97,6 @@ impl PilotLines {
     /// What its lines past dense shafts take, in tests of boxes and triangles.
     pub(crate) fn tests(&self) -> u64 {
         self.tests[self.best()]
-    }
-
-    /// The number from which on its lines past dense shafts, each of which takes as long as
-    /// `rays`, have less noise than rays in the same time; `None` if that is not known.
-    pub(crate) fn lines_ahead_of_rays(&self, rays: f64) -> Option<f64> {
-        self.noises[self.best()].lines_ahead_of_rays(rays)
     }
 
     /// Those of most shading points: of a narrow lobe, a few points of a line tell little.
@@ -124,6 +114,12 @@ impl PilotLines {
         let least = all.min_by(|a, b| a.1.total_cmp(b.1));
         least.map_or(0, |(number, _)| number)
     }
+}
+
+/// The sum of the squares of how far values are from the mean of the two beside them.
+fn unevenness(values: &[f64; PILOTS]) -> f64 {
+    let second = |v: &[f64]| (v[1] - 0.5 * (v[0] + v[2])).powi(2);
+    values.windows(3).map(second).sum()
 }
 
 /// What the visible parts of a line send to the viewer, over the density of the line: in closed

@@ -3,7 +3,6 @@
 use crate::techniques::points::LightPoint;
 use crate::{
     EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream, Technique,
-    closed_form,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, Margins};
@@ -32,8 +31,6 @@ pub struct Query<'a, R, T> {
     pub queries: Queries,
     /// How near to the point or to the light an occluder hides nothing.
     pub margins: Margins,
-    /// The relative accuracy of closed forms.
-    pub(crate) tolerance: f64,
 }
 
 /// How the lines and points of a combination ask for visibility.
@@ -75,7 +72,6 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
             skip: true,
             queries: Queries::OneShaft,
             margins: Margins::DEFAULT,
-            tolerance: closed_form::TOLERANCE,
         }
     }
 
@@ -92,11 +88,6 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
     /// With about so many samples in place of one: a power of two, of which points are best.
     pub(crate) const fn about_times(self, factor: u32) -> Self {
         self.with_samples(nearest_power_of_two(self.samples.saturating_mul(factor)))
-    }
-
-    /// With closed forms of another relative accuracy.
-    pub(crate) const fn with_tolerance(self, tolerance: f64) -> Self {
-        Self { tolerance, ..self }
     }
 
     /// The samples of a technique that stands alone.

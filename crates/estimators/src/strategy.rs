@@ -54,17 +54,9 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
         Strategy::Points(by) => {
             point_sum::in_shaft(query, area, by, &mut shaft, &mut samples.points)
         }
-        Strategy::Rays(PointBy::Ltc) => transformed::by_rays(query, area, buffers),
         Strategy::Rays(by) => point_sum::by_rays(query, area, by, buffers),
         Strategy::Exact | Strategy::Lines => {
             samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
-            if along == Along::Point
-                && query.light.texture.is_none()
-                && let Some(value) =
-                    transformed::along_lines(query, area, lines, &mut shaft, samples)
-            {
-                return value;
-            }
             line_sum::in_shaft(query, area, lines, along, &mut shaft, samples)
         }
     }
@@ -80,11 +72,13 @@ fn exact<R: Reflection, T: EmissionTexture>(
     samples: &mut SampleBuffers,
 ) -> Option<DVec3> {
     match along {
-        Along::Analytic(reflection) => {
+        Along::Analytic(reflection) if reflection.is_diffuse() => {
             let (point, penumbra) = (query.point, &mut samples.penumbra);
-            visible_light(area, point, &reflection, shaft, penumbra, query.tolerance)
+            visible_light(area, point, &reflection, shaft, penumbra)
         }
         Along::Point if query.light.texture.is_some() => None,
-        Along::Point => transformed::visible_light(query, area, shaft, samples),
+        Along::Analytic(_) | Along::Point => {
+            transformed::visible_light(query, area, shaft, samples)
+        }
     }
 }

@@ -9,7 +9,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// The weights and their names.
-const WEIGHTS: [(&str, Weights); 9] = [
+const WEIGHTS: [(&str, Weights); 8] = [
     ("balance", Weights::Balance),
     ("power", Weights::Power),
     ("maximum", Weights::Maximum),
@@ -18,7 +18,6 @@ const WEIGHTS: [(&str, Weights); 9] = [
     ("smooth-fixed", Weights::Smooth(Smoothing::Fixed)),
     ("optimal", Weights::Optimal(Optimal::Free)),
     ("clamped-optimal", Weights::Optimal(Optimal::Clamped)),
-    ("unoccluded", Weights::Unoccluded),
 ];
 
 /// Why a text names no estimator.

@@ -25,7 +25,7 @@ const GRID: [u32; 2] = [24, 16];
 /// Samples for each shading point and light: no power of two, so that shares round.
 const SAMPLES: u32 = 5;
 
-const ESTIMATORS: [&str; 56] = [
+const ESTIMATORS: [&str; 55] = [
     "point-area",
     "point-visible-area",
     "point-solid-angle",
@@ -81,7 +81,6 @@ const ESTIMATORS: [&str; 56] = [
     "line-analytic+point-bsdf",
     "line-analytic[orientation=fixed:0.1]+point-bsdf:3",
     "hybrid+point-bsdf",
-    "line-area[points=4]+point-bsdf:3[mis=unoccluded]",
 ];
 
 /// Estimators that stand for all where something other than the estimator varies.

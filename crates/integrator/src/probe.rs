@@ -3,7 +3,7 @@
 use crate::{PlannedTexture, Renderer, Workspace};
 use linelit_bsdf::Bsdf;
 use linelit_estimators::{
-    Buffers, Calibration, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers,
+    Buffers, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers,
 };
 use linelit_lights::{AreaLight, Light};
 use linelit_samplers::SamplerKind;
@@ -30,26 +30,6 @@ pub(crate) fn occlusion(renderer: &Renderer<'_>) -> Vec<OcclusionStats> {
         probes[k].look_along_lines(query, area, buffers);
     });
     probes.into_iter().map(OcclusionProbe::stats).collect()
-}
-
-/// The same statistics with costs as `clock`, in seconds, measures them.
-pub(crate) fn calibrated(
-    renderer: &Renderer<'_>,
-    mut clock: impl FnMut() -> f64,
-) -> Vec<OcclusionStats> {
-    let lights = renderer.plan().lights();
-    let mut costs = vec![Calibration::default(); lights.len()];
-    over_grid(renderer, RAYS, |k, query, area, buffers| {
-        costs[k].look(query, area, buffers, &mut clock);
-    });
-    let costs = costs.into_iter().map(Calibration::exact_cost);
-    let stats = lights.iter().map(|light| light.occlusion).zip(costs);
-    stats
-        .map(|(stats, exact_cost)| OcclusionStats {
-            exact_cost,
-            ..stats
-        })
-        .collect()
 }
 
 /// Visits the area lights, by their number in the plan, that reach points of a grid of so many rays

@@ -69,17 +69,6 @@ impl<'s> Renderer<'s> {
         self.plan.set_apart(light, is_apart);
     }
 
-    /// Has `hybrid` go by what closed forms and lines cost here and now, in place of a table:
-    /// measures some points of a grid by `clock`, seconds of processor time. Scenes of more than 16
-    /// lights keep the table.
-    ///
-    /// What pictures by `hybrid` converge to stays the same; their noise then depends on the
-    /// machine.
-    pub fn calibrate(&mut self, clock: impl FnMut() -> f64) {
-        let stats = probe::calibrated(self, clock);
-        self.plan.set_occlusion(&stats);
-    }
-
     /// What camera rays meet: the triangles of the scene by their numbers.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {

@@ -33,8 +33,8 @@ const SINES: [f64; PIECES / 2 + 1] = [
 /// **Formula**: the offset of the chord is `u = m + h sin φ` between the least, m − h, and the
 /// largest of that part; φ is drawn by the linear interpolation between sixteenths of a half turn
 /// of `μ(u) cos φ`, where μ is `z/d` times the projected solid angle of the chord per radius, with
-/// z the height of the shading point over the disk's plane and d its distance from the chord's line.
-/// The density is that of what is drawn.
+/// z the height of the shading point over the disk's plane and d its distance from the chord's
+/// line. The density is that of what is drawn.
 ///
 /// **Units**: densities in 1/sr. **Domain**: any shading point off the disk's plane; in it, and
 /// where nothing is above the horizons, all densities are zero. **Accuracy**: the density of

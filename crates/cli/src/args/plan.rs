@@ -57,7 +57,7 @@ Plan a convergence study. Flags are those of `converge`, but for --time-budget: 
 and tables (`linelit list studies` says what each shows) are no plans, and refused.";
 
 const RENDER_ABOUT: &str = "\
-Plan a picture. Flags are those of `render`, but for --calibrate, which makes noise depend on the machine, --explain, and those \
+Plan a picture. Flags are those of `render`, but for --explain, and those \
 of the picture's file (--exposure, --tone-curve, --compression), which `merge` takes.";
 
 /// `plan render`.

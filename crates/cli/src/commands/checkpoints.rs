@@ -35,8 +35,8 @@ pub(super) struct Kept {
 pub(super) fn wanted(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> Option<Cost> {
     let find = || Cost::find(renderer, &args.picture, window);
     match args.checkpoints {
-        // Of one machine's times, or of what parts do not say.
-        _ if args.calibrate || args.explain => None,
+        // Of what parts do not say.
+        _ if args.explain => None,
         Checkpoints::Never => None,
         Checkpoints::Always => Some(find()),
         Checkpoints::Auto => {

@@ -11,7 +11,7 @@ use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
 use linelit_integrator::{Counts, Renderer, Settings};
 use linelit_scene::Scene;
-use linelit_study::engine::{CpuClock, image};
+use linelit_study::engine::image;
 use linelit_study::{short_name, version};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
@@ -37,10 +37,6 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let built = Instant::now();
     let mut renderer = pool.install(|| Renderer::new(&scene));
     set_lights(&mut renderer, &args.picture)?;
-    if args.calibrate {
-        let clock = CpuClock::start();
-        renderer.calibrate(|| clock.seconds());
-    }
     let build_seconds = built.elapsed().as_secs_f64();
     let drawn = Instant::now();
     let cost = checkpoints::wanted(args, &renderer, window);
@@ -70,9 +66,6 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         writeln!(out, "{result}")?;
     } else if args.explain {
         explain(&renderer, &args.picture.settings(), &counts, times, out)?;
-        if args.calibrate {
-            costs(&renderer, out)?;
-        }
     }
     Ok(())
 }
@@ -80,18 +73,6 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
 /// The picture, by the threads of the current pool.
 fn directly(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> (Rendered, Counts) {
     aovs::render(renderer, &args.picture, window, &bar("rendering"))
-}
-
-/// What the calibration found.
-fn costs(renderer: &Renderer<'_>, out: &mut Output) -> Result<(), OutputError> {
-    for light in renderer.plan().lights() {
-        let (cost, k) = (light.occlusion.exact_cost, light.index);
-        writeln!(
-            out,
-            "{cost:>14.2}  times the table's: the closed form past what hides light {k}"
-        )?;
-    }
-    Ok(())
 }
 
 /// That the flags of a file are for files of its format.

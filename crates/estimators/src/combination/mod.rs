@@ -190,7 +190,6 @@ fn instead<R: Reflection, T: EmissionTexture>(
     };
     let between = Between {
         shaft,
-        occlusion: &query.light.occlusion,
         samples: query.samples,
         has_cosines: cosines.is_some(),
     };
@@ -271,11 +270,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             }
             self.draw(round, own);
         }
-        if estimator.weights() == Weights::Unoccluded {
-            self.densities_unoccluded(own);
-        } else {
-            self.densities(own);
-        }
+        self.densities(own);
         self.smooth_across(own);
     }
 
@@ -468,30 +463,6 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             }
         }
     }
-
-    /// The densities of all techniques at all samples, for lines as if nothing stood in between.
-    fn densities_unoccluded<P: DrawPoints<S>, L: DrawLines<S>>(
-        &self,
-        buffers: &mut CombinationBuffers<P, L>,
-    ) {
-        let CombinationBuffers {
-            techniques,
-            samples,
-            ..
-        } = buffers;
-        if techniques.len() == 1 {
-            return;
-        }
-        for (index, technique) in techniques.iter().enumerate() {
-            for sample in samples.iter_mut() {
-                sample.densities[index] = match &technique.source {
-                    Source::Lines(lines, _) => lines.density(&sample.at, &[Interval::UNIT]),
-                    Source::Points(_) if sample.technique == index => continue,
-                    Source::Points(source) => source.density(&sample.at, self.query.point),
-                };
-            }
-        }
-    }
 }
 
 impl<R, T, S> Combination<'_, '_, R, T, S> {
@@ -512,7 +483,7 @@ fn sum<P, L>(estimator: &Estimator, buffers: &CombinationBuffers<P, L>) -> DVec3
     for sample in &buffers.samples {
         let (ps, i) = (&sample.densities[..count], sample.technique);
         let weight = match estimator.weights() {
-            Weights::Alone | Weights::Balance | Weights::Optimal(_) | Weights::Unoccluded => {
+            Weights::Alone | Weights::Balance | Weights::Optimal(_) => {
                 Heuristic::Balance.weight(ns, ps, i)
             }
             Weights::Power => Heuristic::Power(2.0).weight(ns, ps, i),

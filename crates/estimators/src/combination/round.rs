@@ -135,7 +135,6 @@ fn closed<R: Reflection, T: EmissionTexture>(
     let query = query.with_samples(count);
     let between = Between {
         shaft,
-        occlusion: &query.light.occlusion,
         samples: count,
         has_cosines: true,
     };

@@ -1,9 +1,6 @@
 //! Light of reflections without a closed form: that of the transformed cosines which they look
 //! like, in closed form, and points for what these leave out.
 
-mod lines;
-mod pieces;
-mod rays;
 mod round;
 
 use crate::light::{Shape, even_emission};
@@ -11,18 +8,15 @@ use crate::point_sum::cheapest;
 use crate::techniques::integrals::exact::{CORNERS, Seen};
 use crate::techniques::points::DrawPoints;
 use crate::techniques::points::ltc::{Lobes, Mixture};
-use crate::{EmissionTexture, LineDirection, Lines, PointBy, Query, SampleBuffers, Stream};
+use crate::{EmissionTexture, PointBy, Query, SampleBuffers, Stream};
 use linelit_bsdf::{Reflection, TransformedCosines};
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
+use linelit_geometry::{ConvexPolygon, DVec3, Frame};
 use linelit_lights::AreaLight;
 use linelit_shading::ltc::Ltc;
 use linelit_shading::polygon;
 use linelit_visibility::{Shaft, ShaftClass};
-use lines::CosineLines;
-pub(crate) use pieces::CosinePieces;
-pub(crate) use rays::by_rays;
 pub(crate) use round::{known_of_round, visible_round_light};
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f64::consts::FRAC_1_PI;
 
 /// Lambert's sum over the boundary is good to 1e-8 for lights whose area is larger than this times
 /// the square of their distance.
@@ -66,39 +60,20 @@ impl Fit {
             .extend(lobes.map(|lobe| (Ltc::new(lobe.map, 1.0), lobe.albedo)));
     }
 
-    /// The map from the world to the surface's frame.
-    fn to_local(&self) -> DMat3 {
-        let Frame { x, y, z } = self.frame;
-        DMat3::from_cols(x, y, z).transpose()
-    }
-
-    /// The albedos of the cosine itself and of each lobe.
-    fn albedos(&self) -> impl Iterator<Item = DVec3> {
-        let lobes = self.lobes.iter().map(|(_, albedo)| *albedo);
-        std::iter::once(self.diffuse).chain(lobes)
-    }
-
-    /// The maps from the world to the space of each one's cosine.
-    fn maps(&self) -> impl Iterator<Item = DMat3> {
-        let to_local = self.to_local();
-        let lobes = self.lobes.iter();
-        std::iter::once(to_local).chain(lobes.map(move |(ltc, _)| ltc.to_cosine() * to_local))
-    }
-
     /// ∫ g dω over what is seen of a light.
     fn over(&mut self, seen: &Seen<'_>) -> DVec3 {
         let whole = seen.irradiance(|p| p, self.frame.z, SMALL);
-        let by_triangles = || seen.triangles(|triangle| Some(self.flat_over(triangle)));
-        let flat = whole.map(|sum| FRAC_1_PI * sum).or_else(by_triangles);
-        let mut sum = self.diffuse * flat.unwrap_or(0.0);
+        let by_triangles = || seen.triangles(|triangle| self.flat_over(triangle));
+        let flat = whole.map_or_else(by_triangles, |sum| FRAC_1_PI * sum);
+        let mut sum = self.diffuse * flat;
         self.seen.clear();
         self.seen.push(sum.element_sum());
         for (ltc, albedo) in &self.lobes {
             let image = |p| ltc.to_cosine() * self.frame.to_local(p);
             let whole = seen.irradiance(image, DVec3::Z, SMALL);
-            let by_triangles = || seen.triangles(|triangle| Some(self.lobe_over(ltc, triangle)));
-            let part = whole.map(|sum| FRAC_1_PI * sum).or_else(by_triangles);
-            let part = *albedo * part.unwrap_or(0.0);
+            let by_triangles = || seen.triangles(|triangle| self.lobe_over(ltc, triangle));
+            let part = whole.map_or_else(by_triangles, |sum| FRAC_1_PI * sum);
+            let part = *albedo * part;
             self.seen.push(part.element_sum());
             sum += part;
         }
@@ -328,52 +303,6 @@ fn differences<R: Reflection, T: EmissionTexture, S: Shape>(
         }
     }
     sum
-}
-
-/// The same light by lines, where the shaft keeps too much for the boundary of what is visible, or
-/// that would take too long: lines drawn by g, ∫ g cos'/r² along what is visible of each in closed
-/// form, and points of it for f cos − g.
-///
-/// `None` if nothing is known of the reflection, its lobes do not reach the light, or each line is
-/// to have a direction of its own.
-pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    options: &Lines,
-    shaft: &mut Shaft<'_>,
-    buffers: &mut SampleBuffers,
-) -> Option<DVec3> {
-    let (point, polygon, x) = (query.point, &area.polygon, query.point.position);
-    let cosines = point
-        .bsdf
-        .transformed_cosines(point.outgoing, point.normal)?;
-    let SampleBuffers {
-        fit,
-        draws,
-        pieces,
-        visible,
-        ..
-    } = &mut *buffers;
-    fit.set(&cosines, is_small(polygon, x));
-    if options.direction == LineDirection::UniformPerLine {
-        return None;
-    }
-    let fraction = options.only_fraction(query);
-    let family = CosineLines::new(fit, polygon, x, fraction * PI)?;
-    draws.draw_by(query, |_, u| family.sample(u));
-    shaft.visible(&draws.lines, visible);
-    pieces.clear();
-    for (i, line) in draws.lines.iter().enumerate() {
-        pieces.add(point, line, visible.line(i));
-    }
-    let (emitted, height) = even_emission(area, x);
-    pieces.integrate(fit, height);
-    let lines = draws.numbers().enumerate();
-    let sum = lines.fold(DVec3::ZERO, |sum, (i, (density, v))| {
-        sum + pieces.line(i, fit, point, v) / density
-    });
-    buffers.count_lines();
-    Some(emitted * sum / f64::from(query.samples))
 }
 
 #[cfg(test)]

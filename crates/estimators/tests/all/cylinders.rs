@@ -115,7 +115,7 @@ fn thin_cylinders_are_linear_lights() {
     }
 }
 
-const TEXTS: [&str; 14] = [
+const TEXTS: [&str; 13] = [
     "line-area",
     "line-solid-angle",
     "line-projected",
@@ -128,7 +128,6 @@ const TEXTS: [&str; 14] = [
     "point-solid-angle+point-bsdf",
     "line-solid-angle+point-bsdf",
     "line-area[orientation=spread:2]+point-bsdf[mis=smooth]",
-    "line-area+point-area[mis=unoccluded]",
     "line-area+point-projected-solid-angle[mis=optimal]",
 ];
 

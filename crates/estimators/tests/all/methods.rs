@@ -15,7 +15,7 @@ const KNOWN: [(&str, Known); 6] = [
     ("diffuse", known(Closed::Diffuse, Cosines::Flat, true)),
     (
         "with lobes of Phong",
-        known(Closed::OverPolygons, Cosines::Lobes, true),
+        known(Closed::AlongLines, Cosines::Lobes, true),
     ),
     (
         "with Gaussians",

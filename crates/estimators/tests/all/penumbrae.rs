@@ -162,25 +162,3 @@ fn combinations_leave_the_rest_to_points() {
         );
     }
 }
-
-/// Where the boundary of what is visible is not asked for, with half of the light hidden and the
-/// lobe on it, lines by what the reflection looks like have half of the variance of points drawn
-/// in the same way (0.29 to 0.37), and that of lines by area for a narrow lobe divided by ten
-/// (0.03).
-#[test]
-fn lines_by_cosines_see_lobes_in_penumbrae() {
-    for alpha in [0.02, 0.05, 0.1, 0.2] {
-        let mut variances = [0.0; 3];
-        for i in 0..12 {
-            let x = 0.04 * f64::from(i) - 0.6;
-            let texts = ["exact[limit=0]", "point-ltc", "line-area"];
-            for (sum, text) in variances.iter_mut().zip(texts) {
-                *sum += estimates(text, alpha, x, 0.5).variance();
-            }
-        }
-        let [by_cosines, points, lines] = variances;
-        assert!(by_cosines < 0.5 * points, "{alpha}: {variances:?}");
-        let narrow = alpha < 0.05;
-        assert!(!narrow || by_cosines < 0.1 * lines, "{variances:?}");
-    }
-}

@@ -175,7 +175,7 @@ const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
 ];
 
 /// The first two take points with rays at once, and ask no shaft.
-const TEXTS: [&str; 14] = [
+const TEXTS: [&str; 13] = [
     "line-area",
     "line-analytic",
     "exact",
@@ -186,7 +186,6 @@ const TEXTS: [&str; 14] = [
     "point-solid-angle+point-bsdf",
     "line-solid-angle+point-bsdf",
     "line-area[orientation=spread:2]+point-bsdf[mis=smooth]",
-    "line-area+point-area[mis=unoccluded]",
     "line-area+point-projected-solid-angle[mis=optimal]",
     "exact+point-bsdf",
     "hybrid+line-area[mis=power]",

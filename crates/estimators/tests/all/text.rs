@@ -95,7 +95,6 @@ fn estimator() -> impl Strategy<Value = Estimator> {
         Weights::Smooth(Smoothing::Variable),
         Weights::Optimal(Optimal::Free),
         Weights::Optimal(Optimal::Clamped),
-        Weights::Unoccluded,
     ]);
     let share = prop_oneof![Just(1), 1..=u32::MAX];
     let part = (technique(), share).prop_map(|(technique, share)| Part { technique, share });
@@ -177,7 +176,7 @@ fn texts_round_trip() {
         "line-area+point-bsdf[mis=clamped-optimal]",
         "line-analytic+point-bsdf:3",
         "hybrid+point-bsdf",
-        "line-area[pieces=one,points=4]+point-bsdf[mis=unoccluded]",
+        "line-area[pieces=one,points=4]+point-bsdf[mis=power]",
         "line-area[pieces=one]",
         "line-area[mis=balance]",
         "line-area[orientation=fixed:0.5,mis=balance]",

@@ -1,7 +1,6 @@
 //! Pictures of small scenes, one estimator held to another.
 
 mod agreement;
-mod calibration;
 mod common;
 mod corners;
 mod cutouts;

@@ -37,8 +37,8 @@ fn lit_points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     all
 }
 
-/// Tests of settings against others at every third pixel, with this many trials each: choosing lights makes skew estimates, whose mean needs a few hundred to be
-/// normal.
+/// Tests of settings against others at every third pixel, with this many trials each: choosing
+/// lights makes skew estimates, whose mean needs a few hundred to be normal.
 fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
     let renderer = Renderer::new(scene);
     let pixels: Vec<_> = lit_points(&renderer).into_iter().step_by(3).collect();

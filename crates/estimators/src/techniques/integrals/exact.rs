@@ -4,7 +4,7 @@ use super::{Between, Instead, Integral};
 use crate::light::even_emission;
 use crate::strategy::{Strategy, through_shaft};
 use crate::text::{Options, OwnOptions, Result};
-use crate::{Buffers, EmissionTexture, Lines, Query, ShadingPoint, closed_form};
+use crate::{Buffers, EmissionTexture, Lines, Query, ShadingPoint};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::AreaLight;
@@ -12,7 +12,6 @@ use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::polygon;
 use linelit_visibility::{Images, Shaft};
 use std::iter;
-use std::ops::{AddAssign, Mul};
 
 /// Lights whose sides are longer than the root of this times their distance take Lambert's sum over
 /// the boundary; for smaller ones it would lose more than two digits.
@@ -30,7 +29,8 @@ pub(crate) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 /// How exact [`Integration::Exact`](crate::Integration::Exact) is, and where it gives up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactOptions {
-    /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10.
+    /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10. All closed forms
+    /// are more accurate, so that nothing depends on it.
     pub tolerance: f64,
     /// Past more triangles in between than this, and wherever there are too many to count, lines
     /// take over; nowhere if it is [`ExactOptions::NO_LIMIT`].
@@ -70,8 +70,7 @@ impl Integral for ExactOptions {
         lines: &Lines,
         buffers: &mut Buffers,
     ) -> DVec3 {
-        let query = query.with_tolerance(self.tolerance);
-        through_shaft(&query, area, lines, buffers, |shaft| {
+        through_shaft(query, area, lines, buffers, |shaft| {
             if self.is_for(shaft) {
                 (Strategy::Exact, 1)
             } else {
@@ -113,19 +112,17 @@ impl OwnOptions for ExactOptions {
 ///
 /// For a diffuse surface that has the light above its horizon, Lambert's sum over the boundary of
 /// the visible part ([`Penumbra`]). Otherwise the boundary is joined to a corner of the light,
-/// piece by piece; the closed forms over the triangles that this makes, with their signs, add up
-/// to the integral over the visible part, since they add up to it as sets.
+/// piece by piece; the irradiances of the triangles that this makes, with their signs, add up to
+/// that of the visible part, since they add up to it as sets.
 ///
-/// On diffuse surfaces there is no error but rounding, 1e-12 of the light unshadowed whatever
-/// `tolerance` was asked for; on glossy ones the closed forms over triangles keep it. `None` for
-/// lobes known along lines only, and where the shaft keeps nothing of what is in between.
+/// There is no error but rounding, 1e-12 of the light unshadowed. `None` where the shaft keeps
+/// nothing of what is in between.
 pub(crate) fn visible_light<R>(
     area: &AreaLight,
     point: &ShadingPoint<R>,
     reflection: &ClosedForm<'_>,
     shaft: &mut Shaft<'_>,
     penumbra: &mut Penumbra,
-    tolerance: f64,
 ) -> Option<DVec3> {
     let (emitted, _) = even_emission(area, point.position);
     let mut corners = [[0.0; 2]; CORNERS];
@@ -134,14 +131,11 @@ pub(crate) fn visible_light<R>(
         return Some(DVec3::ZERO);
     }
     let n = point.normal;
-    if reflection.is_diffuse()
-        && let Some(flat) = seen.irradiance(|p| p, n, WIDE)
-    {
-        return Some(emitted * reflection.diffuse.value() * flat);
-    }
-    let sum =
-        seen.triangles(|triangle| closed_form::convex(triangle, point, reflection, tolerance));
-    Some(emitted * sum?.max(DVec3::ZERO))
+    let flat = seen.irradiance(|p| p, n, WIDE).unwrap_or_else(|| {
+        let sum = seen.triangles(|triangle| polygon::irradiance(triangle, n));
+        sum.max(0.0)
+    });
+    Some(emitted * reflection.diffuse.value() * flat)
 }
 
 /// What a shading point sees of an area light, by its boundary.
@@ -204,24 +198,21 @@ impl<'a> Seen<'a> {
     }
 
     /// The sum of an integral over triangles relative to the shading point, which with their signs
-    /// make up what is visible; `None` if it is for one of them.
-    pub(crate) fn triangles<V: Default + AddAssign + Mul<f64, Output = V>>(
-        &self,
-        mut integral: impl FnMut(&[DVec3; 3]) -> Option<V>,
-    ) -> Option<V> {
+    /// make up what is visible.
+    pub(crate) fn triangles(&self, mut integral: impl FnMut(&[DVec3; 3]) -> f64) -> f64 {
         let apex = self.light[0];
         let top = self.in_space(apex);
-        let mut sum = V::default();
+        let mut sum = 0.0;
         for piece in self.pieces {
             let u = [piece.from[0] - apex[0], piece.from[1] - apex[1]];
             let v = [piece.to[0] - apex[0], piece.to[1] - apex[1]];
             let turn = u[0] * v[1] - u[1] * v[0];
             if turn != 0.0 {
                 let triangle = [top, self.in_space(piece.from), self.in_space(piece.to)];
-                sum += integral(&triangle)? * turn.signum();
+                sum += integral(&triangle) * turn.signum();
             }
         }
-        Some(sum)
+        sum
     }
 }
 

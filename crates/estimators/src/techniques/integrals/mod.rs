@@ -5,7 +5,7 @@ pub(crate) mod exact;
 pub(crate) mod hybrid;
 
 use crate::techniques::integrations;
-use crate::{Buffers, EmissionTexture, Integration, Lines, OcclusionStats, Query};
+use crate::{Buffers, EmissionTexture, Integration, Lines, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
@@ -27,8 +27,6 @@ pub(crate) enum Instead {
 pub(crate) struct Between<'q, 's> {
     /// What stands between the shading point and the light.
     pub shaft: &'q Shaft<'s>,
-    /// What does on average over the scene.
-    pub occlusion: &'q OcclusionStats,
     /// The samples of the combination.
     pub samples: u32,
     /// Whether transformed cosines may look like the light that is reflected.

@@ -121,22 +121,6 @@ impl<U, L: Copy> Mixture<U, L> {
         }
     }
 
-    /// The share of what draws uniformly.
-    pub(crate) fn uniform_share(&self) -> f64 {
-        self.uniform.1
-    }
-
-    /// With another share of that. Lobes have the rest in the same proportions; one has to have a
-    /// part.
-    pub(crate) fn with_uniform_share(mut self, share: f64) -> Self {
-        let sum = 1.0 - self.uniform.1;
-        for (_, part) in self.lobes.iter_mut().flatten() {
-            *part *= (1.0 - share) / sum;
-        }
-        self.uniform.1 = share;
-        self
-    }
-
     /// Draws from one of the lobes, or uniformly, for the choice of which `u[0]` is split and
     /// rescaled.
     fn pick<D>(

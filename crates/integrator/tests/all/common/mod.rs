@@ -76,7 +76,7 @@ pub(crate) fn room_with_floor(floor: &str) -> Scene {
 }
 
 /// Combinations of all techniques, heuristics and options.
-pub(crate) const MIXES: [&str; 33] = [
+pub(crate) const MIXES: [&str; 32] = [
     "line-warped[orientation=fixed:0]",
     "line-warped+point-bsdf",
     "line-solid-angle",
@@ -107,9 +107,8 @@ pub(crate) const MIXES: [&str; 33] = [
     "line-warped:2+point-area+point-bsdf[mis=clamped-optimal]",
     "line-analytic+point-bsdf",
     "hybrid:2+point-bsdf",
-    "line-area[points=4]+point-bsdf:3[mis=unoccluded]",
+    "line-area[points=4]+point-bsdf:3[mis=power]",
     "line-solid-angle[pieces=one,points=3]+point-area[mis=power]",
-    "line-projected[orientation=spread:2]+point-solid-angle[mis=unoccluded]",
 ];
 
 /// The shading points of all pixels.
