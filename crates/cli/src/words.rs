@@ -111,6 +111,7 @@ pub const fn about_sampler(kind: SamplerKind) -> &'static str {
         SamplerKind::Stratified => "a jittered sample in each of N strata or cells",
         SamplerKind::MultiJitter => "one sample in each cell and in each stratum of either axis",
         SamplerKind::Sobol => "Owen-scrambled Sobol' nets; best for powers of two",
+        SamplerKind::SobolBurley => "the sequence of the sobol_burley crate, to compare with",
         SamplerKind::Halton => "Owen-scrambled Halton points; for any N alike",
         SamplerKind::UniformJitter => "evenly spaced, one random shift for all (a lattice in 2-D)",
         SamplerKind::BlueNoise => {

@@ -124,6 +124,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
         SamplerKind::Independent,
         SamplerKind::Stratified,
         SamplerKind::Sobol,
+        SamplerKind::SobolBurley,
     ] {
         let all = SCENES
             .into_iter()

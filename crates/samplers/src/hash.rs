@@ -1,7 +1,5 @@
 //! Counter-based hashing: the one source of randomness of this crate.
 
-use linelit_simd::{Simd, dispatch};
-
 /// 2⁶⁴ divided by the golden ratio, made odd: the step of a Weyl sequence that fills 64 bits
 /// evenly.
 pub(crate) const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -70,27 +68,6 @@ pub(crate) const fn word(key: u64, counter: u64) -> u64 {
 #[must_use]
 pub const fn unit_f64(word: u64) -> f64 {
     (word >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
-}
-
-/// Independent numbers of the samples from `first` on, as columns: words 3 i + 1 and 3 i + 2.
-///
-/// A plain loop: compilers make vectors of it.
-#[inline(always)]
-fn independent_kernel<S: Simd>(_: S, key: u64, first: u32, x: &mut [f64], y: &mut [f64]) {
-    let mut counter = 3 * u64::from(first);
-    for (x, y) in x.iter_mut().zip(y) {
-        *x = unit_f64(word(key, counter + 1));
-        *y = unit_f64(word(key, counter + 2));
-        counter += 3;
-    }
-}
-dispatch! {
-    pub(crate) fn fill_independent = independent_kernel(
-        key: u64,
-        first: u32,
-        x: &mut [f64],
-        y: &mut [f64],
-    )
 }
 
 /// The largest f64 below one, 1 − 2⁻⁵³.

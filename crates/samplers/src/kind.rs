@@ -45,11 +45,14 @@ pub enum SamplerKind {
     /// `auto`: points of `sobol` where their number is a power of two, else of `multijitter`: the
     /// better of both, and better than `stratified` in two dimensions.
     Auto,
+    /// `sobol-burley`: the sequence of the `sobol_burley` crate (Burley 2020), to compare `sobol`
+    /// with. Numbers of 24 bits; after 2¹⁶ points another sequence begins.
+    SobolBurley,
 }
 
 impl SamplerKind {
     /// All patterns, in the order of this page.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Independent,
         Self::Stratified,
         Self::MultiJitter,
@@ -60,6 +63,7 @@ impl SamplerKind {
         Self::BlueNoiseIndependent,
         Self::ZSobol,
         Self::Auto,
+        Self::SobolBurley,
     ];
 
     /// The name on the command line.
@@ -76,6 +80,7 @@ impl SamplerKind {
             Self::BlueNoiseIndependent => "bluenoise-independent",
             Self::ZSobol => "zsobol",
             Self::Auto => "auto",
+            Self::SobolBurley => "sobol-burley",
         }
     }
 
@@ -158,7 +163,7 @@ mod tests {
         assert_eq!(
             message,
             "no sampler is called 'Sobol'; there are independent, stratified, multijitter, sobol, halton, \
-             uniform-jitter, bluenoise, bluenoise-independent, zsobol, auto"
+             uniform-jitter, bluenoise, bluenoise-independent, zsobol, auto, sobol-burley"
         );
     }
 }

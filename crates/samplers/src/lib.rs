@@ -30,9 +30,11 @@
 
 mod block;
 mod blue_noise;
+mod burley;
 mod cells;
 mod halton;
 pub mod hash;
+mod independent;
 mod kind;
 mod owen;
 mod permute;

@@ -2,15 +2,15 @@
 
 use crate::block::Block;
 use crate::blue_noise::{BlueIndependent, blue_uniform_jitter};
+use crate::burley::SobolBurley;
 use crate::halton::Halton;
-use crate::hash::{fill_independent, lane, mix, stream_key, unit_f64, word};
+use crate::hash::{lane, mix, stream_key};
+use crate::independent::{Independent, generator};
 use crate::kind::SamplerKind;
 use crate::sobol::OwenSobol;
 use crate::stratified::{MultiJitter, Stratified, UniformJitter};
 use crate::zsobol::ZSobol;
-use linelit_simd::Isa;
 use rand::Rng;
-use rand_pcg::Pcg32;
 use std::fmt::Debug;
 
 /// A sampling pattern with a seed: a pure function from (pixel, dimension, sample) to numbers in
@@ -79,9 +79,10 @@ impl Sampler {
         let keys = block.keys(key, if self.kind.is_progressive() { 0 } else { count });
         let [_, own] = keys;
         let pattern = match self.kind {
-            SamplerKind::Independent => Pattern::Independent(own),
+            SamplerKind::Independent => Pattern::Independent(Independent::new(own)),
             SamplerKind::Stratified => Pattern::Stratified(Stratified::new(keys, count, block)),
             SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(keys, count, block)),
+            SamplerKind::SobolBurley => Pattern::SobolBurley(SobolBurley::new(keys, count, block)),
             SamplerKind::Auto if is_power_of_two(count, &block) => {
                 Pattern::Sobol(OwenSobol::new(keys, count, block))
             }
@@ -134,7 +135,7 @@ impl Sampler {
     #[must_use]
     pub fn rng(&self, pixel: [u32; 2], dimension: u32) -> impl Rng + Clone + Debug + use<> {
         let key = stream_key(lane(self.salted_seed, 1 << 63), pixel, dimension);
-        Pcg32::new(key, lane(key, 0))
+        generator(key)
     }
 
     /// A key that does not depend on the pixel but on its tile.
@@ -161,10 +162,11 @@ pub struct SampleSet {
     reason = "sets live on the stack, are copied rarely, and must not allocate"
 )]
 enum Pattern {
-    Independent(u64),
+    Independent(Independent),
     Stratified(Stratified),
     MultiJitter(MultiJitter),
     Sobol(OwenSobol),
+    SobolBurley(SobolBurley),
     Halton(Halton),
     UniformJitter(UniformJitter),
     Blue(BlueIndependent),
@@ -199,9 +201,10 @@ impl SampleSet {
     pub const fn has_independent_strata(&self) -> bool {
         match self.sampler.kind {
             SamplerKind::Stratified | SamplerKind::MultiJitter | SamplerKind::Auto => true,
-            SamplerKind::Sobol | SamplerKind::Halton | SamplerKind::ZSobol => {
-                self.count.is_power_of_two()
-            }
+            SamplerKind::Sobol
+            | SamplerKind::SobolBurley
+            | SamplerKind::Halton
+            | SamplerKind::ZSobol => self.count.is_power_of_two(),
             SamplerKind::Independent
             | SamplerKind::UniformJitter
             | SamplerKind::BlueNoise
@@ -223,9 +226,10 @@ impl SampleSet {
     pub fn parts(&self) -> f64 {
         let all = u64::from(self.count) * u64::from(self.block.of());
         let parts = match &self.pattern {
-            Pattern::Sobol(_) | Pattern::Halton(_) | Pattern::ZSobol(_) => {
-                all.checked_next_power_of_two().unwrap_or(all)
-            }
+            Pattern::Sobol(_)
+            | Pattern::SobolBurley(_)
+            | Pattern::Halton(_)
+            | Pattern::ZSobol(_) => all.checked_next_power_of_two().unwrap_or(all),
             _ => all,
         };
         parts as f64
@@ -243,10 +247,11 @@ impl SampleSet {
             return set.get_1d(i);
         }
         match &self.pattern {
-            Pattern::Independent(key) => unit_f64(word(*key, 3 * u64::from(i))),
+            Pattern::Independent(p) => p.get_1d(i),
             Pattern::Stratified(p) => p.get_1d(i),
             Pattern::MultiJitter(p) => p.get_1d(i),
             Pattern::Sobol(p) => p.get_1d(i),
+            Pattern::SobolBurley(p) => p.get_1d(i),
             Pattern::Halton(p) => p.get_1d(i),
             Pattern::UniformJitter(p) => p.get_1d(i),
             Pattern::Blue(p) => p.get_1d(i),
@@ -263,12 +268,11 @@ impl SampleSet {
             return set.get_2d(i);
         }
         match &self.pattern {
-            Pattern::Independent(key) => {
-                [1, 2].map(|axis| unit_f64(word(*key, 3 * u64::from(i) + axis)))
-            }
+            Pattern::Independent(p) => p.get_2d(i),
             Pattern::Stratified(p) => p.get_2d(i),
             Pattern::MultiJitter(p) => p.get_2d(i),
             Pattern::Sobol(p) => p.get_2d(i),
+            Pattern::SobolBurley(p) => p.get_2d(i),
             Pattern::Halton(p) => p.get_2d(i),
             Pattern::UniformJitter(p) => p.get_2d(i),
             Pattern::Blue(p) => p.get_2d(i),
@@ -283,9 +287,7 @@ impl SampleSet {
         let (x, y) = (&mut x[..len], &mut y[..len]);
         let end = u64::from(first) + len as u64;
         match &self.pattern {
-            Pattern::Independent(key) if end <= u64::from(u32::MAX) => {
-                fill_independent(Isa::best(), *key, first, x, y);
-            }
+            Pattern::Independent(p) if end <= u64::from(u32::MAX) => p.fill_2d(first, x, y),
             Pattern::Stratified(p) if end <= u64::from(self.count) => p.fill_2d(first, x, y),
             Pattern::Sobol(p) if end <= u64::from(self.count) => p.fill_2d(first, x, y),
             _ => {

@@ -7,12 +7,12 @@ use linelit_samplers::{Block, Sampler, SamplerKind};
 use rand::Rng;
 
 /// Kind, the first 1-D number and the first point of a set, and a digest of many sets.
-const GOLDEN: [(SamplerKind, f64, [f64; 2], u64); 10] = [
+const GOLDEN: [(SamplerKind, f64, [f64; 2], u64); 11] = [
     (
         SamplerKind::Independent,
-        0.735_050_374_278_748_2,
-        [0.386_358_813_246_772_24, 0.604_663_957_470_556],
-        0x38C5_085A_DA82_F31D,
+        0.747_876_723_290_567_3,
+        [0.631_102_231_697_165_2, 0.345_003_371_086_900_16],
+        0x35DF_9464_9684_9AA8,
     ),
     (
         SamplerKind::Stratified,
@@ -67,6 +67,12 @@ const GOLDEN: [(SamplerKind, f64, [f64; 2], u64); 10] = [
         0.531_320_385_705_926_3,
         [0.531_320_385_705_926_3, 0.968_525_316_802_436_3],
         0x6730_7354_A634_DDE2,
+    ),
+    (
+        SamplerKind::SobolBurley,
+        0.616_335_153_579_711_9,
+        [0.616_335_153_579_711_9, 0.576_826_691_627_502_4],
+        0x582A_8C70_63D3_6632,
     ),
 ];
 
@@ -129,8 +135,8 @@ fn digest_of_blocks(kind: SamplerKind) -> u64 {
 }
 
 /// These digests, in the order of the kinds.
-const BLOCKS: [u64; 10] = [
-    0x10DC_43BA_3FAE_5315,
+const BLOCKS: [u64; 11] = [
+    0x98BB_83D0_7E0E_D9B7,
     0xECBA_0C25_C564_CE0D,
     0x6EFB_9880_7352_2997,
     0x8F44_2277_3C11_BD76,
@@ -140,6 +146,7 @@ const BLOCKS: [u64; 10] = [
     0x845A_68B6_6530_34CC,
     0x3167_8F84_32D9_8314,
     0xCD4B_08AB_67D7_D4F6,
+    0xFD5C_2872_97C6_DFB3,
 ];
 
 #[test]
