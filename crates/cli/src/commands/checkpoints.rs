@@ -109,7 +109,7 @@ impl Kept {
             },
             ..Run::default()
         };
-        let before = self.folder.status(options.lease)?;
+        let before = self.folder.status()?;
         if before.done > 0 {
             note(format_args!(
                 "note: going on with an interrupted picture, {} of {} units are done (--fresh \
@@ -122,7 +122,7 @@ impl Kept {
         match ran {
             Ok(_) => self.plan.gather(&self.folder),
             Err(PlanError::Interrupted) => {
-                let status = self.folder.status(options.lease)?;
+                let status = self.folder.status()?;
                 Err(TryAgain(format!(
                     "interrupted: {} of {} units are done; the same command goes on",
                     status.done, status.units

@@ -122,7 +122,7 @@ fn measure(
     let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
     let end = spec.time_budget.and_then(budget);
     let late = || end.is_some_and(|end| Instant::now() > end);
-    let before = plan.status(Run::default().lease)?;
+    let before = plan.status()?;
     if before.done > 0 {
         note(format_args!(
             "note: going on with an interrupted study, {} of {} units are done (--fresh begins anew)",
@@ -144,7 +144,7 @@ fn measure(
         Ok(_) => Ok(Undone::Nothing),
         Err(PlanError::Interrupted) if !interrupt::stopped() => Ok(Undone::Late),
         Err(PlanError::Interrupted) => {
-            let status = plan.status(options.lease)?;
+            let status = plan.status()?;
             Ok(Undone::Interrupted(format!(
                 "interrupted: {} of {} units are done, and the report in `unfinished` says what of it \
                  there is; the same command goes on",

@@ -8,7 +8,6 @@ use crate::program::TryAgain;
 use anyhow::{Context as _, Result};
 use linelit_plan::{Event, Folder, PlanError, Ran, Run, Shard};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// Does what is left of a plan, or of a shard of it.
 ///
@@ -24,8 +23,6 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
     let options = Run {
         shard,
         threads: threads(args.threads),
-        lease: Duration::from_secs_f64(args.lease.min(1e9)),
-        only_own: args.only_own,
         stop: &|| {
             let stopped = interrupt::stopped();
             if stopped && !said.swap(true, Ordering::Relaxed) {
@@ -39,9 +36,6 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
             Event::Done(_) | Event::Found(_) => progress.inc(1),
             Event::Broken(unit, why) => {
                 note(format_args!("note: {}, once more: {why}", unit.name));
-            }
-            Event::TakenOver(unit) => {
-                note(format_args!("note: {}, whose process is gone", unit.name));
             }
             _ => {}
         },
@@ -61,7 +55,7 @@ fn is_stop(error: &anyhow::Error) -> bool {
 
 /// What is done and what to do, of a plan whose work was stopped.
 fn how_to_go_on(folder: &Folder) -> Result<String> {
-    let status = folder.status(Run::default().lease)?;
+    let status = folder.status()?;
     Ok(format!(
         "stopped: {} of {} units are done; `linelit run {}` goes on",
         status.done,

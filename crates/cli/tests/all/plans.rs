@@ -91,7 +91,7 @@ fn by_shards(case: &Case, tiles: &[&str], count: u32) -> Vec<u8> {
     let mut seen = 0;
     for index in (1..=count).rev() {
         let shard = format!("{index}/{count}");
-        done(&["run", path(&plan), "--shard", &shard, "--only-own"]);
+        done(&["run", path(&plan), "--shard", &shard]);
         for part in fs::read_dir(plan.join("parts")).unwrap() {
             let part = part.unwrap();
             fs::rename(part.path(), parts.join(part.file_name())).unwrap();
@@ -259,7 +259,7 @@ fn schedulers_say_which_shard_it_is() {
     let plan = case.plan(&["--tile", "4"]);
     let run = |variables: &[(&str, &str)], more: &[&str]| {
         let mut command = Command::new(PROGRAM);
-        command.args(["run", path(&plan), "--only-own"]).args(more);
+        command.args(["run", path(&plan)]).args(more);
         command.envs(variables.iter().copied()).output().unwrap()
     };
     let slurm = [
