@@ -476,9 +476,6 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
             "{:<22} {:<20} {:<12} {:>7.3} {low:>8} {high:>8} {:>5}–{:<5}  {paper}",
             s.scene, s.estimator, s.sampler, s.order, s.n_min, s.n_max
         )?;
-        if let Some(remark) = &s.remark {
-            writeln!(out, "{:>24}{remark}", "")?;
-        }
     }
     Ok(())
 }
