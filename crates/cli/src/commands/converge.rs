@@ -32,7 +32,7 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             scenes.try_for_each(|scene| study::scene_is_there(scene))?;
             flags::refuse_without_files(&spec.scenes, &args.common.read)?;
         }
-        Study::Findings { fixed, .. } => flags::refuse_fixed(name(args), args, fixed)?,
+        Study::Findings(_) => flags::refuse_fixed(name(args), args)?,
     }
     if args.full && name(args) != "claims" {
         let what = "--full is for `claims`: other studies have no quick form";
@@ -46,7 +46,7 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             spec.time_budget = args.time_budget.or(spec.time_budget);
             converge(args, &spec, folder, &pool, out)
         }
-        Study::Findings { run, .. } => pool.install(|| findings(args, run, folder, out)),
+        Study::Findings(run) => pool.install(|| findings(args, run, folder, out)),
     }
 }
 

@@ -252,7 +252,7 @@ pub(super) fn make(args: &PlanConvergeArgs) -> Result<(Plan, BTreeMap<String, Ve
 fn spec_of(args: &StudyArgs) -> Result<StudySpec> {
     match resolve(&args.what)? {
         Study::Convergence(spec) => Ok(*spec),
-        Study::Findings { .. } => Err(usage(format!(
+        Study::Findings(_) => Err(usage(format!(
             "`{}` is a study of pictures and tables, which cannot be planned: `linelit converge` \
              runs it whole",
             args.what.join(" ")
