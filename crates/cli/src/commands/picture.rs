@@ -1,8 +1,7 @@
 //! Pictures as plans: a unit is a tile of all its camera samples, or of a trial or a block of them.
 
 use super::aovs::{self, Rendered, Surface};
-use super::cost::Cost;
-use super::kinds::{self, RENDER};
+use super::plan::{RENDER, program};
 use super::{merge, pool_of, render};
 use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
 use crate::inputs;
@@ -10,8 +9,9 @@ use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
 use linelit_film::{Image, MomentImage, Moments, Placement, Tile, tiles};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Counts, Renderer, Workspace};
+use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
+use linelit_scene::Scene;
 use linelit_study::engine::image;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -22,23 +22,8 @@ use std::collections::BTreeMap;
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
 /// So many units are enough to share out.
 const ENOUGH: f64 = 256.0;
-/// Sides of tiles that are tried, and whether they are split into blocks of samples.
-const SIDES: [(u32, bool); 14] = [
-    (1024, false),
-    (512, false),
-    (256, false),
-    (128, false),
-    (64, false),
-    (32, false),
-    (16, false),
-    (8, false),
-    (8, true),
-    (4, true),
-    (2, true),
-    (1, true),
-    (2, false),
-    (1, false),
-];
+/// Sides of tiles: the largest that is tried, and that below which camera samples are split first.
+const SIDES: [u32; 2] = [1024, 8];
 
 /// What the settings of such a plan say.
 #[derive(Debug, Serialize, Deserialize)]
@@ -78,24 +63,27 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<
     let mut scene = planned.loaded.scene;
     let window = render::set_film(&mut scene, &args.picture);
     render::check_lights(&scene, &args.picture)?;
-    let mut cost = Cost::rough(&scene, &args.picture, window);
-    if !cost.is_dear(&scene, window) {
-        let mut renderer = pool_of(0)?.install(|| Renderer::new(&scene));
-        render::set_lights(&mut renderer, &args.picture)?;
-        cost = Cost::find(&renderer, &args.picture, window);
-    }
     let cut = Cut {
         side: args.tile,
         split: args.split_samples,
     };
-    let plan = Wanted {
+    let wanted = Wanted {
         scene: &args.scene,
         read: &args.read,
         picture: &args.picture,
-        film: [scene.film.width, scene.film.height],
         window,
     };
-    Ok((plan.plan(planned.input, cut, &cost)?, planned.packed))
+    Ok((wanted.plan(&scene, planned.input, cut)?, planned.packed))
+}
+
+/// Seconds of one thread for a pixel, by what is asked for: within a factor of ten.
+pub(super) fn pixel_seconds(scene: &Scene, picture: &PictureArgs) -> f64 {
+    let lights = match picture.lights {
+        LightChoice::All => scene.lights.len() as f64,
+        _ => 1.0,
+    };
+    let light = 1e-6 + 5e-7 * f64::from(picture.samples);
+    picture.camera_samples() * (1e-6 + lights * light)
 }
 
 /// How units are asked to be.
@@ -113,15 +101,13 @@ pub(super) struct Wanted<'a> {
     pub(super) scene: &'a str,
     pub(super) read: &'a ReadArgs,
     pub(super) picture: &'a PictureArgs,
-    /// Pixels of the film across and down.
-    pub(super) film: [u32; 2],
     pub(super) window: Tile,
 }
 
 impl Wanted<'_> {
     /// Its plan, of a scene with these files.
-    pub(super) fn plan(&self, input: Input, cut: Cut, cost: &Cost) -> Result<Plan> {
-        let blocks = self.picture.blocks();
+    pub(super) fn plan(&self, scene: &Scene, input: Input, cut: Cut) -> Result<Plan> {
+        let pixel = pixel_seconds(scene, self.picture);
         let mut read = self.read.clone();
         if let Some(root) = &read.root {
             let root = std::path::absolute(root).context("finding the whole path of --root")?;
@@ -130,30 +116,26 @@ impl Wanted<'_> {
         let spec = Spec {
             scene: self.scene.to_owned(),
             read,
-            film: self.film,
+            film: [scene.film.width, scene.film.height],
             window: bounds(self.window),
             picture: self.picture.clone(),
         };
         Ok(Plan {
-            program: kinds::program(),
+            program: program(),
             kind: RENDER.to_owned(),
             settings: serde_json::to_string_pretty(&spec)?,
             inputs: vec![input],
-            units: units(
-                self.window,
-                size(cut, cost, self.window, blocks),
-                blocks,
-                cost,
-            )?,
+            units: units(self.window, cut, self.picture.blocks(), pixel)?,
         })
     }
 }
 
-/// The units of a window, of tiles of a side and perhaps blocks of their samples.
-fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> Result<Vec<Unit>> {
+/// The units of a window, whose pixels take so many seconds each: tiles, and perhaps blocks of
+/// their samples.
+fn units(window: Tile, cut: Cut, blocks: u32, pixel: f64) -> Result<Vec<Unit>> {
+    let (side, split) = size(cut, pixel, window, blocks);
     let mut units = Vec::new();
     for tile in tiles(window, side) {
-        let cost = cost.of(tile);
         let each = split.then_some(0..blocks).into_iter().flatten().map(Some);
         let each: Vec<Option<u32>> = if split { each.collect() } else { vec![None] };
         for block in &each {
@@ -166,7 +148,7 @@ fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> 
                 tile: bounds(tile),
                 block: *block,
             };
-            let cost = cost / each.len() as f64;
+            let cost = pixel * tile.area() as f64 / each.len() as f64;
             units.push(Unit::new(name, cost, serde_json::to_string(&work)?));
         }
     }
@@ -175,20 +157,17 @@ fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> 
 
 /// The side of tiles, and whether their samples are split: what was asked for, or the largest that
 /// are short enough.
-fn size(cut: Cut, cost: &Cost, window: Tile, blocks: u32) -> (u32, bool) {
-    let pixel = cost.mean();
+fn size(cut: Cut, pixel: f64, window: Tile, blocks: u32) -> (u32, bool) {
     let [least, most] = UNIT_SECONDS;
     let seconds = (pixel * window.area() as f64 / ENOUGH).clamp(least, most);
-    let fits = |&&(side, split): &&(u32, bool)| {
-        let share = if split { f64::from(blocks) } else { 1.0 };
-        let asked = cut.side.is_none_or(|asked| asked == side) && (split || !cut.split);
-        asked && (blocks > 1 || !split) && f64::from(side).powi(2) * pixel / share <= seconds
-    };
-    match (cut.side, SIDES.iter().find(fits)) {
-        (_, Some(size)) => *size,
-        (Some(side), None) => (side, cut.split && blocks > 1),
-        (None, None) => (1, blocks > 1),
-    }
+    let fits =
+        |side: u32, parts: u32| f64::from(side).powi(2) * pixel / f64::from(parts) <= seconds;
+    let [largest, small] = SIDES;
+    let split = blocks > 1 && (cut.split || !fits(cut.side.unwrap_or(small), 1));
+    let halves = std::iter::successors(Some(largest), |side| Some(side / 2).filter(|s| *s > 0));
+    let mut sides = halves.filter(|side| fits(*side, if split { blocks } else { 1 }));
+    let side = cut.side.or_else(|| sides.next()).unwrap_or(1);
+    (side, split)
 }
 
 /// A plan of a picture.

@@ -1,7 +1,8 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
+use super::plan::{self as plans, CONVERGE};
 use super::progress::Progress;
-use super::{flags, kinds, list, merge, pool_of};
+use super::{flags, list, merge, pool_of};
 use crate::args::{MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError};
 use crate::folder::OutputFolder;
 use crate::inputs;
@@ -226,8 +227,8 @@ pub(super) fn plan(
             .with_context(|| format!("{name} was not read"))
     };
     let plan = Plan {
-        program: kinds::program(),
-        kind: kinds::CONVERGE.to_owned(),
+        program: plans::program(),
+        kind: CONVERGE.to_owned(),
         settings: serde_json::to_string(&settings)?,
         inputs: spec.scenes.iter().map(input).collect::<Result<_>>()?,
         units: planned.into_iter().map(unit).collect::<Result<_>>()?,
@@ -442,15 +443,8 @@ pub(super) fn write(
 
 /// Words as one would give them to a shell again.
 pub(super) fn quoted(words: impl Iterator<Item = String>) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+:,./%@".contains(c);
-    let words = words.map(|word| {
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    });
-    words.collect::<Vec<String>>().join(" ")
+    let words: Vec<String> = words.map(|word| plans::quoted(&word)).collect();
+    words.join(" ")
 }
 
 fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError> {

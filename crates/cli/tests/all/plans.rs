@@ -157,7 +157,7 @@ fn blocks_of_samples_and_layers_are_those_of_the_picture() {
     }
     let case = Case::new("plan-samples", "plates", &flags);
     let rendered = case.rendered();
-    assert!(by_shards(&case, &["--split-samples"], 2) == rendered);
+    assert!(by_shards(&case, &split, 2) == rendered);
     // Trials are units of their own, with moments and without.
     let trials = ["--pixel-samples", "1", "--samples", "2", "--trials", "9"];
     let trials = [&flags[..2], &trials].concat();
