@@ -1,6 +1,5 @@
 //! `linelit converge`.
 
-use super::progress::Progress;
 use super::study::{self, Sources};
 use super::{bar, flags, list, pool};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
@@ -9,9 +8,10 @@ use crate::interrupt;
 use crate::output::{Output, note};
 use crate::program::TryAgain;
 use anyhow::{Context as _, Result, anyhow, bail};
+use indicatif::{ProgressBar, ProgressStyle};
 use linelit_papers::scene_study::{StudySpec, Work, with_work};
 use linelit_papers::{Context, Findings, Study};
-use linelit_plan::{Event, Folder, PlanError, Run};
+use linelit_plan::{Event, Folder, Plan, PlanError, Run};
 use rayon::ThreadPool;
 use std::time::{Duration, Instant};
 
@@ -129,18 +129,21 @@ fn measure(
             before.done, before.units
         ));
     }
+    let progress = cost_bar(plan.plan());
     let options = Run {
         stop: &|| interrupt::stopped() || late(),
-        note: &|event| {
-            if let Event::Broken(unit, why) = event {
+        note: &|event| match event {
+            Event::Found(unit) | Event::Done(unit) => progress.inc(milliseconds(unit.cost)),
+            Event::Broken(unit, why) => {
                 note(format_args!("note: {}, once more: {why}", unit.name));
             }
+            _ => {}
         },
         ..Run::default()
     };
-    let units = study::units(plan.plan())?;
-    let progress = Progress::new(work, plan.plan(), &units, pool.current_num_threads(), end);
-    match study::run(work, plan, &options, pool, Some(&progress)) {
+    let ran = study::run(work, plan, &options, pool, &progress);
+    progress.finish_and_clear();
+    match ran {
         Ok(_) => Ok(Undone::Nothing),
         Err(PlanError::Interrupted) if !interrupt::stopped() => Ok(Undone::Late),
         Err(PlanError::Interrupted) => {
@@ -153,6 +156,25 @@ fn measure(
         }
         Err(e) => Err(e.into()),
     }
+}
+
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "of a plan: finite and not negative"
+)]
+const fn milliseconds(cost: f64) -> u64 {
+    (1e3 * cost) as u64 + 1
+}
+
+/// The unit in hand, and the time left by what units cost, at the terminal if there is one.
+fn cost_bar(plan: &Plan) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_msg} {bar:20} {eta:>6}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let cost = plan.units.iter().map(|unit| milliseconds(unit.cost)).sum();
+    let bar = ProgressBar::new(cost).with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
 }
 
 /// Runs a study of pictures and tables, and writes its page.

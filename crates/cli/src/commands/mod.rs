@@ -11,7 +11,6 @@ mod merge;
 mod pages;
 mod picture;
 mod plan;
-mod progress;
 mod render;
 mod run;
 mod status;

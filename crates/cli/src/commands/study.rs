@@ -1,7 +1,6 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
 use super::plan::{self as plans, CONVERGE};
-use super::progress::Progress;
 use super::{flags, list, merge, pool_of};
 use crate::args::{MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError};
 use crate::folder::OutputFolder;
@@ -9,10 +8,11 @@ use crate::inputs;
 use crate::output::{Output, OutputError, note};
 use anyhow::{Context as _, Result, anyhow};
 use clap::Parser;
+use indicatif::ProgressBar;
 use linelit_film::ToneCurve;
 use linelit_papers::scene_study::{SceneUnit, StudySpec, Work, with_work};
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
-use linelit_plan::{BoxError, Event, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
+use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
 use linelit_scenes::Place;
 use linelit_study::report::Exhibits;
@@ -268,33 +268,23 @@ pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
 }
 
 /// Does what is left of a plan, one unit at a time on all threads of the pool: times are measured.
-/// `progress` is told of them, if there is one.
+/// `progress` shows which is in hand.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
     options: &Run<'_>,
     pool: &ThreadPool,
-    progress: Option<&Progress<'_>>,
+    progress: &ProgressBar,
 ) -> Result<Ran, PlanError> {
     let plan = folder.plan();
     let units = units(plan).map_err(|e| PlanError::Refused(e.to_string()))?;
-    let number = |unit: &Unit| plan.units.iter().position(|own| std::ptr::eq(own, unit));
     let options = Run {
         threads: 1,
-        note: &|event| {
-            if let (Event::Found(unit), Some(progress)) = (event, progress) {
-                number(unit).into_iter().for_each(|k| progress.found(k));
-            }
-            (options.note)(event);
-        },
         ..*options
     };
     linelit_plan::run(folder, &options, |task| {
-        let number = task.number() as usize;
-        progress.inspect(|p| p.begin(number));
-        let part = pool.install(|| compute(work, &units, task));
-        progress.inspect(|p| p.end(number));
-        part
+        progress.set_message(task.unit().name.clone());
+        pool.install(|| compute(work, &units, task))
     })
 }
 
@@ -356,7 +346,7 @@ impl StudyPlan {
         let pool = pool_of(options.threads)?;
         let load = |name: &str| self.load(folder, name);
         Ok(with_work(&self.spec, &load, |work| {
-            run(work, folder, options, &pool, None)
+            run(work, folder, options, &pool, &ProgressBar::hidden())
         })?)
     }
 
