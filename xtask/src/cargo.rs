@@ -49,17 +49,32 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// Runs a program or example of a crate, built with optimisation, in the caller's working folder:
-/// `target` is how cargo is told which. Silent, but for the first build, which takes a minute or
-/// two.
-pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
-    let mut run = cargo(["run", "--release", "--manifest-path"]);
+/// A cargo that builds something of a crate with optimisation. Silent, but for the first build,
+/// which takes a minute or two.
+fn release(verb: &str, package: &str) -> Command {
+    let mut run = cargo([verb, "--release", "--manifest-path"]);
     run.arg(root().join("Cargo.toml"));
-    if self::target().join("release").exists() {
+    if target().join("release").exists() {
         run.arg("--quiet");
     }
-    run.args(["-p", &format!("linelit-{package}")]).args(target);
-    status(run.arg("--").args(arguments))
+    run.args(["-p", &format!("linelit-{package}")]);
+    run
+}
+
+/// Runs a program or example of a crate in the caller's working folder: `target` is how cargo is
+/// told which.
+pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
+    let mut run = release("run", package);
+    status(run.args(target).arg("--").args(arguments))
+}
+
+/// Runs a test of a crate that writes a table where `LINELIT_ARGUMENTS` has its words, a line each.
+pub(crate) fn written(package: &str, target: &str, test: &str, arguments: &[String]) -> u8 {
+    let whole = |word: &String| std::fs::canonicalize(word).map_or(word.into(), PathBuf::into);
+    let words: Vec<std::ffi::OsString> = arguments.iter().map(whole).collect();
+    let mut run = release("test", package);
+    run.env("LINELIT_ARGUMENTS", words.join("\n".as_ref()));
+    status(run.args(["--test", target, "--", "--exact", "--nocapture", test]))
 }
 
 /// A criterion bench of a crate.

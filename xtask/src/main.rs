@@ -61,11 +61,8 @@ fn main() -> ExitCode {
     let Some((command, rest)) = arguments.split_first() else {
         return usage("no command given");
     };
-    // The workshop's tables of closed forms and techniques build without the renderer.
-    let table = |name| {
-        let target = ["--no-default-features", "--example", name];
-        cargo::run("workshop", &target, rest)
-    };
+    // Both crates, whatever the first says; the worse of the two counts.
+    let tables = |name| ["shading", "lights"].map(|of| cargo::written(of, "all", name, rest));
     let status = match command.as_str() {
         "help" | "-h" | "--help" => {
             println!("{USAGE}");
@@ -84,11 +81,10 @@ fn main() -> ExitCode {
             },
         },
         "vectors" if rest.is_empty() => return usage("vectors needs a folder"),
-        // Both crates, whatever the first says; the worse of the two counts.
-        "vectors" => table("vectors").max(table("vectors_lights")),
-        "accuracy" => table("accuracy").max(table("accuracy_lights")),
+        "vectors" => tables("vectors::print").into_iter().fold(0, u8::max),
+        "accuracy" => tables("accuracy_table::write").into_iter().fold(0, u8::max),
         "pixels" => cargo::run("integrator", &["--example", "pixels"], rest),
-        "fit-ltc" => table("fit-ltc"),
+        "fit-ltc" => cargo::written("bsdf", "fits", "fit::fit", rest),
         "ratchet" => match tidy::lower_ratchet(&cargo::root()) {
             Ok(lowered) => {
                 println!("{lowered} figures of xtask/ratchet.txt lowered");

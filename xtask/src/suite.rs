@@ -142,17 +142,17 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
         }
         "package" => own("packages of published crates", packages::package),
         // Test programs run one after another, and each ends with its longest test alone on one
-        // core: the steps behind take the other. Examples and benches, which nothing here runs,
-        // clippy has compiled.
+        // core: the steps behind take the other. Other examples and benches clippy has compiled.
         "test" => {
-            let all = "--lib --bins --tests";
+            let modules = "--lib --bins --example engine --example blue_noise_tile";
+            let all = format!("{modules} --tests");
             let run = |name, what| Part::new(name, checked(same_cases(tests(what, ""))));
             let mut parts = one("tests: building", tests(&format!("{all} --no-run"), ""));
             parts.push(Part {
                 beside: true,
                 ..run("tests of crates, beside the following", "--test *")
             });
-            parts.push(run("tests of modules", "--lib --bins"));
+            parts.push(run("tests of modules", modules));
             parts
         }
         "doctest" => one(

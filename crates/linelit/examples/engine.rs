@@ -173,7 +173,7 @@ const SIDE: u32 = 16;
 /// Samples of a pixel, each way.
 const SAMPLES: u32 = 400;
 
-pub(crate) fn main() -> ExitCode {
+fn main() -> ExitCode {
     let (engine, mut room, mut random) =
         (Engine::new(), Room::default(), Pcg64Mcg::seed_from_u64(1));
     // Sums of the three ways and their variances, over the floor and its darkest pixels.
@@ -224,4 +224,11 @@ pub(crate) fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+#[test]
+fn the_engine_agrees_with_itself() {
+    use std::process::Termination as _;
+    let wanted = format!("{:?}", ExitCode::SUCCESS.report());
+    assert_eq!(format!("{:?}", main().report()), wanted);
 }

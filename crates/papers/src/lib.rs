@@ -10,7 +10,6 @@ mod billen_table1;
 mod billen_time;
 mod claims;
 mod costs;
-mod fixed;
 mod measured;
 #[allow(
     clippy::disallowed_methods,
@@ -32,7 +31,6 @@ mod shirley;
 mod shirley_advice;
 
 pub use costs::processor_seconds;
-pub use fixed::Fixed;
 pub use picture_study::Context;
 
 use anyhow::Result;
@@ -60,13 +58,8 @@ pub struct Findings {
 pub enum Study {
     /// Errors over samples and time, with slopes.
     Convergence(Box<StudySpec>),
-    /// Pictures and tables.
-    Findings {
-        /// What makes them.
-        run: fn(&Context<'_>) -> Result<Findings>,
-        /// What it sets itself, whatever the command line says.
-        fixed: &'static Fixed,
-    },
+    /// Pictures and tables, and what makes them.
+    Findings(fn(&Context<'_>) -> Result<Findings>),
 }
 
 /// A study's name, what it shows in a line, and how it is made.
@@ -82,7 +75,7 @@ const STUDIES: [NamedStudy; 18] = [
     (
         "claims",
         "every claim of the four papers: expected, measured, and a verdict",
-        || findings(claims::run, &fixed::CLAIMS),
+        || Study::Findings(claims::run),
     ),
     (
         "billen-orders",
@@ -92,154 +85,82 @@ const STUDIES: [NamedStudy; 18] = [
     (
         "billen-table1",
         "time and tests of 1024 lines a point (Billen & Dutré 2016, Table 1)",
-        || findings(billen_table1::run, &fixed::BILLEN_TABLE1),
+        || Study::Findings(billen_table1::run),
     ),
     (
         "billen-figures",
         "pictures of orientations, offset densities and numbers of lines (Figs. 2, 3, 5)",
-        || findings(billen_figures::run, &fixed::BILLEN_FIGURES),
+        || Study::Findings(billen_figures::run),
     ),
     (
         "billen-growth",
         "visibility of lines in growing scenes, its share of the time (Billen & Dutré 2016, §6.2)",
-        || {
-            findings(
-                |c| billen_growth::run(c)?.findings("billen-growth"),
-                &fixed::BILLEN_GROWTH,
-            )
-        },
+        || Study::Findings(|c| billen_growth::run(c)?.findings("billen-growth")),
     ),
     (
         "billen-origin",
         "lines through a common origin beside parallel ones (Billen & Dutré 2016, §8)",
-        || {
-            findings(
-                |c| billen_origin::run(c)?.findings("billen-origin"),
-                &fixed::BILLEN_ORIGIN,
-            )
-        },
+        || Study::Findings(|c| billen_origin::run(c)?.findings("billen-origin")),
     ),
     (
         "billen-time",
         "points and lines for the same time, by pattern (Billen & Dutré 2016, Figs. 8 and 12)",
-        || {
-            findings(
-                |c| billen_time::run(c)?.findings("billen-time"),
-                &fixed::BILLEN_TIME,
-            )
-        },
+        || Study::Findings(|c| billen_time::run(c)?.findings("billen-time")),
     ),
     (
         "peters-fig1",
         "gloss under a long linear light, by four heuristics of MIS (Peters 2021, Fig. 1)",
-        || {
-            let fixed = &fixed::PETERS_FIG1;
-            findings(
-                |c| peters_gloss::figure_1(c)?.findings("peters-fig1"),
-                fixed,
-            )
-        },
+        || Study::Findings(|c| peters_gloss::figure_1(c)?.findings("peters-fig1")),
     ),
     (
         "peters-fig3",
         "inverting projected solid angle, and two steps towards it (Peters 2021, Fig. 3)",
-        || {
-            findings(
-                |c| peters_inverse::run(c)?.findings("peters-fig3"),
-                &fixed::PETERS_FIG3,
-            )
-        },
+        || Study::Findings(|c| peters_inverse::run(c)?.findings("peters-fig3")),
     ),
     (
         "peters-fig4",
         "backward errors of single precision, as printed and ours (Peters 2021, Fig. 4)",
-        || {
-            let fixed = &fixed::PETERS_FIG4;
-            findings(
-                |c| peters_diffuse::figure_4(c)?.findings("peters-fig4"),
-                fixed,
-            )
-        },
+        || Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4")),
     ),
     (
         "peters-fig6",
         "a diffuse room by every technique for linear lights (Peters 2021, Fig. 6)",
-        || {
-            let fixed = &fixed::PETERS_FIG6;
-            findings(
-                |c| peters_diffuse::figure_6(c)?.findings("peters-fig6"),
-                fixed,
-            )
-        },
+        || Study::Findings(|c| peters_diffuse::figure_6(c)?.findings("peters-fig6")),
     ),
     (
         "peters-fig7",
         "white and blue noise, independent and jittered uniformly (Peters 2021, Fig. 7)",
-        || {
-            let fixed = &fixed::PETERS_FIG7;
-            findings(
-                |c| peters_gloss::figure_7(c)?.findings("peters-fig7"),
-                fixed,
-            )
-        },
+        || Study::Findings(|c| peters_gloss::figure_7(c)?.findings("peters-fig7")),
     ),
     (
         "peters-table1",
         "cost per light and per sample of every technique (Peters 2021, Table 1)",
-        || {
-            let fixed = &fixed::PETERS_TABLE1;
-            findings(
-                |c| peters_table1::table_1(c)?.findings("peters-table1"),
-                fixed,
-            )
-        },
+        || Study::Findings(|c| peters_table1::table_1(c)?.findings("peters-table1")),
     ),
     (
         "salesin-fig4",
         "weights of BSDF samples over a light, smoothed and not (Salesin & Jarosz 2019, Fig. 4)",
-        || {
-            findings(
-                |c| salesin_weights::run(c)?.findings("salesin-fig4"),
-                &fixed::SALESIN_FIG4,
-            )
-        },
+        || Study::Findings(|c| salesin_weights::run(c)?.findings("salesin-fig4")),
     ),
     (
         "salesin-fig7-gain",
         "what smoothing gains at the paper's terms, by roughness (Salesin & Jarosz 2019, Fig. 7)",
-        || {
-            findings(
-                |c| salesin_gain::run(c)?.findings("salesin-fig7-gain"),
-                &fixed::SALESIN_GAIN,
-            )
-        },
+        || Study::Findings(|c| salesin_gain::run(c)?.findings("salesin-fig7-gain")),
     ),
     (
         "salesin-rays",
         "equal time with one sample a camera ray (Salesin & Jarosz 2019, Figs. 1, 8 to 11)",
-        || {
-            findings(
-                |c| salesin_rays::run(c)?.findings("salesin-rays"),
-                &fixed::SALESIN_RAYS,
-            )
-        },
+        || Study::Findings(|c| salesin_rays::run(c)?.findings("salesin-rays")),
     ),
     (
         "shirley",
         "many luminaires: one shadow ray for all, spheres, a light tree (Shirley & Wang 1991)",
-        || {
-            let fixed = &fixed::SHIRLEY;
-            findings(|c| shirley::run(c)?.findings("shirley"), fixed)
-        },
+        || Study::Findings(|c| shirley::run(c)?.findings("shirley")),
     ),
 ];
 
 fn convergence(spec: StudySpec) -> Study {
     Study::Convergence(Box::new(spec))
-}
-
-fn findings(run: fn(&Context<'_>) -> Result<Findings>, fixed: &'static Fixed) -> Study {
-    Study::Findings { run, fixed }
 }
 
 /// The names of all named studies, and what each shows, in a line.

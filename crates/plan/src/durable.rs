@@ -9,21 +9,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 static SERIAL: AtomicU64 = AtomicU64::new(0);
 
-/// The ending of names that mean nothing: of files that are being written, or were when their
-/// process ended.
-pub(crate) const TEMPORARY: &str = ".tmp";
-
-/// A name that no other thread or process of this machine uses, within a folder.
-pub(crate) fn own_name(folder: &Path, of: &str) -> PathBuf {
-    let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
-    let process = std::process::id();
-    folder.join(format!(".{of}.{process}-{serial}{TEMPORARY}"))
+/// Tries whether files can be written to a folder.
+pub(crate) fn check_writable(folder: &Path) -> Result<(), PlanError> {
+    let (path, _) = temporary(folder, "try")?;
+    fs::remove_file(&path).map_err(PlanError::io(&path, "remove"))
 }
 
-/// A new file of a name of its own.
-pub(crate) fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
+/// A new file of a name that nobody else uses, which begins with a dot and ends in `.tmp`.
+fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
     loop {
-        let path = own_name(folder, of);
+        let (process, serial) = (std::process::id(), SERIAL.fetch_add(1, Ordering::Relaxed));
+        let path = folder.join(format!(".{of}.{process}-{serial}.tmp"));
         let mut options = OpenOptions::new();
         match options.write(true).create_new(true).open(&path) {
             Ok(file) => return Ok((path, file)),
@@ -39,30 +35,18 @@ pub(crate) fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), Plan
 pub(crate) fn write(path: &Path, pieces: &[&[u8]]) -> Result<(), PlanError> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // Twice, should someone else take the file for one that was left behind.
-    for _ in 0..2 {
-        let (temporary, file) = temporary(folder, &name)?;
-        let written = fill(file, pieces).map_err(PlanError::io(path, "write"));
-        let renamed = written.and_then(|()| match fs::rename(&temporary, path) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(false),
-            other => other
-                .map(|()| true)
-                .map_err(PlanError::io(path, "rename the temporary file to")),
-        });
-        match renamed {
-            Ok(false) => {}
-            Ok(true) => {
-                return sync_folder(folder).map_err(PlanError::io(folder, "flush the folder"));
-            }
-            Err(e) => {
-                // Nothing more can be done about one that refuses to go.
-                let _ = fs::remove_file(&temporary);
-                return Err(e);
-            }
-        }
+    let (temporary, file) = temporary(folder, &name)?;
+    let written = fill(file, pieces).map_err(PlanError::io(path, "write"));
+    let renamed = written.and_then(|()| {
+        let step = "rename the temporary file to";
+        fs::rename(&temporary, path).map_err(PlanError::io(path, step))
+    });
+    if let Err(e) = renamed {
+        // Nothing more can be done about one that refuses to go.
+        let _ = fs::remove_file(&temporary);
+        return Err(e);
     }
-    let gone = io::Error::new(io::ErrorKind::NotFound, "the temporary file goes each time");
-    Err(PlanError::io(path, "write")(gone))
+    sync_folder(folder).map_err(PlanError::io(folder, "flush the folder"))
 }
 
 fn fill(mut file: File, pieces: &[&[u8]]) -> io::Result<()> {
@@ -91,14 +75,6 @@ pub(crate) fn read(path: &Path) -> Result<Option<Vec<u8>>, PlanError> {
         Ok(bytes) => Ok(Some(bytes)),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(PlanError::io(path, "read")(e)),
-    }
-}
-
-/// Removes a file, if it is there.
-pub(crate) fn remove(path: &Path) -> Result<(), PlanError> {
-    match fs::remove_file(path) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(PlanError::io(path, "remove")(e)),
-        _ => Ok(()),
     }
 }
 

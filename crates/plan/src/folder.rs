@@ -10,11 +10,9 @@ use std::path::{Path, PathBuf};
 /// Names within the folder.
 const PLAN: &str = "plan.json";
 const PARTS: &str = "parts";
-const LEASES: &str = "leases";
 const FILES: &str = "files";
 
-/// The folder of a plan: `plan.json`, what is done in `parts/`, what is in hand in `leases/`, and
-/// packed inputs in `files/`.
+/// The folder of a plan: `plan.json`, what is done in `parts/`, and packed inputs in `files/`.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -47,9 +45,7 @@ impl Folder {
         } else {
             refuse_others(path)?;
         }
-        for folder in [PARTS, LEASES] {
-            make_folder(&path.join(folder))?;
-        }
+        make_folder(&path.join(PARTS))?;
         if !packed.is_empty() {
             make_folder(&path.join(FILES))?;
         }
@@ -134,12 +130,8 @@ impl Folder {
         u32::try_from(self.plan.units.len()).unwrap_or(u32::MAX)
     }
 
-    pub(crate) fn parts(&self) -> PathBuf {
+    fn parts(&self) -> PathBuf {
         self.path.join(PARTS)
-    }
-
-    pub(crate) fn leases(&self) -> PathBuf {
-        self.path.join(LEASES)
     }
 
     /// The file of a unit's part.
@@ -233,30 +225,33 @@ impl Folder {
     /// # Errors
     /// If not.
     pub(crate) fn check_writable(&self) -> Result<(), PlanError> {
-        for folder in [self.parts(), self.leases()] {
-            // Copied without its empty folders, perhaps.
-            make_folder(&folder)?;
-        }
-        let (path, file) = durable::temporary(&self.parts(), "try")?;
-        drop(file);
-        durable::remove(&path)
+        // Copied without its empty folders, perhaps.
+        make_folder(&self.parts())?;
+        durable::check_writable(&self.parts())
+    }
+
+    /// The numbers of the units that have a part, which is not read.
+    pub(crate) fn done(&self) -> Result<Vec<u32>, PlanError> {
+        let names = names(&self.parts())?.into_iter();
+        let numbers = names.filter_map(|name| part_number(&name));
+        Ok(numbers.filter(|n| *n < self.units()).collect())
     }
 }
 
 /// The name of a part.
-pub(crate) fn part_name(number: u32) -> String {
+fn part_name(number: u32) -> String {
     format!("{number:08}.part")
 }
 
 /// The number in the name of a part.
-pub(crate) fn part_number(name: &str) -> Option<u32> {
+fn part_number(name: &str) -> Option<u32> {
     let number = name.strip_suffix(".part")?.parse().ok()?;
     (part_name(number) == name).then_some(number)
 }
 
 /// That a folder for a plan holds nothing else.
 fn refuse_others(path: &Path) -> Result<(), PlanError> {
-    let own = [PARTS, LEASES, FILES];
+    let own = [PARTS, FILES];
     let begun = format!(".{PLAN}.");
     for name in names(path)? {
         if !own.contains(&name.as_str()) && !name.starts_with(&begun) {

@@ -6,7 +6,6 @@ mod durable;
 mod error;
 mod folder;
 mod hash;
-mod lease;
 mod part;
 mod plan;
 mod run;

@@ -3,8 +3,6 @@
 use crate::PlanError;
 use crate::hash::{Digest, digest, hex};
 use serde::{Deserialize, Serialize};
-use serde_json::value::RawValue;
-use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
@@ -15,13 +13,14 @@ const FORMAT: u32 = 1;
 const SEAL: &str = "\n\"sha256\": \"";
 
 /// Work to be done: everything that its result depends on.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// The program and its version: another may compute other bits.
     pub program: String,
     /// What the units compute, such as `render`.
     pub kind: String,
     /// What the kind has to know, every default spelled out: JSON.
+    #[serde(with = "raw")]
     pub settings: String,
     /// Files that the work reads.
     pub inputs: Vec<Input>,
@@ -30,15 +29,17 @@ pub struct Plan {
 }
 
 /// A unit: what is computed at a time, by one process, and lost when that is killed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unit {
     /// What people call it.
     pub name: String,
     /// A guess of what it costs, in seconds of one thread.
     pub cost: f64,
     /// Units before this one whose parts it reads ([`Task::parts`](crate::Task::parts)).
+    #[serde(default, skip_serializing_if = "Range::is_empty")]
     pub needs: Range<u32>,
     /// What the kind has to know of it: JSON.
+    #[serde(with = "raw")]
     pub work: String,
 }
 
@@ -124,79 +125,40 @@ impl Input {
     }
 }
 
-/// The text of a plan, but for its seal.
+/// The number of a text's form.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Text<'a> {
+struct Form {
     linelit_plan: u32,
-    program: String,
-    kind: String,
-    #[serde(borrow)]
-    settings: &'a RawValue,
-    inputs: Vec<Input>,
-    #[serde(borrow)]
-    units: Vec<UnitText<'a>>,
-    #[serde(rename = "sha256")]
-    _seal: String,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct UnitText<'a> {
-    name: String,
-    cost: f64,
-    #[serde(default)]
-    needs: [u32; 2],
-    #[serde(borrow)]
-    work: &'a RawValue,
+/// JSON text within JSON, kept as it is.
+mod raw {
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer, ser::Error as _};
+    use serde_json::value::RawValue;
+
+    pub(super) fn serialize<S: Serializer>(text: &str, to: S) -> Result<S::Ok, S::Error> {
+        let raw: &RawValue = serde_json::from_str(text)
+            .map_err(|e| S::Error::custom(format!("`{text}` is no JSON: {e}")))?;
+        raw.serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
+        Ok(Box::<RawValue>::deserialize(from)?.get().to_owned())
+    }
 }
 
 impl Plan {
     /// The text, and the digest of it.
     pub(crate) fn text(&self) -> Result<(String, Digest), PlanError> {
         self.check()?;
-        let quoted = |text: &str| serde_json::Value::from(text).to_string();
-        let mut text = String::new();
-        let mut add = |piece: std::fmt::Arguments<'_>| {
-            // A string takes everything.
-            let _ = text.write_fmt(piece);
-        };
-        add(format_args!("{{\"linelit_plan\": {FORMAT},\n"));
-        add(format_args!("\"program\": {},\n", quoted(&self.program)));
-        add(format_args!("\"kind\": {},\n", quoted(&self.kind)));
-        add(format_args!(
-            "\"settings\": {},\n\"inputs\": [",
-            self.settings
-        ));
-        let mut comma = "";
-        for input in &self.inputs {
-            let input = serde_json::to_string(input).unwrap_or_default();
-            add(format_args!("{comma}\n{input}"));
-            comma = ",";
-        }
-        add(format_args!("],\n\"units\": ["));
-        comma = "";
-        for unit in &self.units {
-            let Unit {
-                name,
-                cost,
-                needs,
-                work,
-            } = unit;
-            let name = quoted(name);
-            add(format_args!(
-                "{comma}\n{{\"name\": {name}, \"cost\": {cost}"
-            ));
-            if !needs.is_empty() {
-                let [from, to] = [needs.start, needs.end];
-                add(format_args!(", \"needs\": [{from}, {to}]"));
-            }
-            add(format_args!(", \"work\": {work}}}"));
-            comma = ",";
-        }
-        add(format_args!("],"));
+        let refused = |e: serde_json::Error| PlanError::Refused(format!("a plan's text: {e}"));
+        let fields = serde_json::to_string(self).map_err(refused)?;
+        let mut text = format!(
+            "{{\"linelit_plan\":{FORMAT},{},",
+            &fields[1..fields.len() - 1]
+        );
         let seal = digest(&[text.as_bytes()]);
-        let _ = writeln!(text, "{SEAL}{}\"}}", hex(&seal));
+        text += &format!("{SEAL}{}\"}}\n", hex(&seal));
         Ok((text, seal))
     }
 
@@ -206,10 +168,6 @@ impl Plan {
         if u32::try_from(self.units.len()).is_err() {
             return refused(format!("{} units, too many to number", self.units.len()));
         }
-        let is_json = |text: &str| serde_json::from_str::<&RawValue>(text).is_ok();
-        if !is_json(&self.settings) {
-            return refused("the settings of the plan are no JSON".to_owned());
-        }
         for (unit, number) in self.units.iter().zip(0_u32..) {
             let name = &unit.name;
             if !(unit.cost >= 0.0 && unit.cost.is_finite()) {
@@ -217,9 +175,6 @@ impl Plan {
             }
             if !unit.needs.is_empty() && unit.needs.end > number {
                 return refused(format!("unit {name} needs others that come later"));
-            }
-            if !is_json(&unit.work) {
-                return refused(format!("the work of unit {name} is no JSON"));
             }
         }
         Ok(())
@@ -236,27 +191,15 @@ impl Plan {
             let reason = "its text is not the one that was written: make the plan anew";
             return Err(broken(reason.to_owned()));
         }
-        let read: Text<'_> = serde_json::from_str(text).map_err(|e| broken(e.to_string()))?;
-        if read.linelit_plan != FORMAT {
+        let form: Form = serde_json::from_str(text).map_err(|e| broken(e.to_string()))?;
+        if form.linelit_plan != FORMAT {
             return Err(PlanError::Refused(format!(
                 "{}: a plan of form {}, this program reads form {FORMAT}",
                 path.display(),
-                read.linelit_plan
+                form.linelit_plan
             )));
         }
-        let unit = |unit: UnitText<'_>| Unit {
-            name: unit.name,
-            cost: unit.cost,
-            needs: unit.needs[0]..unit.needs[1],
-            work: unit.work.get().to_owned(),
-        };
-        let plan = Self {
-            program: read.program,
-            kind: read.kind,
-            settings: read.settings.get().to_owned(),
-            inputs: read.inputs,
-            units: read.units.into_iter().map(unit).collect(),
-        };
+        let plan: Self = serde_json::from_str(text).map_err(|e| broken(e.to_string()))?;
         plan.check()?;
         Ok((plan, seal))
     }

@@ -32,7 +32,7 @@ pub struct Named {
 }
 
 impl Shard {
-    /// All units: one process that shares them with nobody, or with those who come by.
+    /// All units.
     pub const ALL: Self = Self { index: 0, count: 1 };
 
     /// The shard of an index below the count.
@@ -133,17 +133,9 @@ impl Shard {
         shares
     }
 
-    /// The units of this shard, by their numbers; and those of the others, in the order in which
-    /// this one looks after them: from the last of its neighbour's on, so that who comes early does
-    /// not meet who is still at work.
-    pub(crate) fn units(self, plan: &Plan) -> (Vec<u32>, Vec<u32>) {
-        let mut shares = self.shares(plan);
-        let at = self.index as usize;
-        let own = std::mem::take(&mut shares[at]);
-        let (before, after) = shares.split_at(at);
-        let others = after.iter().chain(before);
-        let others = others.flat_map(|share| share.iter().rev().copied());
-        (own, others.collect())
+    /// The units of this shard, by their numbers.
+    pub(crate) fn units(self, plan: &Plan) -> Vec<u32> {
+        self.shares(plan).swap_remove(self.index as usize)
     }
 }
 
@@ -224,9 +216,8 @@ mod tests {
             let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
             let most = costs.iter().copied().fold(0.0, f64::max);
             assert!(most - least <= 99.5, "{count}: {least} to {most}");
-            let (own, others) = Shard::new(count - 1, count).unwrap().units(&plan);
+            let own = Shard::new(count - 1, count).unwrap().units(&plan);
             assert_eq!(own, shares[count as usize - 1]);
-            assert_eq!(own.len() + others.len(), 100);
         }
     }
 }

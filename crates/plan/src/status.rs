@@ -1,8 +1,11 @@
 //! How far a plan is.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "files say when they were written"
+)]
 
-use crate::folder::part_number;
-use crate::lease::{Leases, Standing, stamp};
-use crate::{Folder, PlanError, durable};
+use crate::{Folder, PlanError};
+use std::fs;
 use std::time::{Duration, SystemTime};
 
 /// What a plan still lacks.
@@ -31,20 +34,16 @@ impl Missing {
 /// How far a plan is, by the names in its folder.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
-    /// Units in all, and those with a part, which is not read.
+    /// Units in all.
     pub units: u32,
-    /// Units that have a part.
+    /// Units that have a part, which is not read.
     pub done: u32,
-    /// Units in hand.
-    pub running: u32,
-    /// Units whose process is gone; others will take them.
-    pub lost: u32,
-    /// Guessed cost of all units, and of those that are done, in seconds of one thread.
+    /// Guessed cost of all units, in seconds of one thread.
     pub cost: f64,
     /// Guessed cost of those that are done.
     pub cost_done: f64,
-    /// Seconds of waiting that are left, by what was done in the last ten minutes; `None` if
-    /// nothing is under way or too little is known.
+    /// Seconds of waiting that are left if work goes on as in the ten minutes before the last part;
+    /// `None` if too little is known.
     pub seconds_left: Option<f64>,
 }
 
@@ -52,70 +51,40 @@ pub struct Status {
 const WINDOW: Duration = Duration::from_secs(600);
 
 impl Folder {
-    /// How far the plan is. Leases that were not touched for `lease` count as lost.
+    /// How far the plan is.
     ///
     /// # Errors
     /// If the folder cannot be looked at.
-    pub fn status(&self, lease: Duration) -> Result<Status, PlanError> {
-        let mut is_done = vec![false; self.plan().units.len()];
-        let names = durable::names(&self.parts())?;
-        for number in names.iter().filter_map(|name| part_number(name)) {
-            if let Some(done) = is_done.get_mut(number as usize) {
-                *done = true;
-            }
-        }
+    pub fn status(&self) -> Result<Status, PlanError> {
         let mut status = Status {
             units: self.units(),
+            cost: self.plan().units.iter().map(|unit| unit.cost).sum(),
             ..Status::default()
         };
-        for (unit, done) in self.plan().units.iter().zip(&is_done) {
-            status.cost += unit.cost;
-            if *done {
-                status.done += 1;
-                status.cost_done += unit.cost;
-            }
+        let mut written = Vec::new();
+        for number in self.done()? {
+            let cost = self.plan().units[number as usize].cost;
+            status.done += 1;
+            status.cost_done += cost;
+            let path = self.part_path(number);
+            let time = fs::metadata(&path).and_then(|found| found.modified());
+            written.push((time.map_err(PlanError::io(&path, "look at"))?, cost));
         }
-        let leases = Leases::new(self, lease);
-        for number in leases.listed()? {
-            if is_done.get(number as usize) != Some(&false) {
-                continue;
-            }
-            match leases.standing(number)? {
-                Standing::Fresh => status.running += 1,
-                Standing::Lost => status.lost += 1,
-                Standing::Absent => {}
-            }
-        }
-        if status.running > 0 {
-            let left = status.cost - status.cost_done;
-            status.seconds_left = self.speed(&is_done)?.map(|speed| left / speed);
-        }
+        let left = status.cost - status.cost_done;
+        status.seconds_left = speed(written).map(|speed| left / speed);
         Ok(status)
     }
+}
 
-    /// Guessed cost that was done a second of late, by the stamps of parts.
-    fn speed(&self, is_done: &[bool]) -> Result<Option<f64>, PlanError> {
-        let mut stamps: Vec<(SystemTime, f64)> = Vec::new();
-        for ((number, unit), done) in (0..).zip(&self.plan().units).zip(is_done) {
-            if *done {
-                let path = self.part_path(number);
-                let written = stamp(&path).map_err(PlanError::io(&path, "look at"))?;
-                stamps.push((written, unit.cost));
-            }
-        }
-        stamps.sort_by_key(|(written, _)| *written);
-        let Some((last, _)) = stamps.last().copied() else {
-            return Ok(None);
-        };
-        let since = |then: SystemTime| last.duration_since(then).unwrap_or_default();
-        let from = stamps.partition_point(|(written, _)| since(*written) > WINDOW);
-        let recent = &stamps[from..];
-        // What was written first was begun before the time that is measured.
-        let (first, cost) = match recent {
-            [(first, _), rest @ ..] => (*first, rest.iter().map(|(_, cost)| cost).sum::<f64>()),
-            [] => return Ok(None),
-        };
-        let seconds = since(first).as_secs_f64();
-        Ok((seconds > 0.0 && cost > 0.0).then(|| cost / seconds))
-    }
+/// Guessed cost that was done a second in the last [`WINDOW`], by when parts were written.
+fn speed(mut written: Vec<(SystemTime, f64)>) -> Option<f64> {
+    written.sort_by_key(|(time, _)| *time);
+    let (last, _) = *written.last()?;
+    let since = |then: SystemTime| last.duration_since(then).unwrap_or_default();
+    let from = written.partition_point(|(time, _)| since(*time) > WINDOW);
+    // What was written first was begun before the time that is measured.
+    let (first, rest) = written[from..].split_first()?;
+    let cost: f64 = rest.iter().map(|(_, cost)| cost).sum();
+    let seconds = since(first.0).as_secs_f64();
+    (seconds > 0.0 && cost > 0.0).then(|| cost / seconds)
 }

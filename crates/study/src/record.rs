@@ -1,11 +1,9 @@
 //! From what was measured to what is told: the record of a study.
 
 use crate::engine::{CellResult, Method, Results};
-use crate::plots::signed;
 use crate::report::{Exhibits, Report, plot_files};
-use crate::stats::slopes::{Order, SlopePoint, fit_trials};
+use crate::stats::slopes::{SlopePoint, fit_trials};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
-use linelit_elementary::ln;
 use linelit_film::FilmError;
 
 /// An order of convergence that a paper reports.
@@ -171,51 +169,6 @@ fn slope(
         .find(|p| (&p.scene, p.estimator, &p.sampler) == (scene, estimator, sampler));
     if let Some(paper) = paper {
         row = row.with_paper(paper.order, paper.source);
-        if fit.ci_low > paper.order {
-            row.remark = Some(format!(
-                "weaker than the paper's: {}",
-                remark(&points, &fit)
-            ));
-        } else if fit.ci_high < paper.order {
-            row.remark = Some(format!(
-                "stronger than the paper's: {}",
-                remark(&points, &fit)
-            ));
-        }
     }
     Some(row)
-}
-
-/// Explanation of an order that is not the paper's: slopes at the ends of the curve.
-fn remark(points: &[SlopePoint], fit: &Order) -> String {
-    let deviation = |p: &SlopePoint| {
-        let n = p.trial_variances.len() as f64;
-        0.5 * ln(p.trial_variances.iter().sum::<f64>() / n)
-    };
-    let step = |a: &SlopePoint, b: &SlopePoint| {
-        (deviation(b) - deviation(a)) / (ln(b.samples) - ln(a.samples))
-    };
-    let (Some(first), Some(last)) = (points.windows(2).next(), points.windows(2).last()) else {
-        return String::new();
-    };
-    let (early, late) = (step(&first[0], &first[1]), step(&last[0], &last[1]));
-    let why = if late < fit.order - 0.02 {
-        "the curve still steepens, so the fit over the whole range is weaker than its end"
-    } else if late > fit.order + 0.02 {
-        "the curve flattens, so the fit over the whole range is stronger than its end"
-    } else if fit.lack_of_fit > crate::report::BENT {
-        "the curve is not straight in between: the order is an average over the range"
-    } else {
-        "a straight line over the whole range: the order of this scene, which is not the paper's"
-    };
-    format!(
-        "{why}: {} from N = {} to {}, {} from N = {} to {}; lack of fit {:.1}",
-        signed(early, 2),
-        first[0].samples,
-        first[1].samples,
-        signed(late, 2),
-        last[0].samples,
-        last[1].samples,
-        fit.lack_of_fit
-    )
 }

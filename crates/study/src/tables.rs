@@ -108,9 +108,6 @@ pub struct SlopeRow {
     /// Figure or table of that paper (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
-    /// Why the order is weaker or stronger than the paper's, from a measurement (JSON only).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub remark: Option<String>,
 }
 
 impl SlopeRow {

@@ -3,7 +3,7 @@
 use linelit_geometry::DVec3;
 use linelit_study::engine::{
     Broken, Counts, Design, Gathering, Job, Method, Part, Planned, Problem, Reference, Results,
-    Truth, Unit, measure,
+    Truth, Unit, from_bytes, measure, to_bytes,
 };
 use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
@@ -87,7 +87,7 @@ fn reference(
     let mut gathering = Gathering::new(job);
     for (k, planned) in units.iter().enumerate() {
         if matches!(planned.unit, Unit::Reference { .. }) {
-            gathering.add(&planned.unit, Part::from_bytes(&parts[&k]).unwrap());
+            gathering.add(&planned.unit, from_bytes(&parts[&k]).unwrap());
         }
     }
     gathering.reference()
@@ -109,7 +109,7 @@ fn in_pieces(job: Job<'_, Steps>, seed: u64) -> BTreeMap<usize, Vec<u8>> {
         };
         let compute = || job.compute(&units[k].unit, || reference.as_ref().map_err(|e| *e));
         let part = threads.build().unwrap().install(compute).unwrap();
-        parts.insert(k, part.to_bytes());
+        parts.insert(k, to_bytes(&part));
     }
     parts
 }
@@ -118,7 +118,7 @@ fn gathered(job: Job<'_, Steps>, parts: &BTreeMap<usize, Vec<u8>>) -> Results {
     let units = job.units();
     let mut gathering = Gathering::new(job);
     for (k, bytes) in parts {
-        gathering.add(&units[*k].unit, Part::from_bytes(bytes).unwrap());
+        gathering.add(&units[*k].unit, from_bytes(bytes).unwrap());
     }
     gathering.results()
 }
@@ -248,7 +248,7 @@ fn what_is_missing_is_left_out_and_strange_units_are_refused() {
     let whole = gathered(job, &parts);
     // One block of several.
     let (_, last) = parts.pop_last().unwrap();
-    assert!(matches!(Part::from_bytes(&last), Ok(Part::Cells(cells)) if cells.len() == 1));
+    assert!(matches!(from_bytes(&last), Ok(Part::Cells(cells)) if cells.len() == 1));
     let most = gathered(job, &parts);
     assert_eq!(whole.left_out.len(), 0);
     assert_eq!(most.left_out.len() + most.cells.len(), 12);

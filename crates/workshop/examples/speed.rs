@@ -4,13 +4,26 @@
 
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 
-mod input;
-
-use input::{COUNT, segments};
 use linelit_geometry::{DVec3, Segment};
 use linelit_shading::{batch, cylinder, phong, phong_polygon, point_line, polygon, ribbon};
+use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 use std::time::Instant;
+
+/// Segments at once.
+const COUNT: usize = 512;
+
+/// Ordinary segments above the origin.
+fn segments() -> Vec<Segment> {
+    let mut rng = SplitMix64::new(11);
+    let mut v = |a: f64, b: f64| rng.in_range(a, b);
+    (0..COUNT)
+        .map(|_| {
+            let p = DVec3::new(v(-2.0, 2.0), v(-2.0, 2.0), v(1.0, 3.0));
+            Segment::new(p, p + DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), 0.0))
+        })
+        .collect()
+}
 
 fn least(name: &str, f: impl FnMut()) {
     least_of(name, 1.0, f);

@@ -94,9 +94,6 @@ pub(crate) struct VisibilityArgs {
     /// How many times `--only` works.
     #[arg(long, value_name = "K", default_value_t = 1, requires = "only")]
     pub(crate) repeat: u32,
-    /// No table, but N lines of each light compared with brute force.
-    #[arg(long, value_name = "N", conflicts_with_all = ["only", "json"])]
-    pub(crate) verify: Option<usize>,
     /// How scenes are read.
     #[command(flatten)]
     pub(crate) read: ReadArgs,
@@ -146,9 +143,6 @@ pub(crate) struct CheckArgs {
     /// Only the references whose name contains this, such as `kitchen`.
     #[arg(long, value_name = "NAME")]
     pub(crate) only: Option<String>,
-    /// A folder for a page with ours, theirs and the difference side by side.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
     /// Common flags.
     #[command(flatten)]
     pub(crate) common: SceneArgs,

@@ -2,7 +2,6 @@
 //!
 //! Each rule is a function from the [`House`] to a list of problems, each with its place.
 
-mod foreign;
 mod manifests;
 mod ratchet;
 mod repository;
@@ -47,11 +46,10 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         Ok(house) => house,
         Err(problem) => return vec![problem],
     };
-    let rules: [Rule; 18] = [
+    let rules: [Rule; 17] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
-        foreign::one_of_each,
         sources::lints,
         sources::exceptions,
         sources::foreign_types,

@@ -1,7 +1,7 @@
 //! `plan`, `run`, `merge` and `status`.
 
 use super::{ImageArgs, PictureArgs, PlanConvergeArgs, ReadArgs};
-use crate::words::{seconds, threads};
+use crate::words::threads;
 use clap::{Args, Subcommand, ValueEnum};
 use linelit_plan::Shard;
 use std::path::PathBuf;
@@ -20,8 +20,8 @@ Examples:
   linelit run plan
       all that is left, with the threads of this machine; Ctrl-C and the same again goes on
   linelit run plan --shard 3/16
-      a sixteenth, and then what the others have not begun; Slurm's job arrays, Indexed Jobs of
-      Kubernetes and array jobs of AWS Batch say it by themselves";
+      a sixteenth; Slurm's job arrays, Indexed Jobs of Kubernetes and array jobs of AWS Batch say
+      it by themselves";
 
 pub(super) const MERGE_EXAMPLES: &str = "\
 Examples:
@@ -126,12 +126,9 @@ pub struct RunArgs {
     /// How many shards there are, where the environment only says which one this is.
     #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..))]
     pub shards: Option<u32>,
-    /// Leave alone what other shards have not begun.
-    #[arg(long)]
+    /// Nothing is asked for: a shard does its own units and leaves alone those of others.
+    #[arg(long, hide = true)]
     pub only_own: bool,
-    /// Seconds without a sign after which another process's unit is taken over.
-    #[arg(long, value_name = "SECONDS", default_value_t = 90.0, value_parser = seconds)]
-    pub lease: f64,
     /// Threads, at most 64 or 4 per core; 0 for one per core.
     #[arg(long, default_value_t = 0, value_parser = threads)]
     pub threads: usize,
@@ -168,9 +165,6 @@ pub struct StatusArgs {
     /// Say it again every two seconds until all is done.
     #[arg(long)]
     pub watch: bool,
-    /// Seconds without a sign after which a unit counts as lost.
-    #[arg(long, value_name = "SECONDS", default_value_t = 90.0, value_parser = seconds)]
-    pub lease: f64,
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub json: bool,

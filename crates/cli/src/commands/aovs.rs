@@ -9,6 +9,7 @@ use linelit_film::{Document, Image, MomentImage, Moments, Placement, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, ShadingPoint, Workspace};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A picture, and what was learned of its pixels while it was rendered.
@@ -238,7 +239,7 @@ pub(super) fn add(
 }
 
 /// What the ray through the middle of a pixel meets.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Surface {
     pub(super) albedo: [f32; 3],
     pub(super) normal: [f32; 3],

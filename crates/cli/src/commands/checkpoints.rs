@@ -1,18 +1,16 @@
 //! Long pictures of `render`: a plan beside the picture keeps what is done, until that is whole.
 
 use super::aovs::Rendered;
-use super::bar;
-use super::cost::Cost;
-use super::picture::{Cut, PicturePlan, Wanted};
+use super::picture::{Cut, PicturePlan, Wanted, pixel_seconds};
+use super::run::work_off;
 use crate::args::{Checkpoints, RenderArgs};
 use crate::folder::{Lock, remove_all};
-use crate::interrupt;
 use crate::output::note;
-use crate::program::TryAgain;
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Result, anyhow};
 use linelit_film::Tile;
 use linelit_integrator::Renderer;
-use linelit_plan::{Event, Folder, Input, PlanError, Run};
+use linelit_plan::{Folder, Input, PlanError, Shard};
+use linelit_scene::Scene;
 use rayon::ThreadPool;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -20,8 +18,6 @@ use std::path::{Path, PathBuf};
 
 /// Pictures of less are not kept: seconds of one thread, as guessed.
 const LONG: f64 = 30.0;
-/// And this without a look at them.
-const ROUGHLY_LONG: f64 = 10.0;
 
 /// What is done of a picture. The folder is ours until this value is dropped.
 pub(super) struct Kept {
@@ -31,19 +27,14 @@ pub(super) struct Kept {
     _lock: Option<Lock>,
 }
 
-/// What such a picture costs, if what is done of it is to be kept.
-pub(super) fn wanted(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> Option<Cost> {
-    let find = || Cost::find(renderer, &args.picture, window);
+/// Whether what is done of such a picture is to be kept.
+pub(super) fn wanted(args: &RenderArgs, scene: &Scene, window: Tile) -> bool {
     match args.checkpoints {
         // Of what parts do not say.
-        _ if args.explain => None,
-        Checkpoints::Never => None,
-        Checkpoints::Always => Some(find()),
-        Checkpoints::Auto => {
-            let rough = Cost::rough(renderer.scene(), &args.picture, window).of(window);
-            let cost = (rough >= ROUGHLY_LONG).then(find);
-            cost.filter(|cost| cost.of(window) >= LONG)
-        }
+        _ if args.explain => false,
+        Checkpoints::Never => false,
+        Checkpoints::Always => true,
+        Checkpoints::Auto => pixel_seconds(scene, &args.picture) * window.area() as f64 >= LONG,
     }
 }
 
@@ -51,10 +42,9 @@ impl Kept {
     /// Begins to keep a picture, or goes on with what an interrupted command kept.
     pub(super) fn open(
         args: &RenderArgs,
-        film: [u32; 2],
+        scene: &Scene,
         window: Tile,
         input: Input,
-        cost: &Cost,
     ) -> Result<Self> {
         let path = beside(&args.output, "plan");
         let shown = args.output.display();
@@ -68,10 +58,9 @@ impl Kept {
             scene: &args.scene,
             read: &args.common.read,
             picture: &args.picture,
-            film,
             window,
         };
-        let plan = wanted.plan(input, Cut::default(), cost)?;
+        let plan = wanted.plan(scene, input, Cut::default())?;
         let folder = Folder::create(&path, &plan, &BTreeMap::new()).map_err(|e| match e {
             PlanError::Refused(why) => anyhow!(
                 "{why}. An interrupted picture is there: the command that began it goes on, --fresh \
@@ -94,22 +83,7 @@ impl Kept {
         renderer: &Renderer<'_>,
         pool: &ThreadPool,
     ) -> Result<(Rendered, Map<String, Value>)> {
-        interrupt::watch().context("watching for signals")?;
-        let progress = bar("rendering");
-        progress.set_length(self.folder.units().into());
-        let options = Run {
-            threads: pool.current_num_threads(),
-            stop: &interrupt::stopped,
-            note: &|event| match event {
-                Event::Done(_) | Event::Found(_) => progress.inc(1),
-                Event::Broken(unit, why) => {
-                    note(format_args!("note: {}, once more: {why}", unit.name));
-                }
-                _ => {}
-            },
-            ..Run::default()
-        };
-        let before = self.folder.status(options.lease)?;
+        let before = self.folder.status()?;
         if before.done > 0 {
             note(format_args!(
                 "note: going on with an interrupted picture, {} of {} units are done (--fresh \
@@ -117,20 +91,12 @@ impl Kept {
                 before.done, before.units
             ));
         }
-        let ran = self.plan.run_with(renderer, &self.folder, &options);
-        progress.finish_and_clear();
-        match ran {
-            Ok(_) => self.plan.gather(&self.folder),
-            Err(PlanError::Interrupted) => {
-                let status = self.folder.status(options.lease)?;
-                Err(TryAgain(format!(
-                    "interrupted: {} of {} units are done; the same command goes on",
-                    status.done, status.units
-                ))
-                .into())
-            }
-            Err(e) => Err(e.into()),
-        }
+        let threads = pool.current_num_threads();
+        let go_on = "the same command";
+        work_off(&self.folder, Shard::ALL, threads, go_on, |options| {
+            Ok(self.plan.run_with(renderer, &self.folder, options)?)
+        })?;
+        self.plan.gather(&self.folder)
     }
 
     /// Removes what was kept: the picture is whole.

@@ -1,6 +1,5 @@
 //! `linelit converge`.
 
-use super::progress::Progress;
 use super::study::{self, Sources};
 use super::{bar, flags, list, pool};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
@@ -9,9 +8,10 @@ use crate::interrupt;
 use crate::output::{Output, note};
 use crate::program::TryAgain;
 use anyhow::{Context as _, Result, anyhow, bail};
+use indicatif::{ProgressBar, ProgressStyle};
 use linelit_papers::scene_study::{StudySpec, Work, with_work};
 use linelit_papers::{Context, Findings, Study};
-use linelit_plan::{Event, Folder, PlanError, Run};
+use linelit_plan::{Event, Folder, Plan, PlanError, Run};
 use rayon::ThreadPool;
 use std::time::{Duration, Instant};
 
@@ -32,7 +32,7 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             scenes.try_for_each(|scene| study::scene_is_there(scene))?;
             flags::refuse_without_files(&spec.scenes, &args.common.read)?;
         }
-        Study::Findings { fixed, .. } => flags::refuse_fixed(name(args), args, fixed)?,
+        Study::Findings(_) => flags::refuse_fixed(name(args), args)?,
     }
     if args.full && name(args) != "claims" {
         let what = "--full is for `claims`: other studies have no quick form";
@@ -46,7 +46,7 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             spec.time_budget = args.time_budget.or(spec.time_budget);
             converge(args, &spec, folder, &pool, out)
         }
-        Study::Findings { run, .. } => pool.install(|| findings(args, run, folder, out)),
+        Study::Findings(run) => pool.install(|| findings(args, run, folder, out)),
     }
 }
 
@@ -122,29 +122,32 @@ fn measure(
     let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
     let end = spec.time_budget.and_then(budget);
     let late = || end.is_some_and(|end| Instant::now() > end);
-    let before = plan.status(Run::default().lease)?;
+    let before = plan.status()?;
     if before.done > 0 {
         note(format_args!(
             "note: going on with an interrupted study, {} of {} units are done (--fresh begins anew)",
             before.done, before.units
         ));
     }
+    let progress = cost_bar(plan.plan());
     let options = Run {
         stop: &|| interrupt::stopped() || late(),
-        note: &|event| {
-            if let Event::Broken(unit, why) = event {
+        note: &|event| match event {
+            Event::Found(unit) | Event::Done(unit) => progress.inc(milliseconds(unit.cost)),
+            Event::Broken(unit, why) => {
                 note(format_args!("note: {}, once more: {why}", unit.name));
             }
+            _ => {}
         },
         ..Run::default()
     };
-    let units = study::units(plan.plan())?;
-    let progress = Progress::new(work, plan.plan(), &units, pool.current_num_threads(), end);
-    match study::run(work, plan, &options, pool, Some(&progress)) {
+    let ran = study::run(work, plan, &options, pool, &progress);
+    progress.finish_and_clear();
+    match ran {
         Ok(_) => Ok(Undone::Nothing),
         Err(PlanError::Interrupted) if !interrupt::stopped() => Ok(Undone::Late),
         Err(PlanError::Interrupted) => {
-            let status = plan.status(options.lease)?;
+            let status = plan.status()?;
             Ok(Undone::Interrupted(format!(
                 "interrupted: {} of {} units are done, and the report in `unfinished` says what of it \
                  there is; the same command goes on",
@@ -153,6 +156,25 @@ fn measure(
         }
         Err(e) => Err(e.into()),
     }
+}
+
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "of a plan: finite and not negative"
+)]
+const fn milliseconds(cost: f64) -> u64 {
+    (1e3 * cost) as u64 + 1
+}
+
+/// The unit in hand, and the time left by what units cost, at the terminal if there is one.
+fn cost_bar(plan: &Plan) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_msg} {bar:20} {eta:>6}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let cost = plan.units.iter().map(|unit| milliseconds(unit.cost)).sum();
+    let bar = ProgressBar::new(cost).with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
 }
 
 /// Runs a study of pictures and tables, and writes its page.

@@ -1,58 +1,42 @@
 //! What a study cannot be told: flags that it would ignore are refused.
 
-use crate::args::{ConvergeArgs, ReadArgs, StudyArgs, UsageError};
+use crate::args::{ConvergeArgs, ReadArgs, UsageError};
 use anyhow::Result;
-use linelit_papers::Fixed;
 use linelit_scenes::Place;
-
-/// A flag, whether it was given, and what stands in its place.
-type Refused = (&'static str, bool, &'static str);
 
 /// Refuses the first flag that a study of pictures and tables sets itself.
 ///
 /// # Errors
-/// A [`UsageError`] that names the flag and what is fixed instead.
-pub(super) fn refuse_fixed(name: &str, args: &ConvergeArgs, fixed: &Fixed) -> Result<()> {
-    let (study, read) = (&args.study, &args.common.read);
-    let mut all = of_study(study, fixed).to_vec();
-    all.push((
-        "--time-budget",
-        args.time_budget.is_some(),
-        "all that it shows is measured",
-    ));
-    all.extend(of_files(read, "its scenes are built in, and name no files"));
-    if let Some(scene) = fixed.no_scene {
-        all.push(("--strict", read.strict, scene));
-    }
-    first(name, &all)
+/// A [`UsageError`] that names the flag.
+pub(super) fn refuse_fixed(name: &str, args: &ConvergeArgs) -> Result<()> {
+    let study = &args.study;
+    let own = [
+        ("--estimators", study.estimators.is_some()),
+        ("--samplers", study.samplers.is_some()),
+        ("--lights", study.lights.is_some()),
+        ("--spheres", study.spheres.is_some()),
+        ("--samples", study.samples.is_some()),
+        ("--trials", study.trials.is_some()),
+        ("--pixels", study.pixels.is_some()),
+        ("--time-budget", args.time_budget.is_some()),
+    ];
+    first(name, "it repeats a figure or a table", &own)?;
+    first(name, BUILT_IN, &of_files(&args.common.read))
 }
 
-fn of_study(args: &StudyArgs, fixed: &Fixed) -> [Refused; 8] {
-    let seed = (args.seed.is_some() && fixed.seed.is_some(), fixed.seed);
+/// Why the files of scenes are not to be spoken of.
+const BUILT_IN: &str = "built-in scenes name no files";
+
+fn of_files(read: &ReadArgs) -> [(&'static str, bool); 2] {
     [
-        ("--estimators", args.estimators.is_some(), fixed.estimators),
-        ("--samplers", args.samplers.is_some(), fixed.samplers),
-        ("--lights", args.lights.is_some(), fixed.lights),
-        ("--spheres", args.spheres.is_some(), fixed.spheres),
-        ("--samples", args.samples.is_some(), fixed.samples),
-        ("--trials", args.trials.is_some(), fixed.trials),
-        ("--pixels", args.pixels.is_some(), fixed.pixels),
-        ("--seed", seed.0, seed.1.unwrap_or_default()),
+        ("--root", read.root.is_some()),
+        ("--allow-outside", read.allow_outside),
     ]
 }
 
-fn of_files(read: &ReadArgs, instead: &'static str) -> [Refused; 2] {
-    [
-        ("--root", read.root.is_some(), instead),
-        ("--allow-outside", read.allow_outside, instead),
-    ]
-}
-
-fn first(name: &str, all: &[Refused]) -> Result<()> {
-    match all.iter().find(|(_, given, _)| *given) {
-        Some((flag, _, instead)) => {
-            Err(UsageError(format!("`{name}` sets {flag} itself: {instead}")).into())
-        }
+fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
+    match flags.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => Err(UsageError(format!("`{name}` takes no {flag}: {why}")).into()),
         None => Ok(()),
     }
 }
@@ -66,10 +50,7 @@ pub(super) fn refuse_without_files(scenes: &[String], read: &ReadArgs) -> Result
     if scenes.iter().any(is_file) {
         return Ok(());
     }
-    first(
-        &scenes.join(" "),
-        &of_files(read, "built-in scenes name no files"),
-    )
+    first(&scenes.join(" "), BUILT_IN, &of_files(read))
 }
 
 /// How scenes are read, as one would say it again.

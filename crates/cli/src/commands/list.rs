@@ -6,6 +6,7 @@ use crate::words::about_sampler;
 use anyhow::Result;
 use clap::ValueEnum as _;
 use linelit_estimators::Technique;
+use linelit_papers::scene_study::about;
 use linelit_samplers::SamplerKind;
 use linelit_scenes::BuiltIn;
 use serde::Serialize;
@@ -105,37 +106,13 @@ fn rows(what: Listed) -> Vec<Row> {
         Listed::Scenes => BuiltIn::ALL.map(|s| row((s.name, s.about))).to_vec(),
         Listed::Studies => linelit_papers::studies().map(study).collect(),
         Listed::Estimators => {
-            let names = Technique::all().map(|technique| technique.name());
-            names.map(|name| row((name, about(name)))).collect()
+            let row = |technique: Technique| row((technique.name(), about(&technique)));
+            Technique::all().map(row).collect()
         }
         Listed::Samplers => {
             let samplers = SamplerKind::ALL.map(|kind| row((kind.name(), about_sampler(kind))));
             samplers.to_vec()
         }
-    }
-}
-
-/// What a technique does, in a line; `docs/estimators.md` says more.
-fn about(technique: &str) -> &'static str {
-    match technique {
-        "point-area" => "points uniform on the area",
-        "point-visible-area" => "points uniform on the part that faces the shading point (spheres)",
-        "point-proxy" => "points by the triangles that a polygon spans at unit distance",
-        "point-solid-angle" => "points uniform in the solid angle",
-        "point-projected-solid-angle" => "points uniform in the projected solid angle",
-        "point-ltc" => "points by transformed cosines that look like the reflection",
-        "point-texture" => "points by the image of a textured light",
-        "point-bsdf" => "directions drawn from the material",
-        "point-linear" => "points on linear lights by one of Peters' techniques",
-        "line-area" => "lines, a point of what is visible of each, uniform in length",
-        "line-solid-angle" => "lines, points on them uniform in solid angle",
-        "line-warped" => "nearly the same for less than half of the time a line",
-        "line-projected" => "lines, points on them uniform in projected solid angle",
-        "line-texture" => "lines, and points on them, by the image of a textured light",
-        "line-analytic" => "lines, the light along their visible parts in closed form",
-        "exact" => "closed form over what is visible, lines past holes",
-        "hybrid" => "the cheapest of exact, lines, points and rays, at each point: the default",
-        _ => "",
     }
 }
 

@@ -1,6 +1,6 @@
 //! `linelit merge`.
 
-use super::kinds;
+use super::plan::{self, Planned};
 use crate::args::MergeArgs;
 use crate::output::Output;
 use crate::program::TryAgain;
@@ -15,8 +15,10 @@ const NAMED: usize = 8;
 /// # Errors
 /// If parts are missing, which are named, or the result cannot be written.
 pub fn run(args: &MergeArgs, out: &mut Output) -> Result<()> {
-    let folder = kinds::open(&args.plan)?;
-    kinds::merge(&folder, args, out)
+    match plan::open(&args.plan)? {
+        (folder, Planned::Picture(plan)) => plan.merge(&folder, args, out),
+        (folder, Planned::Study(plan)) => plan.merge(&folder, args, out),
+    }
 }
 
 /// That nothing is missing.

@@ -1,8 +1,7 @@
 //! Pictures as plans: a unit is a tile of all its camera samples, or of a trial or a block of them.
 
 use super::aovs::{self, Rendered, Surface};
-use super::cost::Cost;
-use super::kinds::{self, RENDER};
+use super::plan::{RENDER, program};
 use super::{merge, pool_of, render};
 use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
 use crate::inputs;
@@ -10,9 +9,10 @@ use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
 use linelit_film::{Image, MomentImage, Moments, Placement, Tile, tiles};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Counts, Renderer, Workspace};
+use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
-use linelit_study::engine::image;
+use linelit_scene::Scene;
+use linelit_study::engine::{self, image};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -22,23 +22,8 @@ use std::collections::BTreeMap;
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
 /// So many units are enough to share out.
 const ENOUGH: f64 = 256.0;
-/// Sides of tiles that are tried, and whether they are split into blocks of samples.
-const SIDES: [(u32, bool); 14] = [
-    (1024, false),
-    (512, false),
-    (256, false),
-    (128, false),
-    (64, false),
-    (32, false),
-    (16, false),
-    (8, false),
-    (8, true),
-    (4, true),
-    (2, true),
-    (1, true),
-    (2, false),
-    (1, false),
-];
+/// Sides of tiles: the largest that is tried, and that below which camera samples are split first.
+const SIDES: [u32; 2] = [1024, 8];
 
 /// What the settings of such a plan say.
 #[derive(Debug, Serialize, Deserialize)]
@@ -78,24 +63,27 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<
     let mut scene = planned.loaded.scene;
     let window = render::set_film(&mut scene, &args.picture);
     render::check_lights(&scene, &args.picture)?;
-    let mut cost = Cost::rough(&scene, &args.picture, window);
-    if !cost.is_dear(&scene, window) {
-        let mut renderer = pool_of(0)?.install(|| Renderer::new(&scene));
-        render::set_lights(&mut renderer, &args.picture)?;
-        cost = Cost::find(&renderer, &args.picture, window);
-    }
     let cut = Cut {
         side: args.tile,
         split: args.split_samples,
     };
-    let plan = Wanted {
+    let wanted = Wanted {
         scene: &args.scene,
         read: &args.read,
         picture: &args.picture,
-        film: [scene.film.width, scene.film.height],
         window,
     };
-    Ok((plan.plan(planned.input, cut, &cost)?, planned.packed))
+    Ok((wanted.plan(&scene, planned.input, cut)?, planned.packed))
+}
+
+/// Seconds of one thread for a pixel, by what is asked for: within a factor of ten.
+pub(super) fn pixel_seconds(scene: &Scene, picture: &PictureArgs) -> f64 {
+    let lights = match picture.lights {
+        LightChoice::All => scene.lights.len() as f64,
+        _ => 1.0,
+    };
+    let light = 1e-6 + 5e-7 * f64::from(picture.samples);
+    picture.camera_samples() * (1e-6 + lights * light)
 }
 
 /// How units are asked to be.
@@ -113,15 +101,13 @@ pub(super) struct Wanted<'a> {
     pub(super) scene: &'a str,
     pub(super) read: &'a ReadArgs,
     pub(super) picture: &'a PictureArgs,
-    /// Pixels of the film across and down.
-    pub(super) film: [u32; 2],
     pub(super) window: Tile,
 }
 
 impl Wanted<'_> {
     /// Its plan, of a scene with these files.
-    pub(super) fn plan(&self, input: Input, cut: Cut, cost: &Cost) -> Result<Plan> {
-        let blocks = self.picture.blocks();
+    pub(super) fn plan(&self, scene: &Scene, input: Input, cut: Cut) -> Result<Plan> {
+        let pixel = pixel_seconds(scene, self.picture);
         let mut read = self.read.clone();
         if let Some(root) = &read.root {
             let root = std::path::absolute(root).context("finding the whole path of --root")?;
@@ -130,30 +116,26 @@ impl Wanted<'_> {
         let spec = Spec {
             scene: self.scene.to_owned(),
             read,
-            film: self.film,
+            film: [scene.film.width, scene.film.height],
             window: bounds(self.window),
             picture: self.picture.clone(),
         };
         Ok(Plan {
-            program: kinds::program(),
+            program: program(),
             kind: RENDER.to_owned(),
             settings: serde_json::to_string_pretty(&spec)?,
             inputs: vec![input],
-            units: units(
-                self.window,
-                size(cut, cost, self.window, blocks),
-                blocks,
-                cost,
-            )?,
+            units: units(self.window, cut, self.picture.blocks(), pixel)?,
         })
     }
 }
 
-/// The units of a window, of tiles of a side and perhaps blocks of their samples.
-fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> Result<Vec<Unit>> {
+/// The units of a window, whose pixels take so many seconds each: tiles, and perhaps blocks of
+/// their samples.
+fn units(window: Tile, cut: Cut, blocks: u32, pixel: f64) -> Result<Vec<Unit>> {
+    let (side, split) = size(cut, pixel, window, blocks);
     let mut units = Vec::new();
     for tile in tiles(window, side) {
-        let cost = cost.of(tile);
         let each = split.then_some(0..blocks).into_iter().flatten().map(Some);
         let each: Vec<Option<u32>> = if split { each.collect() } else { vec![None] };
         for block in &each {
@@ -166,7 +148,7 @@ fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> 
                 tile: bounds(tile),
                 block: *block,
             };
-            let cost = cost / each.len() as f64;
+            let cost = pixel * tile.area() as f64 / each.len() as f64;
             units.push(Unit::new(name, cost, serde_json::to_string(&work)?));
         }
     }
@@ -175,20 +157,17 @@ fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> 
 
 /// The side of tiles, and whether their samples are split: what was asked for, or the largest that
 /// are short enough.
-fn size(cut: Cut, cost: &Cost, window: Tile, blocks: u32) -> (u32, bool) {
-    let pixel = cost.mean();
+fn size(cut: Cut, pixel: f64, window: Tile, blocks: u32) -> (u32, bool) {
     let [least, most] = UNIT_SECONDS;
     let seconds = (pixel * window.area() as f64 / ENOUGH).clamp(least, most);
-    let fits = |&&(side, split): &&(u32, bool)| {
-        let share = if split { f64::from(blocks) } else { 1.0 };
-        let asked = cut.side.is_none_or(|asked| asked == side) && (split || !cut.split);
-        asked && (blocks > 1 || !split) && f64::from(side).powi(2) * pixel / share <= seconds
-    };
-    match (cut.side, SIDES.iter().find(fits)) {
-        (_, Some(size)) => *size,
-        (Some(side), None) => (side, cut.split && blocks > 1),
-        (None, None) => (1, blocks > 1),
-    }
+    let fits =
+        |side: u32, parts: u32| f64::from(side).powi(2) * pixel / f64::from(parts) <= seconds;
+    let [largest, small] = SIDES;
+    let split = blocks > 1 && (cut.split || !fits(cut.side.unwrap_or(small), 1));
+    let halves = std::iter::successors(Some(largest), |side| Some(side / 2).filter(|s| *s > 0));
+    let mut sides = halves.filter(|side| fits(*side, if split { blocks } else { 1 }));
+    let side = cut.side.or_else(|| sides.next()).unwrap_or(1);
+    (side, split)
 }
 
 /// A plan of a picture.
@@ -243,20 +222,18 @@ impl PicturePlan {
         })
     }
 
-    /// The bytes of a unit's part: a length and as many bytes of counts as JSON, then the pixels
-    /// ([`Layers::pixel`]), then what is seen in them.
+    /// The bytes of a unit's part.
     fn compute(&self, renderer: &Renderer<'_>, work: Work) -> Result<Vec<u8>> {
         let (picture, layers) = (&self.spec.picture, self.layers());
         let settings = &picture.settings();
         let tile = tile_of(work.tile);
         let (mut counts, mut workspace) = (Counts::default(), Workspace::new());
-        let mut pixels = Vec::new();
+        let mut part = Part::default();
         if picture.camera_samples() <= 1.0 && !layers.moments {
             let mut row = vec![DVec3::ZERO; tile.width() as usize];
             for y in tile.y0..tile.y1 {
                 renderer.row(settings, [tile.x0, y], &mut row, &mut workspace);
-                let values = row.iter().flat_map(|value| value.to_array());
-                pixels.extend(values.flat_map(f64::to_le_bytes));
+                part.sums.extend(row.iter().map(|value| value.to_array()));
             }
             counts += workspace.take_counts();
         } else {
@@ -264,26 +241,27 @@ impl PicturePlan {
             for pixel in tile.pixels() {
                 let blocks = blocks.clone();
                 let found = aovs::samples(renderer, picture, pixel, blocks, &mut workspace);
-                let value = Pixel {
-                    sum: found.sum,
-                    moments: found.moments,
-                    rays: found.counts.visibility.rays,
-                    lines: found.counts.visibility.line_queries,
-                };
-                layers.write(&value, &mut pixels);
+                part.sums.push(found.sum.to_array());
+                if layers.moments {
+                    let Moments { count, mean, m2 } = found.moments;
+                    let visibility = &found.counts.visibility;
+                    let cost = [visibility.rays, visibility.line_queries];
+                    part.spreads.push(Spread {
+                        count,
+                        mean,
+                        m2,
+                        cost,
+                    });
+                }
                 counts += found.counts;
             }
         }
-        let mut seen = Vec::new();
         if layers.surfaces && work.is_first() {
-            for pixel in tile.pixels() {
-                let surface = aovs::surface(renderer, pixel, &mut workspace);
-                seen.extend(floats(&surface).into_iter().flat_map(f32::to_le_bytes));
-            }
+            let surface = |pixel| aovs::surface(renderer, pixel, &mut workspace);
+            part.surfaces = tile.pixels().map(surface).collect();
         }
-        let counted = Value::from(render::counted(&counts)).to_string();
-        let length = u32::try_from(counted.len())?.to_le_bytes();
-        Ok([&length, counted.as_bytes(), &pixels, &seen].concat())
+        part.counted = Value::from(render::counted(&counts)).to_string();
+        Ok(engine::to_bytes(&part))
     }
 
     fn layers(&self) -> Layers {
@@ -345,9 +323,26 @@ impl Work {
     }
 }
 
-fn floats(surface: &Surface) -> [f32; 7] {
-    let ([a, b, c], [x, y, z]) = (surface.albedo, surface.normal);
-    [a, b, c, x, y, z, surface.depth]
+/// What a unit leaves.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Part {
+    /// What was counted, as JSON.
+    counted: String,
+    /// The sum of the camera samples of each pixel.
+    sums: Vec<[f64; 3]>,
+    /// How they are spread, of each pixel, with `variance` or `samples`.
+    spreads: Vec<Spread>,
+    /// With `albedo`, `normal` or `depth`, what is seen in each pixel; of the first block alone.
+    surfaces: Vec<Surface>,
+}
+
+/// Number, mean and M2 of some camera samples of a pixel, and their rays and lines.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Spread {
+    count: u64,
+    mean: [f64; 3],
+    m2: [f64; 3],
+    cost: [u64; 2],
 }
 
 /// Some camera samples of a pixel.
@@ -355,8 +350,7 @@ fn floats(surface: &Surface) -> [f32; 7] {
 struct Pixel {
     sum: DVec3,
     moments: Moments,
-    rays: u64,
-    lines: u64,
+    cost: [u64; 2],
 }
 
 /// What parts hold beside the sums of pixels.
@@ -364,71 +358,6 @@ struct Pixel {
 struct Layers {
     moments: bool,
     surfaces: bool,
-}
-
-impl Layers {
-    /// A pixel: the sum of its camera samples; with moments, also their number, means and M2, rays
-    /// and lines. Eight bytes each, the least first.
-    fn write(self, pixel: &Pixel, to: &mut Vec<u8>) {
-        to.extend(pixel.sum.to_array().into_iter().flat_map(f64::to_le_bytes));
-        if self.moments {
-            let Moments { count, mean, m2 } = pixel.moments;
-            to.extend(count.to_le_bytes());
-            to.extend(mean.into_iter().chain(m2).flat_map(f64::to_le_bytes));
-            to.extend(
-                [pixel.rays, pixel.lines]
-                    .into_iter()
-                    .flat_map(u64::to_le_bytes),
-            );
-        }
-    }
-
-    fn read(self, from: &mut Bytes<'_>) -> Option<Pixel> {
-        let mut pixel = Pixel {
-            sum: DVec3::from_array(from.doubles()?),
-            ..Pixel::default()
-        };
-        if self.moments {
-            pixel.moments = Moments {
-                count: from.integer()?,
-                mean: from.doubles()?,
-                m2: from.doubles()?,
-            };
-            (pixel.rays, pixel.lines) = (from.integer()?, from.integer()?);
-        }
-        Some(pixel)
-    }
-}
-
-/// What is left to be read of a part.
-struct Bytes<'a>(&'a [u8]);
-
-impl Bytes<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (taken, rest) = self.0.split_first_chunk::<N>()?;
-        self.0 = rest;
-        Some(*taken)
-    }
-
-    fn integer(&mut self) -> Option<u64> {
-        Some(u64::from_le_bytes(self.take()?))
-    }
-
-    fn doubles(&mut self) -> Option<[f64; 3]> {
-        let mut values = [0.0; 3];
-        for value in &mut values {
-            *value = f64::from_le_bytes(self.take()?);
-        }
-        Some(values)
-    }
-
-    fn floats<const N: usize>(&mut self) -> Option<[f32; N]> {
-        let mut values = [0.0; N];
-        for value in &mut values {
-            *value = f32::from_le_bytes(self.take()?);
-        }
-        Some(values)
-    }
 }
 
 /// A picture in the making.
@@ -470,47 +399,54 @@ impl Film {
 
     /// Adds a part; those of a tile come in the order of their blocks.
     fn add(&mut self, work: Work, payload: &[u8]) -> Result<(), BoxError> {
-        self.read(work, &mut Bytes(payload))
+        let part: Part = engine::from_bytes(payload)?;
+        self.read(work, part)
             .ok_or_else(|| BoxError::from("its part does not hold what one of a picture does"))
     }
 
-    fn read(&mut self, work: Work, from: &mut Bytes<'_>) -> Option<()> {
-        let length = u32::from_le_bytes(from.take()?) as usize;
-        let (counted, rest) = from.0.split_at_checked(length)?;
-        from.0 = rest;
-        let counted: Map<String, Value> = serde_json::from_slice(counted).ok()?;
-        add_counts(&mut self.counted, counted);
+    fn read(&mut self, work: Work, part: Part) -> Option<()> {
         let tile = tile_of(work.tile);
+        let count = |there: bool| if there { tile.area() } else { 0 };
+        let lengths = [part.sums.len(), part.spreads.len(), part.surfaces.len()];
+        let surfaces = self.layers.surfaces && work.is_first();
+        if lengths != [tile.area(), count(self.layers.moments), count(surfaces)] {
+            return None;
+        }
+        add_counts(&mut self.counted, serde_json::from_str(&part.counted).ok()?);
         if work.is_first() {
-            self.tile.clear();
+            self.tile = vec![Pixel::default(); tile.area()];
         }
-        for i in 0..tile.area() {
-            let found = self.layers.read(from)?;
-            if work.is_first() {
-                self.tile.push(found);
+        if self.tile.len() != tile.area() {
+            return None;
+        }
+        for (pixel, sum) in self.tile.iter_mut().zip(part.sums) {
+            // Of a first one as it is: the sign of 0 counts.
+            let sum = DVec3::from_array(sum);
+            pixel.sum = if work.is_first() {
+                sum
             } else {
-                let pixel = self.tile.get_mut(i)?;
-                pixel.sum += found.sum;
-                pixel.moments.merge(&found.moments);
-                pixel.rays += found.rays;
-                pixel.lines += found.lines;
-            }
+                pixel.sum + sum
+            };
         }
-        if self.layers.surfaces && work.is_first() {
-            for [x, y] in tile.pixels() {
-                let [a, b, c, nx, ny, nz, depth] = from.floats()?;
-                let place = self.place(x, y);
-                self.surfaces[place] = Surface {
-                    albedo: [a, b, c],
-                    normal: [nx, ny, nz],
-                    depth,
-                };
-            }
+        for (pixel, found) in self.tile.iter_mut().zip(part.spreads) {
+            let Spread {
+                count,
+                mean,
+                m2,
+                cost,
+            } = found;
+            // Into none, those of others are taken as they are.
+            pixel.moments.merge(&Moments { count, mean, m2 });
+            pixel.cost = [0, 1].map(|k| pixel.cost[k] + cost[k]);
+        }
+        for ([x, y], surface) in tile.pixels().zip(part.surfaces) {
+            let place = self.place(x, y);
+            self.surfaces[place] = surface;
         }
         if work.block.is_none_or(|block| block == self.last_block) {
             self.store(tile);
         }
-        from.0.is_empty().then_some(())
+        Some(())
     }
 
     fn place(&self, x: u32, y: u32) -> usize {
@@ -525,8 +461,9 @@ impl Film {
             self.image.rgb[place] = aovs::single(pixel.sum / self.samples);
             if self.layers.moments {
                 self.moments[place] = pixel.moments;
-                self.cost[0][place] = aovs::clamped(pixel.rays);
-                self.cost[1][place] = aovs::clamped(pixel.lines);
+                for (to, cost) in self.cost.iter_mut().zip(pixel.cost) {
+                    to[place] = aovs::clamped(cost);
+                }
             }
         }
     }

@@ -1,11 +1,42 @@
 //! `linelit plan`.
 
-use super::{picture, study};
+use super::picture::{self, PicturePlan};
+use super::study::{self, StudyPlan};
 use crate::args::{PlanArgs, PlanKind, PlannedArgs, Script};
 use crate::output::Output;
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use linelit_plan::{Folder, Plan};
 use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The kind of plans of pictures.
+pub(super) const RENDER: &str = "render";
+/// The kind of plans of convergence studies.
+pub(super) const CONVERGE: &str = "converge";
+
+/// What a plan is of.
+pub(super) enum Planned {
+    Picture(Box<PicturePlan>),
+    Study(Box<StudyPlan>),
+}
+
+/// The version of the program, and its commit, that plans are held to.
+pub(super) fn program() -> String {
+    let (version, commit) = (linelit_study::version(), linelit_study::tables::commit());
+    format!("linelit {version} ({commit})")
+}
+
+/// Opens a plan that this program made.
+pub(super) fn open(path: &Path) -> Result<(Folder, Planned)> {
+    let folder = Folder::open(path)?;
+    folder.check_program(&program())?;
+    let planned = match folder.plan().kind.as_str() {
+        RENDER => Planned::Picture(Box::new(PicturePlan::open(&folder)?)),
+        CONVERGE => Planned::Study(Box::new(StudyPlan::open(&folder)?)),
+        other => bail!("a plan of the kind `{other}`, which this program does not know"),
+    };
+    Ok((folder, planned))
+}
 
 /// Makes the folder of a plan.
 ///
@@ -65,9 +96,9 @@ pub(super) fn finish(
     Ok(())
 }
 
-/// A word of a shell's command line.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@".contains(c);
+/// A word as one would give it to a shell.
+pub(super) fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.to_owned();
     }
@@ -78,8 +109,12 @@ fn quoted(word: &str) -> String {
 fn script(kind: Script, args: &PlannedArgs, result: &str) -> Result<String> {
     let whole = std::path::absolute(&args.output).context("finding the whole path of the plan")?;
     let program = std::env::current_exe().context("finding this program")?;
-    let [plan, program] = [&whole, &program].map(|path| quoted(&path.display().to_string()));
-    let log = quoted(&whole.join("log-%a.txt").display().to_string());
+    let word = |path: &Path| quoted(&path.display().to_string());
+    let (plan, program, log) = (
+        word(&whole),
+        word(&program),
+        word(&whole.join("log-%a.txt")),
+    );
     let (shards, last) = (args.shards, args.shards - 1);
     Ok(match kind {
         Script::Slurm => format!(

@@ -39,10 +39,9 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     set_lights(&mut renderer, &args.picture)?;
     let build_seconds = built.elapsed().as_secs_f64();
     let drawn = Instant::now();
-    let cost = checkpoints::wanted(args, &renderer, window);
-    let film = [scene.film.width, scene.film.height];
-    let kept = cost.map(|cost| Kept::open(args, film, window, planned.input, &cost));
-    let kept = kept.transpose()?;
+    let kept = checkpoints::wanted(args, &scene, window)
+        .then(|| Kept::open(args, &scene, window, planned.input))
+        .transpose()?;
     let mut counts = Counts::default();
     let (rendered, found) = if let Some(kept) = &kept {
         kept.render(&renderer, &pool)?

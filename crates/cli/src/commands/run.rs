@@ -1,6 +1,7 @@
 //! `linelit run`.
 
-use super::{bar, kinds};
+use super::bar;
+use super::plan::{self, Planned};
 use crate::args::{RunArgs, UsageError};
 use crate::interrupt;
 use crate::output::{Output, note};
@@ -8,24 +9,43 @@ use crate::program::TryAgain;
 use anyhow::{Context as _, Result};
 use linelit_plan::{Event, Folder, PlanError, Ran, Run, Shard};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// Does what is left of a plan, or of a shard of it.
 ///
 /// # Errors
 /// If the plan cannot be read, is of another program, or a unit fails.
 pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
-    let folder = kinds::open(&args.plan)?;
+    let (folder, planned) = plan::open(&args.plan)?;
     let shard = shard(args)?;
+    let go_on = format!("`linelit run {}`", folder.path().display());
+    let ran = work_off(
+        &folder,
+        shard,
+        threads(args.threads),
+        &go_on,
+        |options| match &planned {
+            Planned::Picture(plan) => plan.run(&folder, options),
+            Planned::Study(plan) => plan.run(&folder, options),
+        },
+    )?;
+    report(args, &folder, shard, ran, out)
+}
+
+/// Works off a plan until it is done or a signal comes; then says what `goes_on` with it.
+pub(super) fn work_off(
+    folder: &Folder,
+    shard: Shard,
+    threads: usize,
+    goes_on: &str,
+    work: impl FnOnce(&Run<'_>) -> Result<Ran>,
+) -> Result<Ran> {
     interrupt::watch().context("watching for signals")?;
     let progress = bar("units");
     progress.set_length(folder.units().into());
     let said = AtomicBool::new(false);
     let options = Run {
         shard,
-        threads: threads(args.threads),
-        lease: Duration::from_secs_f64(args.lease.min(1e9)),
-        only_own: args.only_own,
+        threads,
         stop: &|| {
             let stopped = interrupt::stopped();
             if stopped && !said.swap(true, Ordering::Relaxed) {
@@ -40,34 +60,20 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
             Event::Broken(unit, why) => {
                 note(format_args!("note: {}, once more: {why}", unit.name));
             }
-            Event::TakenOver(unit) => {
-                note(format_args!("note: {}, whose process is gone", unit.name));
-            }
             _ => {}
         },
     };
-    let result = kinds::run(&folder, &options);
+    let result = work(&options);
     progress.finish_and_clear();
     match result {
-        Ok(ran) => report(args, &folder, shard, ran, out),
-        Err(error) if is_stop(&error) => Err(TryAgain(how_to_go_on(&folder)?).into()),
-        Err(error) => Err(error),
+        Err(e) if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) => {
+            let status = folder.status()?;
+            let (done, all) = (status.done, status.units);
+            let text = format!("interrupted: {done} of {all} units are done; {goes_on} goes on");
+            Err(TryAgain(text).into())
+        }
+        other => other,
     }
-}
-
-fn is_stop(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(PlanError::Interrupted))
-}
-
-/// What is done and what to do, of a plan whose work was stopped.
-fn how_to_go_on(folder: &Folder) -> Result<String> {
-    let status = folder.status(Run::default().lease)?;
-    Ok(format!(
-        "stopped: {} of {} units are done; `linelit run {}` goes on",
-        status.done,
-        status.units,
-        folder.path().display()
-    ))
 }
 
 /// The shard that words or environment say, which is noted.

@@ -16,12 +16,11 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// If it cannot be looked at.
 pub fn run(args: &StatusArgs, out: &mut Output) -> Result<()> {
     let folder = Folder::open(&args.plan)?;
-    let lease = Duration::from_secs_f64(args.lease.min(1e9));
     if args.watch {
         interrupt::watch().context("watching for signals")?;
     }
     loop {
-        let status = folder.status(lease)?;
+        let status = folder.status()?;
         say(args, &folder, &status, out)?;
         out.flush()?;
         if !args.watch || status.done == status.units || interrupt::stopped() {
@@ -32,8 +31,7 @@ pub fn run(args: &StatusArgs, out: &mut Output) -> Result<()> {
 }
 
 fn say(args: &StatusArgs, folder: &Folder, status: &Status, out: &mut Output) -> Result<()> {
-    let begun = status.done + status.running + status.lost;
-    let open = status.units.saturating_sub(begun);
+    let open = status.units - status.done;
     if args.json {
         let found = serde_json::json!({
             "plan": folder.hash(),
@@ -41,8 +39,6 @@ fn say(args: &StatusArgs, folder: &Folder, status: &Status, out: &mut Output) ->
             "program": folder.plan().program,
             "units": status.units,
             "done": status.done,
-            "running": status.running,
-            "lost": status.lost,
             "open": open,
             "cost": status.cost,
             "cost_done": status.cost_done,
@@ -57,8 +53,8 @@ fn say(args: &StatusArgs, folder: &Folder, status: &Status, out: &mut Output) ->
     });
     writeln!(
         out,
-        "{} of {} units done ({percent:.0} % by cost), {} running, {} lost, {open} open{left}",
-        status.done, status.units, status.running, status.lost
+        "{} of {} units done ({percent:.0} % by cost), {open} open{left}",
+        status.done, status.units
     )?;
     Ok(())
 }

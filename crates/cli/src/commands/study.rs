@@ -1,17 +1,18 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
-use super::progress::Progress;
-use super::{flags, kinds, list, merge, pool_of};
+use super::plan::{self as plans, CONVERGE};
+use super::{flags, list, merge, pool_of};
 use crate::args::{MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError};
 use crate::folder::OutputFolder;
 use crate::inputs;
 use crate::output::{Output, OutputError, note};
 use anyhow::{Context as _, Result, anyhow};
 use clap::Parser;
+use indicatif::ProgressBar;
 use linelit_film::ToneCurve;
 use linelit_papers::scene_study::{SceneUnit, StudySpec, Work, with_work};
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
-use linelit_plan::{BoxError, Event, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
+use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
 use linelit_scenes::Place;
 use linelit_study::report::Exhibits;
@@ -226,8 +227,8 @@ pub(super) fn plan(
             .with_context(|| format!("{name} was not read"))
     };
     let plan = Plan {
-        program: kinds::program(),
-        kind: kinds::CONVERGE.to_owned(),
+        program: plans::program(),
+        kind: CONVERGE.to_owned(),
         settings: serde_json::to_string(&settings)?,
         inputs: spec.scenes.iter().map(input).collect::<Result<_>>()?,
         units: planned.into_iter().map(unit).collect::<Result<_>>()?,
@@ -252,7 +253,7 @@ pub(super) fn make(args: &PlanConvergeArgs) -> Result<(Plan, BTreeMap<String, Ve
 fn spec_of(args: &StudyArgs) -> Result<StudySpec> {
     match resolve(&args.what)? {
         Study::Convergence(spec) => Ok(*spec),
-        Study::Findings { .. } => Err(usage(format!(
+        Study::Findings(_) => Err(usage(format!(
             "`{}` is a study of pictures and tables, which cannot be planned: `linelit converge` \
              runs it whole",
             args.what.join(" ")
@@ -267,33 +268,23 @@ pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
 }
 
 /// Does what is left of a plan, one unit at a time on all threads of the pool: times are measured.
-/// `progress` is told of them, if there is one.
+/// `progress` shows which is in hand.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
     options: &Run<'_>,
     pool: &ThreadPool,
-    progress: Option<&Progress<'_>>,
+    progress: &ProgressBar,
 ) -> Result<Ran, PlanError> {
     let plan = folder.plan();
     let units = units(plan).map_err(|e| PlanError::Refused(e.to_string()))?;
-    let number = |unit: &Unit| plan.units.iter().position(|own| std::ptr::eq(own, unit));
     let options = Run {
         threads: 1,
-        note: &|event| {
-            if let (Event::Found(unit), Some(progress)) = (event, progress) {
-                number(unit).into_iter().for_each(|k| progress.found(k));
-            }
-            (options.note)(event);
-        },
         ..*options
     };
     linelit_plan::run(folder, &options, |task| {
-        let number = task.number() as usize;
-        progress.inspect(|p| p.begin(number));
-        let part = pool.install(|| compute(work, &units, task));
-        progress.inspect(|p| p.end(number));
-        part
+        progress.set_message(task.unit().name.clone());
+        pool.install(|| compute(work, &units, task))
     })
 }
 
@@ -355,7 +346,7 @@ impl StudyPlan {
         let pool = pool_of(options.threads)?;
         let load = |name: &str| self.load(folder, name);
         Ok(with_work(&self.spec, &load, |work| {
-            run(work, folder, options, &pool, None)
+            run(work, folder, options, &pool, &ProgressBar::hidden())
         })?)
     }
 
@@ -442,15 +433,8 @@ pub(super) fn write(
 
 /// Words as one would give them to a shell again.
 pub(super) fn quoted(words: impl Iterator<Item = String>) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+:,./%@".contains(c);
-    let words = words.map(|word| {
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    });
-    words.collect::<Vec<String>>().join(" ")
+    let words: Vec<String> = words.map(|word| plans::quoted(&word)).collect();
+    words.join(" ")
 }
 
 fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError> {
@@ -476,9 +460,6 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
             "{:<22} {:<20} {:<12} {:>7.3} {low:>8} {high:>8} {:>5}–{:<5}  {paper}",
             s.scene, s.estimator, s.sampler, s.order, s.n_min, s.n_max
         )?;
-        if let Some(remark) = &s.remark {
-            writeln!(out, "{:>24}{remark}", "")?;
-        }
     }
     Ok(())
 }

@@ -91,7 +91,7 @@ fn by_shards(case: &Case, tiles: &[&str], count: u32) -> Vec<u8> {
     let mut seen = 0;
     for index in (1..=count).rev() {
         let shard = format!("{index}/{count}");
-        done(&["run", path(&plan), "--shard", &shard, "--only-own"]);
+        done(&["run", path(&plan), "--shard", &shard]);
         for part in fs::read_dir(plan.join("parts")).unwrap() {
             let part = part.unwrap();
             fs::rename(part.path(), parts.join(part.file_name())).unwrap();
@@ -157,7 +157,7 @@ fn blocks_of_samples_and_layers_are_those_of_the_picture() {
     }
     let case = Case::new("plan-samples", "plates", &flags);
     let rendered = case.rendered();
-    assert!(by_shards(&case, &["--split-samples"], 2) == rendered);
+    assert!(by_shards(&case, &split, 2) == rendered);
     // Trials are units of their own, with moments and without.
     let trials = ["--pixel-samples", "1", "--samples", "2", "--trials", "9"];
     let trials = [&flags[..2], &trials].concat();
@@ -185,8 +185,8 @@ fn what_is_missing_or_broken_is_named_and_done() {
     let part = |k: u32| plan.join(format!("parts/{k:08}.part"));
     fs::remove_file(part(2)).unwrap();
     let mut flipped = fs::read(part(5)).unwrap();
-    // In the last M2: behind it are rays and lines, eight bytes each, and the checksum.
-    let place = flipped.len() - 32 - 16 - 4;
+    // Before the checksum.
+    let place = flipped.len() - 32 - 4;
     flipped[place] ^= 4;
     fs::write(part(5), flipped).unwrap();
     let some = refused(&merge, 75);
@@ -259,7 +259,7 @@ fn schedulers_say_which_shard_it_is() {
     let plan = case.plan(&["--tile", "4"]);
     let run = |variables: &[(&str, &str)], more: &[&str]| {
         let mut command = Command::new(PROGRAM);
-        command.args(["run", path(&plan), "--only-own"]).args(more);
+        command.args(["run", path(&plan)]).args(more);
         command.envs(variables.iter().copied()).output().unwrap()
     };
     let slurm = [

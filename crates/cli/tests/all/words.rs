@@ -19,7 +19,7 @@ fn what_is_listed_is_understood() {
         ("scenes", 19),
         ("studies", 27),
         ("estimators", 17),
-        ("samplers", 10),
+        ("samplers", SamplerKind::ALL.len()),
     ] {
         let json: serde_json::Value =
             serde_json::from_str(&said(&["list", what, "--json"])).unwrap();

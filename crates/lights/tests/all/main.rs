@@ -1,11 +1,8 @@
 //! Lights and their techniques: laws, accuracy, and hostile input.
 
-#[allow(
-    dead_code,
-    reason = "what the workshop writes of a row is not tested here"
-)]
 mod accuracy;
 mod accuracy_page;
+mod accuracy_table;
 mod areas;
 mod hostile;
 mod laws;

@@ -10,6 +10,7 @@ mod work;
 
 pub use spec::{Budget, Duel, Gallery, Spot, StudySpec, View};
 pub use stage::{Load, Work, with_work};
+pub use words::about;
 pub use work::{EachPart, Piece, PlannedUnit, SceneUnit};
 
 use indicatif::ProgressBar;

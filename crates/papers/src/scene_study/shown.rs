@@ -1,7 +1,8 @@
 //! Pictures that a unit leaves, as bytes.
 
-use anyhow::{Context as _, Result};
+use anyhow::{Result, ensure};
 use linelit_film::Image;
+use linelit_study::engine;
 use serde::{Deserialize, Serialize};
 
 /// A picture, how it is called, what it took and how wrong it is.
@@ -19,61 +20,51 @@ pub(super) struct Shown {
     pub(super) image: Image,
 }
 
-/// What stands before the pixels, as JSON.
+/// A picture as bytes have it.
 #[derive(Serialize, Deserialize)]
-struct Head {
+struct Kept {
     name: String,
     samples: u32,
-    /// Bits of the numbers.
-    seconds: u64,
-    mrse: u64,
-    width: u32,
-    height: u32,
+    seconds: f64,
+    mrse: f64,
+    size: [u32; 2],
+    rgb: Vec<[f32; 3]>,
 }
 
-/// Pictures as bytes: a line of JSON that says of each what it is, then the pixels.
-pub(super) fn to_bytes(pictures: &[Shown]) -> Result<Vec<u8>> {
-    let head = |p: &Shown| Head {
-        name: p.name.clone(),
+/// Pictures as bytes.
+pub(super) fn to_bytes(pictures: Vec<Shown>) -> Vec<u8> {
+    let kept = |p: Shown| Kept {
+        name: p.name,
         samples: p.samples,
-        seconds: p.seconds.to_bits(),
-        mrse: p.mrse.to_bits(),
-        width: p.image.width,
-        height: p.image.height,
+        seconds: p.seconds,
+        mrse: p.mrse,
+        size: [p.image.width, p.image.height],
+        rgb: p.image.rgb,
     };
-    let heads: Vec<Head> = pictures.iter().map(head).collect();
-    let mut bytes = serde_json::to_vec(&heads)?;
-    bytes.push(b'\n');
-    for value in pictures.iter().flat_map(|p| p.image.rgb.iter().flatten()) {
-        bytes.extend(value.to_le_bytes());
-    }
-    Ok(bytes)
+    let kept: Vec<Kept> = pictures.into_iter().map(kept).collect();
+    engine::to_bytes(&kept)
 }
 
 /// The pictures in some bytes.
 pub(super) fn from_bytes(bytes: &[u8]) -> Result<Vec<Shown>> {
-    let end = bytes.iter().position(|b| *b == b'\n');
-    let (head, pixels) = bytes.split_at(end.context("no pictures")?);
-    let heads: Vec<Head> = serde_json::from_slice(head)?;
-    let (values, _) = pixels[1..].as_chunks::<4>();
-    let mut values = values.iter().map(|v| f32::from_le_bytes(*v));
-    let picture = |head: Head| {
-        let count = head.width as usize * head.height as usize;
-        let mut pixel = || Some([values.next()?, values.next()?, values.next()?]);
-        let rgb: Option<Vec<[f32; 3]>> = (0..count).map(|_| pixel()).collect();
+    let picture = |kept: Kept| {
+        let [width, height] = kept.size;
+        let pixels = width as usize * height as usize;
+        ensure!(kept.rgb.len() == pixels, "a picture lacks pixels");
         Ok(Shown {
-            name: head.name,
-            samples: head.samples,
-            seconds: f64::from_bits(head.seconds),
-            mrse: f64::from_bits(head.mrse),
+            name: kept.name,
+            samples: kept.samples,
+            seconds: kept.seconds,
+            mrse: kept.mrse,
             image: Image {
-                width: head.width,
-                height: head.height,
-                rgb: rgb.context("a picture lacks pixels")?,
+                width,
+                height,
+                rgb: kept.rgb,
             },
         })
     };
-    heads.into_iter().map(picture).collect()
+    let kept: Vec<Kept> = engine::from_bytes(bytes)?;
+    kept.into_iter().map(picture).collect()
 }
 
 #[cfg(test)]
@@ -90,14 +81,14 @@ mod tests {
             #[allow(clippy::cast_precision_loss, reason = "small numbers")]
             image: Image::from_fn(width, 2, |x, y| [x as f32, y as f32, 0.1]),
         };
-        let bytes = to_bytes(&[shown("a\nb", 3), shown("c", 1)]).unwrap();
+        let bytes = to_bytes(vec![shown("a\nb", 3), shown("c", 1)]);
         let again = from_bytes(&bytes).unwrap();
-        assert_eq!(to_bytes(&again).unwrap(), bytes);
+        assert_eq!(to_bytes(again.clone()), bytes);
         assert_eq!(
             (again[0].name.as_str(), again[1].image.rgb[1][1]),
             ("a\nb", 1.0)
         );
         assert!(from_bytes(&bytes[..bytes.len() - 1]).is_err());
-        assert!(from_bytes(b"[]").is_err());
+        assert!(from_bytes(b"\x01").is_err());
     }
 }

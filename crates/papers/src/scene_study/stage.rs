@@ -116,18 +116,6 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         self.spec
     }
 
-    /// The names under which results of the views stand, in order.
-    #[must_use]
-    pub fn labels(&self) -> Vec<&'w str> {
-        self.views.iter().map(|view| view.label.as_str()).collect()
-    }
-
-    /// Measurements on each view: estimators × patterns × numbers of samples.
-    #[must_use]
-    pub fn measurements(&self) -> usize {
-        self.design.cells().len()
-    }
-
     fn place<T>(list: &[T], view: usize) -> Result<&T> {
         list.get(view)
             .context("a unit of a scene that the study has not")

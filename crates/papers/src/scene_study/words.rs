@@ -15,7 +15,7 @@ const HEITZ: (&str, &str) = (
     "https://doi.org/10.1145/2897824.2925895",
 );
 
-/// A technique by its name, in a sentence, and its source.
+/// A technique by its name, in a line, and its source.
 type Words = (
     &'static str,
     &'static str,
@@ -23,94 +23,81 @@ type Words = (
 );
 
 const WORDS: [Words; 17] = [
-    (
-        "point-area",
-        "N shadow rays to points uniform on the light's area.",
-        &[],
-    ),
+    ("point-area", "points uniform on the area", &[]),
     (
         "point-visible-area",
-        "N shadow rays to points uniform on the part of the light that faces the shading point.",
+        "points uniform on the part that faces the shading point (spheres)",
         &[],
     ),
     (
         "point-solid-angle",
-        "N shadow rays to points uniform in the solid angle of the light: near lights have less noise.",
+        "points uniform in the solid angle",
         &[],
     ),
     (
         "point-proxy",
-        "N shadow rays, uniform on triangles at unit distance that look nearly like the light.",
+        "points by the triangles that a polygon spans at unit distance",
         &[SHIRLEY],
     ),
     (
         "point-projected-solid-angle",
-        "N shadow rays uniform in the projected solid angle: no noise on diffuse surfaces that see all \
-         of the light.",
+        "points uniform in the projected solid angle",
         &[],
     ),
     (
         "point-ltc",
-        "N shadow rays by linearly transformed cosines that look like the material.",
+        "points by transformed cosines that look like the reflection",
         &[HEITZ],
     ),
     (
         "point-texture",
-        "N shadow rays to points in proportion to the image that the light emits.",
+        "points by the image of a textured light",
         &[],
     ),
-    (
-        "point-bsdf",
-        "N rays in directions drawn from the material.",
-        &[],
-    ),
+    ("point-bsdf", "directions drawn from the material", &[]),
     (
         "point-linear",
-        "N shadow rays to points on a linear light, by what the material makes of it.",
+        "points on linear lights by one of Peters' techniques",
         &[PETERS],
     ),
     (
         "line-area",
-        "N lines on the light; what is visible of each is found exactly, and lit by one point of it.",
+        "lines, a point of what is visible of each, uniform in length",
         &[BILLEN],
     ),
     (
         "line-solid-angle",
-        "N lines, and a point on the visible part of each, as a point uniform in solid angle would have \
-         them.",
+        "lines, points on them uniform in solid angle",
         &[SALESIN],
     ),
     (
         "line-warped",
-        "N lines nearly uniform in solid angle, at less than half the cost of a line.",
+        "nearly the same for less than half of the time a line",
         &[SALESIN],
     ),
     (
         "line-projected",
-        "N lines by projected solid angle.",
+        "lines, points on them uniform in projected solid angle",
         &[SALESIN],
     ),
     (
         "line-texture",
-        "N lines, and points on them, by the image that the light emits.",
+        "lines, and points on them, by the image of a textured light",
         &[],
     ),
     (
         "line-analytic",
-        "N lines on the light; what is visible of each is found exactly, and its light integrated in \
-         closed form where the material has one.",
+        "lines, the light along their visible parts in closed form",
         &[BILLEN],
     ),
     (
         "exact",
-        "The visible part of the light as a polygon, and its light in closed form: no samples and no \
-         noise where the material has a closed form and nothing with holes is in between; lines elsewhere.",
+        "closed form over what is visible, lines past holes",
         &[],
     ),
     (
         "hybrid",
-        "Whichever of exact, lines and points costs least for its error, chosen at each shading point by \
-         what stands between it and the light.",
+        "the cheapest of exact, lines, points and rays, at each point: the default",
         &[],
     ),
 ];
@@ -118,6 +105,12 @@ const WORDS: [Words; 17] = [
 /// The words on a technique.
 fn words(technique: &Technique) -> Option<&'static Words> {
     WORDS.iter().find(|(name, ..)| *name == technique.name())
+}
+
+/// What a technique does, in a line; `docs/estimators.md` says more.
+#[must_use]
+pub fn about(technique: &Technique) -> &'static str {
+    words(technique).map_or("", |(_, about, _)| about)
 }
 
 /// What an estimator is.
@@ -128,7 +121,7 @@ pub(super) fn entry(estimator: &Estimator) -> Entry {
         .collect();
     let mut text: Vec<&str> = all.iter().map(|(_, text, _)| *text).collect();
     if text.len() > 1 {
-        text.insert(0, "Several techniques, weighted by their densities:");
+        text.insert(0, "several techniques, weighted by their densities");
     }
     let mut sources: Vec<(String, String)> = Vec::new();
     for (citation, address) in all.iter().flat_map(|(.., sources)| *sources) {
@@ -139,7 +132,7 @@ pub(super) fn entry(estimator: &Estimator) -> Entry {
     }
     Entry {
         name: estimator.to_string(),
-        words: text.join(" "),
+        words: text.join("; "),
         sources,
     }
 }
@@ -162,7 +155,7 @@ mod tests {
     fn combinations_name_each_part_and_each_source_once() {
         let both: Estimator = "line-area+line-analytic+point-bsdf".parse().unwrap();
         let entry = entry(&both);
-        assert!(entry.words.starts_with("Several") && entry.words.contains("drawn from"));
+        assert!(entry.words.starts_with("several") && entry.words.contains("drawn from"));
         assert_eq!(entry.sources.len(), 1);
     }
 }

@@ -9,7 +9,7 @@ use anyhow::{Context as _, Result, bail};
 use indicatif::ProgressBar;
 use linelit_film::{Exposure, FilmError, Image, Tile};
 use linelit_integrator::{Renderer, Settings};
-use linelit_study::engine::{Broken, Gathering, Part, Results, Unit};
+use linelit_study::engine::{Broken, Gathering, Part, Results, Unit, from_bytes, to_bytes};
 use linelit_study::report::{Exhibits, Picture, scientific};
 use linelit_study::tables::{GalleryRow, SceneRecord, StudyRecord};
 use serde::{Deserialize, Serialize};
@@ -234,27 +234,29 @@ impl Work<'_, '_, '_> {
                     })
                 };
                 let part = self.job(view)?.compute(errors, reference)?;
-                Ok(part.to_bytes())
+                Ok(to_bytes(&part))
             }
             Piece::GalleryReference(round) => {
                 let wanted = self.gallery(view).context("a study without a gallery")?;
                 let scene = self.resized(view, [wanted.width, wanted.height])?;
                 gallery::with_job(self.spec, wanted, &scene, |job| {
                     let none = || Err(Broken::of("a reference").into());
-                    Ok(job.compute::<anyhow::Error>(round, none)?.to_bytes())
+                    Ok(to_bytes(&job.compute::<anyhow::Error>(round, none)?))
                 })
             }
             Piece::GalleryPicture(k) => {
-                shown::to_bytes(&[self.gallery_picture(view, *k, |gathering| {
+                let picture = self.gallery_picture(view, *k, |gathering| {
                     needed(&mut |k, bytes| add(gathering, units, k, &bytes))
-                })?])
+                })?;
+                Ok(shown::to_bytes(vec![picture]))
             }
             Piece::Exhibit if self.spec.duel.is_some() => {
                 let mut gathering = Gathering::new(self.job(view)?);
                 needed(&mut |k, bytes| add(&mut gathering, units, k, &bytes))?;
-                shown::to_bytes(&self.exhibit(view, &gathering.results())?)
+                let pictures = self.exhibit(view, &gathering.results())?;
+                Ok(shown::to_bytes(pictures))
             }
-            Piece::Exhibit => shown::to_bytes(&[self.picture(view)?]),
+            Piece::Exhibit => Ok(shown::to_bytes(vec![self.picture(view)?])),
         }
     }
 
@@ -409,7 +411,7 @@ fn add(
     let Some(Piece::Errors(unit) | Piece::GalleryReference(unit)) = piece else {
         bail!("unit {number} is no part of a reference and no measurement");
     };
-    gathering.add(unit, Part::from_bytes(bytes)?);
+    gathering.add(unit, from_bytes::<Part>(bytes)?);
     Ok(())
 }
 

@@ -25,7 +25,7 @@ fn a_plan_is_read_as_it_was_written() {
     // Its text is JSON that others can read.
     let text = fs::read_to_string(path.join("plan.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(json["units"][3]["needs"][1], 3);
+    assert_eq!(json["units"][3]["needs"]["end"], 3);
     // The same plan again is the same folder.
     Folder::create(&path, &plan, &packed).unwrap();
     fs::write(path.join("files").join(hash(b"text")), "tex_").unwrap();

@@ -4,13 +4,10 @@ use crate::common::{expected, folder, merged, path, plan, value, work};
 use linelit_plan::{BoxError, Folder, PlanError, Run, Shard, Task, run};
 use std::fs;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
 
 fn shard(index: u32, count: u32) -> Run<'static> {
     Run {
         shard: Shard::new(index, count).unwrap(),
-        only_own: true,
         ..Run::default()
     }
 }
@@ -29,77 +26,23 @@ fn shards_share_the_units_and_the_sum_is_the_same() {
         }
         assert_eq!(computed, 50);
         assert_eq!(merged(&folder).unwrap(), expected(50));
-        assert!(fs::read_dir(path.join("leases")).unwrap().next().is_none());
         fs::remove_dir_all(path).unwrap();
     }
 }
 
 #[test]
-fn what_others_leave_is_taken_over() {
+fn a_second_run_does_what_a_shard_left() {
     let path = path("left");
     let folder = folder(&path, 20);
-    // The first of four does all, as nobody else is there.
-    let options = Run {
-        only_own: false,
+    let ran = run(&folder, &shard(0, 4), work).unwrap();
+    assert_eq!((ran.computed, ran.elsewhere), (5, 15));
+    let all = Run {
         threads: 3,
-        ..shard(0, 4)
-    };
-    let ran = run(&folder, &options, work).unwrap();
-    assert_eq!((ran.computed, ran.elsewhere), (20, 0));
-    assert_eq!(merged(&folder).unwrap(), expected(20));
-    fs::remove_dir_all(path).unwrap();
-}
-
-#[test]
-fn a_lease_keeps_others_away_while_it_is_fresh() {
-    let path = path("leases");
-    let folder = folder(&path, 3);
-    // Of nobody that this machine knows.
-    fs::write(path.join("leases/00000001"), "boot space 1 0 a").unwrap();
-    let options = Run {
-        only_own: false,
-        lease: Duration::from_millis(400),
-        ..shard(2, 3)
-    };
-    let status = folder.status(options.lease).unwrap();
-    assert_eq!((status.running, status.lost), (1, 0));
-    let ran = run(&folder, &options, work).unwrap();
-    assert_eq!((ran.computed, ran.elsewhere), (2, 1), "not its own: left");
-    // Who owns the unit waits until the lease is old.
-    let ran = run(
-        &folder,
-        &Run {
-            shard: Shard::ALL,
-            ..options
-        },
-        work,
-    )
-    .unwrap();
-    assert_eq!((ran.computed, ran.found), (1, 2));
-    assert_eq!(merged(&folder).unwrap(), expected(3));
-    fs::remove_dir_all(path).unwrap();
-}
-
-#[test]
-fn who_is_at_work_keeps_the_lease() {
-    let path = path("kept");
-    let folder = folder(&path, 1);
-    let computed = AtomicU32::new(0);
-    let slow = |task: &Task<'_>| {
-        computed.fetch_add(1, Ordering::Relaxed);
-        std::thread::sleep(Duration::from_millis(1500));
-        work(task)
-    };
-    let options = Run {
-        lease: Duration::from_millis(400),
         ..Run::default()
     };
-    std::thread::scope(|scope| {
-        for _ in 0..3 {
-            scope.spawn(|| run(&folder, &options, slow).unwrap());
-        }
-    });
-    assert_eq!(computed.into_inner(), 1);
+    let ran = run(&folder, &all, work).unwrap();
+    assert_eq!((ran.computed, ran.found, ran.elsewhere), (15, 5, 0));
+    assert_eq!(merged(&folder).unwrap(), expected(20));
     fs::remove_dir_all(path).unwrap();
 }
 
@@ -134,17 +77,19 @@ fn units_read_the_parts_of_those_that_they_need() {
         threads: 2,
         ..shard(index, 3)
     });
-    // The last alone, then the others together: whoever comes first computes what is needed.
-    run(&folder, &shards[2], noted).unwrap();
-    std::thread::scope(|scope| {
-        for options in &shards[..2] {
-            scope.spawn(|| run(&folder, options, noted).unwrap());
-        }
-    });
+    // Whoever comes first computes what is needed, by one of its threads.
+    for options in shards.iter().rev() {
+        run(&folder, options, noted).unwrap();
+    }
     let mut computed = computed.into_inner().unwrap();
     computed.sort_unstable();
     assert_eq!(computed, (0..30).collect::<Vec<_>>(), "each once");
-    run(&other, &Run::default(), with_needs).unwrap();
+    // At once they may compute the same twice, and the sum is the same.
+    std::thread::scope(|scope| {
+        for options in &shards {
+            scope.spawn(|| run(&other, options, with_needs).unwrap());
+        }
+    });
     assert_eq!(merged(&folder).unwrap(), merged(&other).unwrap());
     fs::remove_dir_all(path).unwrap();
     fs::remove_dir_all(alone).unwrap();
@@ -161,7 +106,7 @@ fn work_that_fails_or_is_stopped_leaves_what_is_done() {
     let failed = run(&folder, &Run::default(), fails).unwrap_err();
     assert_eq!(failed.to_string(), "unit 5 (unit 5): no light");
     assert!(!failed.is_temporary());
-    assert_eq!(folder.status(Duration::from_secs(90)).unwrap().done, 5);
+    assert_eq!(folder.status().unwrap().done, 5);
     let stop = || folder.part_path(6).exists();
     let options = Run {
         stop: &stop,
@@ -169,8 +114,8 @@ fn work_that_fails_or_is_stopped_leaves_what_is_done() {
     };
     let stopped = run(&folder, &options, work).unwrap_err();
     assert!(matches!(stopped, PlanError::Interrupted) && stopped.is_temporary());
-    let status = folder.status(Duration::from_secs(90)).unwrap();
-    assert_eq!((status.done, status.running, status.lost), (7, 0, 0));
+    let status = folder.status().unwrap();
+    assert_eq!((status.done, status.units), (7, 9));
     let ran = run(&folder, &Run::default(), work).unwrap();
     assert_eq!((ran.found, ran.computed), (7, 2));
     fs::remove_dir_all(path).unwrap();

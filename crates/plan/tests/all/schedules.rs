@@ -8,14 +8,10 @@ use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::rng::SplitMix64;
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-
-/// What is not touched for so long is taken over: not long, as all that is killed is waited for.
-const LEASE: Duration = Duration::from_millis(10);
 
 fn below(numbers: &mut SplitMix64, end: u32) -> u32 {
     let number = numbers.next_u64() % u64::from(end.max(1));
@@ -32,18 +28,8 @@ fn place(name: &str) -> PathBuf {
     }
 }
 
-/// What is left of a process that was killed with a unit in hand: its lease, just touched or long
-/// ago, perhaps that of a process of this machine; and perhaps the beginning of a part.
+/// What is left of a process that was killed with a unit in hand: perhaps the beginning of a part.
 fn leave_debris(folder: &Folder, number: u32, numbers: &mut SplitMix64) {
-    let lease = folder.path().join(format!("leases/{number:08}"));
-    let mut file = fs::File::create(&lease).unwrap();
-    if below(numbers, 4) > 0 {
-        file.write_all(b"elsewhere space 17 4 text\n").unwrap();
-    }
-    if below(numbers, 2) == 0 {
-        let then = file.metadata().unwrap().modified().unwrap() - Duration::from_secs(60);
-        file.set_modified(then).unwrap();
-    }
     if below(numbers, 2) == 0 {
         let begun = format!("parts/.{number:08}.part.17-{}.tmp", below(numbers, 9));
         fs::write(folder.path().join(begun), b"linelit-part 1\n\nhalf").unwrap();
@@ -72,7 +58,7 @@ fn damage(folder: &Folder, numbers: &mut SplitMix64) -> Option<u32> {
 }
 
 /// One of several shards of a plan, until its end or until it is killed, as `dies` says by chance.
-fn one_shard(folder: &Folder, shard: Shard, numbers: SplitMix64, dies: u32, only_own: bool) {
+fn one_shard(folder: &Folder, shard: Shard, numbers: SplitMix64, dies: u32) {
     let numbers = Mutex::new(numbers);
     let killed = Mutex::new(None);
     let mortal = |task: &Task<'_>| -> Result<Vec<u8>, BoxError> {
@@ -85,8 +71,6 @@ fn one_shard(folder: &Folder, shard: Shard, numbers: SplitMix64, dies: u32, only
     };
     let options = Run {
         shard,
-        lease: LEASE,
-        only_own,
         ..Run::default()
     };
     let ended = run(folder, &options, mortal);
@@ -103,7 +87,6 @@ fn one_shard(folder: &Folder, shard: Shard, numbers: SplitMix64, dies: u32, only
 /// All shards in a random order, up to three at once, some of them twice; and damage between.
 fn all_shards(folder: &Folder, count: u32, numbers: &mut SplitMix64) {
     let dies = [0, 5, 30][below(numbers, 3) as usize];
-    let only_own = below(numbers, 2) == 0;
     let mut order: Vec<u32> = (0..count).collect();
     for k in (1..order.len()).rev() {
         order.swap(k, below(numbers, u32::try_from(k + 1).unwrap()) as usize);
@@ -122,7 +105,7 @@ fn all_shards(folder: &Folder, count: u32, numbers: &mut SplitMix64) {
             for index in group {
                 let numbers = SplitMix64::new(numbers.next_u64());
                 let shard = Shard::new(index, count).unwrap();
-                scope.spawn(move || one_shard(folder, shard, numbers, dies, only_own));
+                scope.spawn(move || one_shard(folder, shard, numbers, dies));
             }
         });
         if below(numbers, 8) == 0 {
@@ -141,11 +124,7 @@ fn schedule(name: &str, numbers: &mut SplitMix64) -> u32 {
     let _ = fs::remove_dir_all(&path);
     let folder = folder(&path, units);
     all_shards(&folder, count, numbers);
-    let last = Run {
-        lease: LEASE,
-        ..Run::default()
-    };
-    run(&folder, &last, work).unwrap();
+    run(&folder, &Run::default(), work).unwrap();
     assert_eq!(merged(&folder), Ok(expected(units)));
     // What is damaged when all is done is named, no more and no less, and done again.
     let damaged: BTreeSet<u32> = (0..2).filter_map(|_| damage(&folder, numbers)).collect();
@@ -168,7 +147,7 @@ fn schedule(name: &str, numbers: &mut SplitMix64) -> u32 {
     };
     let broken: BTreeSet<u32> = damaged.into_iter().filter(|n| !whole(n)).collect();
     assert_eq!(named, broken);
-    run(&folder, &last, work).unwrap();
+    run(&folder, &Run::default(), work).unwrap();
     assert_eq!(merged(&folder), Ok(expected(units)));
     fs::remove_dir_all(path).unwrap();
     count
@@ -218,8 +197,7 @@ fn takes_part() {
     run(&folder, &options, slow).unwrap();
 }
 
-/// Processes of their own, killed while they work, and others that go on. Leases of this machine's
-/// dead are taken over at once: nobody waits for the ninety seconds.
+/// Processes of their own, killed while they work, and others that go on.
 #[cfg(unix)]
 #[test]
 fn killed_processes_leave_what_is_done() {

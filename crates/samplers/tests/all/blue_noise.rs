@@ -1,25 +1,10 @@
-//! The blue-noise tile: made again bit for bit, a permutation of its ranks, and blue.
+//! The blue-noise tile: a permutation of its ranks, and blue.
 #![allow(clippy::cast_possible_truncation, reason = "sizes are at most 64×64")]
 
 use linelit_samplers::{Sampler, SamplerKind, blue_noise_rank};
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{Welford, critical_z};
 use std::f64::consts::TAU;
-
-#[path = "../../examples/blue_noise_tile/void_and_cluster.rs"]
-mod void_and_cluster;
-
-#[test]
-fn the_generator_reproduces_the_committed_tile() {
-    let tile = void_and_cluster::void_and_cluster(64, 0);
-    for (i, &rank) in tile.iter().enumerate() {
-        assert_eq!(
-            rank,
-            blue_noise_rank([i as u32 % 64, i as u32 / 64]),
-            "entry {i}"
-        );
-    }
-}
 
 #[test]
 fn every_rank_occurs_once() {

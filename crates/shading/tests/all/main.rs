@@ -1,10 +1,5 @@
 //! Closed forms against quadrature, references, and each other.
 
-// What the workshop's table of accuracy and its comparison with vectors take as well.
-#[allow(
-    dead_code,
-    reason = "what the workshop writes of a row is not tested here"
-)]
 mod accuracy;
 mod lobe_oracle;
 mod lobe_rows;
@@ -15,6 +10,8 @@ mod reference;
 mod solid_rows;
 
 mod accuracy_page;
+mod accuracy_report;
+mod accuracy_table;
 mod elliptic_cones;
 mod exponent_zero;
 mod found;

@@ -1,5 +1,7 @@
 //! The reference vectors (25 digits) against the crate.
+#![allow(clippy::print_stdout, reason = "a table is printed")]
 
+use crate::accuracy_table::arguments;
 use crate::reference;
 use std::path::Path;
 
@@ -42,4 +44,22 @@ fn malformed_files_are_errors_and_not_panics() {
             "{text}: {error}"
         );
     }
+}
+
+/// Prints the worst and the median error for each file and class of a folder: `cargo xtask vectors
+/// DIR`.
+#[test]
+fn print() {
+    let Some(arguments) = arguments() else {
+        return;
+    };
+    let folder = arguments.first().expect("a folder");
+    // What is wrong with a case is said once, below.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let report = reference::run(Path::new(folder));
+    std::panic::set_hook(hook);
+    let report = report.expect("a folder of vectors");
+    print!("{}", report.table());
+    assert!(report.holds(), "a row is above its bound");
 }

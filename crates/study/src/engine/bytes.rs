@@ -1,11 +1,7 @@
-//! Parts of a study as bytes: words of eight, little-endian, numbers as their bits.
+//! Parts as bytes: numbers as their bits, lists with their lengths before them (postcard).
 
-use super::Counts;
-use super::reference::ReferencePart;
-use super::score::TrialSums;
-use super::times::{PassTime, Times};
-use super::units::CellPart;
-use linelit_geometry::DVec3;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Bytes that are no part, or a part of another study: what was expected there.
@@ -28,167 +24,56 @@ impl fmt::Display for Broken {
 
 impl std::error::Error for Broken {}
 
-/// What is written.
-#[derive(Default)]
-pub(super) struct Writer(Vec<u8>);
+/// A value as bytes, from which [`from_bytes`] makes the same.
+#[must_use]
+pub fn to_bytes(value: &impl Serialize) -> Vec<u8> {
+    // Memory takes everything; bytes that are none would be found broken.
+    postcard::to_allocvec(value).unwrap_or_default()
+}
 
-impl Writer {
-    pub(super) fn finish(self) -> Vec<u8> {
-        self.0
-    }
-
-    fn word(&mut self, value: u64) {
-        self.0.extend(value.to_le_bytes());
-    }
-
-    pub(super) fn count(&mut self, value: usize) {
-        self.word(value as u64);
-    }
-
-    fn numbers(&mut self, values: impl IntoIterator<Item = f64>) {
-        for value in values {
-            self.word(value.to_bits());
-        }
-    }
-
-    pub(super) fn reference(&mut self, part: &ReferencePart) {
-        self.count(part.first);
-        self.word(part.replicates.into());
-        self.count(part.mean.len());
-        for value in part.mean.iter().chain(&part.square) {
-            self.numbers(value.to_array());
-        }
-    }
-
-    pub(super) fn cell(&mut self, part: &CellPart) {
-        let sums = &part.sums;
-        self.count(sums.mse.len());
-        for values in [&sums.mse, &sums.bias, &sums.variance] {
-            self.numbers(values.iter().copied());
-        }
-        self.numbers([sums.mrse, sums.power, sums.reference]);
-        let c = &part.counts;
-        for count in [
-            c.rays,
-            c.lines,
-            c.line_queries,
-            c.node_tests,
-            c.triangle_tests,
-            c.intervals,
-            c.exact_tests,
-        ] {
-            self.word(count);
-        }
-        let passes = part.times.passes();
-        self.count(passes.len());
-        for pass in passes {
-            self.numbers([pass.trials, pass.cpu, pass.wall]);
-        }
-        self.count(part.processor.len());
-        self.0.extend(part.processor.as_bytes());
+/// The value that some bytes are of.
+///
+/// # Errors
+/// [`Broken`] if they are not those of such a value, or more than those.
+pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(value),
+        Ok(_) => Err(Broken("the end")),
+        Err(_) => Err(Broken("other bytes")),
     }
 }
 
-/// What is read, from its start on.
-pub(super) struct Reader<'a>(&'a [u8]);
+/// Lists of vectors, as serde takes them.
+pub(super) mod vectors {
+    use super::{Deserialize, Serialize};
+    use linelit_geometry::DVec3;
+    use serde::{Deserializer, Serializer};
 
-impl<'a> Reader<'a> {
-    pub(super) const fn new(bytes: &'a [u8]) -> Self {
-        Self(bytes)
+    pub(in super::super) fn serialize<S: Serializer>(
+        v: &[DVec3],
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        let arrays: Vec<[f64; 3]> = v.iter().map(|v| v.to_array()).collect();
+        arrays.serialize(to)
     }
 
-    pub(super) const fn end(&self) -> Result<(), Broken> {
-        if self.0.is_empty() {
-            Ok(())
-        } else {
-            Err(Broken("the end"))
-        }
-    }
-
-    fn word(&mut self) -> Result<u64, Broken> {
-        let (word, rest) = self.0.split_first_chunk().ok_or(Broken("a number"))?;
-        self.0 = rest;
-        Ok(u64::from_le_bytes(*word))
-    }
-
-    pub(super) fn count(&mut self) -> Result<usize, Broken> {
-        usize::try_from(self.word()?).map_err(|_| Broken("a count"))
-    }
-
-    fn number(&mut self) -> Result<f64, Broken> {
-        self.word().map(f64::from_bits)
-    }
-
-    /// So many, one by one: what is not there takes no memory.
-    fn list<T>(
-        &mut self,
-        count: usize,
-        one: impl Fn(&mut Self) -> Result<T, Broken>,
-    ) -> Result<Vec<T>, Broken> {
-        (0..count).map(|_| one(self)).collect()
-    }
-
-    fn vector(&mut self) -> Result<DVec3, Broken> {
-        Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
-    }
-
-    pub(super) fn reference(&mut self) -> Result<ReferencePart, Broken> {
-        let first = self.count()?;
-        let replicates = u32::try_from(self.word()?).map_err(|_| Broken("replicates"))?;
-        let count = self.count()?;
-        Ok(ReferencePart {
-            first,
-            replicates,
-            mean: self.list(count, Self::vector)?,
-            square: self.list(count, Self::vector)?,
-        })
-    }
-
-    pub(super) fn cell(&mut self) -> Result<CellPart, Broken> {
-        let trials = self.count()?;
-        let sums = TrialSums {
-            mse: self.list(trials, Self::number)?,
-            bias: self.list(trials, Self::number)?,
-            variance: self.list(trials, Self::number)?,
-            mrse: self.number()?,
-            power: self.number()?,
-            reference: self.number()?,
-        };
-        let counts = Counts {
-            rays: self.word()?,
-            lines: self.word()?,
-            line_queries: self.word()?,
-            node_tests: self.word()?,
-            triangle_tests: self.word()?,
-            intervals: self.word()?,
-            exact_tests: self.word()?,
-        };
-        let passes = self.count()?;
-        let pass = |reader: &mut Self| {
-            Ok(PassTime {
-                trials: reader.number()?,
-                cpu: reader.number()?,
-                wall: reader.number()?,
-            })
-        };
-        let times = Times::of(self.list(passes, pass)?);
-        let length = self.count()?;
-        let name = self.0.split_at_checked(length);
-        let (name, rest) = name.ok_or(Broken("a processor's name"))?;
-        self.0 = rest;
-        Ok(CellPart {
-            sums,
-            times,
-            counts,
-            processor: String::from_utf8_lossy(name).into_owned(),
-        })
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Vec<DVec3>, D::Error> {
+        let arrays = Vec::<[f64; 3]>::deserialize(from)?;
+        Ok(arrays.into_iter().map(DVec3::from_array).collect())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::units::Part;
+    use super::super::Counts;
+    use super::super::reference::ReferencePart;
+    use super::super::score::TrialSums;
+    use super::super::times::{PassTime, Times};
+    use super::super::units::{CellPart, Part};
     use super::*;
+    use linelit_geometry::DVec3;
 
     fn parts() -> [Part; 2] {
         let vector = |k: f64| DVec3::new(k, f64::NAN, -0.0);
@@ -198,6 +83,12 @@ mod tests {
             mean: vec![vector(0.1), vector(1e-300)],
             square: vec![vector(3.0), vector(f64::INFINITY)],
         };
+        let mut times = Times::default();
+        times.add(PassTime {
+            trials: 2.0,
+            cpu: 0.5,
+            wall: 0.6,
+        });
         let cell = CellPart {
             sums: TrialSums {
                 mse: vec![0.1, 0.2],
@@ -207,11 +98,7 @@ mod tests {
                 power: 2.0,
                 reference: 0.5,
             },
-            times: Times::of(vec![PassTime {
-                trials: 2.0,
-                cpu: 0.5,
-                wall: 0.6,
-            }]),
+            times,
             counts: Counts {
                 rays: u64::MAX,
                 intervals: 3,
@@ -228,9 +115,9 @@ mod tests {
     #[test]
     fn parts_come_back_as_they_were() {
         for part in parts() {
-            let bytes = part.to_bytes();
-            let again = Part::from_bytes(&bytes).unwrap();
-            assert_eq!(again.to_bytes(), bytes);
+            let bytes = to_bytes(&part);
+            let again = from_bytes::<Part>(&bytes).unwrap();
+            assert_eq!(to_bytes(&again), bytes);
             // NaN is not equal to itself: the bytes say it for the reference.
             assert!(matches!(part, Part::Reference(_)) || again == part);
         }
@@ -241,16 +128,16 @@ mod tests {
     #[test]
     fn broken_parts_are_refused_or_other_parts() {
         for part in parts() {
-            let bytes = part.to_bytes();
+            let bytes = to_bytes(&part);
             for end in 0..bytes.len() {
-                assert!(Part::from_bytes(&bytes[..end]).is_err(), "{end}");
+                assert!(from_bytes::<Part>(&bytes[..end]).is_err(), "{end}");
             }
             for bit in 0..8 * bytes.len() {
                 let mut flipped = bytes.clone();
                 flipped[bit / 8] ^= 1 << (bit % 8);
-                let _ = Part::from_bytes(&flipped);
+                let _ = from_bytes::<Part>(&flipped);
             }
-            assert!(Part::from_bytes(&[&bytes[..], b"more"].concat()).is_err());
+            assert!(from_bytes::<Part>(&[&bytes[..], b"more"].concat()).is_err());
         }
     }
 }

@@ -13,7 +13,7 @@ mod times;
 mod units;
 mod window;
 
-pub use bytes::Broken;
+pub use bytes::{Broken, from_bytes, to_bytes};
 pub use clock::CpuClock;
 pub use equal_time::{Contest, Curve, Point as ContestPoint, contest};
 pub use problem::{Counts, Method, Problem, Truth};

@@ -3,6 +3,7 @@
 #[cfg(doc)]
 use super::Design;
 use linelit_geometry::DVec3;
+use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Integrals that estimators are compared on: the pixels of a scene for a renderer, or any others.
@@ -42,7 +43,7 @@ pub trait Problem: Sync {
 }
 
 /// Work that does not depend on the machine, for the columns of `results.csv`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Shadow rays.
     pub rays: u64,

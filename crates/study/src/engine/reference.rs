@@ -1,8 +1,10 @@
 //! The reference that estimates are scored against, and how wrong it is itself.
 
+use super::bytes::vectors;
 use super::window::Window;
 use super::{Cell, Method, Problem, Truth, run_cell};
 use linelit_geometry::DVec3;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// The seed of references is far from that of any trial.
@@ -81,13 +83,15 @@ impl Values<'_> {
 
 /// One round of a computed reference on some integrals: number, mean and sum of squared deviations
 /// (M2) of independent replicates, for each integral and channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferencePart {
     /// The first integral.
     pub(super) first: usize,
     /// Replicates of each.
     pub(super) replicates: u32,
+    #[serde(with = "vectors")]
     pub(super) mean: Vec<DVec3>,
+    #[serde(with = "vectors")]
     pub(super) square: Vec<DVec3>,
 }
 

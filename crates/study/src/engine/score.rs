@@ -5,6 +5,7 @@ use super::{CellRun, Reference};
 use crate::stats::metrics::{MRSE_EPSILON, MeanError};
 use linelit_elementary::hypot;
 use linelit_geometry::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// The errors of one cell.
 #[derive(Clone, Debug)]
@@ -51,7 +52,7 @@ pub fn score<S>(run: &CellRun<S>, reference: &Reference, pixels: usize) -> Score
 
 /// Sums over integrals, trial by trial: what scores are made of. Sums over blocks of integrals are
 /// added.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct TrialSums {
     pub(super) mse: Vec<f64>,
     pub(super) bias: Vec<f64>,

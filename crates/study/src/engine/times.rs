@@ -1,14 +1,16 @@
 //! How long estimates took, and on which processor.
 
+use serde::{Deserialize, Serialize};
+
 /// Processor and wall time of passes over all integrals, or over blocks of them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// The passes over each block of integrals.
     blocks: Vec<Vec<PassTime>>,
 }
 
 /// One pass: what `trials` of all integrals of a block took.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PassTime {
     pub(super) trials: f64,
     pub(super) cpu: f64,
@@ -16,13 +18,6 @@ pub(super) struct PassTime {
 }
 
 impl Times {
-    /// Times of one block.
-    pub(super) fn of(passes: Vec<PassTime>) -> Self {
-        Self {
-            blocks: vec![passes],
-        }
-    }
-
     /// Adds a pass over the last block.
     pub(super) fn add(&mut self, pass: PassTime) {
         match self.blocks.last_mut() {
@@ -109,10 +104,13 @@ mod tests {
     #[test]
     fn passes_are_averaged_and_blocks_added() {
         // 3 s for two trials and 3 s for one: 2 s a trial, ½ s and 1 s from it.
-        let mut times = Times::of(vec![pass(2.0, 3.0), pass(1.0, 3.0)]);
+        let of = |passes: [PassTime; 2]| Times {
+            blocks: vec![passes.to_vec()],
+        };
+        let mut times = of([pass(2.0, 3.0), pass(1.0, 3.0)]);
         assert_eq!((times.seconds(), times.wall_seconds()), (2.0, 4.0));
         assert!((times.error() - 1.25f64.sqrt()).abs() < 1e-15);
-        times.join(Times::of(vec![pass(4.0, 2.0), pass(4.0, 2.0)]));
+        times.join(of([pass(4.0, 2.0), pass(4.0, 2.0)]));
         assert_eq!((times.seconds(), times.total()), (2.5, 10.0));
         assert_eq!(times.passes().len(), 4);
         assert!(Times::default().seconds().is_nan() && Times::default().error().is_nan());

@@ -1,6 +1,6 @@
 //! A study in pieces, each computed by itself, anywhere and in any order.
 
-use super::bytes::{Broken, Reader, Writer};
+use super::bytes::Broken;
 use super::reference::{ReferencePart, Replicates, Values, round};
 use super::score::TrialSums;
 use super::study::{CellResult, Design, Results};
@@ -45,7 +45,7 @@ pub struct Planned {
 }
 
 /// What a unit of a study leaves.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Part {
     /// Of a round of the reference.
     Reference(ReferencePart),
@@ -54,7 +54,7 @@ pub enum Part {
 }
 
 /// Sums, times and counts of one measurement on some integrals.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellPart {
     pub(super) sums: TrialSums,
     pub(super) times: Times,
@@ -480,40 +480,5 @@ impl<'a, P: Problem> Gathering<'a, P> {
             cells,
             left_out,
         }
-    }
-}
-
-impl Part {
-    /// The part as bytes, from which [`Part::from_bytes`] makes the same.
-    #[must_use]
-    pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Writer::default();
-        match self {
-            Self::Reference(part) => {
-                out.count(0);
-                out.reference(part);
-            }
-            Self::Cells(parts) => {
-                out.count(1 + parts.len());
-                for part in parts {
-                    out.cell(part);
-                }
-            }
-        }
-        out.finish()
-    }
-
-    /// Reads a part.
-    ///
-    /// # Errors
-    /// [`Broken`] if the bytes are not those of a part.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Broken> {
-        let mut reader = Reader::new(bytes);
-        let part = match reader.count()? {
-            0 => Self::Reference(reader.reference()?),
-            n => Self::Cells((1..n).map(|_| reader.cell()).collect::<Result<_, _>>()?),
-        };
-        reader.end()?;
-        Ok(part)
     }
 }

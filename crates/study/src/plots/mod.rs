@@ -13,7 +13,6 @@ mod palette;
 mod svg;
 
 pub(crate) use axis::{seconds, short};
-pub(crate) use convergence::unique;
 pub use convergence::{
     ConvergencePlot, PlotPoint, Series, efficiency_over_samples, error_over_samples,
     error_over_time,

@@ -1,6 +1,5 @@
 //! Two pictures of one scene under a slider, details of them, and what is wrong with each.
 
-use super::summary::less_or_more;
 use super::{Picture, scientific};
 use crate::plots::seconds;
 use linelit_film::{Exposure, FilmError, HeatMap, Image};
@@ -78,9 +77,8 @@ impl Comparison {
             let caption = format!("{}: RMSE {}", p.name, scientific(rms(values)));
             Picture::of_scalars(size[0], size[1], values, scale, &caption)
         };
-        let found = [0, 1].map(|k| rms(&wrong[k]));
         Ok(Self {
-            lead: lead([left, right, truth], found),
+            lead: lead([left, right, truth]),
             sides: [shown(left)?, shown(right)?],
             truth: shown(truth)?,
             details: places.into_iter().map(detail).collect::<Result<_, _>>()?,
@@ -89,24 +87,14 @@ impl Comparison {
     }
 }
 
-/// What was done, and how wrong it is.
-fn lead([left, right, truth]: [Named<'_>; 3], [a, b]: [f64; 2]) -> String {
-    let against = if a > 0.0 && b > 0.0 {
-        format!(": the right one has {} the left one", less_or_more(a / b))
-    } else {
-        String::new()
-    };
+/// What was done, and in which time.
+fn lead([left, right, truth]: [Named<'_>; 3]) -> String {
+    let in_time = |one: Named<'_>| format!("{} in {}", one.name, seconds(one.seconds));
     format!(
-        "Left of the slider {} in {}, right of it {} in {}: RMSE {} and {}{against}. The reference is \
-         {}, in {}.",
-        left.name,
-        seconds(left.seconds),
-        right.name,
-        seconds(right.seconds),
-        scientific(a),
-        scientific(b),
-        truth.name,
-        seconds(truth.seconds)
+        "Left of the slider {}, right of it {}; the reference is {}.",
+        in_time(left),
+        in_time(right),
+        in_time(truth)
     )
 }
 
@@ -220,12 +208,10 @@ mod tests {
         let (left, right) = (named(&left, "points"), named(&right, "lines"));
         let found = Comparison::new(left, right, named(&truth, "exact")).unwrap();
         assert_eq!(found.details.len(), 2);
-        // 9 pixels on the right: √2 less.
         assert_eq!(
             found.lead,
-            "Left of the slider points in 250 ms, right of it lines in 250 ms: RMSE 3.75·10⁻² and \
-             2.65·10⁻²: the right one has 1.41 times less error than the left one. The reference is \
-             exact, in 250 ms."
+            "Left of the slider points in 250 ms, right of it lines in 250 ms; the reference is exact \
+             in 250 ms."
         );
         // 18 of 2048 pixels are .4 too bright: .4 √(18/2048) = .0375.
         assert_eq!(found.errors[0].caption, "points: RMSE 3.75·10⁻²");

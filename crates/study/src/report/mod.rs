@@ -1,20 +1,17 @@
 //! The report: one self-contained HTML page that a person would rather look at.
 //!
 //! [`Report`] is the page's content, whatever the study; [`Report::of_study`] fills it from a
-//! [`StudyRecord`](crate::tables::StudyRecord): a summary in words made from the numbers, and for
-//! each scene its pictures, the error and efficiency plots, the orders beside the papers', and the
+//! [`StudyRecord`](crate::tables::StudyRecord): whether an estimator shows a bias, and for each
+//! scene its pictures, the error and efficiency plots, the orders beside the papers', and the
 //! tables. Nothing is loaded from elsewhere. A short script moves the slider between two pictures
 //! and sorts tables; without it both pictures stand side by side, and everything else is the same.
 
 mod comparison;
 mod page;
-mod ranking;
 mod study;
 mod summary;
-mod words;
 
 pub use comparison::{Comparison, Named};
-pub(crate) use study::BENT;
 pub use study::{Exhibits, plot_files};
 
 use crate::tables::{commit, cpu_name};
@@ -31,8 +28,6 @@ pub struct Report {
     pub compared: Vec<Entry>,
     /// The parts, in order.
     pub sections: Vec<Section>,
-    /// What the words mean.
-    pub glossary: Vec<Entry>,
     /// Settings and circumstances: name and value.
     pub facts: Vec<(String, String)>,
     /// The command that repeats it all.
@@ -318,7 +313,6 @@ mod tests {
                     "https://doi.org/10.1111/x".to_owned(),
                 )],
             }],
-            ..Report::default()
         };
         let html = report.render();
         assert!(html.starts_with("<!DOCTYPE html>"));

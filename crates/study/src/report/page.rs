@@ -35,9 +35,6 @@ impl Report {
                         @for (index, part) in self.sections.iter().enumerate() {
                             (section(index, part))
                         }
-                        @if !self.glossary.is_empty() {
-                            section #words { h2 { "Words" } (entries(&self.glossary)) }
-                        }
                         (self.circumstances())
                     }
                     script { (PreEscaped(SCRIPT)) }
@@ -60,7 +57,6 @@ impl Report {
                     @for (index, part) in self.sections.iter().enumerate() {
                         a href={ "#part-" (index) } { (part.title) }
                     }
-                    @if !self.glossary.is_empty() { a href="#words" { "words" } }
                     a href="#circumstances" { "how it was made" }
                 }
             }

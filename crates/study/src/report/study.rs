@@ -2,15 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::summary::{bias_test, comparison, curve, paragraphs, reference_share, time_to};
-use super::words::glossary;
+use super::summary::{bias, bias_test, curve, reference_share, time_to};
 use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, scientific};
 use crate::plots::{self, Palette, interval, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
-
-/// χ² over its degrees of freedom above which a fit is remarked on: with three or more degrees a
-/// power law exceeds it less than once in a thousand.
-pub(crate) const BENT: f64 = 5.5;
 
 /// What a page shows beside the numbers of its record.
 #[derive(Clone, Debug, Default)]
@@ -50,10 +45,13 @@ impl Report {
         };
         Self {
             title: format!("{}{unfinished}", record.title),
-            summary: paragraphs(timed),
+            summary: record
+                .left_out_sentences()
+                .into_iter()
+                .chain(bias(timed))
+                .collect(),
             compared: exhibits.compared,
             sections,
-            glossary: glossary(),
             facts: facts(record),
             command: record.command.clone(),
         }
@@ -190,7 +188,7 @@ fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Sect
         .collect();
     Section {
         title: scene.scene.clone(),
-        lead: lead(record, scene),
+        lead: lead(scene),
         plots: scene_plots(record, &scene.scene, palette)
             .into_iter()
             .map(|(_, plot)| plot)
@@ -199,19 +197,18 @@ fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Sect
             at_most_samples(&rows, &slopes, scene),
             all_rows(&rows, scene),
         ],
-        notes: notes(record, scene, &slopes),
+        notes: notes(record, scene),
         ..Section::default()
     }
 }
 
-fn lead(record: &StudyRecord, scene: &SceneRecord) -> String {
-    let found = comparison(record, &scene.scene).map_or(String::new(), |found| found.sentence());
+fn lead(scene: &SceneRecord) -> String {
     // A problem that is no scene.
     if scene.triangles == 0 {
-        return found;
+        return String::new();
     }
     format!(
-        "{found}{} triangles, {} of {} pixels with something to shade; read in {}, built in {}.",
+        "{} triangles, {} of {} pixels with something to shade; read in {}, built in {}.",
         grouped(scene.triangles),
         grouped(scene.shading_points),
         grouped(scene.pixels),
@@ -264,7 +261,7 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow], scene: &SceneRecor
         // An order belongs to one pattern, and to what has noise.
         let mut own = slopes.iter().filter(|_| !alike);
         let slope = own.find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
-        let time_to = time_to(&curve(rows, row, |r| r.cpu_seconds), target);
+        let time_to = time_to(&curve(rows, row), target);
         let reached = match time_to {
             Some(time) => Cell::number(seconds(time)).sorted_by(time),
             None => Cell::number("–").hover("not reached"),
@@ -272,11 +269,12 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow], scene: &SceneRecor
         let numbers = errors(row, least);
         body.push([&names[..], &numbers[..], &[reached], &order(slope.copied())].concat());
     }
-    let columns = "estimator,sampler,RMSE,MRSE,time,efficiency,time to 1 %,order,95 %,paper";
+    let columns =
+        "estimator,sampler,RMSE,MRSE,time,efficiency,time to 1 %,order,95 %,lack of fit,paper";
     let caption = format!(
         "With {most} samples. Efficiency is 1/(MSE · time), the best with noise being one; the best \
          with noise of a column is marked. Time to 1 %: to an RMSE of a hundredth of the root mean \
-         square, {}.",
+         square, {}. Lack of fit: χ² of the fitted line over its degrees of freedom, far above one where the curve bends.",
         scientific(target)
     );
     Table::new(caption, columns.split(','), body)
@@ -322,13 +320,18 @@ fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
 fn order(slope: Option<&SlopeRow>) -> Vec<Cell> {
     let dash = || "–".to_owned();
     let Some(s) = slope else {
-        return [dash(), String::new(), dash()].map(Cell::number).to_vec();
+        return [dash(), String::new(), dash(), dash()]
+            .map(Cell::number)
+            .to_vec();
     };
     let ends = interval(s).unwrap_or_else(dash);
     let paper = s.paper_order.map_or_else(dash, |p| signed(p, 3));
+    let fit = Some(s.lack_of_fit).filter(|fit| fit.is_finite());
+    let fit = fit.map_or_else(dash, short);
     vec![
         Cell::number(signed(s.order, 3)),
         Cell::number(ends),
+        Cell::number(fit).sorted_by(s.lack_of_fit),
         Cell::number(paper).hover(s.paper_source.clone().unwrap_or_default()),
     ]
 }
@@ -381,7 +384,7 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
     }
 }
 
-fn notes(record: &StudyRecord, scene: &SceneRecord, slopes: &[&SlopeRow]) -> Vec<String> {
+fn notes(record: &StudyRecord, scene: &SceneRecord) -> Vec<String> {
     let mut notes = record
         .left_out_of(&scene.scene)
         .into_iter()
@@ -399,30 +402,6 @@ fn notes(record: &StudyRecord, scene: &SceneRecord, slopes: &[&SlopeRow]) -> Vec
             scientific(scene.reference_mse)
         ));
     }
-    let bent: Vec<String> = slopes
-        .iter()
-        .filter(|slope| slope.lack_of_fit > BENT)
-        .map(|s| {
-            format!(
-                "{} ({}; χ²/dof {})",
-                s.estimator,
-                s.sampler,
-                short(s.lack_of_fit)
-            )
-        })
-        .collect();
-    if !bent.is_empty() {
-        notes.push(format!(
-            "Not straight over this range of samples, so that the order is an average over it: {}.",
-            bent.join(", ")
-        ));
-    }
-    for slope in slopes {
-        if let Some(remark) = &slope.remark {
-            notes.push(format!("{} ({}): {remark}", slope.estimator, slope.sampler));
-        }
-    }
-    notes.extend(super::ranking::note(slopes));
     notes
 }
 

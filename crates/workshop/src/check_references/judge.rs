@@ -47,13 +47,6 @@ pub(super) struct Row {
     pub(super) ok: bool,
 }
 
-/// A row and its pictures.
-pub(super) struct Comparison {
-    pub(super) row: Row,
-    pub(super) ours: Image,
-    pub(super) reference: Image,
-}
-
 /// Why a pixel differs.
 enum Reason {
     Edge,
@@ -65,11 +58,11 @@ enum Reason {
 pub(super) fn judge(
     entry: &Entry,
     renderer: &Renderer<'_>,
-    reference: Image,
+    reference: &Image,
     ours: &Replicated,
     theirs: &Replicated,
-) -> Comparison {
-    let mut pixels = compared(entry, &reference);
+) -> Row {
+    let mut pixels = compared(entry, reference);
     let total = pixels.len();
     let value = |p: usize| DVec3::from_array(reference.rgb[p].map(f64::from));
     // How noisy the reference is: its own technique at fewer samples, scaled by the order that
@@ -121,17 +114,7 @@ pub(super) fn judge(
     let sum: f64 = pixels.iter().map(|&p| value(p).element_sum()).sum();
     row.ratio_error = total_variance.sqrt() / sum;
     fill(&mut row, &pixels, all, |p| (ours.mean[p], value(p)));
-    #[allow(clippy::cast_possible_truncation, reason = "a picture")]
-    let shown = |p: &DVec3| p.to_array().map(|c| c as f32);
-    let ours = Image {
-        rgb: ours.mean.iter().map(shown).collect(),
-        ..Image::new(reference.width, reference.height)
-    };
-    Comparison {
-        row,
-        ours,
-        reference,
-    }
+    row
 }
 
 /// The pixels that are compared.

@@ -1,14 +1,12 @@
 //! `linelit check-references`: our renders against those of other renderers.
 
 mod judge;
-mod page;
 mod replicate;
 
 use crate::args::CheckArgs;
 use anyhow::{Context, Result, bail};
-use judge::{Comparison, Row};
+use judge::Row;
 use linelit_cli::commands::pool;
-use linelit_cli::folder::OutputFolder;
 use linelit_cli::output::{Output, OutputError, note};
 use linelit_film::Image;
 use linelit_integrator::{Estimator, Renderer};
@@ -144,8 +142,7 @@ const ENTRIES: [Entry; 6] = [
 
 /// Renders every scene that has a reference below the folder and compares.
 pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
-    let folder = args.out.as_deref().map(OutputFolder::open).transpose()?;
-    let mut all = Vec::new();
+    let mut rows = Vec::new();
     if !args.common.json {
         print_header(out)?;
     }
@@ -155,9 +152,9 @@ pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
         if scene.is_file() {
             let found = check(args, entry, &scene)?;
             if !args.common.json {
-                print_row(&found.row, out)?;
+                print_row(&found, out)?;
             }
-            all.push(found);
+            rows.push(found);
         } else {
             note(format_args!(
                 "skipped {}: no {}",
@@ -166,13 +163,9 @@ pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
             ));
         }
     }
-    if all.is_empty() {
+    if rows.is_empty() {
         bail!("no known scene below {}", args.dir.display());
     }
-    if let Some(folder) = folder {
-        page::write(folder, &all)?;
-    }
-    let rows: Vec<&Row> = all.iter().map(|found| &found.row).collect();
     if args.common.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
@@ -182,7 +175,7 @@ pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
     }
 }
 
-fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Comparison> {
+fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
     let reference = Image::read(&args.dir.join(entry.reference))?;
     let name = path
         .to_str()
@@ -198,7 +191,7 @@ fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Comparison> {
     };
     let ours = replicate(&pool, &renderer, entry, ours)?;
     let theirs = replicate(&pool, &renderer, entry, entry.theirs)?;
-    Ok(judge::judge(entry, &renderer, reference, &ours, &theirs))
+    Ok(judge::judge(entry, &renderer, &reference, &ours, &theirs))
 }
 
 fn estimator(effort: Effort) -> Result<Estimator> {

@@ -2,7 +2,6 @@
 
 mod report;
 mod rivals;
-mod verify;
 
 pub(crate) use report::run;
 
@@ -20,10 +19,6 @@ use std::time::Instant;
 /// A light in a scene, and the points to shade.
 #[derive(Clone, Debug)]
 struct Workload<'a> {
-    /// Corner positions.
-    positions: &'a [[f32; 3]],
-    /// Triangles by their corners.
-    triangles: &'a [[u32; 3]],
     /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
     /// that reach beyond them.
     light: LightCorners<'a>,

@@ -1,6 +1,6 @@
 //! The table of `bench visibility`.
 
-use super::{Rivals, Timings, Workload, repeat, shading_points, time, verify::verify};
+use super::{Rivals, Timings, Workload, repeat, shading_points, time};
 use crate::args::VisibilityArgs;
 use anyhow::Result;
 use linelit_cli::output::Output;
@@ -50,8 +50,10 @@ fn measure(
     let start = Instant::now();
     let occluders = Occluders::build(&scene.positions, &scene.triangles);
     let build = start.elapsed().as_secs_f64();
-    let bare = args.only.is_some() || args.verify.is_some();
-    let rivals = (!bare).then(|| Rivals::build(&scene.positions, &scene.triangles));
+    let rivals = args
+        .only
+        .is_none()
+        .then(|| Rivals::build(&scene.positions, &scene.triangles));
     let (side, rounds) = if args.quick { (24, 7) } else { (48, 15) };
     let bytes = occluders.memory() as f64 / occluders.triangle_count().max(1) as f64;
     if !args.json {
@@ -75,18 +77,12 @@ fn measure(
             continue;
         };
         let work = Workload {
-            positions: &scene.positions,
-            triangles: &scene.triangles,
             light: corners,
             exclude: 0..0,
             points: &points,
         };
         if let Some(lines) = args.only {
             repeat(&occluders, &work, lines, args.repeat);
-            continue;
-        }
-        if let Some(least) = args.verify {
-            writeln!(out, "  {name}: {}", verify(&occluders, &work, least))?;
             continue;
         }
         // A linear light has one line.

@@ -1,6 +1,7 @@
 //! Reflections as linearly transformed cosines: laws of the densities, albedos, and how far the
 //! fits are from what they stand for.
 
+mod fit;
 mod fit_errors;
 
 use fit_errors::{alone, nodes, rows, view};

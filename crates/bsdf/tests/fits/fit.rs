@@ -1,8 +1,8 @@
 //! Fits linearly transformed cosines to microfacets, and says how far they are from them.
 //!
-//! `fit-ltc`: fits afresh and compares with the tables that are compiled in, then measures these as
-//! `docs/accuracy-ltc.md` says; exit 1 where either differs. `fit-ltc tables` writes the tables
-//! below `crates/bsdf/src/fits`, `fit-ltc page`, of the program compiled with them, that page.
+//! `cargo xtask fit-ltc`: fits afresh and compares with the tables that are compiled in, then
+//! measures these as `docs/accuracy-ltc.md` says, and fails where either differs. `fit-ltc tables`
+//! writes the tables below `crates/bsdf/src/fits`, `fit-ltc page`, compiled with them, that page.
 //!
 //! What is minimised, and over which maps, says `crates/bsdf/src/facet_cosine.rs`. The search is
 //! the downhill simplex, from the results of the neighbours.
@@ -14,14 +14,12 @@
     reason = "printing is what the program is for, and tables are kept in single precision"
 )]
 
-#[path = "../../bsdf/tests/fit_errors/mod.rs"]
-mod fit_errors;
-
-use fit_errors::{FITTED, Model, alone, nodes, rows, view};
+use crate::fit_errors::{FITTED, Model, alone, nodes, rows, view};
 use linelit_bsdf::Reflection;
 use linelit_bsdf::microfacet::schlick;
 use linelit_geometry::DVec3;
-use std::process::ExitCode;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 const SIZE: usize = 64;
 /// The ends of the axis of √α.
@@ -30,7 +28,7 @@ const ROOTS: [f64; 2] = [0.01, 1.3];
 const NEARLY_ABOVE: f64 = 0.99;
 const FOLDER: &str = "crates/bsdf/src/fits";
 const PAGE: &str = "docs/accuracy-ltc.md";
-const HEAD: &str = include_str!("accuracy-ltc-head.md");
+const HEAD: &str = include_str!("../accuracy-ltc-head.md");
 
 /// A reflection seen from one direction: g = f cos/albedo at nodes, with the measure of each.
 struct Target {
@@ -177,13 +175,16 @@ fn fits(model: Model) -> [Vec<f32>; 2] {
 }
 
 /// The files with their names.
-fn files() -> Vec<(String, Vec<u8>)> {
+fn files() -> Vec<(PathBuf, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(FOLDER);
     let names = ["masked", "unmasked"];
     let mut files = Vec::new();
     for (name, model) in names.into_iter().zip(FITTED) {
         for (kind, numbers) in ["maps", "albedos"].iter().zip(fits(model)) {
             let bytes = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
-            files.push((format!("{FOLDER}/{name}.{kind}"), bytes));
+            files.push((folder.join(format!("{name}.{kind}")), bytes));
         }
     }
     files
@@ -213,38 +214,37 @@ fn page() -> String {
     page
 }
 
-fn main() -> ExitCode {
-    let run = || -> std::io::Result<bool> {
-        match std::env::args().nth(1).as_deref() {
-            Some("tables") => {
-                for (name, bytes) in files() {
-                    std::fs::write(name, bytes)?;
-                }
-                Ok(true)
-            }
-            Some("page") => std::fs::write(PAGE, page()).map(|()| true),
-            None => {
-                let mut good = std::fs::read_to_string(PAGE)? == page();
-                println!("{PAGE}: {}", if good { "the same" } else { "differs" });
-                for (name, bytes) in files() {
-                    let gap = apart(&std::fs::read(&name)?, &bytes);
-                    println!("{name}: differs by {gap:.1e} at most");
-                    good &= gap < 1e-3;
-                }
-                Ok(good)
-            }
-            Some(other) => {
-                eprintln!("{other}: tables, page or nothing");
-                Ok(false)
-            }
-        }
+/// The words that `cargo xtask` was given, if it runs this test as a program.
+fn arguments() -> Option<Vec<String>> {
+    let words = std::env::var("LINELIT_ARGUMENTS").ok()?;
+    Some(words.lines().map(str::to_owned).collect())
+}
+
+#[test]
+fn fit() {
+    let Some(arguments) = arguments() else {
+        return;
     };
-    match run() {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(PAGE);
+    match arguments.first().map(String::as_str) {
+        Some("tables") => {
+            for (name, bytes) in files() {
+                fs::write(name, bytes).expect("a table");
+            }
         }
+        Some("page") => fs::write(path, page()).expect("the page"),
+        None => {
+            let mut good = fs::read_to_string(path).expect("the page") == page();
+            println!("{PAGE}: {}", if good { "the same" } else { "differs" });
+            for (name, bytes) in files() {
+                let gap = apart(&fs::read(&name).expect("a table"), &bytes);
+                println!("{}: differs by {gap:.1e} at most", name.display());
+                good &= gap < 1e-3;
+            }
+            assert!(good);
+        }
+        Some(other) => panic!("{other}: tables, page or nothing"),
     }
 }

@@ -1,0 +1,60 @@
+//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, in `f64` by a search for the
+//! worst and in `f32`, and errors of solid angles in `f32`.
+//!
+//! `cargo xtask accuracy [--check] [--quick] [--cases=N] [--keep-search]`: N random starts of the
+//! search in `f64` (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with
+//! the committed table instead of writing and fails when a row is worse; `--quick` takes a
+//! twentieth of the inputs; `--keep-search` keeps the committed rows of the search in `f64`, which
+//! takes minutes, and writes the others anew.
+#![allow(clippy::print_stdout, reason = "what is written is printed as well")]
+
+use crate::accuracy;
+use std::path::Path;
+
+const HEAD: &str = include_str!("../accuracy-head.md");
+
+/// The words that `cargo xtask` was given, if it runs this test as a program.
+pub(crate) fn arguments() -> Option<Vec<String>> {
+    let words = std::env::var("LINELIT_ARGUMENTS").ok()?;
+    Some(words.lines().map(str::to_owned).collect())
+}
+
+#[test]
+fn write() {
+    let Some(arguments) = arguments() else {
+        return;
+    };
+    let flag = |name: &str| arguments.iter().any(|a| a == name);
+    let cases = arguments.iter().find_map(|a| a.strip_prefix("--cases="));
+    let cases: u64 = cases.map_or(1_000_000, |n| n.parse().expect("a number of starts"));
+    let share = if flag("--quick") { 20 } else { 1 };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join("docs/accuracy-lights.md");
+    let committed = std::fs::read_to_string(&path).expect("the page");
+    let keep = flag("--keep-search");
+    let mut rows = if keep {
+        Vec::new()
+    } else {
+        accuracy::in_double(cases / share)
+    };
+    rows.extend(accuracy::in_single(1_000_000 / share));
+    rows.extend(accuracy::solid_angles(100_000 / share));
+    rows.extend(accuracy::near_the_plane(1_000 / share));
+    let mut table = accuracy::table(&rows);
+    if keep {
+        let searched = committed
+            .lines()
+            .filter(|l| l.starts_with("| projected solid angle, f64"));
+        let kept: String = searched.map(|l| format!("{l}\n")).collect();
+        let head_end = table.match_indices('\n').nth(1).map_or(0, |(at, _)| at + 1);
+        table.insert_str(head_end, &kept);
+    }
+    println!("{table}");
+    if flag("--check") {
+        let worse = accuracy::regressions(&rows, &committed);
+        assert!(worse.is_empty(), "{}", worse.join("\n"));
+    } else {
+        std::fs::write(&path, format!("{HEAD}\n{table}")).expect("the page");
+    }
+}
