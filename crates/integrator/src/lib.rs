@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod methods;
+mod picture;
 mod plan;
 mod point;
 mod probe;
@@ -16,6 +17,7 @@ pub use linelit_estimators::{
     Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,
 };
 pub use methods::PairMethods;
+pub use picture::Window;
 pub use plan::{Plan, PlannedLight, PlannedTexture};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::Renderer;

@@ -1,6 +1,7 @@
 //! How occluded lights are, asked from a grid of camera points.
 
-use crate::{PlannedTexture, Renderer, Workspace};
+use crate::world::World;
+use crate::{PlannedLight, PlannedTexture, Workspace};
 use linelit_bsdf::Bsdf;
 use linelit_estimators::{
     Buffers, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers,
@@ -18,33 +19,30 @@ const RAYS_FOR_LINES: u32 = 16;
 const MOST_LIGHTS: usize = 16;
 
 /// Occlusion statistics of the lights of the plan; empty where there are too many to ask.
-pub(crate) fn occlusion(renderer: &Renderer<'_>) -> Vec<OcclusionStats> {
-    let mut probes = vec![OcclusionProbe::default(); renderer.plan().lights().len()];
-    let found = over_grid(renderer, RAYS, |k, query, area, buffers| {
-        probes[k].look(query, area, buffers);
-    });
-    if !found {
+pub(crate) fn occlusion(world: &World<'_>, lights: &[PlannedLight]) -> Vec<OcclusionStats> {
+    if lights.len() > MOST_LIGHTS {
         return Vec::new();
     }
-    over_grid(renderer, RAYS_FOR_LINES, |k, query, area, buffers| {
+    let mut probes = vec![OcclusionProbe::default(); lights.len()];
+    over_grid(world, lights, RAYS, |k, query, area, buffers| {
+        probes[k].look(query, area, buffers);
+    });
+    over_grid(world, lights, RAYS_FOR_LINES, |k, query, area, buffers| {
         probes[k].look_along_lines(query, area, buffers);
     });
     probes.into_iter().map(OcclusionProbe::stats).collect()
 }
 
 /// Visits the area lights, by their number in the plan, that reach points of a grid of so many rays
-/// across and down; whether there are few enough to do so.
+/// across and down.
 fn over_grid(
-    renderer: &Renderer<'_>,
+    world: &World<'_>,
+    lights: &[PlannedLight],
     rays: u32,
     mut visit: impl FnMut(usize, &Query<'_, Bsdf, PlannedTexture>, &AreaLight, &mut Buffers),
-) -> bool {
-    let lights = renderer.plan().lights();
-    if lights.len() > MOST_LIGHTS {
-        return false;
-    }
+) {
     let estimator = Estimator::hybrid();
-    let film = &renderer.scene().film;
+    let film = &world.scene.film;
     let mut workspace = Workspace::new();
     let along = |k: u32, size: u32| {
         let middle = u64::from(2 * k + 1) * u64::from(size) / u64::from(2 * rays);
@@ -52,7 +50,7 @@ fn over_grid(
     };
     for i in 0..rays * rays {
         let pixel = [along(i % rays, film.width), along(i / rays, film.height)];
-        let Some(point) = renderer.shading_point(pixel, &mut workspace) else {
+        let Some(point) = world.shading_point(pixel, &mut workspace) else {
             continue;
         };
         let buffers = &mut workspace.buffers;
@@ -62,11 +60,10 @@ fn over_grid(
                 && source.reaches(&point, &mut buffers.samples.plan)
             {
                 let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], light.index);
-                let occluders = renderer.light_occluders();
+                let occluders = world.hiding();
                 let query = Query::new(occluders, &source, &point, &estimator, numbers, 1);
                 visit(k, &query, area, buffers);
             }
         }
     }
-    true
 }

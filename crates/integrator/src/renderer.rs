@@ -1,6 +1,5 @@
 //! From a pixel to its direct light.
 
-use crate::point::SURFACE_OFFSET;
 use crate::probe;
 use crate::world::World;
 use crate::{LightChoice, Plan, PlannedLight, Settings, ShadingPoint, Workspace, selection};
@@ -11,40 +10,32 @@ use linelit_estimators::{
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Block, Sampler};
-use linelit_scene::{Bounce, Projection, RayDifferential, Response, Scene, Surface};
-use linelit_visibility::{Fan, Hit, Occluders, Ray};
+use linelit_scene::{Projection, Scene};
+use linelit_visibility::{Fan, Occluders, Ray};
 use std::ops::Range;
 
 /// A scene ready to be estimated: occluders built, plan made.
 #[derive(Debug)]
 pub struct Renderer<'s> {
-    scene: &'s Scene,
-    world: World,
+    world: World<'s>,
     plan: Plan,
-    /// Whether the scene has textures, so that the footprint of a pixel matters.
-    has_textures: bool,
 }
 
 impl<'s> Renderer<'s> {
     /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        let mut renderer = Self {
-            scene,
-            world: World::new(scene),
-            plan: Plan::new(scene),
-            has_textures: scene.has_textures(),
-        };
+        let (world, mut plan) = (World::new(scene), Plan::new(scene));
         scene.prepare_textures();
-        let occlusion = probe::occlusion(&renderer);
-        renderer.plan.set_occlusion(&occlusion);
-        renderer
+        let occlusion = probe::occlusion(&world, plan.lights());
+        plan.set_occlusion(&occlusion);
+        Self { world, plan }
     }
 
     /// The scene.
     #[must_use]
     pub const fn scene(&self) -> &'s Scene {
-        self.scene
+        self.world.scene
     }
 
     /// The plan.
@@ -134,7 +125,10 @@ impl<'s> Renderer<'s> {
             let offset = self.film_offset(jitter);
             // By reference: points are large, and a move is a copy.
             let mut sample = DVec3::ZERO;
-            if let Some(point) = &self.shading_point_at(pixel, offset, spacing, workspace) {
+            if let Some(point) = &self
+                .world
+                .shading_point_at(pixel, offset, spacing, workspace)
+            {
                 let streams = Streams {
                     pixel,
                     path: 0,
@@ -160,7 +154,7 @@ impl<'s> Renderer<'s> {
         workspace: &mut Workspace,
     ) {
         let [mut x, y] = first;
-        let camera = &self.scene.camera;
+        let camera = &self.scene().camera;
         let one_place = matches!(camera.projection(), Projection::Perspective { .. });
         if settings.pixel_samples > 1 || !one_place {
             for value in out {
@@ -194,7 +188,7 @@ impl<'s> Renderer<'s> {
                 *value = match workspace.hits[i] {
                     None => DVec3::ZERO,
                     Some(hit) => {
-                        let point = &self.seen_at(at(x), &hit, directions[i], 1.0);
+                        let point = &self.world.seen_at(at(x), &hit, directions[i], 1.0);
                         let streams = Streams {
                             pixel: [x, y],
                             path: 0,
@@ -222,7 +216,7 @@ impl<'s> Renderer<'s> {
             DVec3::ZERO
         };
         let reflected = self.reflected(settings, &mut streams, point, settings.bounces, workspace);
-        (emitted + reflected) * self.scene.film.scale
+        (emitted + reflected) * self.scene().film.scale
     }
 
     /// Direct light, and what perfect mirrors and glass show.
@@ -240,35 +234,12 @@ impl<'s> Renderer<'s> {
         }
         for bounce in &point.bounces {
             streams.path = streams.path.wrapping_add(1);
-            if let Some(next) = &self.follow(point, bounce, workspace) {
+            if let Some(next) = &self.world.follow(point, bounce, workspace) {
                 let reflected = self.reflected(settings, streams, next, bounces - 1, workspace);
                 sum += bounce.weight * (next.emitted + reflected);
             }
         }
         sum
-    }
-
-    /// The surface that the view meets next from a mirror or through glass.
-    fn follow(
-        &self,
-        point: &ShadingPoint,
-        bounce: &Bounce,
-        workspace: &mut Workspace,
-    ) -> Option<ShadingPoint> {
-        let direction = bounce.direction;
-        // Points are lifted to the viewer's side; what goes through leaves on the other.
-        let behind = direction.dot(point.geometric_normal) < 0.0;
-        let lift = if behind { 2.0 * point.lift } else { 0.0 };
-        let ray = Ray {
-            origin: point.position - point.geometric_normal * lift,
-            direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        };
-        let hit = self
-            .occluders()
-            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
-        Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
 
     /// The point at which the camera ray through the centre of a pixel meets the scene.
@@ -278,81 +249,12 @@ impl<'s> Renderer<'s> {
         pixel: [u32; 2],
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
-        self.shading_point_at(pixel, [0.5, 0.5], 1.0, workspace)
-    }
-
-    fn shading_point_at(
-        &self,
-        pixel: [u32; 2],
-        offset: [f64; 2],
-        spacing: f64,
-        workspace: &mut Workspace,
-    ) -> Option<ShadingPoint> {
-        let [x, y] = [0, 1].map(|k| f64::from(pixel[k]) + offset[k]);
-        let camera = self.scene.camera.ray(x, y);
-        let ray = Ray {
-            origin: camera.origin,
-            direction: camera.direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        };
-        let hit = self
-            .occluders()
-            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
-        Some(self.seen_at([x, y], &hit, camera.direction, spacing))
-    }
-
-    /// What the camera ray through a place of the film has met.
-    fn seen_at(&self, [x, y]: [f64; 2], hit: &Hit, direction: DVec3, spacing: f64) -> ShadingPoint {
-        let beside = (self.has_textures).then(|| self.scene.camera.differential(x, y, spacing));
-        self.surface_point(hit, direction, beside.as_ref())
-    }
-
-    fn surface_point(
-        &self,
-        hit: &Hit,
-        direction: DVec3,
-        beside: Option<&RayDifferential>,
-    ) -> ShadingPoint {
-        let surface = (self.scene).surface_over(hit.triangle, hit.barycentric, direction, beside);
-        let outgoing = -direction.normalize_or_zero();
-        let geometric_normal = towards(surface.geometric_normal, outgoing);
-        let normal = towards(surface.shading_normal, geometric_normal);
-        let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + surface.extent);
-        let Response { bsdf, bounces } = self.scene.response(&surface, outgoing, normal, beside);
-        ShadingPoint {
-            shading: linelit_estimators::ShadingPoint {
-                position: surface.point + geometric_normal * lift,
-                geometric_normal,
-                normal,
-                outgoing,
-                bsdf,
-            },
-            material: surface.material,
-            lift,
-            bounces,
-            emitted: self.emitted(&surface, outgoing),
-        }
-    }
-
-    fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
-        let light = surface.light.map(|i| &self.scene.lights[i as usize]);
-        match light.map(|l| (l, &*l.light)) {
-            Some((light, Light::Area(area))) => {
-                light.shown(surface.footprint(), area.polygon.normal().dot(outgoing))
-            }
-            // Lines have no surface to look at; what is round in a scene is triangles.
-            Some((
-                _,
-                Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_),
-            ))
-            | None => DVec3::ZERO,
-        }
+        self.world.shading_point(pixel, workspace)
     }
 
     /// Offset of a camera sample in the pixel's filter, uniform over the filter's support.
     fn film_offset(&self, jitter: [f64; 2]) -> [f64; 2] {
-        let radius = self.scene.film.filter.radius;
+        let radius = self.scene().film.filter.radius;
         [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
     }
 
@@ -363,7 +265,7 @@ impl<'s> Renderer<'s> {
         let mut workspace = Workspace::new();
         let [x, y] = pixel.map(f64::from);
         let mut surface_at = |dx: f64, dy: f64| {
-            let camera = self.scene.camera.ray(x + 0.5 + dx, y + 0.5 + dy);
+            let camera = self.scene().camera.ray(x + 0.5 + dx, y + 0.5 + dy);
             let ray = Ray {
                 origin: camera.origin,
                 direction: camera.direction,
@@ -375,8 +277,8 @@ impl<'s> Renderer<'s> {
                 .closest_hit(&ray, &mut workspace.buffers.scratch);
             hit.map(|hit| {
                 let triangle = hit.triangle;
-                let surface = (self.scene).surface(triangle, hit.barycentric, camera.direction);
-                (self.scene.mesh_of(triangle), surface.geometric_normal)
+                let surface = (self.scene()).surface(triangle, hit.barycentric, camera.direction);
+                (self.scene().mesh_of(triangle), surface.geometric_normal)
             })
         };
         let centre = surface_at(0.0, 0.0);
@@ -481,7 +383,7 @@ impl<'s> Renderer<'s> {
         if settings.skip && !source.reaches(point, &mut buffers.samples.plan) {
             return DVec3::ZERO;
         }
-        let total = u32::try_from(self.scene.lights.len()).unwrap_or(u32::MAX);
+        let total = u32::try_from(self.scene().lights.len()).unwrap_or(u32::MAX);
         let numbers = RandomNumbers {
             sampler: settings.sampler,
             seed: settings.seed,
@@ -522,7 +424,12 @@ impl<'s> Renderer<'s> {
             let numbers = RandomNumbers::new(sampler, seed, pixel, light.index);
             let source = light.source();
             let query = Query::new(self.occluders(), &source, point, &estimator, numbers, count);
-            sum += brute_force(&query, area, &self.scene.positions, &self.scene.triangles);
+            sum += brute_force(
+                &query,
+                area,
+                &self.scene().positions,
+                &self.scene().triangles,
+            );
         }
         sum
     }
@@ -536,9 +443,4 @@ pub(crate) struct Streams {
     pub path: u32,
     /// The part of the pixel's patterns that the camera sample takes.
     pub block: Block,
-}
-
-/// `v`, turned to the side of `reference`.
-fn towards(v: DVec3, reference: DVec3) -> DVec3 {
-    if v.dot(reference) < 0.0 { -v } else { v }
 }

@@ -1,18 +1,25 @@
-//! The occluders of a scene, with the holes of its meshes: those that views meet, and those that
-//! hide lights.
+//! What rays of a scene meet: the occluders with the holes of its meshes, those that views meet and
+//! those that hide lights, and the surfaces there.
 
-use linelit_geometry::DVec2;
+use crate::point::SURFACE_OFFSET;
+use crate::{ShadingPoint, Workspace};
 use linelit_geometry::intervals::Interval;
-use linelit_scene::{AlphaGrid, Mesh, Scene, Wrap};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_lights::Light;
+use linelit_scene::{AlphaGrid, Bounce, Mesh, RayDifferential, Response, Scene, Surface, Wrap};
 use linelit_visibility::{
-    AlphaCutoff, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap, Filter, Occluders,
+    AlphaCutoff, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap, Filter, Hit, Occluders, Ray,
 };
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What rays and lines of a scene may meet. Triangles have the numbers of the scene.
+/// What rays and lines of a scene may meet, and what surfaces are there. Triangles have the numbers
+/// of the scene.
 #[derive(Debug)]
-pub(crate) struct World {
+pub(crate) struct World<'s> {
+    pub(crate) scene: &'s Scene,
+    /// Whether the scene has textures, so that the footprint of a pixel matters.
+    has_textures: bool,
     /// What views (camera rays, and those that mirrors and glass send on) meet.
     views: Occluders,
     /// What hides lights; `None` where it is what views meet.
@@ -79,8 +86,8 @@ impl Filter for Masks {
 /// The texels of each alpha of a scene.
 type Alphas = [Option<(AlphaGrid, Arc<AlphaTexels>)>];
 
-impl World {
-    pub(crate) fn new(scene: &Scene) -> Self {
+impl<'s> World<'s> {
+    pub(crate) fn new(scene: &'s Scene) -> Self {
         let grids = scene.alphas.iter().map(linelit_scene::Alpha::grid);
         let alphas: Vec<_> = grids.map(|grid| grid.and_then(texels)).collect();
         let holes = |mesh: &Mesh, by: &[Option<u32>]| {
@@ -106,7 +113,12 @@ impl World {
                 Some(cutout) => holes(mesh, &[cutout.seen, cutout.shadow]),
             })
         });
-        Self { views, lights }
+        Self {
+            scene,
+            has_textures: scene.has_textures(),
+            views,
+            lights,
+        }
     }
 
     /// What views meet.
@@ -119,6 +131,114 @@ impl World {
         match &self.lights {
             Some(lights) => lights,
             None => &self.views,
+        }
+    }
+
+    /// The surface that the view meets next from a mirror or through glass.
+    pub(crate) fn follow(
+        &self,
+        point: &ShadingPoint,
+        bounce: &Bounce,
+        workspace: &mut Workspace,
+    ) -> Option<ShadingPoint> {
+        let direction = bounce.direction;
+        // Points are lifted to the viewer's side; what goes through leaves on the other.
+        let behind = direction.dot(point.geometric_normal) < 0.0;
+        let lift = if behind { 2.0 * point.lift } else { 0.0 };
+        let ray = Ray {
+            origin: point.position - point.geometric_normal * lift,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = self
+            .views
+            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
+        Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
+    }
+
+    /// The point at which the camera ray through the centre of a pixel meets the scene.
+    pub(crate) fn shading_point(
+        &self,
+        pixel: [u32; 2],
+        workspace: &mut Workspace,
+    ) -> Option<ShadingPoint> {
+        self.shading_point_at(pixel, [0.5, 0.5], 1.0, workspace)
+    }
+
+    /// The same of a place in the pixel, which stands for a part of it `spacing` wide.
+    pub(crate) fn shading_point_at(
+        &self,
+        pixel: [u32; 2],
+        offset: [f64; 2],
+        spacing: f64,
+        workspace: &mut Workspace,
+    ) -> Option<ShadingPoint> {
+        let [x, y] = [0, 1].map(|k| f64::from(pixel[k]) + offset[k]);
+        let camera = self.scene.camera.ray(x, y);
+        let ray = Ray {
+            origin: camera.origin,
+            direction: camera.direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = self
+            .views
+            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
+        Some(self.seen_at([x, y], &hit, camera.direction, spacing))
+    }
+
+    /// What the camera ray through a place of the film has met.
+    pub(crate) fn seen_at(
+        &self,
+        [x, y]: [f64; 2],
+        hit: &Hit,
+        direction: DVec3,
+        spacing: f64,
+    ) -> ShadingPoint {
+        let beside = (self.has_textures).then(|| self.scene.camera.differential(x, y, spacing));
+        self.surface_point(hit, direction, beside.as_ref())
+    }
+
+    fn surface_point(
+        &self,
+        hit: &Hit,
+        direction: DVec3,
+        beside: Option<&RayDifferential>,
+    ) -> ShadingPoint {
+        let surface = (self.scene).surface_over(hit.triangle, hit.barycentric, direction, beside);
+        let outgoing = -direction.normalize_or_zero();
+        let geometric_normal = towards(surface.geometric_normal, outgoing);
+        let normal = towards(surface.shading_normal, geometric_normal);
+        let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + surface.extent);
+        let Response { bsdf, bounces } = self.scene.response(&surface, outgoing, normal, beside);
+        ShadingPoint {
+            shading: linelit_estimators::ShadingPoint {
+                position: surface.point + geometric_normal * lift,
+                geometric_normal,
+                normal,
+                outgoing,
+                bsdf,
+            },
+            material: surface.material,
+            lift,
+            bounces,
+            emitted: self.emitted(&surface, outgoing),
+        }
+    }
+
+    fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
+        let light = surface.light.map(|i| &self.scene.lights[i as usize]);
+        match light.map(|l| (l, &*l.light)) {
+            Some((light, Light::Area(area))) => {
+                light.shown(surface.footprint(), area.polygon.normal().dot(outgoing))
+            }
+            // Lines have no surface to look at; what is round in a scene is triangles.
+            Some((
+                _,
+                Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_),
+            ))
+            | None => DVec3::ZERO,
         }
     }
 }
@@ -197,4 +317,9 @@ fn texels(mut grid: AlphaGrid) -> Option<(AlphaGrid, Arc<AlphaTexels>)> {
     let cutoff = AlphaCutoff::AtLeast(grid.cutoff);
     let texels = texels.with_wrap(wrap).with_lookup(lookup);
     Some((grid, Arc::new(texels.with_cutoff(cutoff))))
+}
+
+/// `v`, turned to the side of `reference`.
+fn towards(v: DVec3, reference: DVec3) -> DVec3 {
+    if v.dot(reference) < 0.0 { -v } else { v }
 }

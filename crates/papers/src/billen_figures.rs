@@ -3,7 +3,6 @@
 use crate::Findings;
 use crate::measured::settings;
 use crate::picture_study::{Context, rmse};
-use crate::scene_study;
 use anyhow::Result;
 use linelit_film::{Exposure, HeatMap, Image, Tile};
 use linelit_geometry::DVec3;
@@ -11,6 +10,7 @@ use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::report::{Picture, Report, Section, scientific};
+use linelit_study::scene_study;
 use serde::Serialize;
 
 /// One picture of the figures.

@@ -3,7 +3,6 @@
 
 use crate::measured::{Measured, settings};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result};
 use linelit_elementary::{cos, ln, log2, sin};
 use linelit_geometry::{DMat3, DVec3, Segment, ShadowTriangle};
@@ -11,6 +10,7 @@ use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::CpuClock;
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 use std::hint::black_box;
 

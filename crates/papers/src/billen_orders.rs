@@ -1,11 +1,11 @@
 //! Billen & Dutré 2016, Figs. 9 and 13: the order of convergence of points and lines.
 
-use crate::scene_study::StudySpec;
 use linelit_estimators::PointBy;
 use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::record::PaperOrder;
+use linelit_study::scene_study::StudySpec;
 
 /// Figs. 9 (large lights) and 13 (small): random point, line; stratified point, line;
 /// low-discrepancy point, line.

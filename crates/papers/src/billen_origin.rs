@@ -4,13 +4,13 @@
 use crate::billen_orders::LINES;
 use crate::measured::{Curve, Measured, settings};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result, bail};
 use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_integrator::{PlannedLight, Renderer, ShadingPoint};
 use linelit_lights::{AreaLight, Light};
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_study::stats::slopes::SlopePoint;
 use linelit_visibility::{Scratch, ShaftQuery, VisibleLines};
 use std::f64::consts::PI;

@@ -3,7 +3,6 @@
 use crate::Findings;
 use crate::measured::Measured;
 use crate::picture_study::Context;
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result, bail};
 use linelit_integrator::{Renderer, Settings};
 use linelit_lights::{Light, LineSampler, LineTechnique, OffsetDensity};
@@ -11,6 +10,7 @@ use linelit_samplers::{Sampler, SamplerKind};
 use linelit_scene::Scene;
 use linelit_study::engine::{CELL_SECONDS, Cell, run_cell};
 use linelit_study::report::{Cell as TableCell, Report, Section, Table};
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_visibility::{Scratch, ShaftQuery, VisibleLines};
 use serde_json::{Value, json};
 use std::f64::consts::PI;

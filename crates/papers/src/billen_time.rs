@@ -4,12 +4,12 @@
 use crate::billen_orders::LINES;
 use crate::measured::{Measured, settings, trial_variances_and_seconds};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::Result;
 use linelit_elementary::{ln, pow};
 use linelit_integrator::Renderer;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
+use linelit_study::scene_study::{Targets, all_pixels};
 
 const SCENES: [&str; 8] = [
     "grid-planes-small",

@@ -26,7 +26,6 @@ mod salesin;
 mod salesin_gain;
 mod salesin_rays;
 mod salesin_weights;
-pub mod scene_study;
 mod shirley;
 mod shirley_advice;
 
@@ -35,7 +34,7 @@ pub use picture_study::Context;
 
 use anyhow::Result;
 use linelit_study::report::Report;
-use scene_study::{Duel, StudySpec};
+use linelit_study::scene_study::{Duel, StudySpec};
 
 /// Page, files and numbers of a study of pictures and tables.
 #[derive(Debug, Default)]

@@ -1,6 +1,5 @@
 //! Measured numbers, each with the interval that it lies in.
 
-use crate::scene_study::Targets;
 use anyhow::Result;
 use linelit_elementary::{exp, hypot, ln, pow};
 use linelit_geometry::DVec3;
@@ -8,6 +7,7 @@ use linelit_integrator::Settings;
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::{Cell, Reference, run_cell, score};
 use linelit_study::report::scientific;
+use linelit_study::scene_study::Targets;
 use linelit_study::stats::metrics::MeanError;
 use linelit_study::stats::slopes::{LEAST_TRIALS, Order, SlopePoint, fit_trials};
 use linelit_study::stats::student;

@@ -4,7 +4,6 @@ use crate::peters_as_printed::sample_as_printed;
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, logarithmic, render_with, rmse, section, table,
 };
-use crate::scene_study;
 use anyhow::{Result, bail};
 use linelit_bsdf::Reflection;
 use linelit_elementary::atan2;
@@ -14,6 +13,7 @@ use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::Light;
 use linelit_lights::linear::{LinearTechnique, ProjectedLine};
 use linelit_samplers::{Sampler, SamplerKind};
+use linelit_study::scene_study;
 
 /// Side of the pictures in pixels.
 const SIZE: u32 = 256;

@@ -4,7 +4,6 @@ use crate::measured::Measured;
 use crate::picture_study::{
     Context, PictureStudy, Row, blurred_rmse, exposed, render_with, rmse, section, table,
 };
-use crate::scene_study::{self, Targets, all_pixels};
 use anyhow::Result;
 use linelit_bsdf::{Bsdf, Frostbite, Layers, Lobe, Reflection};
 use linelit_elementary::{cos, sin};
@@ -15,6 +14,7 @@ use linelit_lights::linear::{LinearSampler, LinearTechnique};
 use linelit_lights::{Light, LinearPointTechnique};
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::{Cell, run_cell};
+use linelit_study::scene_study::{self, Targets, all_pixels};
 
 /// Pixels of the pictures.
 const SIZE: [u32; 2] = [320, 200];

@@ -4,7 +4,6 @@
 use crate::measured::Measured;
 use crate::peters_as_printed;
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Result, bail};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_integrator::Renderer;
@@ -15,6 +14,7 @@ use linelit_lights::{
     AngularLines, Light, LineTechnique, LinearPointTechnique, PointTechnique, SolidAngleSampler,
 };
 use linelit_study::engine::CpuClock;
+use linelit_study::scene_study::{Targets, all_pixels};
 use std::hint::black_box;
 use std::rc::Rc;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! Studies that are shown rather than fitted: pictures, tables and the numbers behind them.
 
+use crate::Findings;
 use crate::measured::Measured;
-use crate::{Findings, scene_study};
 use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_elementary::{exp, log10};
@@ -10,6 +10,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_scenes::Library;
 use linelit_study::report::{Cell, Picture, Report, Section, Table, scientific};
+use linelit_study::scene_study;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -2,11 +2,11 @@
 //!
 //! The paper plots variance; its orders are halved here, to be orders of the standard deviation.
 
-use crate::scene_study::{Budget, Gallery, Spot, StudySpec};
 use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::record::PaperOrder;
+use linelit_study::scene_study::{Budget, Gallery, Spot, StudySpec};
 
 /// The name of a figure's study, what it shows in a line, and how it is made.
 type Figure = (&'static str, &'static str, fn() -> StudySpec);

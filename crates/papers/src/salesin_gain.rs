@@ -3,11 +3,11 @@
 
 use crate::measured::{Curve, Measured, number, settings};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result};
 use linelit_geometry::DVec3;
 use linelit_integrator::Renderer;
 use linelit_samplers::SamplerKind;
+use linelit_study::scene_study::{Targets, all_pixels};
 
 /// Roughness of the strips of scene `strips`, left to right.
 const ROUGHNESS: [f64; 5] = [0.5, 0.25, 0.12, 0.06, 0.03];

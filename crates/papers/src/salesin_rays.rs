@@ -5,12 +5,12 @@
 use crate::measured::Measured;
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use crate::salesin;
-use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, Spheres, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::CpuClock;
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_study::stats::metrics::MRSE_EPSILON;
 use std::cmp::Ordering;
 

@@ -5,7 +5,6 @@ use crate::measured::trial_variances;
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, render_with, rmse, section, table,
 };
-use crate::scene_study::{self, Targets};
 use crate::shirley_advice;
 use anyhow::Result;
 use linelit_elementary::log2;
@@ -20,6 +19,7 @@ use linelit_scenes::luminaires;
 use linelit_selection::{Importance, LightTree, diffuse};
 use linelit_study::plots::{ConvergencePlot, Palette, PlotPoint, Series};
 use linelit_study::report::{Picture, Plot, Section};
+use linelit_study::scene_study::{self, Targets};
 use std::hint::black_box;
 use std::time::Instant;
 

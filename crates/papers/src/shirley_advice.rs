@@ -3,7 +3,6 @@
 
 use crate::measured::{Measured, trial_variances};
 use crate::picture_study::{Context, Row, section, table};
-use crate::scene_study::{Targets, all_pixels};
 use crate::shirley::{scene, settings};
 use anyhow::Result;
 use linelit_elementary::sin_cos;
@@ -13,6 +12,7 @@ use linelit_lights::{AreaSampler, Light, PointTechnique, ProxySampler, SolidAngl
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_scenes::luminaires;
 use linelit_study::report::Section;
+use linelit_study::scene_study::{Targets, all_pixels};
 
 /// Heights of the shading point over the plane of the triangle, in degrees as seen from its middle.
 const HEIGHTS: [f64; 6] = [90.0, 45.0, 20.0, 10.0, 5.0, 2.0];

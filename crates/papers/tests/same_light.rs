@@ -3,10 +3,10 @@
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
-use linelit_papers::scene_study::{Targets, all_pixels};
 use linelit_scene::Scene;
 use linelit_scenes::Library;
 use linelit_study::engine::{Cell, CellRun, run_cell};
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_study::stats::student::quantile;
 
 /// Independent trials of each estimator.

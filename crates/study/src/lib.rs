@@ -8,6 +8,7 @@ pub mod pixels;
 pub mod plots;
 pub mod record;
 pub mod report;
+pub mod scene_study;
 pub mod stats;
 pub mod tables;
 

@@ -2,6 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "the system says it in files")]
 
 use anyhow::{Result, bail};
+use linelit_film::Tile;
 use std::fs;
 use std::path::Path;
 
@@ -86,6 +87,22 @@ pub fn size(bytes: u64) -> String {
         unit += 1;
     }
     format!("{number:.1} {}", UNITS[unit])
+}
+
+/// Bytes that a pixel takes while a picture is rendered and written: 12 of the image, and as many
+/// of the file's text beside its values, or of those beside the image.
+const BYTES_PER_PIXEL: u64 = 24;
+
+/// Refuses a picture that does not fit into memory, with what else is kept of each pixel: so many
+/// bytes `beside` those of the picture.
+///
+/// # Errors
+/// If the memory it takes is not available.
+pub fn check_picture(window: Tile, beside: u64) -> Result<()> {
+    let (width, height) = (window.width(), window.height());
+    let pixels = u64::from(width).saturating_mul(height.into());
+    let what = format!("a picture of {width} x {height} pixels");
+    check(&what, pixels.saturating_mul(BYTES_PER_PIXEL + beside))
 }
 
 #[cfg(test)]

@@ -7,10 +7,10 @@ use linelit_cli::output::Output;
 use linelit_film::{Exposure, Tile, encode_png, write_atomically};
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_papers::default_study;
-use linelit_papers::scene_study::{Duel, StudySpec, render, with_work};
 use linelit_samplers::SamplerKind;
 use linelit_scenes::{BuiltIn, Library};
 use linelit_study::report::plot_files;
+use linelit_study::scene_study::{Duel, StudySpec, render, with_work};
 
 /// Pixels on the longer side of a picture of the gallery.
 const GALLERY: u32 = 112;

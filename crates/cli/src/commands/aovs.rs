@@ -8,7 +8,7 @@ use linelit_estimators::bsdf::Reflection as _;
 use linelit_film::{Document, Image, MomentImage, Moments, Placement, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, ShadingPoint, Workspace};
-use rayon::prelude::*;
+use linelit_study::scene_study;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -102,8 +102,7 @@ pub(super) fn render(
     };
     if !wants_moments(aovs) && picture.trials <= 1 {
         let settings = picture.settings();
-        let (image, counts) =
-            linelit_papers::scene_study::render(renderer, &settings, window, progress);
+        let (image, counts) = scene_study::render(renderer, &settings, window, progress);
         let rendered = Rendered {
             image,
             placement,
@@ -113,18 +112,18 @@ pub(super) fn render(
         return (rendered, counts);
     }
     progress.set_length(u64::from(window.height()));
-    let row = |workspace: &mut Workspace, y: u32| -> Vec<Pixel> {
-        let pixel = |x| samples(renderer, picture, [x, y], 0..picture.blocks(), workspace);
-        let row = (window.x0..window.x1).map(pixel).collect();
-        progress.inc(1);
-        row
+    let row_done = || progress.inc(1);
+    let fill = |[x, y]: [u32; 2], pixels: &mut [Pixel], workspace: &mut Workspace| {
+        for (x, pixel) in (x..).zip(pixels) {
+            *pixel = samples(renderer, picture, [x, y], 0..picture.blocks(), workspace);
+        }
     };
-    let rows = (window.y0..window.y1).into_par_iter();
-    let rows: Vec<Vec<Pixel>> = rows.map_init(Workspace::new, row).collect();
+    // What was counted is taken pixel by pixel.
+    let (values, _) = scene_study::window(window).map(row_done, fill);
     progress.finish_and_clear();
     let (mut rgb, mut moments, mut cost) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     let mut counts = Counts::default();
-    for pixel in rows.into_iter().flatten() {
+    for pixel in values {
         rgb.push(single(pixel.sum / picture.camera_samples()));
         moments.push(pixel.moments);
         cost[0].push(clamped(pixel.counts.visibility.rays));
@@ -149,6 +148,7 @@ pub(super) fn clamped(n: u64) -> u32 {
 }
 
 /// Some camera samples of a pixel.
+#[derive(Clone, Default)]
 pub(super) struct Pixel {
     pub(super) sum: DVec3,
     pub(super) moments: Moments,
@@ -247,12 +247,12 @@ pub(super) struct Surface {
 }
 
 fn surfaces(renderer: &Renderer<'_>, window: Tile) -> Vec<Surface> {
-    let pixels = (window.y0..window.y1).into_par_iter().flat_map_iter(|y| {
-        // Rows are the work that is shared out.
-        let mut workspace = Workspace::new();
-        (window.x0..window.x1).map(move |x| surface(renderer, [x, y], &mut workspace))
-    });
-    pixels.collect()
+    let fill = |[x, y]: [u32; 2], pixels: &mut [Surface], workspace: &mut Workspace| {
+        for (x, pixel) in (x..).zip(pixels) {
+            *pixel = surface(renderer, [x, y], workspace);
+        }
+    };
+    scene_study::window(window).map(|| {}, fill).0
 }
 
 pub(super) fn surface(

@@ -9,9 +9,9 @@ use crate::output::{Output, note};
 use crate::program::TryAgain;
 use anyhow::{Context as _, Result, anyhow, bail};
 use indicatif::{ProgressBar, ProgressStyle};
-use linelit_papers::scene_study::{StudySpec, Work, with_work};
 use linelit_papers::{Context, Findings, Study};
 use linelit_plan::{Event, Folder, Plan, PlanError, Run};
+use linelit_study::scene_study::{StudySpec, Work, with_work};
 use rayon::ThreadPool;
 use std::time::{Duration, Instant};
 

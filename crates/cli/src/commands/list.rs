@@ -6,9 +6,9 @@ use crate::words::about_sampler;
 use anyhow::Result;
 use clap::ValueEnum as _;
 use linelit_estimators::Technique;
-use linelit_papers::scene_study::about;
 use linelit_samplers::SamplerKind;
 use linelit_scenes::BuiltIn;
+use linelit_study::scene_study::about;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

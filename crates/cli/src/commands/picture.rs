@@ -12,7 +12,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
 use linelit_scene::Scene;
-use linelit_study::engine::{self, image};
+use linelit_study::{engine, memory};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -275,7 +275,7 @@ impl PicturePlan {
     /// Puts the parts together, with what was counted.
     pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Map<String, Value>)> {
         let window = tile_of(self.spec.window);
-        image::check_memory(window, aovs::bytes_per_pixel(&self.spec.picture))?;
+        memory::check_picture(window, aovs::bytes_per_pixel(&self.spec.picture))?;
         let mut film = Film::new(self, window);
         let missing = folder.read_all(|number, payload| {
             let work = self.work[number as usize];

@@ -11,7 +11,7 @@ use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
 use linelit_integrator::{Counts, Renderer, Settings};
 use linelit_scene::Scene;
-use linelit_study::engine::image;
+use linelit_study::memory;
 use linelit_study::{short_name, version};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
@@ -32,7 +32,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let planned = inputs::plan(&args.scene, &args.common.read, false)?;
     let mut scene = planned.loaded.scene;
     let window = set_film(&mut scene, &args.picture);
-    pool.install(|| image::check_memory(window, aovs::bytes_per_pixel(&args.picture)))?;
+    pool.install(|| memory::check_picture(window, aovs::bytes_per_pixel(&args.picture)))?;
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
     let mut renderer = pool.install(|| Renderer::new(&scene));

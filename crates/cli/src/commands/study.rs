@@ -10,12 +10,12 @@ use anyhow::{Context as _, Result, anyhow};
 use clap::Parser;
 use indicatif::ProgressBar;
 use linelit_film::ToneCurve;
-use linelit_papers::scene_study::{SceneUnit, StudySpec, Work, with_work};
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
 use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
 use linelit_scenes::Place;
 use linelit_study::report::Exhibits;
+use linelit_study::scene_study::{SceneUnit, StudySpec, Work, with_work};
 use linelit_study::tables::{GalleryRow, SlopeRow, StudyRecord};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
@@ -213,7 +213,7 @@ pub(super) fn plan(
         settings: spec.record(String::new()).settings,
     };
     let number = |k: usize| u32::try_from(k).context("too many units");
-    let unit = |planned: linelit_papers::scene_study::PlannedUnit| -> Result<Unit> {
+    let unit = |planned: linelit_study::scene_study::PlannedUnit| -> Result<Unit> {
         let work = serde_json::to_string(&planned.unit)?;
         Ok(Unit {
             needs: number(planned.needs.start)?..number(planned.needs.end)?,

@@ -28,7 +28,7 @@ const LAST_SEED: &str = "18446744073709551615";
 const SEED: Group = &[("--seed", LAST_SEED, "seed")];
 const BUDGET: Group = &[("--time-budget", "1e-9", "time budget")];
 const FILES: Group = &[("--root", "/", ""), ("--allow-outside", "", "")];
-const READING: Group = &[("--strict", "", ""), ("--instances", "never", "")];
+const READING: Group = &[("--strict", "", "")];
 const ALWAYS: Group = &[
     ("--threads", "1", ""),
     ("--out", "", ""),
@@ -310,7 +310,7 @@ fn studies_of_pictures_honour_what_they_do_not_refuse() {
             kept(&dir.join("out"))
         };
         let base = kept(&smallest(name).folder);
-        let reading = ["--strict", "--instances", "always"];
+        let reading = ["--strict"];
         let same = [&["--fresh", "--threads", "3"][..], &reading].concat();
         assert_eq!(run(&same), base, "{name}");
         if !["peters-table1", "salesin-fig4"].contains(&name) {

@@ -2,7 +2,6 @@
 
 use crate::measured::{Curve, Measured, settings};
 use crate::picture_study::{Context, Row};
-use crate::scene_study::{StudySpec, Targets, all_pixels, with_work};
 use anyhow::{Result, bail};
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
@@ -10,6 +9,7 @@ use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::engine::{Cell, CellRun, Counts, Reference, run_cell, score};
+use linelit_study::scene_study::{StudySpec, Targets, all_pixels, with_work};
 use linelit_study::stats::metrics::MRSE_EPSILON;
 use linelit_study::tables::StudyRecord;
 use std::collections::BTreeMap;

@@ -3,7 +3,6 @@
 mod bytes;
 mod clock;
 mod equal_time;
-pub mod image;
 mod problem;
 mod reference;
 mod run;

@@ -7,9 +7,9 @@ use linelit_estimators::PointBy;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
-use linelit_papers::scene_study::{Targets, all_pixels};
 use linelit_study::engine::{Contest, ContestPoint, Problem as _, contest};
 use linelit_study::pixels::Resolution;
+use linelit_study::scene_study::{Targets, all_pixels};
 use serde_json::json;
 use std::path::Path;
 

@@ -6,8 +6,8 @@ use linelit_cli::commands::bar;
 use linelit_film::{Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
-use linelit_papers::scene_study;
 use linelit_samplers::SamplerKind;
+use linelit_study::scene_study;
 
 /// Mean and variance of one replicate, per pixel.
 pub(super) struct Replicated {

@@ -3,10 +3,10 @@
 use super::super::bench::{Answer, Ask, Bench, Effort, Figures};
 use crate::measured::{Measured, largest};
 use crate::salesin;
-use crate::scene_study::{StudySpec, Targets};
 use anyhow::Result;
 use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
+use linelit_study::scene_study::{StudySpec, Targets};
 use linelit_study::tables::{ResultRow, StudyRecord};
 
 const LINE1: &str = "line-solid-angle[orientation=fixed:0]";

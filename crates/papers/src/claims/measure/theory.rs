@@ -3,10 +3,10 @@
 
 use super::super::bench::{Ask, Bench, Figures};
 use crate::measured::{Measured, largest};
-use crate::scene_study::{Spot, StudySpec, Targets};
 use anyhow::Result;
 use linelit_integrator::Renderer;
 use linelit_samplers::SamplerKind;
+use linelit_study::scene_study::{Spot, StudySpec, Targets};
 
 /// A diffuse floor under a light and nothing else.
 const BARE: &str = "LookAt 0 3 -5  0 0 0.5  0 1 0

@@ -2,13 +2,13 @@
 #![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::{StudySpec, Targets, View, all_pixels};
+use crate::engine::{BLOCK_ESTIMATES, Design, Gathering, Job, Reference, Truth};
+use crate::memory;
+use crate::pixels::Pixels;
 use anyhow::{Context as _, Result, bail};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint};
 use linelit_scene::Scene;
-use linelit_study::engine::{BLOCK_ESTIMATES, Design, Gathering, Job, Reference, Truth};
-use linelit_study::memory;
-use linelit_study::pixels::Pixels;
 use std::sync::OnceLock;
 use std::time::Instant;
 

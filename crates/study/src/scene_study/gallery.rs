@@ -3,10 +3,10 @@
 use super::shown::Shown;
 use super::spec::{Budget, Gallery, StudySpec};
 use super::{Targets, all_pixels};
+use crate::engine::{Cell, Design, Job, Reference, run_cell, score};
 use linelit_film::Image;
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_scene::Scene;
-use linelit_study::engine::{Cell, Design, Job, Reference, run_cell, score};
 
 /// Samples by which the cost of a picture is found: what each adds, and what comes before the
 /// first.

@@ -1,8 +1,8 @@
 //! Pictures that a unit leaves, as bytes.
 
+use crate::engine;
 use anyhow::{Result, ensure};
 use linelit_film::Image;
-use linelit_study::engine;
 use serde::{Deserialize, Serialize};
 
 /// A picture, how it is called, what it took and how wrong it is.

@@ -4,6 +4,9 @@ use super::gallery::{PROBES, fitting};
 use super::shown::Shown;
 use super::spec::{Duel, StudySpec};
 use super::{Targets, all_pixels};
+use crate::engine::{Cell, CellRun, run_cell};
+use crate::report::{Comparison, Named};
+use crate::tables::ResultRow;
 use linelit_elementary::{ln, pow};
 use linelit_estimators::Estimator;
 use linelit_film::{FilmError, Image};
@@ -11,9 +14,6 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use linelit_study::engine::{Cell, CellRun, run_cell};
-use linelit_study::report::{Comparison, Named};
-use linelit_study::tables::ResultRow;
 
 /// Samples and trials of the picture that others are held to, where no estimator is without noise.
 const TRUE_SAMPLES: u32 = 256;

@@ -1,14 +1,14 @@
 //! What a convergence study of scenes is made of.
 
 use super::words;
+use crate::engine::{CELL_SECONDS, Design, Method, REFERENCE_ROUNDS};
+use crate::pixels::{Pixels, Resolution};
+use crate::record::PaperOrder;
+use crate::report::Entry;
+use crate::tables::StudyRecord;
 use linelit_estimators::{LineBy, PointBy};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
-use linelit_study::engine::{CELL_SECONDS, Design, Method, REFERENCE_ROUNDS};
-use linelit_study::pixels::{Pixels, Resolution};
-use linelit_study::record::PaperOrder;
-use linelit_study::report::Entry;
-use linelit_study::tables::StudyRecord;
 
 /// A convergence study of scenes.
 #[derive(Clone, Debug)]
@@ -108,7 +108,7 @@ impl StudySpec {
     pub fn views(&self) -> Vec<View> {
         let mut views = Vec::new();
         for scene in &self.scenes {
-            let name = linelit_study::short_name(scene);
+            let name = crate::short_name(scene);
             if self.spots.is_empty() {
                 views.push(View {
                     scene: scene.clone(),

@@ -1,7 +1,7 @@
 //! The estimators in words, and where they come from.
 
+use crate::report::Entry;
 use linelit_estimators::{Estimator, Technique};
-use linelit_study::report::Entry;
 
 const BILLEN: (&str, &str) = ("Billen & Dutré 2016", "https://doi.org/10.1111/cgf.12948");
 const SALESIN: (&str, &str) = ("Salesin & Jarosz 2019", "https://doi.org/10.1111/cgf.13779");

@@ -13,13 +13,12 @@ pub use stage::{Load, Work, with_work};
 pub use words::about;
 pub use work::{EachPart, Piece, PlannedUnit, SceneUnit};
 
+use crate::engine::{Counts, Problem, Truth};
 use indicatif::ProgressBar;
 use linelit_estimators::{Estimator, LineBy, Points};
 use linelit_film::{Image, Tile};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Renderer, Settings, ShadingPoint, Spheres, Workspace};
-use linelit_study::engine::image;
-use linelit_study::engine::{Counts, Problem, Truth};
+use linelit_integrator::{Renderer, Settings, ShadingPoint, Spheres, Window, Workspace};
 
 /// The shading points of a picture: found once, estimated many times.
 #[derive(Debug)]
@@ -56,7 +55,8 @@ impl<'a> Targets<'a> {
     }
 
     /// The settings of [`Targets::truth`].
-    pub(crate) fn true_settings(&self, spheres: Spheres) -> Settings {
+    #[must_use]
+    pub fn true_settings(&self, spheres: Spheres) -> Settings {
         let closed = self.points.iter().all(|(_, p)| p.has_closed_form());
         let estimator = if closed {
             Estimator::analytic()
@@ -122,34 +122,53 @@ pub fn all_pixels(width: u32, height: u32) -> Vec<[u32; 2]> {
     (0..height).flat_map(row).collect()
 }
 
-/// Renders a window of an image on the threads of the current pool; the sum of what was counted
+/// The pixels of a part of a picture.
+#[must_use]
+pub fn window(tile: Tile) -> Window {
+    Window {
+        columns: tile.x0..tile.x1,
+        rows: tile.y0..tile.y1,
+    }
+}
+
+/// Renders a part of a picture on the threads of the current pool; the sum of what was counted
 /// stands beside it.
 #[must_use]
 pub fn render(
     renderer: &Renderer<'_>,
     settings: &Settings,
-    window: Tile,
+    tile: Tile,
     progress: &ProgressBar,
 ) -> (Image, linelit_integrator::Counts) {
-    progress.set_length(u64::from(window.height()));
-    let row_done = || progress.inc(1);
-    let shade = |first, row: &mut [DVec3], workspace: &mut Workspace| {
-        renderer.row(settings, first, row, workspace);
-    };
-    let result = image::map_rows(window, row_done, Workspace::take_counts, shade);
+    progress.set_length(u64::from(tile.height()));
+    let (rgb, counts) = renderer.picture(settings, &window(tile), || progress.inc(1));
     progress.finish_and_clear();
-    result
+    (image(tile, rgb), counts)
 }
 
-/// Renders a window with any function of a pixel.
-pub(crate) fn map(
-    window: Tile,
+/// Renders a part of a picture with any function of a pixel.
+pub fn map(
+    tile: Tile,
     progress: &ProgressBar,
     shade: impl Fn([u32; 2], &mut Workspace) -> DVec3 + Sync,
 ) -> (Image, linelit_integrator::Counts) {
-    progress.set_length(u64::from(window.height()));
+    progress.set_length(u64::from(tile.height()));
     let row_done = || progress.inc(1);
-    let result = image::map(window, row_done, Workspace::take_counts, shade);
+    let (rgb, counts) = window(tile).map(row_done, |[x0, y], pixels, workspace| {
+        for (x, pixel) in (x0..).zip(pixels) {
+            #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
+            let stored = shade([x, y], workspace).to_array().map(|v| v as f32);
+            *pixel = stored;
+        }
+    });
     progress.finish_and_clear();
-    result
+    (image(tile, rgb), counts)
+}
+
+fn image(tile: Tile, rgb: Vec<[f32; 3]>) -> Image {
+    Image {
+        width: tile.width(),
+        height: tile.height(),
+        rgb,
+    }
 }

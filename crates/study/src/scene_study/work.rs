@@ -5,13 +5,13 @@ use super::shown::{self, Shown};
 use super::spec::{Budget, Gallery};
 use super::stage::Work;
 use super::{Targets, gallery, render};
+use crate::engine::{Broken, Gathering, Part, Results, Unit, from_bytes, to_bytes};
+use crate::report::{Exhibits, Picture, scientific};
+use crate::tables::{GalleryRow, SceneRecord, StudyRecord};
 use anyhow::{Context as _, Result, bail};
 use indicatif::ProgressBar;
 use linelit_film::{Exposure, FilmError, Image, Tile};
 use linelit_integrator::{Renderer, Settings};
-use linelit_study::engine::{Broken, Gathering, Part, Results, Unit, from_bytes, to_bytes};
-use linelit_study::report::{Exhibits, Picture, scientific};
-use linelit_study::tables::{GalleryRow, SceneRecord, StudyRecord};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
