@@ -109,7 +109,7 @@ pub(crate) fn whole_light<R>(
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         polygon::irradiance(light.polygon.relative_to(x, &mut relative), n)
     };
-    emitted * reflection.diffuse.value() * irradiance
+    emitted * (reflection.diffuse.value() * irradiance)
 }
 
 /// Light of a whole round light with nothing in between, of what it sends to the shading point: a
