@@ -165,7 +165,7 @@ pub(crate) fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
     }
 }
 
-const TRIALS: u32 = 64;
+const TRIALS: u32 = 32;
 
 /// Tests of each estimator against solid-angle points.
 pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
@@ -185,7 +185,7 @@ pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
         let mut comparison = Comparison::new(comparisons, TRIALS, case.samples);
         for (point, reference) in all.iter().zip(&truth) {
             // A direction from the BSDF meets the light rarely: only where the light is no dimmer
-            // than a twentieth of the brightest do 64 x 512 of them make a normal sum.
+            // than a twentieth of the brightest do 32 x 512 of them make a normal sum.
             if case.name == "point-bsdf" && reference.0.x < 0.05 * brightest {
                 continue;
             }
