@@ -68,9 +68,11 @@ impl Fit {
         let mut sum = self.diffuse * flat;
         self.seen.clear();
         self.seen.push(sum.element_sum());
+        // The horizon of a lobe's own cosine need not be the surface's, which cuts it as well.
+        let is_above = seen.is_above(self.frame.z);
         for (ltc, albedo) in &self.lobes {
             let image = |p| ltc.to_cosine() * self.frame.to_local(p);
-            let whole = seen.irradiance(image, DVec3::Z, SMALL);
+            let whole = seen.irradiance(image, DVec3::Z, SMALL).filter(|_| is_above);
             let by_triangles = || seen.triangles(|triangle| self.lobe_over(ltc, triangle));
             let part = whole.map_or_else(by_triangles, |sum| FRAC_1_PI * sum);
             let part = *albedo * part;

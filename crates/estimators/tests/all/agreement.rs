@@ -17,6 +17,7 @@ use linelit_visibility::Occluders;
 use std::ops::Range;
 
 /// A reflection of which nothing is known but its values.
+#[derive(Clone)]
 pub(crate) struct Opaque(pub Bsdf);
 
 impl Reflection for Opaque {
@@ -34,6 +35,7 @@ impl Reflection for Opaque {
 }
 
 /// A sum of lobes about any directions, drawn by the cosine.
+#[derive(Clone)]
 pub(crate) struct Lobes(Lambert, Vec<ClosedLobe>);
 
 impl Reflection for Lobes {

@@ -7,6 +7,7 @@ mod dense;
 mod directions;
 mod linear_lights;
 mod methods;
+mod nasty;
 mod penumbrae;
 mod round;
 mod sides;

@@ -177,6 +177,11 @@ impl<'a> Seen<'a> {
         origin + along_p * p[0] + along_q * p[1]
     }
 
+    /// Whether all of the light is above the horizon of a normal.
+    pub(crate) fn is_above(&self, n: DVec3) -> bool {
+        self.light.iter().all(|&p| n.dot(self.in_space(p)) > 0.0)
+    }
+
     /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` where the
     /// mapped light is cut by the horizon, or the square of a side is less than `least` times that
     /// of the distance: rounding is ε over it.
