@@ -14,7 +14,7 @@
 //! are, and by products and quotients what there is to know of them: nothing cancels, however near
 //! the light's plane is, and the horizons to one another.
 
-use super::triangles::{Corner, Triangle};
+use super::{Corner, Triangle};
 use crate::exact::length;
 use crate::horizon::crossing;
 use crate::span::power_of_two_unit;

@@ -9,17 +9,19 @@
 //! ```
 //!
 //! The inner integral is that of a lobe along a line ([`lobe`](crate::lobe)), the outer one is by
-//! nodes. What [horizons](super::cut) leave of a triangle has determinants that are products and
+//! nodes. What [horizons](cut) leave of a triangle has determinants that are products and
 //! quotients, and n·ω and w·ω follow from their values at the corners: nothing cancels, however
 //! thin a sliver.
 
-use super::cut::Horizons;
+mod cut;
+
 use crate::exact::{dot, length};
 use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
 use crate::lobe::{SMOOTH, over_sine};
 use crate::solid_angle::volume;
 use crate::span::not_too_near;
+use cut::Horizons;
 use linelit_elementary::{atan2, cos, hypot, ln, sin, sin_cos};
 use linelit_geometry::{DVec3, predicates};
 
@@ -41,14 +43,14 @@ const HALVINGS: u32 = 6;
 
 /// A corner: its direction, or a point that way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
-    pub(super) at: DVec3,
+struct Corner {
+    at: DVec3,
     /// n and w times it.
-    pub(super) values: [f64; 2],
+    values: [f64; 2],
 }
 
 impl Corner {
-    pub(super) fn new(at: DVec3, normals: [DVec3; 2]) -> Self {
+    fn new(at: DVec3, normals: [DVec3; 2]) -> Self {
         Self {
             at,
             values: normals.map(|k| dot(k, at)),
@@ -68,26 +70,26 @@ impl Corner {
         self.each(at, |i| self.values[i] * a + other.values[i] * b)
     }
 
-    pub(super) fn over(self, length: f64) -> Self {
+    fn over(self, length: f64) -> Self {
         self.each(self.at / length, |i| self.values[i] / length)
     }
 
     /// With the greatest cosines there are: a cut may be so near the shading point that its
     /// distance underflows.
-    pub(super) fn at_most(self, most: [f64; 2]) -> Self {
+    fn at_most(self, most: [f64; 2]) -> Self {
         self.each(self.at, |i| self.values[i].min(most[i]))
     }
 }
 
 /// A triangle and its corners' determinant, of either sign.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triangle {
-    pub(super) corners: [Corner; 3],
+struct Triangle {
+    corners: [Corner; 3],
     /// The cross products of the ends of the sides opposite the corners, in order. Of a side of
     /// nearly 180° its rounded ends know neither the plane nor the sine.
-    pub(super) sides: [DVec3; 3],
+    sides: [DVec3; 3],
     /// As two factors: of half a turn's sliver the product is below the range of numbers.
-    pub(super) volume: [f64; 2],
+    volume: [f64; 2],
 }
 
 /// The lobe.
