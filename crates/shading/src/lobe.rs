@@ -44,7 +44,7 @@ pub(crate) fn integrate(fan: &Fan<3>, axis: DVec3, k: f64) -> f64 {
 
 /// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one
 /// that counts twice: the square of the latter may be beyond the range, or its product with others.
-pub(crate) fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
+fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
     let [z0, z1] = [fan.cosine(2, 0), fan.cosine(2, 1)];
     if fan.sine <= POINT && fan.angle < 1.0 {
         // All in one direction, in which a factor (like 1/|p|) may still change linearly.

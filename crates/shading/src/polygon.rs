@@ -54,13 +54,13 @@ const ANY: f64 = -2.0;
 /// terms' magnitudes tell, a sum over triangles takes over, whose terms are positive:
 ///
 /// ```text
-/// E = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ ∫ dρ/sin R · (sin ρ/sin R) (n·ω)
+/// E = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ · ½ [(n·â) (1 − G cos R) + (n·ê) G]
 /// ```
 ///
 /// with â, b̂, ĉ the directions of a triangle's corners, v the angle along the side from b̂ to ĉ,
-/// which is δ long, and ρ the angle along the arc from â to the point of the side at v, which is R
-/// long. Determinants and cosines of what the horizon leaves of a triangle are products and
-/// quotients, which are exact but for their last digits.
+/// which is δ long, ê the direction there, R its angle with â, and G = (R − sin R cos R)/sin³ R.
+/// The integral is by sixteen nodes on parts of at most 96°. Determinants and cosines of what the
+/// horizon leaves of a triangle are products and quotients, exact but for their last digits.
 ///
 /// **Domain**: finite vertices; fewer than three give 0.
 ///
@@ -131,8 +131,7 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
     if value.abs() > CANCELLED * size || dark() {
         value
     } else {
-        // As a lobe of exponent zero about the normal.
-        triangle_sum::integral(scaled, n, n, 0.0, 0.0)
+        triangle_sum::irradiance(scaled, n)
     }
 }
 
