@@ -6,9 +6,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{DVec3, Segment};
-use linelit_shading::{
-    batch, cylinder, phong, phong_polygon, point_line, polygon, ribbon, solid_angle,
-};
+use linelit_shading::{batch, cylinder, phong, polygon, ribbon, solid_angle};
 use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 
@@ -52,7 +50,6 @@ fn lines(c: &mut Criterion) {
             });
         };
         scalar("cylinder", &|s| cylinder::irradiance(s.p0, s.p1, n));
-        scalar("point_line", &|s| point_line::irradiance(s.p0, s.p1, n));
         for k in [10.0, 1e3, 1e5] {
             scalar(&format!("phong/{k}"), &|s| {
                 phong::ribbon(s.p0, s.p1, n, axis, k)
@@ -76,16 +73,12 @@ fn lines(c: &mut Criterion) {
 
 fn polygons(c: &mut Criterion) {
     let mut group = c.benchmark_group("polygon");
-    let axis = DVec3::new(0.2, 0.1, 0.9).normalize();
     for (name, half, height) in [("near", 1.0, 1.0), ("far", 0.01, 3.0), ("cut", 2.0, 0.0)] {
         let turn = if height > 0.0 { DVec3::Y } else { DVec3::Z };
         let quad = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(x, y)| DVec3::X * (half * x) + turn * (half * y) + DVec3::new(0.3, 0.8, height));
         group.bench_with_input(BenchmarkId::new("lambert", name), &quad, |b, q| {
             b.iter(|| polygon::irradiance(black_box(q), DVec3::Z));
-        });
-        group.bench_with_input(BenchmarkId::new("phong", name), &quad, |b, q| {
-            b.iter(|| phong_polygon::irradiance(black_box(q), DVec3::Z, axis, 1000.0));
         });
         group.bench_with_input(BenchmarkId::new("solid_angle", name), &quad, |b, q| {
             b.iter(|| solid_angle::polygon(black_box(q)));

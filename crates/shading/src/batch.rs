@@ -5,7 +5,7 @@
 //! evaluated by the robust form.
 
 use crate::kernels::{self, BLOCK, LANES, Model};
-use crate::{cylinder, point_line, ribbon};
+use crate::{cylinder, ribbon};
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Isa;
 
@@ -52,11 +52,6 @@ pub fn cylinders(segments: &[Segment], n: DVec3, out: &mut [f64]) {
     rows(Model::Cylinder, segments, n, out);
 }
 
-/// [`point_line::irradiance`] of each segment; see [`ribbons`].
-pub fn point_lines(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    rows(Model::PointLine, segments, n, out);
-}
-
 /// [`ribbons`] for segments that are kept in columns: no transposition.
 pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
     in_columns(Model::Ribbon, columns, n, out);
@@ -65,11 +60,6 @@ pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
 /// [`cylinders`] for segments that are kept in columns.
 pub fn cylinders_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
     in_columns(Model::Cylinder, columns, n, out);
-}
-
-/// [`point_lines`] for segments that are kept in columns.
-pub fn point_lines_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
-    in_columns(Model::PointLine, columns, n, out);
 }
 
 fn in_columns(model: Model, columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
@@ -158,7 +148,6 @@ fn robust_lanes(
         out[i] = match model {
             Model::Ribbon => ribbon::robust(p0, p1, n),
             Model::Cylinder => cylinder::robust(p0, p1, n),
-            Model::PointLine => point_line::robust(p0, p1, n),
         };
     }
 }
@@ -172,10 +161,9 @@ mod tests {
     type Many = fn(&[Segment], DVec3, &mut [f64]);
     type InColumns = fn(&Columns<'_>, DVec3, &mut [f64]);
 
-    const MODELS: [(One, Many, InColumns); 3] = [
+    const MODELS: [(One, Many, InColumns); 2] = [
         (ribbon::irradiance, ribbons, ribbons_columns),
         (cylinder::irradiance, cylinders, cylinders_columns),
-        (point_line::irradiance, point_lines, point_lines_columns),
     ];
 
     fn segments(count: usize, rng: &mut SplitMix64) -> Vec<Segment> {

@@ -1,16 +1,14 @@
 //! A thin cylinder: the linear light of Nishita and Peters, seen by a diffuse surface.
 //!
-//! # Three models of a line of light
+//! # Two models of a line of light
 //!
 //! | model | what it is | integrand over the angle φ along the line | unit of strength |
 //! |---|---|---|---|
 //! | [`ribbon`](crate::ribbon) (Billen & Dutré) | a flat strip with a normal m | cos φ (n·ω) · (−m·q)/h² | radiance × width |
 //! | cylinder (Nishita, Peters) | the surface of a cylinder of radius R → 0 | 2 cos φ (n·ω)/h | radiance × radius |
-//! | [`point_line`](crate::point_line) (Picott) | isotropic points side by side | (n·ω)/h | intensity/length |
 //!
 //! with φ counted from q, the point of the line nearest to the shading point, and h = |q|. The
-//! cylinder is a ribbon of width 2R that always faces the shading point. The line of points lacks
-//! the emitter's cosine, so it is brighter towards the line's extension. A finite cylinder differs
+//! cylinder is a ribbon of width 2R that always faces the shading point. A finite cylinder differs
 //! from the limit by the order of R/h; its caps are ignored.
 
 use crate::fast_path::{self, Point};

@@ -70,7 +70,7 @@ impl<const N: usize> Fan<N> {
         Self::measure(ends, whole, values, fraction, unit)
     }
 
-    pub(crate) fn measure(
+    fn measure(
         ends: [DVec3; 2],
         whole: [DVec3; 2],
         values: [[f64; 2]; N],
@@ -134,21 +134,6 @@ impl<const N: usize> Fan<N> {
             half_sine: sin(0.5 * angle),
             unit,
         })
-    }
-
-    /// The fan of two ends in one direction but for rounding.
-    pub(crate) fn flat(ends: [DVec3; 2], values: [[f64; 2]; N]) -> Self {
-        Self {
-            ends,
-            radii: ends.map(|p| p.length()),
-            values,
-            length: 0.0,
-            normal: DVec3::ZERO,
-            sine: 0.0,
-            angle: 0.0,
-            half_sine: 0.0,
-            unit: 1.0,
-        }
     }
 
     /// l/(r0 r1): (1/h) sin δ, finite also for h → 0.

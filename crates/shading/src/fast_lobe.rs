@@ -101,13 +101,12 @@ impl Products {
         (self.square / self.area).sqrt()
     }
 
-    /// `∫ (n·ω) (1/|p|) (axis·ω)ᵏ dφ` over the angle along the segment; without 1/|p| unless
-    /// `EMITTER`.
+    /// `∫ (n·ω) (1/|p|) (axis·ω)ᵏ dφ` over the angle along the segment.
     ///
     /// Inlined, and without arrays: what is stored by halves and read in pairs stalls the
     /// processor.
     #[inline(always)]
-    pub(crate) fn integrate<const EMITTER: bool>(&self, k: f64) -> f64 {
+    pub(crate) fn integrate(&self, k: f64) -> f64 {
         let ([z0, z1], [a, b], d) = (self.lobe, self.squares, self.dot);
         let lobe = Lobe {
             k,
@@ -127,20 +126,20 @@ impl Products {
             let start = [pick(f0, f1), pick(e0, e1)];
             let end = [pick(f1, f0), pick(e1, e0)];
             let reach = area / (r0 * r1 + d);
-            lobe.piece::<EMITTER>(
+            lobe.piece(
                 high * pick(i0, i1),
                 [start, end],
                 reach,
                 [fall, high * area],
             )
         } else {
-            self.two_pieces::<EMITTER>(&lobe, [f0, f1], [e0, e1], [i0, i1])
+            self.two_pieces(&lobe, [f0, f1], [e0, e1], [i0, i1])
         }
     }
 
     /// About the lobe's centre, which is within the arc.
     #[inline(never)]
-    fn two_pieces<const EMITTER: bool>(
+    fn two_pieces(
         &self,
         lobe: &Lobe,
         facing: [f64; 2],
@@ -159,7 +158,7 @@ impl Products {
         let cosines = [z0 * inverse[0] / peak, z1 * inverse[1] / peak];
         let side = |end: usize| {
             let reach = sines[end] / (1.0 + cosines[end]);
-            lobe.piece::<EMITTER>(
+            lobe.piece(
                 peak,
                 [centre, [facing[end], closeness[end]]],
                 reach,
@@ -189,7 +188,7 @@ impl Lobe {
     /// Where the piece is cut, the factors follow from its ends with the sines of the two parts, by
     /// the tangents of their halves: t and (r − t)/(1 + r t).
     #[inline(always)]
-    fn piece<const EMITTER: bool>(
+    fn piece(
         &self,
         peak: f64,
         [start, end]: [[f64; 2]; 2],
@@ -215,23 +214,11 @@ impl Lobe {
         let to = to_end * (1.0 + reach * reach) * inverse;
         let [cosine, closeness] = [0, 1].map(|i| [start[i], from * start[i] + to * end[i]]);
         let slope = fall / high;
-        let sum = if EMITTER {
-            let factors = [cosine, closeness];
-            Panel {
-                half_tan: to_end,
-                slope,
-                factors,
-            }
-            .short_sum(self.k, offset)
-        } else {
-            let factors = [cosine];
-            Panel {
-                half_tan: to_end,
-                slope,
-                factors,
-            }
-            .short_sum(self.k, offset)
+        let panel = Panel {
+            half_tan: to_end,
+            slope,
+            factors: [cosine, closeness],
         };
-        rest * sum
+        rest * panel.short_sum(self.k, offset)
     }
 }

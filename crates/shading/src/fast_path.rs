@@ -1,4 +1,4 @@
-//! The three line models on their fast path: for segments of which both ends are clearly above the
+//! The line models on their fast path: for segments of which both ends are clearly above the
 //! horizon (by 7°), which subtend less than 104°, at distances far from the limits of `f64`.
 //!
 //! Plain dot products are accurate there, and all that is left is two or three roots, two divisions
@@ -63,7 +63,7 @@ const ARC: [[f64; 2]; 8] = [
 /// The most that [`ARC`] is.
 pub(crate) const LONGEST_ARC: f64 = 1.89;
 
-/// What all models need of a segment.
+/// What both models need of a segment.
 struct Products<L: Lanes> {
     /// |p0|², |p1|², p0·p1.
     a: L::D,
@@ -173,25 +173,6 @@ pub(crate) fn cylinder<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3
     (
         value,
         held & l.dle(segment.a * segment.square * CLEAR, area),
-    )
-}
-
-/// [`point_line::irradiance`](crate::point_line::irradiance) and whether the conditions held.
-#[inline(always)]
-pub(crate) fn point_line<L: Lanes>(
-    l: L,
-    p0: [L::D; 3],
-    p1: [L::D; 3],
-    n: [L::D; 3],
-) -> (L::D, L::M) {
-    let segment = measure(l, p0, p1, n);
-    let (r0, r1) = (l.dsqrt(segment.a), l.dsqrt(segment.b));
-    let product = r0 * r1;
-    let sum = segment.c0 * r1 + segment.c1 * r0;
-    let value = l.dsqrt(segment.square) * sum / (product * (product + segment.dot));
-    (
-        value,
-        segment.clear & l.dle(product * LEAST_COSINE, segment.dot),
     )
 }
 

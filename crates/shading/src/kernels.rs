@@ -13,15 +13,13 @@ pub(crate) const BLOCK: usize = 1024;
 /// Segments in columns: x, y, z of the first ends, then of the second.
 pub(crate) type Columns<'a> = [&'a [f64]; 6];
 
-/// The three models of a line.
+/// The models of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Model {
     /// See [`ribbon`](crate::ribbon).
     Ribbon,
     /// See [`cylinder`](crate::cylinder).
     Cylinder,
-    /// See [`point_line`](crate::point_line).
-    PointLine,
 }
 
 /// A loop over rounds of eight for one model.
@@ -65,7 +63,6 @@ macro_rules! kernel {
 
 kernel!(ribbon_kernel, ribbons, fast_path::ribbon);
 kernel!(cylinder_kernel, cylinders, fast_path::cylinder);
-kernel!(point_line_kernel, point_lines, fast_path::point_line);
 
 /// The integrals of at most [`BLOCK`] segments, a multiple of [`LANES`], and a bit for each whose
 /// value holds (see [`fast_path`]). All columns are as long as `out`.
@@ -81,7 +78,6 @@ pub(crate) fn lines(
     match model {
         Model::Ribbon => ribbons(isa, columns, n, out, held),
         Model::Cylinder => cylinders(isa, columns, n, out, held),
-        Model::PointLine => point_lines(isa, columns, n, out, held),
     }
 }
 
@@ -106,7 +102,7 @@ mod tests {
                 std::array::from_fn(|_| std::array::from_fn(|_| rng.in_range(-1.0, 1.5)));
             let block: Columns<'_> = std::array::from_fn(|j| &columns[j][..]);
             let n = DVec3::from_array(rng.unit_vector());
-            for model in [Model::Ribbon, Model::Cylinder, Model::PointLine] {
+            for model in [Model::Ribbon, Model::Cylinder] {
                 let results: Vec<([u64; BLOCK], [u8; BLOCK / 8])> = all()
                     .into_iter()
                     .map(|isa| {

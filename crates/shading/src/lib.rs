@@ -5,7 +5,6 @@
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
 pub mod batch;
-pub mod cosine_lobe;
 pub mod cylinder;
 pub mod elliptic_cone;
 mod exact;
@@ -19,8 +18,6 @@ mod lambert;
 mod lobe;
 pub mod ltc;
 pub mod phong;
-pub mod phong_polygon;
-pub mod point_line;
 pub mod polygon;
 pub mod quadrature;
 pub mod ribbon;
@@ -28,6 +25,7 @@ pub mod solid_angle;
 mod span;
 mod special;
 pub mod spherical_gaussian;
+mod triangle_sum;
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;

@@ -11,7 +11,7 @@ use linelit_geometry::{DVec3, predicates};
 use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 
 /// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
-pub(crate) const DEPTH: f64 = 40.0;
+const DEPTH: f64 = 40.0;
 
 /// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
 pub(crate) const SMOOTH: f64 = 6.0;
@@ -26,38 +26,29 @@ const POINT: f64 = 1e-100;
 
 /// A piece of the arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Panel<const COUNT: usize> {
+pub(crate) struct Panel {
     /// tan of half its width.
     pub(crate) half_tan: f64,
     /// The lobe falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
     pub(crate) slope: f64,
-    /// The other factors, one or two, at the start and at the end.
-    pub(crate) factors: [[f64; 2]; COUNT],
+    /// The two other factors at the start and at the end.
+    pub(crate) factors: [[f64; 2]; 2],
 }
 
 /// ∫ of the product of the fan's functionals, the lobe's (the last) to the power `k`, over dt after
-/// division by |p|^(2 + k + their number): `(1/h) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ`.
-///
-/// `N − 1` is one or two.
-pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f64 {
+/// division by |p|^(4 + k): `(1/h) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ`.
+pub(crate) fn integrate(fan: &Fan<3>, axis: DVec3, k: f64) -> f64 {
     let [sum, half] = over_sine(fan, axis, k);
     nonnegative((fan.reach() * sum * half) * half)
 }
 
 /// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one
 /// that counts twice: the square of the latter may be beyond the range, or its product with others.
-pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f64; 2] {
-    let lobe = N - 1;
-    let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
+fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
+    let [z0, z1] = [fan.cosine(2, 0), fan.cosine(2, 1)];
     if fan.sine <= POINT && fan.angle < 1.0 {
         // All in one direction, in which a factor (like 1/|p|) may still change linearly.
-        let ends = |i: usize| {
-            if i < lobe {
-                [fan.cosine(i, 0), fan.cosine(i, 1)]
-            } else {
-                [1.0; 2]
-            }
-        };
+        let ends = |i: usize| [fan.cosine(i, 0), fan.cosine(i, 1)];
         let ([a0, a1], [b0, b1]) = (ends(0), ends(1));
         if (z1 - z0).abs() * k > f64::EPSILON * 64.0 * z0.max(z1) {
             return fall([z0, z1], [[a0, a1], [b0, b1]], k);
@@ -136,14 +127,7 @@ fn half_power(log: f64, k: f64) -> f64 {
 }
 
 /// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
-fn side<const N: usize>(
-    fan: &Fan<N>,
-    start: f64,
-    width: f64,
-    slope: f64,
-    k: f64,
-    sign: f64,
-) -> f64 {
+fn side(fan: &Fan<3>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> f64 {
     let window = window(k, slope);
     if k < SMOOTH && k.fract() != 0.0 {
         let horizon = atan2(1.0, slope);
@@ -157,19 +141,12 @@ fn side<const N: usize>(
 }
 
 /// How far from its peak a lobe is above e⁻⁴⁰ of it: a bound, as (ln cos)″ ≤ −1.
-pub(crate) fn window(k: f64, slope: f64) -> f64 {
+fn window(k: f64, slope: f64) -> f64 {
     let steep = k * slope;
     2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
 }
 
-fn panel_sum<const N: usize>(
-    fan: &Fan<N>,
-    start: f64,
-    width: f64,
-    slope: f64,
-    sign: f64,
-    k: f64,
-) -> f64 {
+fn panel_sum(fan: &Fan<3>, start: f64, width: f64, slope: f64, sign: f64, k: f64) -> f64 {
     let far = if sign > 0.0 { fan.angle - start } else { start };
     // An end of the arc is met exactly.
     let v = if width < far {
@@ -183,26 +160,15 @@ fn panel_sum<const N: usize>(
         [near, far].map(|w| w[0] * ends[0] + w[1] * ends[1])
     };
     let half_tan = tan(0.5 * width);
-    if N == 2 {
-        let factors = [factor(0)];
-        Panel {
-            half_tan,
-            slope,
-            factors,
-        }
-        .sum(k)
-    } else {
-        let factors = [factor(0), factor(1)];
-        Panel {
-            half_tan,
-            slope,
-            factors,
-        }
-        .sum(k)
+    Panel {
+        half_tan,
+        slope,
+        factors: [factor(0), factor(1)],
     }
+    .sum(k)
 }
 
-impl<const COUNT: usize> Panel<COUNT> {
+impl Panel {
     /// ∫ Π factors (cos x − τ sin x)ᵏ dx with t = tan(x/2): everything but the power is rational,
     /// and cos x − τ sin x = (1 − q)/(1 + q) with q = t (t + τ)/(1 − τ t).
     fn sum(&self, k: f64) -> f64 {
@@ -222,9 +188,9 @@ impl<const COUNT: usize> Panel<COUNT> {
         let (over, under) = (end * (end + self.slope), 1.0 - self.slope * end);
         if over <= 0.2 * under {
             let sum = if over <= NARROW * under {
-                short_rule::<COUNT, true>(Isa::best(), self, k, offset)
+                short_rule::<true>(Isa::best(), self, k, offset)
             } else {
-                short_rule::<COUNT, false>(Isa::best(), self, k, offset)
+                short_rule::<false>(Isa::best(), self, k, offset)
             };
             2.0 * end * sum
         } else {
@@ -258,28 +224,23 @@ impl<const COUNT: usize> Panel<COUNT> {
             let s = l.dload(&nodes[i]);
             let t = s * self.half_tan;
             let inverse = fall[i] * both[i];
-            let mut value = self.factor(l, 0, s) * inverse * inverse;
-            if COUNT == 2 {
-                value = value * (self.factor(l, 1, s) * inverse);
-            }
-            result[0][i] = l.dload(&weights[i]) * value;
+            let value = self.factor(l, 0, s) * inverse * inverse;
+            result[0][i] = l.dload(&weights[i]) * (value * (self.factor(l, 1, s) * inverse));
             result[1][i] = t * (t + self.slope) * round[i] * both[i];
         }
         result
     }
 
     /// The same with the library's functions, for wide panels (small exponents).
-    pub(crate) fn sum_wide(&self, k: f64) -> f64 {
+    fn sum_wide(&self, k: f64) -> f64 {
         let mut terms = [0.0; NODES];
         for (j, term) in terms.iter_mut().enumerate() {
             let s = NODE[j];
             let t = self.half_tan * s;
             let inverse = 1.0 / (1.0 + t * t);
             let fall = (-2.0 * t * (t + self.slope) * inverse).max(-1.0);
-            let mut value = inverse;
-            for i in 0..COUNT {
-                value *= self.factor(One, i, s) * inverse;
-            }
+            let value = inverse * (self.factor(One, 0, s) * inverse);
+            let value = value * (self.factor(One, 1, s) * inverse);
             *term = WEIGHT[j] * value * power(fall, k);
         }
         2.0 * self.half_tan * total(&terms)
@@ -304,7 +265,7 @@ fn total(terms: &[f64; NODES]) -> f64 {
 
 /// The sum of the full rule for [`Panel::sum`], in the order of [`total`].
 #[inline(always)]
-fn full_kernel<S: Simd, const COUNT: usize>(s: S, panel: &Panel<COUNT>, k: f64) -> f64 {
+fn full_kernel<S: Simd>(s: S, panel: &Panel, k: f64) -> f64 {
     let [mut terms, mut depths] = panel.nodes::<S, 3>(s, [&NODE, &WEIGHT]);
     for q in &mut depths {
         *q = *q * (-2.0 * k) * atanh_ratio::<S>(*q);
@@ -317,12 +278,7 @@ fn full_kernel<S: Simd, const COUNT: usize>(s: S, panel: &Panel<COUNT>, k: f64) 
 
 /// The sum of the short rule, times e^offset. `SLIM` says that q is at most [`NARROW`].
 #[inline(always)]
-fn short_kernel<S: Simd, const COUNT: usize, const SLIM: bool>(
-    s: S,
-    panel: &Panel<COUNT>,
-    k: f64,
-    offset: f64,
-) -> f64 {
+fn short_kernel<S: Simd, const SLIM: bool>(s: S, panel: &Panel, k: f64, offset: f64) -> f64 {
     let [mut terms, mut depths] = panel.nodes::<S, 2>(s, [&FEW_NODES, &FEW_WEIGHTS]);
     for q in &mut depths {
         let ratio = if SLIM {
@@ -339,23 +295,15 @@ fn short_kernel<S: Simd, const COUNT: usize, const SLIM: bool>(
 }
 
 dispatch! {
-    fn full_rule<const COUNT: usize> = full_kernel(panel: &Panel<COUNT>, k: f64) -> f64
+    fn full_rule = full_kernel(panel: &Panel, k: f64) -> f64
 }
 dispatch! {
-    fn short_rule<const COUNT: usize, const SLIM: bool> =
-        short_kernel(panel: &Panel<COUNT>, k: f64, offset: f64) -> f64
+    fn short_rule<const SLIM: bool> = short_kernel(panel: &Panel, k: f64, offset: f64) -> f64
 }
 
 /// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no
 /// integer: the substitution horizon − x = y⁸ makes it smooth.
-fn near_horizon<const N: usize>(
-    fan: &Fan<N>,
-    start: f64,
-    piece: [f64; 2],
-    horizon: f64,
-    k: f64,
-    sign: f64,
-) -> f64 {
+fn near_horizon(fan: &Fan<3>, start: f64, piece: [f64; 2], horizon: f64, k: f64, sign: f64) -> f64 {
     let root = |x: f64| pow((horizon - x).max(0.0), 0.125);
     let (y1, y0) = (root(piece[0]), root(piece[1]));
     let peak = sin(horizon);
@@ -366,7 +314,7 @@ fn near_horizon<const N: usize>(
         let gap = seventh * y;
         let v = start + sign * (horizon - gap);
         let mut value = 8.0 * seventh * pow(sin(gap) / peak, k);
-        for i in 0..N - 1 {
+        for i in 0..2 {
             value *= fan.cosine_at([fan.cosine(i, 0), fan.cosine(i, 1)], v);
         }
         sum += WEIGHT[j] * value;
@@ -375,13 +323,13 @@ fn near_horizon<const N: usize>(
 }
 
 /// ln of the length of the axis' part in the plane of the fan.
-fn log_in_plane<const N: usize>(fan: &Fan<N>, axis: DVec3, length: f64) -> f64 {
+fn log_in_plane(fan: &Fan<3>, axis: DVec3, length: f64) -> f64 {
     let off = predicates::dot(axis, fan.normal);
     near_one(axis, off * off, length)
 }
 
 /// ln(axis·ω) at an end.
-fn log_cosine<const N: usize>(fan: &Fan<N>, axis: DVec3, end: usize, cosine: f64) -> f64 {
+fn log_cosine(fan: &Fan<3>, axis: DVec3, end: usize, cosine: f64) -> f64 {
     let w = fan.ends[end] / fan.radii[end];
     near_one(axis, predicates::cross(axis, w).length_squared(), cosine)
 }
@@ -394,11 +342,6 @@ fn near_one(axis: DVec3, lost: f64, z: f64) -> f64 {
     } else {
         ln(z)
     }
-}
-
-/// ln |v| for a v of about unit length, to ε of itself.
-pub(crate) fn log_axis_length(v: DVec3) -> f64 {
-    0.5 * ln_1p(excess_over_one(v))
 }
 
 /// |v|² − 1, exactly rounded or nearly.
@@ -436,8 +379,8 @@ mod tests {
                 .map(|isa| {
                     [
                         full_rule(isa, &panel, k),
-                        short_rule::<2, false>(isa, &panel, k, offset),
-                        short_rule::<2, true>(isa, &panel, k, offset),
+                        short_rule::<false>(isa, &panel, k, offset),
+                        short_rule::<true>(isa, &panel, k, offset),
                     ]
                     .map(f64::to_bits)
                 })

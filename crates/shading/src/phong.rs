@@ -57,7 +57,7 @@ pub fn normalisation(k: f64) -> f64 {
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
     if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
-        return nonnegative(segment.integrate::<true>(k) * segment.inverse_distance());
+        return nonnegative(segment.integrate(k) * segment.inverse_distance());
     }
     robust([a, b, up, lobe], k, |fan, axis| {
         // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
@@ -72,7 +72,7 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
     if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
-        return nonnegative(2.0 * segment.integrate::<true>(k));
+        return nonnegative(2.0 * segment.integrate(k));
     }
     robust([a, b, up, lobe], k, |fan, axis| {
         let twice_distance = 2.0 * fan.sine / fan.reach();
@@ -83,20 +83,6 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
             [twice_distance, 1.0]
         };
         integrate(&fan.with_constant(before), axis, k) * after * fan.unit
-    })
-}
-
-/// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(3+k) dt` along a line of isotropic points, 1/length: for each
-/// unit of intensity per length. See [`point_line`](crate::point_line).
-#[inline]
-#[must_use]
-pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
-    let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
-        return nonnegative(segment.integrate::<false>(k) * segment.inverse_distance());
-    }
-    robust([a, b, up, lobe], k, |fan, axis| {
-        integrate(fan, axis, k) * fan.unit
     })
 }
 

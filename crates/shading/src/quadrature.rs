@@ -19,7 +19,7 @@ pub struct Estimate {
 
 /// Gauss and Kronrod's nodes on [−1, 1], the positive half from the outside in, with the weights of
 /// all fifteen and, of those that are Gauss' seven, of these alone.
-pub(crate) const HALF_RULE: [(f64, f64, f64); 7] = [
+const HALF_RULE: [(f64, f64, f64); 7] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
     (
         0.949_107_912_342_758_5,
@@ -42,7 +42,7 @@ pub(crate) const HALF_RULE: [(f64, f64, f64); 7] = [
 ];
 
 /// Both weights of the node in the middle.
-pub(crate) const MIDDLE: [f64; 2] = [0.209_482_141_084_727_82, 0.417_959_183_673_469_4];
+const MIDDLE: [f64; 2] = [0.209_482_141_084_727_82, 0.417_959_183_673_469_4];
 
 /// Intervals waiting to be halved; also the greatest depth.
 const STACK: usize = 48;
@@ -133,20 +133,18 @@ impl Estimate {
     }
 }
 
-/// Which line of light is integrated over; see [`cylinder`](crate::cylinder) for the three.
+/// Which line of light is integrated over; see [`cylinder`](crate::cylinder) for both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// A ribbon, without its emitter's height: 1/length².
     Ribbon,
     /// A thin cylinder: 1/length.
     Cylinder,
-    /// A line of isotropic points: 1/length.
-    PointLine,
 }
 
-/// `∫ f(ω) max(0, n·p)/|p|^q dt` along a segment (q = 4 for a ribbon; times 2h for a cylinder; q =
-/// 3 for a line of points): the light that any reflection function f(ω) (1/sr, by channel, for unit
-/// directions ω towards the light) makes of it.
+/// `∫ f(ω) max(0, n·p)/|p|⁴ dt` along a segment (for a cylinder times 2h): the light that any
+/// reflection function f(ω) (1/sr, by channel, for unit directions ω towards the light) makes of
+/// it.
 ///
 /// **Method**: [`adaptive`] over the angle along the line, in which f alone decides how smooth the
 /// integrand is. **Error**: see there.
@@ -178,11 +176,7 @@ pub fn line(
     let start = fan.ends[0] / fan.radii[0];
     let units = if model == Model::Ribbon { 2 } else { 1 };
     if fan.sine <= 0.0 {
-        let inverse = if model == Model::Ribbon {
-            0.5 * (closeness[0] + closeness[1])
-        } else {
-            1.0
-        };
+        let inverse = 0.5 * (closeness[0] + closeness[1]);
         let factor = if model == Model::Cylinder {
             0.0
         } else {
@@ -198,16 +192,12 @@ pub fn line(
     let tangent = fan.normal.cross(start);
     let factor = match model {
         Model::Cylinder => 2.0,
-        Model::Ribbon | Model::PointLine => nonnegative(fan.reach() / fan.sine),
+        Model::Ribbon => nonnegative(fan.reach() / fan.sine),
     };
     let along = |v: f64| {
         let (s, c) = sin_cos(v);
-        let emitted = if model == Model::PointLine {
-            1.0
-        } else {
-            fan.cosine_at(closeness, v)
-        };
-        f(start * c + tangent * s) * nonnegative(fan.cosine_at(cosines, v) * emitted)
+        let cosine = fan.cosine_at(cosines, v) * fan.cosine_at(closeness, v);
+        f(start * c + tangent * s) * nonnegative(cosine)
     };
     let estimate = adaptive(along, 0.0, fan.angle, tolerance, budget).scaled(factor);
     // One after the other: their product may be beyond the range, and the result within.

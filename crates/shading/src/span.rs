@@ -175,17 +175,6 @@ impl Span {
         (0..k).fold(sum, |quotient, _| quotient / sine)
     }
 
-    /// 1 + cos δ, accurate relative to itself for δ → π.
-    #[inline(always)]
-    pub(crate) fn one_plus_cos(&self) -> f64 {
-        if self.cos > -0.5 {
-            1.0 + self.cos
-        } else {
-            let sine = self.sine();
-            sine * sine / (1.0 - self.cos)
-        }
-    }
-
     /// c0 w0 + c1 w1 with the weights `w0 = 1 + G (r1/r0 − cos δ)` of the ends, each the positive
     /// integral of a hat function: nothing cancels.
     #[inline(always)]

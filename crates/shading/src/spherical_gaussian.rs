@@ -32,13 +32,13 @@ const DEPTH: f64 = 40.0;
 /// ```
 #[must_use]
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
-    integrate(p0, p1, n, xi, lambda, true, |fan| fan.unit * fan.unit)
+    integrate(p0, p1, n, xi, lambda, |fan| fan.unit * fan.unit)
 }
 
 /// The same for a thin cylinder, for each unit of radiance × radius, 1/length.
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
-    integrate(p0, p1, n, xi, lambda, true, |fan| {
+    integrate(p0, p1, n, xi, lambda, |fan| {
         let reach = fan.reach();
         if reach > 0.0 {
             2.0 * fan.sine / reach * fan.unit
@@ -48,19 +48,12 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     })
 }
 
-/// The same for a line of isotropic points, for each unit of intensity per length, 1/length.
-#[must_use]
-pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
-    integrate(p0, p1, n, xi, lambda, false, |fan| fan.unit)
-}
-
 fn integrate(
     p0: DVec3,
     p1: DVec3,
     n: DVec3,
     xi: DVec3,
     lambda: f64,
-    emitter: bool,
     scale: impl Fn(&Fan<1>) -> f64,
 ) -> f64 {
     let Some(fan) = Fan::new(p0, p1, &[n]).filter(|_| lambda >= 0.0) else {
@@ -71,16 +64,12 @@ fn integrate(
     let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];
     // Times the distance where the square of its inverse is beyond the range.
     let scale = scale(&fan);
-    let [inner, scale] = if scale > NEAREST || !emitter {
+    let [inner, scale] = if scale > NEAREST {
         [1.0, scale]
     } else {
         [scale, 1.0]
     };
-    let closeness = if emitter {
-        [inner / fan.radii[0], inner / fan.radii[1]]
-    } else {
-        [1.0; 2]
-    };
+    let closeness = [inner / fan.radii[0], inner / fan.radii[1]];
     if fan.sine <= 0.0 {
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
         return nonnegative(flat * exp(lambda * (first - 1.0)) * scale);
@@ -99,12 +88,7 @@ fn integrate(
         .fold(1.0f64, |low, side| low.min(depth(side.0)));
     let value = |v: f64| {
         let fall = exp(-strength * (depth(v) - highest));
-        let emitted = if emitter {
-            fan.cosine_at(closeness, v)
-        } else {
-            1.0
-        };
-        fan.cosine_at(cosines, v) * emitted * fall
+        fan.cosine_at(cosines, v) * fan.cosine_at(closeness, v) * fall
     };
     let mut sum = 0.0;
     for (start, width, sign) in sides {
@@ -190,7 +174,6 @@ mod tests {
             for (model, got) in [
                 (Model::Ribbon, ribbon(p0, p1, DVec3::Z, xi, lambda)),
                 (Model::Cylinder, cylinder(p0, p1, DVec3::Z, xi, lambda)),
-                (Model::PointLine, point_line(p0, p1, DVec3::Z, xi, lambda)),
             ] {
                 let want = line(p0, p1, DVec3::Z, model, value, 1e-12, 200_000);
                 let tolerance = want.error + 1e-11 * want.value.x + 1e-200;

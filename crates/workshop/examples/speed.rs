@@ -5,7 +5,7 @@
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 
 use linelit_geometry::{DVec3, Segment};
-use linelit_shading::{batch, cylinder, phong, phong_polygon, point_line, polygon, ribbon};
+use linelit_shading::{batch, cylinder, phong, polygon, ribbon};
 use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 use std::time::Instant;
@@ -78,13 +78,7 @@ fn main() {
     least("cylinder/columns", || {
         batch::cylinders_columns(black_box(&columns), n, black_box(&mut out))
     });
-    least("points/columns", || {
-        batch::point_lines_columns(black_box(&columns), n, black_box(&mut out))
-    });
     least("cylinder", || sum(&|s| cylinder::irradiance(s.p0, s.p1, n)));
-    least("point_line", || {
-        sum(&|s| point_line::irradiance(s.p0, s.p1, n))
-    });
     for k in [10.0, 300.0, 1e3] {
         let toward = |s: &Segment| (s.p0.lerp(s.p1, 0.3) + DVec3::new(0.1, 0.05, 0.0)).normalize();
         least(&format!("phong near/{k}"), || {
@@ -96,11 +90,11 @@ fn main() {
             sum(&|s| phong::ribbon(s.p0, s.p1, n, axis, k))
         });
     }
-    polygons(axis);
+    polygons();
 }
 
 /// Squares overhead, far off, and cut by the horizon; each as often as there are segments.
-fn polygons(axis: DVec3) {
+fn polygons() {
     let n = DVec3::Z;
     for (name, half, height) in [("near", 1.0, 1.0), ("far", 0.01, 3.0), ("cut", 2.0, 0.0)] {
         let up = if height > 0.0 { DVec3::Y } else { DVec3::Z };
@@ -114,9 +108,6 @@ fn polygons(axis: DVec3) {
         let scale = 1.0 / 64.0;
         least_of(&format!("square {name}"), scale, || {
             repeat(&|| polygon::irradiance(black_box(&square), n));
-        });
-        least_of(&format!("lobe {name}"), scale, || {
-            repeat(&|| phong_polygon::irradiance(black_box(&square), n, axis, 1000.0));
         });
     }
 }

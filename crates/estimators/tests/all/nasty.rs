@@ -14,6 +14,7 @@ use linelit_testkit::chi2::sidak;
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::ztest::{Welford, t_p_value, z_score};
 use linelit_visibility::Occluders;
+use std::f64::consts::TAU;
 
 /// Independent estimates of each, and samples of an estimate.
 const TRIALS: u32 = 64;
@@ -98,7 +99,7 @@ fn light(rng: &mut SplitMix64) -> Light {
             let (a, b) = facing.any_orthonormal_pair();
             let flat = [1.0, 0.1][rng.index(2)];
             let count = 3 + rng.index(4);
-            let mut turns: Vec<f64> = (0..count).map(|_| rng.in_range(0.0, 6.28)).collect();
+            let mut turns: Vec<f64> = (0..count).map(|_| rng.in_range(0.0, TAU)).collect();
             turns.sort_by(f64::total_cmp);
             let corner = |t: &f64| center + (a * t.cos() + b * (flat * t.sin())) * (0.5 * size);
             let corners: Vec<DVec3> = turns.iter().map(corner).collect();
@@ -216,16 +217,13 @@ fn estimator(rng: &mut SplitMix64) -> String {
     }
 }
 
-fn means<R: Reflection>(
+fn means<R: Reflection + Clone>(
     scene: &Scene,
     bsdf: &R,
     text: &str,
     samples: u32,
     first_seed: u64,
-) -> Welford
-where
-    R: Clone,
-{
+) -> Welford {
     let source = LightSource::<Image> {
         light: &scene.light,
         texture: None,

@@ -3,7 +3,7 @@
 use crate::polygon_oracle::Oracle as Positive;
 use crate::{naive, oracle};
 use linelit_geometry::DVec3;
-use linelit_shading::{cylinder, point_line, polygon, ribbon, solid_angle};
+use linelit_shading::{cylinder, polygon, ribbon, solid_angle};
 use linelit_testkit::dd::Dd;
 use linelit_testkit::precise::Wide;
 use linelit_testkit::real::Real;
@@ -158,7 +158,7 @@ type Oracle = fn([f64; 3], [f64; 3], [f64; 3]) -> Dd;
 
 /// The Lambert line forms.
 pub(crate) fn lines(count: usize) -> Vec<Row> {
-    let functions: [(&str, Integral, Integral, Oracle); 3] = [
+    let functions: [(&str, Integral, Integral, Oracle); 2] = [
         (
             "ribbon::irradiance",
             ribbon::irradiance,
@@ -170,12 +170,6 @@ pub(crate) fn lines(count: usize) -> Vec<Row> {
             cylinder::irradiance,
             naive::cylinder,
             oracle::cylinder,
-        ),
-        (
-            "point_line::irradiance",
-            point_line::irradiance,
-            naive::point_line,
-            oracle::point_line,
         ),
     ];
     let mut rows = Vec::new();
@@ -215,7 +209,7 @@ pub(crate) const POLYGON_DOMAINS: [&str; 7] = [
 ];
 
 /// Polygons that the shading point is as good as in the plane of.
-pub(crate) const PLANE: &str = "in its plane";
+const PLANE: &str = "in its plane";
 
 /// A triangle or a parallelogram in a plane (exactly: of equal coordinates) at 10 to a power from
 /// `low` to `high` of the shading point, whose foot is inside, on a side to 1e-17 to 1e-8, or
@@ -351,7 +345,7 @@ pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3) {
 /// Polygons: irradiance and solid angle.
 pub(crate) fn polygons(count: usize) -> Vec<Row> {
     let mut rows = Vec::new();
-    let mut positive = Positive::new();
+    let positive = Positive::new();
     for domain in POLYGON_DOMAINS {
         let mut rng = SplitMix64::new(2);
         let (mut diffuse, mut solid) = (Vec::new(), Vec::new());
@@ -366,10 +360,9 @@ pub(crate) fn polygons(count: usize) -> Vec<Row> {
             };
             let omega = omega.abs();
             let mut want = oracle::polygon(&arrays, n.to_array());
-            // Lambert's sum cancels also in double-double; a lobe of exponent zero does not.
+            // Lambert's sum cancels also in double-double; terms of one sign do not.
             if want.to_f64() < 1e-9 {
-                let n = n.to_array();
-                want = Dd::new(positive.phong(&arrays, n, n, 0.0));
+                want = Dd::new(positive.irradiance(&arrays, n.to_array()));
             }
             diffuse.push(Sample {
                 condition: 1.0 / omega.to_f64(),

@@ -28,13 +28,7 @@ fn polygons_are_as_accurate_as_the_table_says() {
 fn lobes_along_lines_are_as_accurate_as_the_table_says() {
     hold(&lobe_rows::phong_lines(2000));
     hold(&lobe_rows::gaussians(1500));
-    hold(&lobe_rows::cosine_lobes(1500));
     hold(&lobe_rows::quadratures(500));
-}
-
-#[test]
-fn lobes_over_polygons_are_as_accurate_as_the_table_says() {
-    hold(&lobe_rows::phong_polygons(300));
 }
 
 #[test]

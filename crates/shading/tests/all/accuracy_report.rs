@@ -126,11 +126,8 @@ fn binned(function: &str, rows: &[Row]) -> [[f64; BINS]; 3] {
 /// The condition number of a function, in words.
 fn condition(function: &str) -> &'static str {
     match function.split("::").next() {
-        Some("phong" | "cosine_lobe" | "quadrature") => {
-            "(k + 1)/sin δ, δ the angle between the ends' directions"
-        }
+        Some("phong" | "quadrature") => "(k + 1)/sin δ, δ the angle between the ends' directions",
         Some("spherical_gaussian") => "(λ + 1)/sin δ, δ the angle between the ends' directions",
-        Some("phong_polygon") => "1/min(Ω, 2π/(k + 2))",
         _ if function == "solid_angle::sphere" => "distance²/radius²",
         _ if function == "solid_angle::sphere_projected" => "distance²/radius²",
         _ if function == "ltc::Ltc::polygon" => "1/(mapped Ω × distance/height)",

@@ -3,7 +3,7 @@
 //!
 //! `cargo xtask accuracy [--check] [--quick | --share=N] [--only=GROUP]`: `--check` compares with
 //! the table there instead of writing and fails when a row is worse; `--quick` takes a hundredth of
-//! the inputs, `--share=N` the N-th part; `--only=GROUP` one of the groups (0 to 8).
+//! the inputs, `--share=N` the N-th part; `--only=GROUP` one of the groups (0 to 6).
 #![allow(clippy::print_stdout, reason = "what is written is printed as well")]
 
 use crate::accuracy::{self, Row};
@@ -58,14 +58,12 @@ type Group = fn(usize) -> Vec<Row>;
 
 /// The functions and their numbers of inputs, one group after the other: a million samples of each
 /// function need not be kept at once.
-const GROUPS: [(Group, usize); 9] = [
+const GROUPS: [(Group, usize); 7] = [
     (accuracy::lines, 112_000),
     (accuracy::polygons, 144_000),
     (lobe_rows::phong_lines, 100_000),
     (lobe_rows::gaussians, 100_000),
-    (lobe_rows::cosine_lobes, 112_000),
     (lobe_rows::quadratures, 126_000),
-    (lobe_rows::phong_polygons, 112_000),
     (solid_rows::solid_angles, 112_000),
     (solid_rows::ltc, 144_000),
 ];

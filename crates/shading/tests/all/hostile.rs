@@ -3,9 +3,9 @@
 //! test profile checks overflow and debug assertions), every result is finite, and what is a
 //! measure of light is not negative.
 //!
-//! Left out are plain linear maps of their input ([`Phong::axis`], [`CosineLobe::axis`],
-//! `Ltc::map`), which are called but may be as infinite as what they are given, and `quadrature`'s
-//! values of an integrand that is itself no number.
+//! Left out are plain linear maps of their input ([`Phong::axis`], `Ltc::map`), which are called
+//! but may be as infinite as what they are given, and `quadrature`'s values of an integrand that is
+//! itself no number.
 
 use linelit_bsdf::microfacet::{TrowbridgeReitz, schlick};
 use linelit_bsdf::{
@@ -13,13 +13,11 @@ use linelit_bsdf::{
     Substrate,
 };
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
-use linelit_shading::cosine_lobe::CosineLobe;
 use linelit_shading::ltc::Ltc;
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::ribbon::{Sides, emitter, reflected};
 use linelit_shading::{
-    batch, cylinder, horizon, phong, phong_polygon, point_line, polygon, ribbon, solid_angle,
-    spherical_gaussian,
+    batch, cylinder, horizon, phong, polygon, ribbon, solid_angle, spherical_gaussian,
 };
 use linelit_testkit::close::nudge;
 use linelit_testkit::rng::SplitMix64;
@@ -149,14 +147,13 @@ impl Wrong {
     }
 }
 
-const MODELS: [Model; 3] = [Model::Ribbon, Model::Cylinder, Model::PointLine];
+const MODELS: [Model; 2] = [Model::Ribbon, Model::Cylinder];
 
 fn along_lines(source: &mut Source, wrong: &mut Wrong) {
     let [p0, p1, n, m, axis] = source.vectors();
     let (k, albedo, tolerance) = (source.number(), source.number(), source.number());
     wrong.light("ribbon", ribbon::irradiance(p0, p1, n));
     wrong.light("cylinder", cylinder::irradiance(p0, p1, n));
-    wrong.light("point_line", point_line::irradiance(p0, p1, n));
     wrong.light("cylinder::solid_angle", cylinder::solid_angle(p0, p1));
     for sides in [Sides::One, Sides::Both] {
         wrong.light("emitter", emitter(p0, p1, m, sides));
@@ -165,15 +162,12 @@ fn along_lines(source: &mut Source, wrong: &mut Wrong) {
     wrong.light("phong::normalisation", phong::normalisation(k));
     wrong.light("phong::ribbon", phong::ribbon(p0, p1, n, axis, k));
     wrong.light("phong::cylinder", phong::cylinder(p0, p1, n, axis, k));
-    wrong.light("phong::point_line", phong::point_line(p0, p1, n, axis, k));
     let half = phong::half_space(p0, p1, n, m, axis, k);
     wrong.light("phong::half_space", half);
     let gauss = spherical_gaussian::ribbon(p0, p1, n, axis, k);
     wrong.light("spherical_gaussian::ribbon", gauss);
     let gauss = spherical_gaussian::cylinder(p0, p1, n, axis, k);
     wrong.light("spherical_gaussian::cylinder", gauss);
-    let gauss = spherical_gaussian::point_line(p0, p1, n, axis, k);
-    wrong.light("spherical_gaussian::point_line", gauss);
     if let Some(clipped) = horizon::clip_segment(p0, p1, n) {
         wrong.light("clip_segment", clipped.cosines[0]);
         wrong.light("clip_segment", clipped.cosines[1]);
@@ -202,17 +196,13 @@ fn many(p0: DVec3, p1: DVec3, n: DVec3, wrong: &mut Wrong) {
         p0: a.each_ref().map(|c| &c[..]),
         p1: b.each_ref().map(|c| &c[..]),
     };
-    let rows = [batch::ribbons, batch::cylinders, batch::point_lines];
+    let rows = [batch::ribbons, batch::cylinders];
     let mut out = [-1.0; 9];
     for f in rows {
         f(&segments, n, &mut out);
         out.iter().for_each(|x| wrong.light("batch", *x));
     }
-    let in_columns = [
-        batch::ribbons_columns,
-        batch::cylinders_columns,
-        batch::point_lines_columns,
-    ];
+    let in_columns = [batch::ribbons_columns, batch::cylinders_columns];
     for f in in_columns {
         f(&columns, n, &mut out);
         out.iter().for_each(|x| wrong.light("batch", *x));
@@ -222,16 +212,12 @@ fn many(p0: DVec3, p1: DVec3, n: DVec3, wrong: &mut Wrong) {
 fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     let points: [DVec3; 27] = source.vectors();
     let [n, w] = source.vectors();
-    let (k, tolerance, radius) = (source.number(), source.number(), source.number());
+    let (k, radius) = (source.number(), source.number());
     for count in [0, 1, 2, 3, 4, 6, 27] {
         let corners = &points[..count];
         wrong.light("polygon", polygon::irradiance(corners, n));
         wrong.light("by edges", polygon::irradiance_by_edges(corners, n));
         wrong.light("solid_angle::polygon", solid_angle::polygon(corners));
-        let lobe = phong_polygon::irradiance(corners, n, w, k);
-        wrong.light("phong_polygon", lobe);
-        let quick = phong_polygon::irradiance_to(corners, n, w, k, tolerance);
-        wrong.light("phong_polygon::irradiance_to", quick);
     }
     let [a, b, c] = [points[0], points[1], points[2]];
     wrong.finite("polygon::edge", polygon::edge(a, b, n));
@@ -261,17 +247,6 @@ fn transformed_cosines(source: &mut Source, wrong: &mut Wrong) {
         ltc.polygon_by_edges(&frame, &points),
     );
     wrong.light("Ltc::line", ltc.line(&frame, points[0], points[1]));
-    let lobe = CosineLobe {
-        stretch: x,
-        exponent: source.number(),
-        weight: y,
-    };
-    let _ = lobe.axis(&frame, w);
-    wrong.colour("CosineLobe::value", lobe.value(&frame, z, w));
-    let [p0, p1] = [points[0], points[1]];
-    wrong.colour("CosineLobe::ribbon", lobe.ribbon(&frame, w, p0, p1));
-    wrong.colour("CosineLobe::cylinder", lobe.cylinder(&frame, w, p0, p1));
-    wrong.colour("CosineLobe::polygon", lobe.polygon(&frame, w, &points));
 }
 
 fn layers([tangent, kd, ks]: [DVec3; 3], parts: [Lobe; 5]) -> Layers {

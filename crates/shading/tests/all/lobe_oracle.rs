@@ -18,12 +18,11 @@ impl Default for Rule {
     }
 }
 
-/// The integrals of the three models of a line.
+/// The integrals of both models of a line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Models {
     pub(crate) ribbon: f64,
     pub(crate) cylinder: f64,
-    pub(crate) point_line: f64,
 }
 
 /// The clipped arc: functionals by their values at the first end and a right angle further.
@@ -96,7 +95,6 @@ impl Arc {
         Models {
             ribbon: power(sums[1] * inverse),
             cylinder: power(2.0 * sums[1]),
-            point_line: power(sums[0] * inverse),
         }
     }
 }

@@ -1,18 +1,14 @@
 //! Errors of everything with a lobe, domain by domain.
 
 use crate::accuracy::{
-    LINE_DOMAINS, PLANE, POLYGON_DOMAINS, Row, Sample, error, flat_shape, lit_segment, log_uniform,
-    printed_error, shape, sine, vector,
+    LINE_DOMAINS, Row, Sample, error, lit_segment, log_uniform, printed_error, sine, vector,
 };
 use crate::lobe_oracle::{self, Rule};
-use crate::polygon_oracle::Oracle;
-use crate::{naive, oracle};
+use crate::naive;
 use linelit_geometry::{DVec3, Frame};
-use linelit_shading::cosine_lobe::CosineLobe;
 use linelit_shading::quadrature::{self, Model};
-use linelit_shading::{phong, phong_polygon, solid_angle, spherical_gaussian};
+use linelit_shading::{phong, spherical_gaussian};
 use linelit_testkit::dd::Dd;
-use linelit_testkit::precise::Wide;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
 
@@ -22,7 +18,7 @@ fn domains(high: &'static str) -> impl Iterator<Item = &'static str> {
 }
 
 /// An exponent from 0 to 1e5, most of them integers, a third of them below ten.
-pub(crate) fn exponent(domain: &str, rng: &mut SplitMix64) -> f64 {
+fn exponent(domain: &str, rng: &mut SplitMix64) -> f64 {
     let k = if domain.starts_with("exponent") {
         log_uniform(rng, 3.0, 5.0)
     } else if rng.next_f64() < 0.3 {
@@ -83,14 +79,14 @@ fn integer(k: f64, index: usize) -> Option<u32> {
     (k.fract() <= 0.0 && index.is_multiple_of(25)).then_some(k as u32)
 }
 
-/// Rows of three models that share an oracle.
-struct Three {
-    names: [&'static str; 3],
-    samples: [Vec<Sample>; 3],
+/// Rows of two models that share an oracle.
+struct Both {
+    names: [&'static str; 2],
+    samples: [Vec<Sample>; 2],
 }
 
-impl Three {
-    fn new(names: [&'static str; 3]) -> Self {
+impl Both {
+    fn new(names: [&'static str; 2]) -> Self {
         Self {
             names,
             samples: Default::default(),
@@ -122,14 +118,14 @@ impl Three {
     }
 }
 
-/// Phong along the three models.
+/// Phong along both models.
 pub(crate) fn phong_lines(count: usize) -> Vec<Row> {
     let rule = Rule::default();
     let mut rows = Vec::new();
     for domain in domains("exponent 1e3 to 1e5").chain([BOTH]) {
         let mut rng = SplitMix64::new(3);
-        let mut three = Three::new(["phong::ribbon", "phong::cylinder", "phong::point_line"]);
-        while three.samples[0].len() < count {
+        let mut both = Both::new(["phong::ribbon", "phong::cylinder"]);
+        while both.samples[0].len() < count {
             let (a, b, n, r) = lobe_segment(domain, &mut rng);
             let k = exponent(domain, &mut rng);
             let [p, q, m, w] = [a, b, n, r].map(|v| v.to_array());
@@ -141,35 +137,27 @@ pub(crate) fn phong_lines(count: usize) -> Vec<Row> {
                 continue;
             };
             let condition = (k + 1.0) / sine(a, b);
-            let printed = integer(k, three.samples[0].len()).map(|k| naive::phong(a, b, n, r, k));
-            let got = [
-                phong::ribbon(a, b, n, r, k),
-                phong::cylinder(a, b, n, r, k),
-                phong::point_line(a, b, n, r, k),
-            ];
-            let want = [want.ribbon, want.cylinder, want.point_line];
-            for i in 0..3 {
-                three.add(i, condition, got[i], want[i], printed.map(|p| p[i]));
+            let printed = integer(k, both.samples[0].len()).map(|k| naive::phong(a, b, n, r, k));
+            let got = [phong::ribbon(a, b, n, r, k), phong::cylinder(a, b, n, r, k)];
+            let want = [want.ribbon, want.cylinder];
+            for i in 0..2 {
+                both.add(i, condition, got[i], want[i], printed.map(|p| p[i]));
             }
         }
-        rows.extend(three.rows(domain, 1e-10));
+        rows.extend(both.rows(domain, 1e-10));
     }
     rows.sort_by_key(|row| row.function);
     rows
 }
 
-/// Spherical Gaussians along the three models, sharpness 1e-2 to 1e4.
+/// Spherical Gaussians along both models, sharpness 1e-2 to 1e4.
 pub(crate) fn gaussians(count: usize) -> Vec<Row> {
     let rule = Rule::default();
     let mut rows = Vec::new();
     for domain in domains("sharpness 1e3 to 1e4") {
         let mut rng = SplitMix64::new(4);
-        let mut three = Three::new([
-            "spherical_gaussian::ribbon",
-            "spherical_gaussian::cylinder",
-            "spherical_gaussian::point_line",
-        ]);
-        while three.samples[0].len() < count {
+        let mut both = Both::new(["spherical_gaussian::ribbon", "spherical_gaussian::cylinder"]);
+        while both.samples[0].len() < count {
             let (a, b, n) = lit_segment(domain, &mut rng);
             let xi = axis(a, b, &mut rng);
             let low = if domain.starts_with("sharpness") {
@@ -189,64 +177,24 @@ pub(crate) fn gaussians(count: usize) -> Vec<Row> {
             let got = [
                 spherical_gaussian::ribbon(a, b, n, xi, lambda),
                 spherical_gaussian::cylinder(a, b, n, xi, lambda),
-                spherical_gaussian::point_line(a, b, n, xi, lambda),
             ];
-            let want = [want.ribbon, want.cylinder, want.point_line];
-            for i in 0..3 {
-                three.add(i, condition, got[i], want[i], None);
+            let want = [want.ribbon, want.cylinder];
+            for i in 0..2 {
+                both.add(i, condition, got[i], want[i], None);
             }
         }
-        rows.extend(three.rows(domain, 1e-10));
+        rows.extend(both.rows(domain, 1e-10));
     }
     rows.sort_by_key(|row| row.function);
     rows
 }
 
-/// A generalised cosine lobe and a view, local.
-fn some_lobe(rng: &mut SplitMix64, decades: f64) -> (CosineLobe, DVec3) {
+/// The axis, local and of any length, and the exponent of a cosine lobe.
+fn some_lobe(rng: &mut SplitMix64) -> (DVec3, f64) {
     let mut v = |a: f64, b: f64| rng.in_range(a, b);
     let stretch = DVec3::new(v(-1.2, 0.6), v(-1.2, 0.6), v(0.6, 1.1));
     let view = DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), v(0.1, 1.0)).normalize();
-    let lobe = CosineLobe {
-        stretch,
-        exponent: 10f64.powf(v(0.0, decades)).floor(),
-        weight: DVec3::ONE,
-    };
-    (lobe, view)
-}
-
-/// Generalised cosine lobes, for the axis as it is rounded.
-pub(crate) fn cosine_lobes(count: usize) -> Vec<Row> {
-    let rule = Rule::default();
-    let mut rows = Vec::new();
-    for domain in LINE_DOMAINS {
-        let mut rng = SplitMix64::new(5);
-        let mut three = Three::new(["cosine_lobe::ribbon", "cosine_lobe::cylinder", ""]);
-        while three.samples[0].len() < count {
-            let (a, b, n) = lit_segment(domain, &mut rng);
-            let frame = Frame::from_normal(n);
-            let (lobe, local) = some_lobe(&mut rng, 2.5);
-            let wo = frame.to_world(local);
-            let axis = lobe.axis(&frame, wo);
-            if sine(a, b) < 1e-12 {
-                continue;
-            }
-            let [p, q, m, w] = [a, b, frame.z, axis].map(|v| v.to_array());
-            let Some(want) = lobe_oracle::phong(&rule, p, q, m, w, lobe.exponent) else {
-                continue;
-            };
-            let condition = (lobe.exponent + 1.0) / sine(a, b);
-            let printed = integer(lobe.exponent, three.samples[0].len())
-                .map(|k| naive::phong(a, b, frame.z, axis, k));
-            let got = lobe.ribbon(&frame, wo, a, b).x;
-            three.add(0, condition, got, want.ribbon, printed.map(|p| p[0]));
-            let got = lobe.cylinder(&frame, wo, a, b).x;
-            three.add(1, condition, got, want.cylinder, printed.map(|p| p[1]));
-        }
-        rows.extend(three.rows(domain, 1e-10).take(2));
-    }
-    rows.sort_by_key(|row| row.function);
-    rows
+    (stretch * view, 10f64.powf(v(0.0, 1.45)).floor())
 }
 
 /// Adaptive quadrature of cosine lobes of exponents below 30 that see both ends: a lit end that no
@@ -263,9 +211,8 @@ pub(crate) fn quadratures(count: usize) -> Vec<Row> {
         while samples.len() < count {
             let (a, b, n) = lit_segment(domain, &mut rng);
             let frame = Frame::from_normal(n);
-            let (lobe, local) = some_lobe(&mut rng, 1.45);
-            let axis = lobe.axis(&frame, frame.to_world(local));
-            let k = lobe.exponent;
+            let (local, k) = some_lobe(&mut rng);
+            let axis = frame.to_world(local);
             if sine(a, b) < 1e-12 || axis.dot(a).min(axis.dot(b)) <= 0.0 {
                 continue;
             }
@@ -293,133 +240,4 @@ pub(crate) fn quadratures(count: usize) -> Vec<Row> {
         }
     };
     domains.map(row).collect()
-}
-
-/// What can go wrong with a lobe over a polygon, besides the domains of the diffuse one.
-const LOBE_DOMAINS: [&str; 3] = ["axis at an edge", "exponent 1e3 to 1e5", PLANE];
-
-/// Lobes of even exponents, which have sums of so many digits as it takes: at all distances of the
-/// plane, of any axis, and with an axis along the normal, or opposite, to rounding or nearly.
-const ANY_AXIS: &str = "in its plane, even exponent";
-const ALONG: &str = "axis along the normal";
-
-/// A polygon of a domain and the lobe's axis.
-pub(crate) fn lobe_over_polygon(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, DVec3) {
-    // The oracle's doubled digits do not tell the way round any nearer.
-    let (corners, n) = if domain == PLANE {
-        flat_shape(-14.0, -7.0, rng)
-    } else {
-        shape(domain, rng)
-    };
-    let w = match domain {
-        PLANE => vector(rng),
-        "sliver" => axis(corners[0], corners[1], rng),
-        "axis at an edge" => {
-            let (a, b) = (corners[0], corners[1]);
-            let away = vector(rng) * log_uniform(rng, -12.0, -1.0);
-            (a.lerp(b, rng.in_range(-0.5, 1.5)).normalize() + away).normalize()
-        }
-        _ => axis(corners[0], corners[2], rng),
-    };
-    (corners, n, w)
-}
-
-/// Rows of [`ANY_AXIS`] and [`ALONG`].
-fn even_lobes(domain: &'static str, count: usize) -> Row {
-    let mut rng = SplitMix64::new(6);
-    let mut samples = Vec::new();
-    while samples.len() < count {
-        let (low, high) = if rng.next_f64() < 0.5 {
-            (-280.0, -20.0)
-        } else {
-            (-20.0, -7.0)
-        };
-        let (corners, n) = flat_shape(low, high, &mut rng);
-        let away = vector(&mut rng);
-        let w = if domain == ALONG {
-            let side = if rng.next_f64() < 0.5 { n } else { -n };
-            (side + away * log_uniform(&mut rng, -18.0, -1.0)).normalize()
-        } else {
-            away
-        };
-        let even = u32::try_from(rng.below(6)).expect("small");
-        let k = 2 * even;
-        let want = evenly(&corners, n, w, k);
-        if want < 1e-280 {
-            continue;
-        }
-        let k = f64::from(k);
-        let omega = solid_angle::polygon(&corners);
-        let printed = integer(k, samples.len()).map_or(f64::NAN, |k| {
-            printed_error(naive::phong_polygon(&corners, n, w, k), Dd::new(want), 0.0)
-        });
-        let ours = phong_polygon::irradiance(&corners, n, w, k);
-        samples.push(Sample {
-            condition: 1.0 / omega.min(2.0 * std::f64::consts::PI / (k + 2.0)),
-            ours: error(ours, Dd::new(want), 0.0),
-            printed,
-        });
-    }
-    Row {
-        function: "phong_polygon::irradiance",
-        domain,
-        samples,
-        goal: 1e-10,
-    }
-}
-
-/// [`oracle::wide_lobe`] of as many digits as what cancels: those of the distance twice, of the
-/// result, and of what the axis is off the normal or its opposite.
-fn evenly(corners: &[DVec3], n: DVec3, w: DVec3, k: u32) -> f64 {
-    let corners: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
-    let coordinates = corners.iter().flatten().filter(|x| **x != 0.0);
-    let least = coordinates.fold(1.0, |a: f64, b| a.min(b.abs()));
-    let (n, w) = (n.to_array(), w.to_array());
-    if least > 1e-40 {
-        oracle::wide_lobe::<Wide<1536>>(&corners, n, w, k)
-    } else {
-        oracle::wide_lobe::<Wide<2560>>(&corners, n, w, k)
-    }
-}
-
-/// Phong over polygons, relative to itself.
-pub(crate) fn phong_polygons(count: usize) -> Vec<Row> {
-    let mut oracle = Oracle::new();
-    let mut rows = Vec::new();
-    for domain in POLYGON_DOMAINS.into_iter().chain(LOBE_DOMAINS) {
-        let mut rng = SplitMix64::new(6);
-        let mut samples = Vec::new();
-        // Half a sphere takes the oracle as much longer.
-        let count = if domain == PLANE {
-            count.div_ceil(25)
-        } else {
-            count
-        };
-        while samples.len() < count {
-            let (corners, n, w) = lobe_over_polygon(domain, &mut rng);
-            let k = exponent(domain, &mut rng);
-            let arrays: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
-            let want = oracle.phong(&arrays, n.to_array(), w.to_array(), k);
-            if want < 1e-280 {
-                continue;
-            }
-            let omega = solid_angle::polygon(&corners);
-            let want = Dd::new(want);
-            samples.push(Sample {
-                condition: 1.0 / omega.min(2.0 * std::f64::consts::PI / (k + 2.0)),
-                ours: error(phong_polygon::irradiance(&corners, n, w, k), want, 0.0),
-                printed: integer(k, samples.len()).map_or(f64::NAN, |k| {
-                    printed_error(naive::phong_polygon(&corners, n, w, k), want, 0.0)
-                }),
-            });
-        }
-        rows.push(Row {
-            function: "phong_polygon::irradiance",
-            domain,
-            samples,
-            goal: 1e-10,
-        });
-    }
-    rows.extend([ANY_AXIS, ALONG].map(|domain| even_lobes(domain, count.div_ceil(25))));
-    rows
 }

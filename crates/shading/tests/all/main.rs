@@ -18,7 +18,6 @@ mod found;
 mod hostile;
 mod laws;
 mod lines_by_quadrature;
-mod lobe_tolerance;
 mod next_to_the_point;
 mod polygons_by_quadrature;
 mod vectors;

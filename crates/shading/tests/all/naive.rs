@@ -51,17 +51,6 @@ pub(crate) fn cylinder(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     (f(s.dot(p1) / p1.length()) - f(s.dot(p0) / p0.length())) / q
 }
 
-/// Picott 1992.
-pub(crate) fn point_line(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let Some((p0, p1)) = clip(p0, p1, n) else {
-        return 0.0;
-    };
-    let s = (p1 - p0).normalize();
-    let (s0, s1, r0, r1) = (s.dot(p0), s.dot(p1), p0.length(), p1.length());
-    let q = p0 - s * s0;
-    n.dot(q) / q.length_squared() * (s1 / r1 - s0 / r0) + n.dot(s) * (1.0 / r0 - 1.0 / r1)
-}
-
 /// Lambert's sum with arc cosines.
 pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut above = Vec::new();
@@ -118,13 +107,13 @@ fn power(u: f64, k: u32) -> f64 {
 }
 
 /// Billen & Dutré 2016, eq. 24 with its recursion (integer exponents), for the ribbon without its
-/// emitter's height, the thin cylinder, and the line of points.
-pub(crate) fn phong(p0: DVec3, p1: DVec3, n: DVec3, r: DVec3, k: u32) -> [f64; 3] {
+/// emitter's height, and the thin cylinder.
+pub(crate) fn phong(p0: DVec3, p1: DVec3, n: DVec3, r: DVec3, k: u32) -> [f64; 2] {
     let Some((p0, p1)) = clip(p0, p1, n) else {
-        return [0.0; 3];
+        return [0.0; 2];
     };
     let Some((p0, p1)) = clip(p0, p1, r) else {
-        return [0.0; 3];
+        return [0.0; 2];
     };
     let y = (p1 - p0).normalize();
     let q = p0 - y * p0.dot(y);
@@ -143,12 +132,7 @@ pub(crate) fn phong(p0: DVec3, p1: DVec3, n: DVec3, r: DVec3, k: u32) -> [f64; 3
         + alpha.sin() * beta.sin() * powers(u0, u1, k)
         + (alpha + beta).sin() * drop(k + 2);
     let scale = sn * sr.powi(i32::try_from(k).expect("small"));
-    let points = alpha.cos() * powers(u0, u1, k + 1) + alpha.sin() * drop(k + 1);
-    [
-        scale * sum / (h * h),
-        2.0 * scale * sum / h,
-        scale * points / h,
-    ]
+    [scale * sum / (h * h), 2.0 * scale * sum / h]
 }
 
 /// The solid angle of a thin cylinder for each unit of radius, by the sines at its ends.
@@ -157,76 +141,4 @@ pub(crate) fn cylinder_solid_angle(p0: DVec3, p1: DVec3) -> f64 {
     let (a, b) = (p0.dot(s), p1.dot(s));
     let h = (p0.dot(p0) - a * a).sqrt();
     2.0 / h * (b / p1.length() - a / p0.length())
-}
-
-/// Arvo 1995: the double-axis moment by its recursions (integer exponents).
-#[allow(clippy::too_many_lines, reason = "one recursion, as published")]
-pub(crate) fn phong_polygon(vertices: &[DVec3], n: DVec3, w: DVec3, k: u32) -> f64 {
-    let mut polygon = vertices.to_vec();
-    for plane in [n, w] {
-        let mut above = Vec::new();
-        for (i, &a) in polygon.iter().enumerate() {
-            let b = polygon[(i + 1) % polygon.len()];
-            let (ca, cb) = (plane.dot(a), plane.dot(b));
-            if ca >= 0.0 {
-                above.push(a);
-            }
-            if (ca > 0.0 && cb < 0.0) || (ca < 0.0 && cb > 0.0) {
-                above.push(a + (b - a) * (ca / (ca - cb)));
-            }
-        }
-        polygon = above;
-        if polygon.len() < 3 {
-            return 0.0;
-        }
-    }
-    if polygon[0].dot(polygon[1].cross(polygon[2])) < 0.0 {
-        polygon.reverse();
-    }
-    // Over an edge: ∫ (w·u)^q ds for all q of one parity.
-    let edges: Vec<(DVec3, f64, f64, f64)> = (0..polygon.len())
-        .map(|i| {
-            let (a, b) = (
-                polygon[i].normalize(),
-                polygon[(i + 1) % polygon.len()].normalize(),
-            );
-            let g = a.cross(b).normalize_or_zero();
-            let (s, c) = (w.dot(g.cross(a)), w.dot(a));
-            let centre = s.atan2(c);
-            let angle = a.dot(b).clamp(-1.0, 1.0).acos();
-            (g, c.hypot(s), -centre, angle - centre)
-        })
-        .collect();
-    // ∫ (w·u)^q ds over each edge, for the q of one parity in turn.
-    let first = |q: u32, e: &(DVec3, f64, f64, f64)| {
-        e.1.powi(i32::try_from(q).expect("small")) * powers(e.2, e.3, q)
-    };
-    let step = |q: u32, e: &(DVec3, f64, f64, f64), last: f64| {
-        let at =
-            |x: f64| (e.1 * x.cos()).powi(i32::try_from(q - 1).expect("small")) * e.1 * x.sin();
-        (at(e.3) - at(e.2) + f64::from(q - 1) * e.1 * e.1 * last) / f64::from(q)
-    };
-    let sum = |f: DVec3, boundary: &[f64]| -> f64 {
-        let term = |(e, b): (&(DVec3, f64, f64, f64), &f64)| e.0.dot(f) * b;
-        edges.iter().zip(boundary).map(term).sum()
-    };
-    // T of order −1 or 0, and upwards by two to k − 1; the boundary of order one less than T's
-    // next.
-    let even = k.is_multiple_of(2);
-    let (mut moment, mut order) = if even {
-        (0.0, 1)
-    } else {
-        (solid_angle(&polygon), 2)
-    };
-    let mut boundary: Vec<f64> = edges.iter().map(|e| first(order - 1, e)).collect();
-    while order < k {
-        moment = (f64::from(order - 1) * moment + sum(w, &boundary)) / f64::from(order + 1);
-        order += 2;
-        for (b, e) in boundary.iter_mut().zip(&edges) {
-            *b = step(order - 1, e, *b);
-        }
-    }
-    let last: Vec<f64> = edges.iter().map(|e| first(k, e)).collect();
-    let moment = if k == 0 { 0.0 } else { moment };
-    ((f64::from(k) * w.dot(n) * moment + sum(n, &last)) / f64::from(k + 2)).abs()
 }

@@ -5,7 +5,7 @@ use crate::accuracy::{flat_shape, from_its_plane};
 use crate::polygons_by_quadrature::facets;
 use linelit_geometry::{DVec3, Frame};
 use linelit_shading::quadrature::{self, Model};
-use linelit_shading::{cylinder, phong, point_line, polygon, ribbon, solid_angle};
+use linelit_shading::{cylinder, phong, polygon, ribbon, solid_angle};
 use linelit_shading::{ltc::Ltc, spherical_gaussian};
 use linelit_testkit::assert_close;
 use linelit_testkit::cases::cases;
@@ -111,21 +111,14 @@ type Form = (&'static str, fn(DVec3, DVec3, DVec3) -> f64);
 fn forms() -> Vec<Form> {
     vec![
         ("cylinder", cylinder::irradiance),
-        ("point_line", point_line::irradiance),
         ("cylinder::solid_angle", |a, b, _| {
             cylinder::solid_angle(a, b)
         }),
         ("phong::cylinder", |a, b, n| {
             phong::cylinder(a, b, n, DVec3::Z, 3.5)
         }),
-        ("phong::point_line", |a, b, n| {
-            phong::point_line(a, b, n, DVec3::Z, 3.5)
-        }),
         ("spherical_gaussian::cylinder", |a, b, n| {
             spherical_gaussian::cylinder(a, b, n, DVec3::Z, 3.5)
-        }),
-        ("spherical_gaussian::point_line", |a, b, n| {
-            spherical_gaussian::point_line(a, b, n, DVec3::Z, 3.5)
         }),
         ("quadrature::line", |a, b, n| {
             let one = |_| DVec3::ONE;

@@ -38,11 +38,6 @@ struct Line {
     angle: Dd,
 }
 
-fn line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Option<Line> {
-    let (a, b) = clip(p0, p1, &[n])?;
-    Some(seen([a, b], &vector::<Dd>(n)))
-}
-
 fn seen([a, b]: [V; 2], n: &V) -> Line {
     let x = length(&cross(&a, &b));
     let (ra, rb) = (length(&a), length(&b));
@@ -234,17 +229,6 @@ pub(crate) fn ltc_line(columns: [[f64; 3]; 3], p0: [f64; 3], p1: [f64; 3]) -> (D
     (value, (value / sine).to_f64())
 }
 
-/// Picott's integral.
-pub(crate) fn point_line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
-    let Some(l) = line(p0, p1, n) else {
-        return dd(0.0);
-    };
-    let product = l.r[0] * l.r[1];
-    let half = l.angle * dd(0.5);
-    let cos = half.cos();
-    l.length * (l.c[0] / l.r[0] + l.c[1] / l.r[1]) / (product * dd(2.0) * cos * cos)
-}
-
 /// The signed solid angle of a triangle.
 pub(crate) fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Dd {
     let [a, b, c] = [a, b, c].map(vector::<Dd>);
@@ -307,47 +291,6 @@ fn above<R: Real>(points: &[[R; 3]], n: &[R; 3]) -> Vec<[R; 3]> {
         }
     }
     above
-}
-
-/// A lobe of an even exponent over what is above both horizons, by its boundary, in arithmetic of
-/// many digits: (k + 2) T is the sum over the edges of (w·n) g (J₀ + J₂ + … + J of k − 2) + (G·n)
-/// Jₖ, where the integrals Jₘ of zᵐ along an edge obey m Jₘ = (m − 1)(1 − g²) Jₘ₋₂ − [zᵐ⁻¹ z′].
-pub(crate) fn wide_lobe<R: Real>(vertices: &[[f64; 3]], n: [f64; 3], w: [f64; 3], k: u32) -> f64 {
-    let (n, w) = (vector::<R>(n), vector::<R>(w));
-    let (zero, one) = (R::new(0.0), R::new(1.0));
-    let points: Vec<[R; 3]> = vertices.iter().map(|v| vector::<R>(*v)).collect();
-    let lit = above(&above(&points, &n), &w);
-    let size = length(&w);
-    let w = w.map(|x| x / size.clone());
-    let mut sum = zero.clone();
-    for (i, a) in lit.iter().enumerate() {
-        let b = &lit[(i + 1) % lit.len()];
-        let x = cross(a, b);
-        let across = length(&x);
-        if across <= zero {
-            continue;
-        }
-        let angle = across.atan2(&dot(a, b));
-        let normal = x.map(|x| x / across.clone());
-        let (g, lean) = (dot(&normal, &w), dot(&normal, &n));
-        let reach = one.clone() - g.clone() * g.clone();
-        let [start, end] = [a, b].map(|p| {
-            let r = length(p);
-            [dot(&w, p) / r.clone(), dot(&w, &cross(&normal, p)) / r]
-        });
-        let (mut all, mut power, mut m) = (zero.clone(), angle, 0);
-        while m < k {
-            all = all + power.clone();
-            m += 2;
-            let rise = |[z, slope]: &[R; 2]| z.powi(m - 1) * slope.clone();
-            let change = rise(&end) - rise(&start);
-            let (before, now) = (R::new(f64::from(m - 1)), R::new(f64::from(m)));
-            power = (before * reach.clone() * power - change) / now;
-        }
-        sum = sum + dot(&w, &n) * g * all + lean * power;
-    }
-    let whole = sum.abs() * size.powi(k) / R::new(f64::from(k + 2));
-    whole.to_f64()
 }
 
 /// Lambert's sum over what is above the horizon, and the solid angle of the whole fan of triangles,

@@ -1,4 +1,5 @@
-//! The reference vectors (25 digits) against the crate.
+//! The reference vectors (25 digits) against the crate, but for the fields `b.point` and `d.P`: the
+//! crate has neither lines of points nor Phong lobes over polygons.
 #![allow(clippy::print_stdout, reason = "a table is printed")]
 
 use crate::accuracy_table::arguments;

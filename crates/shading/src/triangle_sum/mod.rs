@@ -1,0 +1,223 @@
+//! The irradiance of a convex polygon as a sum over triangles, from terms that are not negative.
+//!
+//! With unit vectors â, b̂, ĉ to the corners of a triangle, v the angle along the side from b̂, δ
+//! that whole side, ê(v) the direction there, R the angle from â to ê, and G the function of R that
+//! lines have ([`lune`]),
+//!
+//! ```text
+//! ∫ n·ω dω = det(â, b̂, ĉ) ∫ dv/sin δ · ½ [(n·â) (1 − G cos R) + (n·ê) G]
+//! ```
+//!
+//! What the [horizon](cut) leaves of a triangle has determinants that are products and quotients,
+//! and n·ω follows from its values at the corners: nothing cancels, however thin a sliver.
+
+mod cut;
+
+use crate::exact::{dot, length};
+use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
+use crate::solid_angle::volume;
+use crate::span::not_too_near;
+use crate::special::lune;
+use linelit_elementary::{atan2, sin, sin_cos};
+use linelit_geometry::{DVec3, predicates};
+use std::f64::consts::PI;
+
+/// Cosine of an angle (96°): longer sides are halved. Over a shorter one sixteen nodes err by less
+/// than 1e-20: G has its next pole where R is half a turn, 84° beyond.
+const LONGEST: f64 = -0.1;
+/// The square of a side, so short that the third corner is not opposite the middle of the longest.
+const SLENDER: f64 = 0.01;
+/// Of what is 1e-300 of that, products with its own roundings are within the range of numbers.
+const SCALE: f64 = 1_267_650_600_228_229_401_496_703_205_376.0;
+/// The most rounds of halving: a half-sphere's triangles have sides of at most 180°, 90°, 45°.
+const HALVINGS: u32 = 6;
+/// Cosine of an angle (120°) below which all arcs are from a corner to the shortest side, once no
+/// side is longer than 96°.
+const LONGEST_ARC: f64 = -0.5;
+
+/// A corner: its direction, or a point that way.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    at: DVec3,
+    /// n times it.
+    value: f64,
+}
+
+impl Corner {
+    /// The sum of two with weights that are not negative.
+    fn blend(self, a: f64, other: Self, b: f64) -> Self {
+        Self {
+            at: self.at * a + other.at * b,
+            value: self.value * a + other.value * b,
+        }
+    }
+
+    /// The direction of a point so far away; its cosine is at most `most`, for a cut may be so near
+    /// the shading point that its distance underflows.
+    fn over(self, length: f64, most: f64) -> Self {
+        Self {
+            at: self.at / length,
+            value: (self.value / length).min(most),
+        }
+    }
+}
+
+/// A triangle above the horizon.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    corners: [Corner; 3],
+    /// The cross products of the ends of the sides opposite the corners, in order. Of a side of
+    /// nearly 180° its rounded ends know neither the plane nor the sine.
+    sides: [DVec3; 3],
+    /// The corners' determinant, of either sign, as two factors: of half a turn's sliver the
+    /// product is below the range of numbers.
+    volume: [f64; 2],
+}
+
+/// `∫ max(0, n·ω) dω` over the fan of triangles from the first vertex, positive where they are
+/// counter-clockwise.
+pub(crate) fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
+    let mut sum = 0.0;
+    for pair in vertices[1..].windows(2) {
+        let corners = [vertices[0], pair[0], pair[1]].map(not_too_near);
+        let volume = volume(corners[0], corners[1], corners[2]);
+        if volume == 0.0 {
+            continue;
+        }
+        let points = corners.map(|p| p * SCALE);
+        let volume = volume * (SCALE * SCALE * SCALE);
+        sum += cut::above(n, points, volume, |t| t.divided(n, HALVINGS));
+    }
+    sum
+}
+
+impl Triangle {
+    /// ∫ n·ω dω by parts, while there is a long side.
+    fn divided(&self, n: DVec3, rounds: u32) -> f64 {
+        let corners = self.corners;
+        let chord = |i: usize| (corners[(i + 1) % 3].at - corners[(i + 2) % 3].at).length_squared();
+        let chords = [chord(0), chord(1), chord(2)];
+        let pick = |better: fn(&f64, &f64) -> bool| {
+            (1..3).fold(0, |best, i| {
+                if better(&chords[i], &chords[best]) {
+                    i
+                } else {
+                    best
+                }
+            })
+        };
+        let longest = pick(f64::gt);
+        if rounds == 0 || 1.0 - 0.5 * chords[longest] >= LONGEST {
+            return self.volume[0] * self.volume[1] * self.turned(pick(f64::lt)).sweep();
+        }
+        let turned = self.turned(longest);
+        let [a, b, c] = [0, 1, 2].map(|i| chords[(longest + i) % 3]);
+        if a < b + c && b.min(c) > SLENDER {
+            turned.thirds(n, rounds)
+        } else {
+            turned.halves(n, rounds)
+        }
+    }
+
+    /// Counted from another corner.
+    fn turned(&self, first: usize) -> Self {
+        let order = [first, (first + 1) % 3, (first + 2) % 3];
+        Self {
+            corners: order.map(|i| self.corners[i]),
+            sides: order.map(|i| self.sides[i]),
+            ..*self
+        }
+    }
+
+    /// From the centre of the circumcircle, where that is inside: of half a sphere, the middle of
+    /// the longest side may be opposite the third corner.
+    fn thirds(&self, n: DVec3, rounds: u32) -> f64 {
+        let corners = self.corners;
+        let [a, b, c] = corners.map(|c| c.at);
+        let normal = predicates::cross(b - a, c - a).normalize_or_zero();
+        // Which pole is meant, and whether it is inside, rounded corners of (nearly) half a sphere
+        // do not know: the triangle's orientation and its sides do.
+        let turn = self.volume[0].signum() * self.volume[1].signum();
+        let at = normal * turn;
+        let value = dot(n, at).max(0.0);
+        let centre = Corner { at, value };
+        let volumes = self.sides.map(|side| dot(at, side));
+        if volumes.iter().any(|v| v * turn < 0.0) {
+            return self.halves(n, rounds);
+        }
+        let third = |i: usize| {
+            let (from, to) = (corners[i], corners[(i + 1) % 3]);
+            let part = Self {
+                corners: [centre, from, to],
+                sides: [
+                    self.sides[(i + 2) % 3],
+                    predicates::cross(to.at, at),
+                    predicates::cross(at, from.at),
+                ],
+                volume: [volumes[(i + 2) % 3], 1.0],
+            };
+            part.divided(n, rounds - 1)
+        };
+        third(0) + third(1) + third(2)
+    }
+
+    /// By the middle of the side opposite the first corner.
+    fn halves(&self, n: DVec3, rounds: u32) -> f64 {
+        let [a, b, c] = self.corners;
+        let [across, left, right] = self.sides;
+        let [one, other] = self.volume;
+        let sine = length(across).min(1.0);
+        let angle = atan2(sine, b.at.dot(c.at));
+        let (half_sine, half_cosine) = sin_cos(0.5 * angle);
+        // By the side, for ends that are opposite do not know which way round it runs.
+        let tangent = predicates::cross(across / sine, b.at);
+        let weight = half_sine / sine;
+        let middle = Corner {
+            at: b.at * half_cosine + tangent * half_sine,
+            value: b.blend(weight, c, weight).value.min(n.length()),
+        };
+        let volume = if one.abs() < other.abs() {
+            [one * weight, other]
+        } else {
+            [one, other * weight]
+        };
+        let inner = predicates::cross(a.at, middle.at);
+        let half = |corners: [Corner; 3], [left, right]: [DVec3; 2]| {
+            let sides = [across * weight, left, right];
+            let part = Self {
+                corners,
+                sides,
+                volume,
+            };
+            part.divided(n, rounds - 1)
+        };
+        half([a, b, middle], [-inner, right]) + half([a, middle, c], [left, inner])
+    }
+
+    /// The integral over the determinant: over the arcs from the first corner to the side opposite
+    /// it.
+    fn sweep(&self) -> f64 {
+        let [apex, from, to] = self.corners;
+        let sine = length(self.sides[0]).min(1.0);
+        let angle = atan2(sine, from.at.dot(to.at));
+        let term = |i: usize| {
+            let u = FEW_NODES[i];
+            let [a, b] = if sine > 0.0 {
+                [sin(angle * (1.0 - u)) / sine, sin(angle * u) / sine]
+            } else {
+                [1.0 - u, u]
+            };
+            let end = from.blend(a, to, b);
+            let cos = apex.at.dot(end.at).clamp(LONGEST_ARC, 1.0);
+            let g = if cos >= 0.0 {
+                lune(cos)
+            } else {
+                let square = (1.0 - cos) * (1.0 + cos);
+                PI / (square * square.sqrt()) - lune(-cos)
+            };
+            FEW_WEIGHTS[i] * (apex.value * (1.0 - g * cos) + end.value * g)
+        };
+        let scale = if sine > 0.0 { angle / sine } else { 1.0 };
+        0.5 * scale * (0..FEW).map(term).sum::<f64>()
+    }
+}
