@@ -74,7 +74,14 @@ impl Draws {
             _ => lines.sample(u),
         };
         match along {
-            Along::Point => self.draw_by(query, |i, u| Some(line(i, u))),
+            Along::Point => {
+                self.clear();
+                let numbers = query.numbers();
+                for i in 0..query.samples {
+                    let [u, v] = numbers.get_2d(i);
+                    self.push(line(i, u), 1.0, v);
+                }
+            }
             Along::Analytic(_) => {
                 let control = if each {
                     LineControl::None
@@ -87,23 +94,7 @@ impl Draws {
         lines
     }
 
-    /// Draws all line samples of the query by what gives a line for its number and a random number.
-    pub(crate) fn draw_by<R, T: EmissionTexture>(
-        &mut self,
-        query: &Query<'_, R, T>,
-        line: impl Fn(u32, f64) -> Option<LineSample>,
-    ) {
-        self.clear();
-        let numbers = query.numbers();
-        for i in 0..query.samples {
-            let [u, v] = numbers.get_2d(i);
-            if let Some(line) = line(i, u) {
-                self.push(line, 1.0, v);
-            }
-        }
-    }
-
-    /// The same of lines whose integrals are known, which need no second number.
+    /// Draws lines whose integrals are known, which need no second number for a point.
     pub(crate) fn draw_integrated<R, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,

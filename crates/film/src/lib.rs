@@ -51,6 +51,7 @@ mod picture;
 mod png;
 mod pool;
 mod primaries;
+mod read;
 mod tga;
 mod tiles;
 

@@ -3,9 +3,32 @@
 use crate::durable::{self, make_folder, names, read};
 use crate::hash::{Digest, digest, hex};
 use crate::part::{self, Of};
-use crate::{Missing, Plan, PlanError};
+use crate::{Plan, PlanError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// What a plan still lacks.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Missing {
+    /// Units without a part.
+    pub absent: Vec<u32>,
+    /// Units whose part is broken, and what is wrong with it.
+    pub broken: Vec<(u32, String)>,
+}
+
+impl Missing {
+    /// Whether nothing is missing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.absent.is_empty() && self.broken.is_empty()
+    }
+
+    /// How many units are missing.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.absent.len() + self.broken.len()
+    }
+}
 
 /// Names within the folder.
 const PLAN: &str = "plan.json";

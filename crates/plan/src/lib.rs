@@ -14,10 +14,10 @@ mod status;
 mod tree;
 
 pub use error::{BoxError, PlanError};
-pub use folder::Folder;
+pub use folder::{Folder, Missing};
 pub use hash::hash;
 pub use plan::{Input, InputFile, Plan, Unit};
 pub use run::{Event, Ran, Run, Task, run};
 pub use shard::{Named, Shard};
-pub use status::{Missing, Status};
+pub use status::Status;
 pub use tree::Tree;

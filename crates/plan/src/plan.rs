@@ -35,7 +35,7 @@ pub struct Unit {
     pub name: String,
     /// A guess of what it costs, in seconds of one thread.
     pub cost: f64,
-    /// Units before this one whose parts it reads ([`Task::parts`](crate::Task::parts)).
+    /// Units before this one whose parts it reads (`Task::parts`).
     #[serde(default, skip_serializing_if = "Range::is_empty")]
     pub needs: Range<u32>,
     /// What the kind has to know of it: JSON.

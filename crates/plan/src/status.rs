@@ -8,29 +8,6 @@ use crate::{Folder, PlanError};
 use std::fs;
 use std::time::{Duration, SystemTime};
 
-/// What a plan still lacks.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Missing {
-    /// Units without a part.
-    pub absent: Vec<u32>,
-    /// Units whose part is broken, and what is wrong with it.
-    pub broken: Vec<(u32, String)>,
-}
-
-impl Missing {
-    /// Whether nothing is missing.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.absent.is_empty() && self.broken.is_empty()
-    }
-
-    /// How many units are missing.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.absent.len() + self.broken.len()
-    }
-}
-
 /// How far a plan is, by the names in its folder.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {

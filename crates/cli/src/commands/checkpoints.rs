@@ -2,7 +2,7 @@
 
 use super::aovs::Rendered;
 use super::picture::{Cut, PicturePlan, Wanted, pixel_seconds};
-use super::run::work_off;
+use super::units::work_off;
 use crate::args::{Checkpoints, RenderArgs};
 use crate::folder::{Lock, remove_all};
 use crate::output::note;

@@ -15,6 +15,7 @@ mod render;
 mod run;
 mod status;
 mod study;
+mod units;
 
 pub use compare::run as compare;
 pub use converge::run as converge;

@@ -1,8 +1,8 @@
 //! Pictures as plans: a unit is a tile of all its camera samples, or of a trial or a block of them.
 
 use super::aovs::{self, Rendered, Surface};
-use super::plan::{RENDER, program};
-use super::{merge, pool_of, render};
+use super::units::{self, RENDER, program};
+use super::{pool_of, render};
 use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
 use crate::inputs;
 use crate::output::Output;
@@ -285,7 +285,7 @@ impl PicturePlan {
                 error,
             })
         })?;
-        merge::check(folder, &missing)?;
+        units::check(folder, &missing)?;
         let counted = std::mem::take(&mut film.counted);
         Ok((film.finish(), counted))
     }

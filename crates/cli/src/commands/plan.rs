@@ -2,6 +2,7 @@
 
 use super::picture::{self, PicturePlan};
 use super::study::{self, StudyPlan};
+use super::units::{CONVERGE, RENDER, program, quoted};
 use crate::args::{PlanArgs, PlanKind, PlannedArgs, Script};
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
@@ -9,21 +10,10 @@ use linelit_plan::{Folder, Plan};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The kind of plans of pictures.
-pub(super) const RENDER: &str = "render";
-/// The kind of plans of convergence studies.
-pub(super) const CONVERGE: &str = "converge";
-
 /// What a plan is of.
 pub(super) enum Planned {
     Picture(Box<PicturePlan>),
     Study(Box<StudyPlan>),
-}
-
-/// The version of the program, and its commit, that plans are held to.
-pub(super) fn program() -> String {
-    let (version, commit) = (linelit_study::version(), linelit_study::tables::commit());
-    format!("linelit {version} ({commit})")
 }
 
 /// Opens a plan that this program made.
@@ -94,15 +84,6 @@ pub(super) fn finish(
         plan.units.len()
     )?;
     Ok(())
-}
-
-/// A word as one would give it to a shell.
-pub(super) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 /// The lines that run a plan.

@@ -1,14 +1,11 @@
 //! `linelit run`.
 
-use super::bar;
 use super::plan::{self, Planned};
+use super::units::work_off;
 use crate::args::{RunArgs, UsageError};
-use crate::interrupt;
 use crate::output::{Output, note};
-use crate::program::TryAgain;
-use anyhow::{Context as _, Result};
-use linelit_plan::{Event, Folder, PlanError, Ran, Run, Shard};
-use std::sync::atomic::{AtomicBool, Ordering};
+use anyhow::Result;
+use linelit_plan::{Folder, Ran, Shard};
 
 /// Does what is left of a plan, or of a shard of it.
 ///
@@ -29,51 +26,6 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
         },
     )?;
     report(args, &folder, shard, ran, out)
-}
-
-/// Works off a plan until it is done or a signal comes; then says what `goes_on` with it.
-pub(super) fn work_off(
-    folder: &Folder,
-    shard: Shard,
-    threads: usize,
-    goes_on: &str,
-    work: impl FnOnce(&Run<'_>) -> Result<Ran>,
-) -> Result<Ran> {
-    interrupt::watch().context("watching for signals")?;
-    let progress = bar("units");
-    progress.set_length(folder.units().into());
-    let said = AtomicBool::new(false);
-    let options = Run {
-        shard,
-        threads,
-        stop: &|| {
-            let stopped = interrupt::stopped();
-            if stopped && !said.swap(true, Ordering::Relaxed) {
-                note(format_args!(
-                    "stopping: units in hand are finished; once more to drop them"
-                ));
-            }
-            stopped
-        },
-        note: &|event| match event {
-            Event::Done(_) | Event::Found(_) => progress.inc(1),
-            Event::Broken(unit, why) => {
-                note(format_args!("note: {}, once more: {why}", unit.name));
-            }
-            _ => {}
-        },
-    };
-    let result = work(&options);
-    progress.finish_and_clear();
-    match result {
-        Err(e) if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) => {
-            let status = folder.status()?;
-            let (done, all) = (status.done, status.units);
-            let text = format!("interrupted: {done} of {all} units are done; {goes_on} goes on");
-            Err(TryAgain(text).into())
-        }
-        other => other,
-    }
 }
 
 /// The shard that words or environment say, which is noted.

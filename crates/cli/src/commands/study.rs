@@ -1,7 +1,7 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
-use super::plan::{self as plans, CONVERGE};
-use super::{flags, list, merge, pool_of};
+use super::units::{self, CONVERGE};
+use super::{flags, list, pool_of};
 use crate::args::{MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError};
 use crate::folder::OutputFolder;
 use crate::inputs;
@@ -227,7 +227,7 @@ pub(super) fn plan(
             .with_context(|| format!("{name} was not read"))
     };
     let plan = Plan {
-        program: plans::program(),
+        program: units::program(),
         kind: CONVERGE.to_owned(),
         settings: serde_json::to_string(&settings)?,
         inputs: spec.scenes.iter().map(input).collect::<Result<_>>()?,
@@ -362,7 +362,7 @@ impl StudyPlan {
             return Err(usage(text.to_owned()));
         }
         let missing = folder.read_all(|_, _| Ok(()))?;
-        merge::check(folder, &missing)?;
+        units::check(folder, &missing)?;
         let default = Path::new("out");
         let to = OutputFolder::open(args.output.as_deref().unwrap_or(default))?;
         let pool = pool_of(args.threads)?;
@@ -433,7 +433,7 @@ pub(super) fn write(
 
 /// Words as one would give them to a shell again.
 pub(super) fn quoted(words: impl Iterator<Item = String>) -> String {
-    let words: Vec<String> = words.map(|word| plans::quoted(&word)).collect();
+    let words: Vec<String> = words.map(|word| units::quoted(&word)).collect();
     words.join(" ")
 }
 
