@@ -21,9 +21,11 @@ const FEW_LINES: u32 = 4;
 const POINTS_WITH_COSINES: u32 = 16;
 
 /// Lines that take as long as the closed form over what is visible, for each triangle in between
-/// and for each edge that bounds what triangles hide: measured.
+/// and for each edge that bounds what triangles hide, and by how many fewer in all, for the lines'
+/// own beginning: measured.
 const LINES_FOR_A_TRIANGLE: f64 = 1.3;
 const LINES_FOR_AN_EDGE: f64 = 0.95;
+const LINES_FOR_THE_FIRST: f64 = 1.2;
 
 /// Triangles in between, for each line, up to which the closed form of transformed cosines with
 /// points for what they leave out reaches an error before points and lines do.
@@ -106,7 +108,7 @@ fn lines_if_dense(occlusion: &OcclusionStats) -> f64 {
 /// Lines that take as long as the closed form over what is visible past the shaft's triangles.
 fn lines_of_exact(occlusion: &OcclusionStats, shaft: &Shaft<'_>) -> f64 {
     let for_a_triangle = LINES_FOR_A_TRIANGLE + LINES_FOR_AN_EDGE * occlusion.edges;
-    for_a_triangle * triangles(shaft)
+    for_a_triangle * triangles(shaft) - LINES_FOR_THE_FIRST
 }
 
 /// Whether the closed form of transformed cosines past the shaft's triangles, with points for the
