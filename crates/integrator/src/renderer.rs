@@ -11,7 +11,7 @@ use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Projection, Scene};
-use linelit_visibility::{Fan, Occluders, Ray};
+use linelit_visibility::{Fan, Occluders};
 use std::ops::Range;
 
 /// A scene ready to be estimated: occluders built, plan made.
@@ -265,21 +265,12 @@ impl<'s> Renderer<'s> {
         let mut workspace = Workspace::new();
         let [x, y] = pixel.map(f64::from);
         let mut surface_at = |dx: f64, dy: f64| {
-            let camera = self.scene().camera.ray(x + 0.5 + dx, y + 0.5 + dy);
-            let ray = Ray {
-                origin: camera.origin,
-                direction: camera.direction,
-                t_min: 0.0,
-                t_max: f64::INFINITY,
-            };
-            let hit = self
-                .occluders()
-                .closest_hit(&ray, &mut workspace.buffers.scratch);
-            hit.map(|hit| {
-                let triangle = hit.triangle;
-                let surface = (self.scene()).surface(triangle, hit.barycentric, camera.direction);
-                (self.scene().mesh_of(triangle), surface.geometric_normal)
-            })
+            let at = [x + 0.5 + dx, y + 0.5 + dy];
+            let (hit, direction) = self.world.camera_hit(at, &mut workspace)?;
+            let surface = self
+                .scene()
+                .surface(hit.triangle, hit.barycentric, direction);
+            Some((self.scene().mesh_of(hit.triangle), surface.geometric_normal))
         };
         let centre = surface_at(0.0, 0.0);
         let same = |other: &Option<(u32, DVec3)>| match (&centre, other) {

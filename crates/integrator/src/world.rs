@@ -174,7 +174,17 @@ impl<'s> World<'s> {
         spacing: f64,
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
-        let [x, y] = [0, 1].map(|k| f64::from(pixel[k]) + offset[k]);
+        let at = [0, 1].map(|k| f64::from(pixel[k]) + offset[k]);
+        let (hit, direction) = self.camera_hit(at, workspace)?;
+        Some(self.seen_at(at, &hit, direction, spacing))
+    }
+
+    /// The surface that the camera ray through a place of the film meets, and the ray's direction.
+    pub(crate) fn camera_hit(
+        &self,
+        [x, y]: [f64; 2],
+        workspace: &mut Workspace,
+    ) -> Option<(Hit, DVec3)> {
         let camera = self.scene.camera.ray(x, y);
         let ray = Ray {
             origin: camera.origin,
@@ -182,10 +192,8 @@ impl<'s> World<'s> {
             t_min: 0.0,
             t_max: f64::INFINITY,
         };
-        let hit = self
-            .views
-            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
-        Some(self.seen_at([x, y], &hit, camera.direction, spacing))
+        let scratch = &mut workspace.buffers.scratch;
+        Some((self.views.closest_hit(&ray, scratch)?, camera.direction))
     }
 
     /// What the camera ray through a place of the film has met.
