@@ -1,10 +1,10 @@
 //! The parameters of materials under the names that scene files have for them: one table by which
-//! materials are read and written, and their textures found.
+//! materials are read, and their textures found.
 
 use crate::material::{MaterialKind, Roughness};
 use crate::texture::Texture;
 
-/// A parameter of a material, to be read into or written from.
+/// A parameter of a material, to be read into.
 #[derive(Debug)]
 pub enum Parameter<'a> {
     /// A colour.
