@@ -8,6 +8,7 @@ pub mod close;
 pub mod dd;
 pub mod laws;
 pub mod precise;
+pub mod program;
 pub mod public;
 pub mod quadrature;
 pub mod real;

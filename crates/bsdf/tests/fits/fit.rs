@@ -18,6 +18,7 @@ use crate::fit_errors::{FITTED, Model, alone, nodes, rows, view};
 use linelit_bsdf::Reflection;
 use linelit_bsdf::microfacet::schlick;
 use linelit_geometry::DVec3;
+use linelit_testkit::program::arguments;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -214,17 +215,10 @@ fn page() -> String {
     page
 }
 
-/// The words that `cargo xtask` was given, if it runs this test as a program.
-fn arguments() -> Option<Vec<String>> {
-    let words = std::env::var("LINELIT_ARGUMENTS").ok()?;
-    Some(words.lines().map(str::to_owned).collect())
-}
-
 #[test]
+#[ignore = "long: fits all tables afresh"]
 fn fit() {
-    let Some(arguments) = arguments() else {
-        return;
-    };
+    let arguments = arguments(&[]);
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
         .join(PAGE);

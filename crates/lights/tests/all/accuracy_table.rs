@@ -9,21 +9,15 @@
 #![allow(clippy::print_stdout, reason = "what is written is printed as well")]
 
 use crate::accuracy;
+use linelit_testkit::program::arguments;
 use std::path::Path;
 
 const HEAD: &str = include_str!("../accuracy-head.md");
 
-/// The words that `cargo xtask` was given, if it runs this test as a program.
-pub(crate) fn arguments() -> Option<Vec<String>> {
-    let words = std::env::var("LINELIT_ARGUMENTS").ok()?;
-    Some(words.lines().map(str::to_owned).collect())
-}
-
 #[test]
+#[ignore = "long: by itself it checks a twentieth of the inputs"]
 fn write() {
-    let Some(arguments) = arguments() else {
-        return;
-    };
+    let arguments = arguments(&["--check", "--quick"]);
     let flag = |name: &str| arguments.iter().any(|a| a == name);
     let cases = arguments.iter().find_map(|a| a.strip_prefix("--cases="));
     let cases: u64 = cases.map_or(1_000_000, |n| n.parse().expect("a number of starts"));

@@ -1,8 +1,8 @@
 //! The techniques against reference vectors of 25 digits.
 #![allow(clippy::print_stdout, reason = "a table is printed")]
 
-use crate::accuracy_table::arguments;
 use crate::reference::{self, Rows};
+use linelit_testkit::program::arguments;
 use linelit_testkit::public::page;
 use std::path::Path;
 
@@ -34,10 +34,10 @@ type Run = fn(&str) -> Rows;
 
 /// Prints the median and worst error of each quantity of a folder: `cargo xtask vectors DIR`.
 #[test]
+#[ignore = "long: by itself it prints the vectors that the crate has"]
 fn print() {
-    let Some(arguments) = arguments() else {
-        return;
-    };
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../testkit/vectors");
+    let arguments = arguments(&[own]);
     let folder = arguments.first().expect("a folder");
     let files: [(&str, Run); 3] = [
         ("d_polygon.json", reference::polygons),

@@ -8,21 +8,15 @@
 
 use crate::accuracy::{self, Row};
 use crate::{accuracy_report as report, lobe_rows, solid_rows};
+use linelit_testkit::program::arguments;
 use std::path::Path;
 
 const HEAD: &str = include_str!("../accuracy-head.md");
 
-/// The words that `cargo xtask` was given, if it runs this test as a program.
-pub(crate) fn arguments() -> Option<Vec<String>> {
-    let words = std::env::var("LINELIT_ARGUMENTS").ok()?;
-    Some(words.lines().map(str::to_owned).collect())
-}
-
 #[test]
+#[ignore = "long: by itself it checks a hundredth of the inputs"]
 fn write() {
-    let Some(arguments) = arguments() else {
-        return;
-    };
+    let arguments = arguments(&["--check", "--quick"]);
     let flag = |name: &str| arguments.iter().any(|a| a == name);
     let after = |name: &str| arguments.iter().find_map(|a| a.strip_prefix(name));
     let usual = if flag("--quick") { 100 } else { 1 };
