@@ -63,14 +63,15 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
             let faces = side > 0.0 || (l.emission.two_sided && side < 0.0);
             // The highest point of the disk over the tangent plane.
             let rise = l.disk.radius * predicates::cross(n, l.disk.normal).length();
-            faces && n.dot(l.disk.center - x) + rise > 0.0
+            let height = n.dot(l.disk.center - x);
+            // The rise towards a normal that is far from a unit vector may be no number.
+            faces && (height > 0.0 || height + rise > 0.0)
         }
         Light::Cylinder(l) => {
             let (axis, radius) = (l.cylinder.axis, l.cylinder.radius);
             let rise = radius * predicates::cross(n, axis.direction()).length();
-            [axis.p0, axis.p1]
-                .iter()
-                .any(|p| n.dot(*p - x) + rise > 0.0)
+            let heights = [axis.p0, axis.p1].map(|p| n.dot(p - x));
+            heights.iter().any(|h| *h > 0.0 || h + rise > 0.0)
         }
     }
 }

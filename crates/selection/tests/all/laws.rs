@@ -169,6 +169,32 @@ fn holds(
     Ok(())
 }
 
+/// The length of a vector whose squares overflow is no number; heights over the plane are.
+#[test]
+fn a_normal_too_long_to_square_still_tells_sides() {
+    let (p0, p1) = (DVec3::X, DVec3::new(1.72, 0.96, 1.6));
+    let round = [
+        Light::Cylinder(CylinderLight {
+            cylinder: Cylinder {
+                axis: Segment::new(p0, p1),
+                radius: 1.0,
+            },
+            radiance: DVec3::ONE,
+        }),
+        Light::Disk(DiskLight {
+            disk: Disk {
+                center: p0,
+                normal: DVec3::new(-0.6, 0.8, 0.0),
+                radius: 0.5,
+            },
+            emission: Emission::one_sided(DVec3::ONE),
+        }),
+    ];
+    for light in &round {
+        assert!(can_contribute(light, DVec3::ZERO, DVec3::X * 5e301));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(1000), failure_persistence: None, ..ProptestConfig::default() })]
 
