@@ -57,7 +57,8 @@ impl Pieces {
     /// shading point and the height of that over its plane.
     pub(crate) fn light<R>(
         &mut self,
-        (emitted, height): (DVec3, f64),
+        emitted: DVec3,
+        height: f64,
         point: &ShadingPoint<R>,
         reflection: &ClosedForm<'_>,
     ) -> DVec3 {

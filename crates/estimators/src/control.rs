@@ -165,7 +165,7 @@ mod tests {
                         }
                         sum / f64::from(blocks) - (case.integral)(place)
                     };
-                    (0..SEEDS / 4).map(error).collect::<Welford>()
+                    (0..1000).map(error).collect::<Welford>()
                 });
                 let name = format!("{} {kind} {blocks} × {count}", case.name);
                 for error in [&slopes, &plain] {
@@ -188,11 +188,9 @@ mod tests {
                 let offsets = offsets(kind, seed, count, control);
                 mean(&offsets, |u| (case.value)(u - place)) - (case.integral)(place)
             };
-            (0..SEEDS).map(error).collect()
+            (0..4000).map(error).collect()
         })
     }
-
-    const SEEDS: u64 = 4000;
 
     /// A function of the distance from a place in [0, 1], and its integral.
     struct Case {

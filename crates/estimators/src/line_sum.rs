@@ -165,8 +165,8 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
         }
     }
     if let Along::Analytic(reflection) = &along {
-        let emission = even_emission(area, point.position);
-        sum = draws.pieces.light(emission, point, reflection);
+        let (emitted, height) = even_emission(area, point.position);
+        sum = draws.pieces.light(emitted, height, point, reflection);
     }
     sum
 }

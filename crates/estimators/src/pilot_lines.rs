@@ -18,7 +18,7 @@ const PILOTS: usize = 32;
 /// Points of a visible part where nothing is known of the reflection.
 const POINTS: usize = 4;
 /// What each counts for.
-const POINTS_SHARE: f64 = 0.25;
+const POINTS_SHARE: f64 = 1.0 / POINTS as f64;
 
 /// How evenly the light along the visible part changes from line to line, in a few directions, and
 /// how long that takes.
@@ -137,7 +137,8 @@ fn light_along<R: Reflection, T: EmissionTexture>(
         Along::Analytic(reflection) => {
             pieces.clear();
             pieces.add(point, segment, parts, 1.0);
-            pieces.light(even_emission(area, point.position), point, &reflection)
+            let (emitted, height) = even_emission(area, point.position);
+            pieces.light(emitted, height, point, &reflection)
         }
         Along::Point => {
             let points = parts.iter().flat_map(|part| {

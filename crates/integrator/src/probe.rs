@@ -12,8 +12,8 @@ use linelit_samplers::SamplerKind;
 /// Camera rays across and down.
 const RAYS: u32 = 8;
 
-/// As many for lines, whose direction is known from penumbrae alone.
-const RAYS_FOR_LINES: u32 = 16;
+/// Camera rays for lines, whose direction is known from penumbrae alone.
+const RAYS_FOR_LINES: u32 = 2 * RAYS;
 
 /// The most lights that are looked at.
 const MOST_LIGHTS: usize = 16;

@@ -57,10 +57,8 @@ impl Default for Settings {
     }
 }
 
-/// Camera samples of a block, unless there are many.
+/// Camera samples of a block, unless there are more than its square; and the most blocks of a pixel.
 const BLOCK: u32 = 64;
-/// Blocks of a pixel, at most.
-const MOST_BLOCKS: u32 = 64;
 
 impl Settings {
     /// The blocks in which the camera samples of a pixel are added up: of 64 each, or longer ones
@@ -72,7 +70,7 @@ impl Settings {
     /// ```
     pub fn sample_blocks(&self) -> impl ExactSizeIterator<Item = Range<u32>> + use<> {
         let count = self.pixel_samples.max(1);
-        let block = BLOCK.max(count.div_ceil(MOST_BLOCKS));
+        let block = BLOCK.max(count.div_ceil(BLOCK));
         (0..count.div_ceil(block)).map(move |k| k * block..count.min((k + 1).saturating_mul(block)))
     }
 }

@@ -134,7 +134,7 @@ impl Penumbra {
             let (a, b) = (settled(a), settled(b));
             self.surface_edges.make_room(1);
             let hash = hash(a).wrapping_add(hash(b));
-            self.surface_edges.count((a, b), hash, layers);
+            self.surface_edges.count(a, b, hash, layers);
         }
     }
 
@@ -272,7 +272,7 @@ impl Penumbra {
             let e = &mut before[i];
             for (j, f) in (i + 1..).zip(after) {
                 let boxes = &self.around_boxes;
-                if boxes[i].meets(&boxes[j]) && !are_neighbours((e, i), (f, j)) {
+                if boxes[i].meets(&boxes[j]) && !are_neighbours(e, i, f, j) {
                     meet(e, f, self.unit, &mut self.events);
                 }
             }
@@ -287,9 +287,9 @@ impl Penumbra {
         for image in &images[known..] {
             let [a, b, c] = image.corners;
             let (p, q, r) = (hash(a), hash(b), hash(c));
-            let ab = edges.count((a, b), p.wrapping_add(q), 1);
-            let bc = edges.count((b, c), q.wrapping_add(r), 1);
-            let ca = edges.count((c, a), r.wrapping_add(p), 1);
+            let ab = edges.count(a, b, p.wrapping_add(q), 1);
+            let bc = edges.count(b, c, q.wrapping_add(r), 1);
+            let ca = edges.count(c, a, r.wrapping_add(p), 1);
             for (this, next) in [(ab, bc), (bc, ca), (ca, ab)] {
                 if let (Some(this), Some(next)) = (this, next) {
                     edges.all[this].next = index(next + 1);
@@ -435,7 +435,7 @@ impl Penumbra {
                 }
                 let f = &mut after[j - i - 1];
                 let matters = e.part.is_some() | f.part.is_some();
-                if matters && !are_neighbours((e, i), (f, j)) {
+                if matters && !are_neighbours(e, i, f, j) {
                     meet(e, f, *unit, events);
                 }
             }

@@ -78,10 +78,10 @@ fn area_by_sweep(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
 
 const SQUARE: [Point; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-/// Rounded crossings: at most some hundred of them, each wrong by a few ε over the sine of the
-/// angle at which the edges cross along the edges, but by a few ε across them, which is what area
-/// is made of.
-const AREA: f64 = 1e-12;
+/// Rounded crossings move an area by thousands of ε at most: there are some hundred of them, each
+/// wrong by a few ε over the sine of the angle at which the edges cross along the edges, but by a
+/// few ε across them, which is what area is made of.
+const AREA: f64 = 4096.0 * f64::EPSILON;
 
 fn assert_area(light: &[Point], triangles: &[[Point; 3]]) {
     let (got, want) = (area(light, triangles), area_by_sweep(light, triangles));

@@ -1,5 +1,6 @@
 //! Bounds and moments of groups of lights.
 
+use crate::LARGEST;
 use crate::contribution::{Receiver, positive_part};
 use core::f64::consts::PI;
 use linelit_elementary::{atan2, cos, hypot, sin, sin_cos};
@@ -41,9 +42,6 @@ pub(crate) struct LightBounds {
     variance: f64,
     normal: DVec3,
 }
-
-/// The largest power of one light.
-const POWER: f64 = 1e280;
 
 /// Where one light is and whereto it shines.
 struct Extent {
@@ -127,7 +125,7 @@ fn bounds_of(points: &[DVec3]) -> (DVec3, DVec3) {
 }
 
 impl LightBounds {
-    /// One light; `None` if it emits nothing. Powers above [`POWER`] count as that, so that those
+    /// One light; `None` if it emits nothing. Powers above [`LARGEST`] count as that, so that those
     /// of groups are finite.
     pub(crate) fn new(light: &Light) -> Option<Self> {
         let power = light.power();
@@ -155,7 +153,7 @@ impl LightBounds {
                 light,
                 Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_)
             ),
-            power: power.min(POWER),
+            power: power.min(LARGEST),
             mean,
             variance,
             normal,

@@ -147,8 +147,12 @@ impl Discrete {
 /// The share of the total that every light which might contribute keeps, over N.
 pub const FLOOR: f64 = 0.05;
 
-/// The largest estimate of one light.
-const ESTIMATE: f64 = 1e280;
+/// The largest power or estimate of one light: sums over all lights stay finite.
+pub(crate) const LARGEST: f64 = 1e280;
+
+/// The share of a safe, wider estimate that is added to a narrow one, so that no light which the
+/// narrow one falls short of is chosen much too seldom.
+pub(crate) const DEFENCE: f64 = 0.05;
 
 /// α in proportion to an estimate of every light's unshadowed contribution at one shading point,
 /// made anew for each.
@@ -187,7 +191,7 @@ impl<'b> Estimated<'b> {
             *w = if possible(i) {
                 let e = estimate(i);
                 // Clamped so that sums are finite; what is no number counts as zero.
-                if e > 0.0 { e.min(ESTIMATE) } else { 0.0 }
+                if e > 0.0 { e.min(LARGEST) } else { 0.0 }
             } else {
                 -1.0
             };

@@ -1,15 +1,12 @@
 //! What a surface reflects of a light that nothing hides, for choosing among lights.
 
+use crate::DEFENCE;
 use crate::contribution::{Receiver, can_contribute, positive_part, spread};
 use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::{Cylinder, Light};
 use linelit_shading::{cylinder, ltc::Ltc, polygon};
 use std::f64::consts::{FRAC_1_PI, PI};
-
-/// The share of the albedo that counts as diffuse in [`Cosines::light`]: no light that a lobe falls
-/// short of in its tails is chosen much too seldom.
-const DEFENCE: f64 = 0.05;
 
 /// A surface as its reflection has it, for lights by their points: what the reflection at
 /// `position` with the unit normal sends to the direction `wo`.
@@ -143,6 +140,7 @@ impl Cosines {
                 )
             }
         };
+        // So much of the albedo counts as diffuse.
         let diffuse = self.cosines.diffuse + self.albedo * DEFENCE;
         let value = mean(radiance * (diffuse * (FRAC_1_PI * irradiance) + glossy));
         // Grazing light may round to nothing; what overflows or is no number must count, too.

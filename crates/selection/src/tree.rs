@@ -6,7 +6,7 @@
 )]
 
 use super::bounds::{LightBounds, Reach};
-use super::{Picked, Receiver, can_contribute, unit};
+use super::{DEFENCE, Picked, Receiver, can_contribute, unit};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::BELOW_ONE;
 use linelit_lights::Light;
@@ -109,8 +109,6 @@ pub struct LightTree {
 
 /// Groups below this size over distance are not opened by [`Importance::Cut`].
 const FAR: f64 = 0.4;
-/// The share of the bound in [`Importance::Moments`].
-const DEFENCE: f64 = 0.05;
 /// The range of importances: with as many groups as there is memory for, sums are finite and shares
 /// positive.
 const IMPORTANCES: (f64, f64) = (1e-140, 1e140);

@@ -94,8 +94,8 @@ impl fmt::Display for AlphaError {
 
 impl std::error::Error for AlphaError {}
 
-/// Most texels from zero.
-const FARTHEST: f64 = 16_777_216.0;
+/// The most texels from zero: up to here an `f32` tells one texel from the next.
+const FARTHEST: f64 = (1_u32 << f32::MANTISSA_DIGITS) as f64;
 
 /// A grid of alpha values over the unit square of texture coordinates (u, v), and which of them
 /// hide: the first is at (0, 0), the next to it along u.

@@ -18,7 +18,8 @@ use linelit_simd::Simd;
 #[inline(always)]
 pub(crate) fn apart<S: Simd>(
     s: S,
-    (occluders, tests): (&Occluders, &Tests),
+    occluders: &Occluders,
+    tests: &Tests,
     fan: &Fan<'_>,
     open: u64,
     bounds: [[f64; 3]; 2],
@@ -34,7 +35,7 @@ pub(crate) fn apart<S: Simd>(
                 row[lane] = x;
             }
         }
-        let found = eight(s, occluders, tests, (&rays, group.len()), scratch);
+        let found = eight(s, occluders, tests, &rays, group.len(), scratch);
         for (lane, i) in group.iter().enumerate() {
             hidden |= u64::from(found >> lane & 1) << i;
         }
@@ -138,7 +139,8 @@ fn eight<S: Simd>(
     s: S,
     occluders: &Occluders,
     tests: &Tests,
-    (rays, count): (&Rays, usize),
+    rays: &Rays,
+    count: usize,
     scratch: &mut Scratch,
 ) -> u8 {
     let hierarchy = &*occluders.hierarchy;
@@ -203,7 +205,7 @@ fn eight<S: Simd>(
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.leaf_index()];
             open &= !tests
-                .meets(s, beam, (leaf, child), &[*rays], entering.into())
+                .meets(s, beam, leaf, child, &[*rays], entering.into())
                 .to_le_bytes()[0];
         }
         let mut inner = found & !node.leaf;

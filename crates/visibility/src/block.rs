@@ -250,7 +250,7 @@ impl Lines {
         if !ends.ascending {
             for k in 0..ends.count {
                 let i = ends.nth(k);
-                self.push(ends.u[i], (ends.a[i], ends.b[i]), number(first, i));
+                self.push(ends.u[i], ends.a[i], ends.b[i], number(first, i));
             }
             return;
         }
@@ -277,7 +277,7 @@ impl Lines {
 
     /// Adds a line at `u` whose ends are at `a` and `b`.
     #[inline(always)]
-    pub(crate) fn push(&mut self, u: f64, (a, b): (f64, f64), number: u32) {
+    pub(crate) fn push(&mut self, u: f64, a: f64, b: f64, number: u32) {
         let lane = self.count % 8;
         if lane == 0 {
             self.blocks.push(EMPTY);

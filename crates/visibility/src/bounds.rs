@@ -78,11 +78,11 @@ impl ShaftBounds {
         s: S,
         occluders: &Occluders,
         point: DVec3,
-        (lo, hi): (DVec3, DVec3),
+        around: [DVec3; 2],
         frame: &LightFrame,
         exclude: (u32, u32),
     ) -> Option<Self> {
-        let (lo, hi) = (lo.min(point), hi.max(point));
+        let [lo, hi] = [around[0].min(point), around[1].max(point)];
         let size = lo.abs().max(hi.abs()).max_element().max(occluders.extent);
         let room = ROOM * size;
         // Bounds of boxes are compared as they are: the box needs room for `f64` alone.

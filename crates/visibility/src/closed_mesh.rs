@@ -313,7 +313,7 @@ impl ClosedMeshes {
         let all = count(kept);
         let loose = all - count(&fine);
         if loose < all && loose <= all / LOOSE as usize {
-            found.fine = FineTriangles::new((&ends, &edges), corners, &fine, turned);
+            found.fine = FineTriangles::new(&ends, &edges, corners, &fine, turned);
         }
         found
     }
@@ -349,7 +349,8 @@ impl ClosedMesh {
 impl FineTriangles {
     /// Finds the neighbours of those triangles that are `fine`.
     fn new(
-        (ends, edges): (&[u32], &[u64]),
+        ends: &[u32],
+        edges: &[u64],
         corners: impl Fn(u32) -> [u32; 3],
         fine: &[bool],
         turned: Vec<bool>,
@@ -426,7 +427,7 @@ impl<'a> BackfaceFilter<'a> {
         (meshes, of): (&'a [ClosedMesh], &'a [[u16; 8]]),
         clear_of: &'a mut ClearOfMesh,
         point: DVec3,
-        (lo, hi): (DVec3, DVec3),
+        [lo, hi]: [DVec3; 2],
         margins: Margins,
         exclude: (u32, u32),
     ) -> Self {
@@ -480,7 +481,8 @@ impl<'a> BackfaceFilter<'a> {
         &mut self,
         s: S,
         codes: &[u32; 8],
-        (negative, positive): (u8, u8),
+        negative: u8,
+        positive: u8,
     ) -> u8 {
         let turned = s.in_range(codes, 1 << 31, 1 << 31);
         let closed = s.in_range(codes, 1, u32::MAX);
@@ -625,7 +627,7 @@ mod tests {
 
     /// A strip of `columns` × 8 quads, open or closed to a ring, which may be twisted, and loose
     /// triangles.
-    fn strip(columns: u32, (ring, twisted): (bool, bool), loose: u32) -> ClosedMeshes {
+    fn strip(columns: u32, ring: bool, twisted: bool, loose: u32) -> ClosedMeshes {
         let row = columns + 1;
         let mut positions: Vec<[f32; 3]> = (0..9 * row)
             .map(|i| [(i % row) as f32, (i / row) as f32, 0.0])
@@ -652,7 +654,7 @@ mod tests {
     fn fine_surfaces_may_have_edges_but_two_sides() {
         // 1,120 triangles, with 156 or 140 sides that are edges.
         for (ring, edges) in [(false, 156), (true, 140)] {
-            let found = strip(70, (ring, false), 0);
+            let found = strip(70, ring, false, 0);
             assert!(found.meshes.is_empty());
             let sides: Vec<u32> = found.fine.sides.into_iter().flatten().collect();
             assert_eq!(sides.len(), 3360);
@@ -661,11 +663,11 @@ mod tests {
             // Neighbours run along their sides in opposite directions.
             assert!(sides.iter().all(|side| *side == EDGE || side & 1 == 0));
         }
-        assert!(strip(70, (true, true), 0).fine.sides.is_empty());
-        assert!(strip(63, (false, false), 0).fine.sides.is_empty());
+        assert!(strip(70, true, true, 0).fine.sides.is_empty());
+        assert!(strip(63, false, false, 0).fine.sides.is_empty());
         // An eighth of 1,280 triangles is 160.
-        assert!(!strip(70, (false, false), 160).fine.sides.is_empty());
-        assert!(strip(70, (false, false), 161).fine.sides.is_empty());
+        assert!(!strip(70, false, false, 160).fine.sides.is_empty());
+        assert!(strip(70, false, false, 161).fine.sides.is_empty());
     }
 
     /// The projective plane of six corners: every edge belongs to two, but they cannot all

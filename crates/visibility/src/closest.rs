@@ -19,7 +19,7 @@ use linelit_simd::{Simd, dispatch};
 const UP: f32 = 1.0 + 2.0 * f32::EPSILON;
 
 /// No triangle: more than all numbers of triangles.
-const NONE: f64 = 4_294_967_296.0;
+const NONE: f64 = (1_u64 << 32) as f64;
 
 impl Occluders {
     /// What each ray of a fan meets first, in place of what `out` held: as
@@ -108,7 +108,7 @@ impl<S: Simd> Sheared<S> {
 
     /// Notes where a triangle is what some rays meet first; false if it is for none of them.
     #[inline(always)]
-    fn meet(&self, s: S, (leaf, lane): (&Leaf, usize), met: &mut Met<S>) -> bool {
+    fn meet(&self, s: S, leaf: &Leaf, lane: usize, met: &mut Met<S>) -> bool {
         let triangle = leaf.triangle(lane);
         let (ax, ay, az) = self.vertex(s, &triangle[0]);
         let (bx, by, bz) = self.vertex(s, &triangle[1]);
@@ -194,7 +194,7 @@ fn closest_of_kernel<S: Simd>(
             let leaf = &hierarchy.leaves[child.index()];
             let mut any = false;
             for lane in 0..child.count() as usize {
-                any |= sheared.meet(s, (leaf, lane), &mut met);
+                any |= sheared.meet(s, leaf, lane, &mut met);
             }
             if any {
                 reach = s.narrow(met.t) * UP;

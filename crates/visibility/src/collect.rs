@@ -30,7 +30,7 @@ fn between_kernel<S: Simd>(
     let inside = match frame.set(light, point, occluders.origin) {
         false => None,
         true => {
-            let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+            let around = [light.lo - occluders.origin, light.hi - occluders.origin];
             let point = point - occluders.origin;
             ShaftBounds::new(s, occluders, point, around, frame, (0, 0))
         }

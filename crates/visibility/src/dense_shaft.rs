@@ -343,7 +343,7 @@ fn dense_kernel<S: Simd>(
         ..
     } = scratch;
     let point = query.point;
-    let around = (query.lo, query.hi);
+    let around = [query.lo, query.hi];
     let bounds = ShaftBounds::new(s, occluders, point, around, frame, query.exclude);
     let Some(bounds) = &bounds else {
         return Answered::Nothing;
@@ -378,8 +378,7 @@ fn dense_kernel<S: Simd>(
         let next = stack.pop();
         if next.is_none() && corners.count == 0 && !looked_for {
             looked_for = true;
-            let extent = (hierarchy, occluders.extent);
-            let search = Search::new(extent, (bounds, frame), point);
+            let search = Search::new(hierarchy, occluders.extent, bounds, frame, point);
             let mut target = OfLines::new(covered, lines, crossings);
             search.walk(s, &mut target, lists, counters);
             counters.candidates += crossings.count() as u64;

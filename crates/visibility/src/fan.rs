@@ -422,7 +422,9 @@ impl Tests {
     fn hides<S: Simd>(
         &self,
         s: S,
-        (leaf, prepared, lane): (&Leaf, &Prepared, usize),
+        leaf: &Leaf,
+        prepared: &Prepared,
+        lane: usize,
         rays: &Rays,
         open: u8,
     ) -> u8 {
@@ -470,7 +472,8 @@ impl Tests {
         &self,
         s: S,
         beam: &Beam,
-        (leaf, child): (&Leaf, Child),
+        leaf: &Leaf,
+        child: Child,
         rays: &[Rays],
         open: u64,
     ) -> u64 {
@@ -488,7 +491,7 @@ impl Tests {
             let left = (open & !hidden).to_le_bytes();
             for (i, (&left, rays)) in left.iter().zip(rays).enumerate() {
                 if left != 0 {
-                    let found = self.hides(s, (leaf, &prepared, lane), rays, left);
+                    let found = self.hides(s, leaf, &prepared, lane, rays, left);
                     hidden |= u64::from(found) << (8 * i);
                 }
             }
@@ -570,7 +573,7 @@ fn fan_kernel<S: Simd>(
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
     {
         counters.triangle_tests += u64::from(child.count());
-        open &= !tests.meets(s, &beam, (leaf, child), &directions.0, open);
+        open &= !tests.meets(s, &beam, leaf, child, &directions.0, open);
     }
     let stack = &mut stack[..];
     stack[0] = Child::node(0).0;
@@ -578,7 +581,7 @@ fn fan_kernel<S: Simd>(
     let (mut visited, budget) = (0, budget(fan.directions.len()));
     while top > 0 && open != 0 {
         if visited >= budget {
-            let hidden = apart(s, (occluders, &tests), fan, open, bounds, scratch);
+            let hidden = apart(s, occluders, &tests, fan, open, bounds, scratch);
             return fan.all() & (!open | hidden);
         }
         top -= 1;
@@ -592,7 +595,7 @@ fn fan_kernel<S: Simd>(
             leaves &= leaves - 1;
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.leaf_index()];
-            let hidden = tests.meets(s, &beam, (leaf, child), &directions.0, open);
+            let hidden = tests.meets(s, &beam, leaf, child, &directions.0, open);
             if hidden != 0 {
                 *last = Some((fan.origin, child));
                 open &= !hidden;

@@ -404,9 +404,9 @@ pub(crate) fn towards<S: Simd>(
     exclude: (u32, u32),
     light: &Light,
     frame: &mut LightFrame,
-) -> Option<(DVec3, (DVec3, DVec3), ShaftBounds)> {
+) -> Option<(DVec3, [DVec3; 2], ShaftBounds)> {
     let point = point - occluders.origin;
-    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let around = [light.lo - occluders.origin, light.hi - occluders.origin];
     let bounds = ShaftBounds::new(s, occluders, point, around, frame, exclude)?;
     frame.set_near(bounds::reach(occluders, point));
     Some((point, around, bounds))

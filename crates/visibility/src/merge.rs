@@ -169,7 +169,7 @@ impl Slots {
         let infinite = s.dsplat(f64::INFINITY);
         let mut lo = [infinite; NETWORK];
         let mut hi = lo;
-        load_sorted(s, used, (block, &self.blocks[index]), &mut lo, &mut hi);
+        load_sorted(s, used, block, &self.blocks[index], &mut lo, &mut hi);
         self.blocks[index].count = [0; 8];
         let (mut run_lo, mut run_hi) = (lo[0], hi[0]);
         for k in 1..used {
@@ -289,7 +289,7 @@ fn finish_few<S: Simd, const MOST: usize>(
 ) {
     let mut lo = [s.dsplat(f64::INFINITY); MOST];
     let mut hi = lo;
-    load_sorted(s, used, (block, slots), &mut lo, &mut hi);
+    load_sorted(s, used, block, slots, &mut lo, &mut hi);
     let from = s.dload(&block.from);
     let to = s.dload(&block.to);
     let scale = s.dsplat(1.0) / (to - from);
@@ -312,7 +312,8 @@ fn finish_few<S: Simd, const MOST: usize>(
 fn load_sorted<S: Simd, const MOST: usize>(
     s: S,
     used: usize,
-    (block, slots): (&LineBlock, &SlotBlock),
+    block: &LineBlock,
+    slots: &SlotBlock,
     lo: &mut [S::D; MOST],
     hi: &mut [S::D; MOST],
 ) {

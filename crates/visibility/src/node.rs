@@ -39,7 +39,7 @@ impl Node {
     };
 
     /// The same node where others stand before the nodes and leaves in it.
-    pub(crate) fn renumbered(mut self, (nodes, leaves): (usize, usize)) -> Self {
+    pub(crate) fn renumbered(mut self, nodes: usize, leaves: usize) -> Self {
         for (lane, child) in self.child.iter_mut().enumerate() {
             let old = Child(*child);
             if self.valid >> lane & 1 != 0 {

@@ -90,8 +90,7 @@ fn outline_kernel<S: Simd>(
     };
     let frame = &*frame;
     front.open_complete();
-    let extent = (hierarchy, occluders.extent);
-    let search = Search::new(extent, (&bounds, frame), point);
+    let search = Search::new(hierarchy, occluders.extent, &bounds, frame, point);
     let mut target = OfLight {
         front,
         found: silhouettes,

@@ -166,8 +166,10 @@ pub(crate) type Vertex<S> = [<S as Lanes>::D; 3];
 #[inline(always)]
 pub(crate) fn project<S: Simd>(
     s: S,
-    (point, frame): (DVec3, &LightFrame),
-    (corners, flat): (&mut Corners, &mut FlatTriangles),
+    point: DVec3,
+    frame: &LightFrame,
+    corners: &mut Corners,
+    flat: &mut FlatTriangles,
     backfaces: &mut BackfaceFilter<'_>,
 ) -> Found {
     let mut kept = 0;
@@ -239,7 +241,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         let negative = s.bits(s.dlt(area, s.dsplat(0.0) - room));
         let positive = s.bits(s.dlt(room, area));
         if let Some(codes) = corners.meshes[start..].first_chunk() {
-            keep &= !backfaces.left_out(s, codes, (keep & negative, keep & positive));
+            keep &= !backfaces.left_out(s, codes, keep & negative, keep & positive);
         }
     }
     let mut left = keep;

@@ -104,14 +104,14 @@ pub(crate) struct RayQuery {
 
 /// 2⁻²⁰, sixteen roundings of `f32`: room for the few operations of a box or triangle test
 /// relative to the largest coordinate involved.
-pub(crate) const ROOM: f64 = 9.536_743_164_062_5e-7;
+pub(crate) const ROOM: f64 = 8.0 * f32::EPSILON as f64;
 
 /// Room for what `f32` cannot hold: its least normal number.
-const LEAST: f64 = 1.175_494_350_822_287_5e-38;
+const LEAST: f64 = f32::MIN_POSITIVE as f64;
 
 /// 2⁻⁴⁷, relative to the largest coordinate involved: room for the roundings of `f64` that the test
 /// of a triangle moves its corners by, and for that of the second half of an origin.
-pub(crate) const SPLIT_ROOM: f64 = 7.105_427_357_601_002e-15;
+pub(crate) const SPLIT_ROOM: f64 = 32.0 * f64::EPSILON;
 
 /// 1 − 2⁻²¹: room for four roundings of `f32`, relative to a distance.
 pub(crate) const CLOSER: f32 = 1.0 - 4.768_371_6e-7;

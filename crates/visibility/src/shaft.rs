@@ -374,8 +374,8 @@ impl Shaft<'_> {
     fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
         let isa = self.occluders.isa;
         let dense = self.known == Known::Dense;
-        let which = (first, dense);
-        let count = sweep::sweep(isa, &self.point, &lines[first..], which, self.scratch, out);
+        let rest = &lines[first..];
+        let count = sweep::sweep(isa, &self.point, rest, first, dense, self.scratch, out);
         if dense {
             self.visible_dense(lines, first, out);
         }
@@ -506,8 +506,8 @@ impl Shaft<'_> {
         few_lines.clear([0.0, 1.0]);
         for k in few.clone().rev() {
             let i = ends.nth(k);
-            let stretch = (to_q(ends.a[i]), to_q(ends.b[i]));
-            few_lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
+            let (a, b) = (to_q(ends.a[i]), to_q(ends.b[i]));
+            few_lines.push(-to_p(ends.u[i]), a, b, block::number(first, i));
         }
         let point = self.point - self.occluders.origin;
         let corners = frame.corners_in_space(ends.along, least, most);
@@ -517,7 +517,7 @@ impl Shaft<'_> {
         // The corners are those of a matrix that was inverted.
         let room = DVec3::splat(ray::ROOM * bounds::reach(self.occluders, point));
         let isa = self.occluders.isa;
-        let hidden = self.seek_cover(lines, (few.clone(), first));
+        let hidden = self.seek_cover(lines, few.clone(), first);
         let query = DenseQuery {
             point,
             lo: lo - room,
@@ -545,7 +545,7 @@ impl Shaft<'_> {
     /// Finds leaves that hide much of a few lines: what a ray towards each meets. What is behind,
     /// the walk from front to back need not look at. False, and none, if one meets nothing, or what
     /// seems smaller than its line.
-    fn seek_cover(&mut self, lines: &[Segment], (few, first): (Range<usize>, usize)) -> bool {
+    fn seek_cover(&mut self, lines: &[Segment], few: Range<usize>, first: usize) -> bool {
         self.scratch.cover.clear();
         for k in few {
             let line = &lines[first + self.scratch.ends.nth(k)];

@@ -112,8 +112,10 @@ impl<'a> Search<'a> {
     /// From a point of a hierarchy and its extent, within bounds.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
-        (hierarchy, extent): (&'a Hierarchy, f64),
-        (bounds, frame): (&'a ShaftBounds, &'a LightFrame),
+        hierarchy: &'a Hierarchy,
+        extent: f64,
+        bounds: &'a ShaftBounds,
+        frame: &'a LightFrame,
         point: DVec3,
     ) -> Self {
         let size = extent.max(point.abs().max_element());
@@ -259,7 +261,7 @@ impl<'a> Search<'a> {
         let sides = &self.hierarchy.surfaces.sides[index];
         let leaf = &self.hierarchy.leaves[index];
         let bends = &self.hierarchy.surfaces.bends[index];
-        let found = turning(s, (leaf, bends), (self.near_point, self.room));
+        let found = turning(s, leaf, bends, self.near_point, self.room);
         let part = child.mask();
         let slots = child.slots();
         // All sides in one loop, which is short: where it ends is a guess each time.
@@ -275,14 +277,13 @@ impl<'a> Search<'a> {
             if side == NONE || is_known(found.back) && side & 1 == 0 {
                 continue;
             }
-            let at = (slots[lane], k, side);
             let facing = Known {
                 front: is_known(found.front),
                 back: is_known(found.back),
                 back_beyond: is_known(found.backs_beyond[k]),
                 whole_beyond: is_roomy && bends[k][lane] & NEAR != 0,
             };
-            self.look_at_side(s, at, facing, target);
+            self.look_at_side(s, slots[lane], k, side, facing, target);
         }
     }
 
@@ -291,7 +292,9 @@ impl<'a> Search<'a> {
     fn look_at_side<S: Simd>(
         &self,
         s: S,
-        (slot, k, side): (u32, usize, u32),
+        slot: u32,
+        k: usize,
+        side: u32,
         known: Known,
         target: &mut impl Target,
     ) {
@@ -306,7 +309,7 @@ impl<'a> Search<'a> {
                 2 * layers(true, self.upright, ascending)
             } else {
                 let is_front = known.front || !known.back && self.is_front(slot);
-                self.change((true, is_front), (slot, side), known, ascending)
+                self.change(true, is_front, slot, side, known, ascending)
             }
         });
     }
@@ -355,13 +358,11 @@ impl<'a> Search<'a> {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
                 let ends = [k, j].map(|k| [outlines.p[k][lane], outlines.q[k][lane]]);
-                let own = (
-                    outlines.whole() >> lane & 1 != 0,
-                    outlines.front >> lane & 1 != 0,
-                );
-                let at = (slots[lane], sides[lane]);
+                let is_whole = outlines.whole() >> lane & 1 != 0;
+                let is_front = outlines.front >> lane & 1 != 0;
+                let (slot, side) = (slots[lane], sides[lane]);
                 target.side(s, ends, |ascending| {
-                    self.change(own, at, Known::default(), ascending)
+                    self.change(is_whole, is_front, slot, side, Known::default(), ascending)
                 });
             }
         }
@@ -372,8 +373,10 @@ impl<'a> Search<'a> {
     #[inline(always)]
     fn change(
         &self,
-        (is_whole, is_front): (bool, bool),
-        (slot, side): (u32, u32),
+        is_whole: bool,
+        is_front: bool,
+        slot: u32,
+        side: u32,
         known: Known,
         ascending: bool,
     ) -> i32 {

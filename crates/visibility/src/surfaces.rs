@@ -219,7 +219,7 @@ const UNKNOWN: u16 = 0x7fc0;
 pub(crate) const NEAR: u16 = 1;
 
 /// What cutting off the lower half of an `f32` and that bit, or adding it, changes of it at most.
-pub(crate) const BEND_ROOM: f32 = 0.015_625;
+pub(crate) const BEND_ROOM: f32 = 1.0 / 64.0;
 
 /// How a neighbour is bent away from a triangle's plane beyond one of its sides, as its corners
 /// run: the tangent of the angle over the side's length; not a number if that angle is over 45° or
@@ -254,7 +254,8 @@ impl Surfaces {
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         FineTriangles { sides, turned }: FineTriangles,
-        (nodes, leaves): (&mut [Node], &[Leaf]),
+        nodes: &mut [Node],
+        leaves: &[Leaf],
     ) -> Self {
         for node in &mut *nodes {
             (node.fine, node.all_fine) = (0, 0);
@@ -277,12 +278,12 @@ impl Surfaces {
             ranges,
         };
         let normals = Normals::new(leaves, &turned, f64::from(geometry.extent));
-        surfaces.face(&normals, (nodes, leaves));
+        surfaces.face(&normals, nodes, leaves);
         surfaces
     }
 
     /// Fills in how the nodes' children face, and which have triangles of surfaces.
-    fn face(&mut self, normals: &Normals, (nodes, leaves): (&mut [Node], &[Leaf])) {
+    fn face(&mut self, normals: &Normals, nodes: &mut [Node], leaves: &[Leaf]) {
         // Where each node hangs: what is above a node stands before it.
         let mut above = vec![(NONE, 0_usize); nodes.len()];
         let mut around = Planes::NONE;
@@ -303,8 +304,10 @@ impl Surfaces {
                 nodes[at].all_fine |= u8::from(index(count) == child.count()) << lane;
                 let is_known = self.look_around(
                     child.index(),
-                    (&nodes[at], lane),
-                    (leaves, normals),
+                    &nodes[at],
+                    lane,
+                    leaves,
+                    normals,
                     &mut around,
                 );
                 around.fill_up();
@@ -334,8 +337,10 @@ impl Surfaces {
     fn look_around(
         &mut self,
         at: usize,
-        (node, lane): (&Node, usize),
-        (leaves, normals): (&[Leaf], &Normals),
+        node: &Node,
+        lane: usize,
+        leaves: &[Leaf],
+        normals: &Normals,
         around: &mut Planes,
     ) -> bool {
         let (sides, bends) = (&self.sides[at], &mut self.bends[at]);
@@ -382,7 +387,8 @@ impl Surfaces {
     /// Whether lines past them may be answered by their silhouettes: there are some, and none of
     /// their triangles may be excluded.
     #[inline]
-    pub(crate) fn serve(&self, (start, count): (u32, u32)) -> bool {
+    pub(crate) fn serve(&self, excluded: (u32, u32)) -> bool {
+        let (start, count) = excluded;
         if self.ranges.is_empty() || count == 0 {
             return !self.ranges.is_empty();
         }

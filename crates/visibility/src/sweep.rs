@@ -96,7 +96,8 @@ fn sweep_kernel<S: Simd>(
     s: S,
     &point: &DVec3,
     lines: &[Segment],
-    (first, dense): (usize, bool),
+    first: usize,
+    dense: bool,
     scratch: &mut Scratch,
     out: &mut VisibleLines,
 ) -> usize {
@@ -204,7 +205,7 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 
 dispatch! {
     /// Places and answers lines on an instruction set.
-    pub(crate) fn sweep = sweep_kernel(point: &DVec3, lines: &[Segment], which: (usize, bool), scratch: &mut Scratch, out: &mut VisibleLines) -> usize
+    pub(crate) fn sweep = sweep_kernel(point: &DVec3, lines: &[Segment], first: usize, dense: bool, scratch: &mut Scratch, out: &mut VisibleLines) -> usize
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.

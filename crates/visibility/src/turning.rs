@@ -36,8 +36,10 @@ pub(crate) struct Turning {
 #[inline(always)]
 pub(crate) fn turning<S: Simd>(
     s: S,
-    (leaf, bends): (&Leaf, &Bends),
-    (point, room): ([f32; 3], f32),
+    leaf: &Leaf,
+    bends: &Bends,
+    point: [f32; 3],
+    room: f32,
 ) -> Turning {
     let v = &leaf.vertices;
     let mut to = [[s.splat(0.0); 3]; 3];
@@ -155,8 +157,8 @@ mod tests {
                 }
             }
             let room = (FACING_ROOM * scale) as f32;
-            let place = (seen_from.as_vec3().to_array(), room);
-            let found = turning(Scalar, (&leaf, &bends), place);
+            let place = seen_from.as_vec3().to_array();
+            let found = turning(Scalar, &leaf, &bends, place, room);
             for lane in 0..8 {
                 let is_said = |bits: u8| bits >> lane & 1 != 0;
                 let faces = |v: [DVec3; 3]| is_front(v.map(|v| v.to_array()), seen_from);

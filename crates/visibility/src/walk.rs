@@ -99,7 +99,7 @@ fn find_kernel<S: Simd>(
         return Found::Unknown;
     }
     let point = point - occluders.origin;
-    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let around = [light.lo - occluders.origin, light.hi - occluders.origin];
     let Some(bounds) = ShaftBounds::new(s, occluders, point, around, frame, exclude) else {
         return Found::Unknown;
     };
@@ -176,7 +176,7 @@ fn find_kernel<S: Simd>(
         return Found::Few;
     }
     let backfaces = &mut query.backfaces;
-    project::project(s, (point, frame), (corners, flat), backfaces)
+    project::project(s, point, frame, corners, flat, backfaces)
 }
 
 dispatch! {

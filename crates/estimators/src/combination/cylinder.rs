@@ -169,7 +169,7 @@ fn along_lines<R: Reflection, T: EmissionTexture>(
         }
     }
     if let Along::Closed(reflection) = along {
-        sum = pieces.light((radiance, 1.0), query.point, reflection);
+        sum = pieces.light(radiance, 1.0, query.point, reflection);
     }
     sum / f64::from(query.samples)
 }

@@ -201,7 +201,7 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
 /// Of so many samples one goes ahead, at least and at most so many.
 const SAMPLES_FOR_ONE_AHEAD: u32 = 4;
 const LEAST_AHEAD: u32 = 8;
-const MOST_AHEAD: u32 = 16;
+const MOST_AHEAD: u32 = 2 * LEAST_AHEAD;
 
 /// The same by points of what is visible alone, of which nothing has to be asked: β ∫ V g dω and
 /// the mean of (f cos − β g)/p.

@@ -51,12 +51,7 @@ impl Edges {
     /// Counts `more` on the left of an edge, for which there is room, given the sum of the hashes
     /// of its ends; where it is, if it is kept the same way.
     #[allow(clippy::float_cmp, reason = "the very same corners")]
-    pub(super) fn count(
-        &mut self,
-        (from, to): (Point, Point),
-        hash: u64,
-        more: i32,
-    ) -> Option<usize> {
+    pub(super) fn count(&mut self, from: Point, to: Point, hash: u64, more: i32) -> Option<usize> {
         let mask = self.table.len() - 1;
         let mut slot = spread(hash) & mask;
         while self.table[slot] != 0 {

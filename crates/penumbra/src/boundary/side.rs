@@ -114,12 +114,7 @@ impl Side {
 
     /// Adds an event if it is where that matters.
     #[inline(never)]
-    pub(super) fn add(
-        &mut self,
-        (change, to_left): (Layers, bool),
-        end: End,
-        events: &mut Vec<Event>,
-    ) {
+    pub(super) fn add(&mut self, change: Layers, to_left: bool, end: End, events: &mut Vec<Event>) {
         let Some(part) = &self.part else { return };
         if end.at <= self.counted + self.close {
             self.touched[0] |= end.at >= self.counted - self.close;
@@ -148,7 +143,7 @@ impl Side {
 /// Whether two sides at places i and j are neighbours around an image, or the light: these only
 /// meet where it turns.
 #[inline]
-pub(super) fn are_neighbours((e, i): (&Side, usize), (f, j): (&Side, usize)) -> bool {
+pub(super) fn are_neighbours(e: &Side, i: usize, f: &Side, j: usize) -> bool {
     (e.next as usize == j + 1) | (f.next as usize == i + 1)
 }
 
@@ -170,8 +165,8 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
                 let begins_before = span.lo.at <= f.counted && f.counted < span.hi.at;
                 let is_same = e.edge.from == f.edge.from && e.edge.to == f.edge.to;
                 f.shared += i32::from(begins_before && (is_same || e.weight.images == 0));
-                f.add((Layers::of_images(1), true), span.lo, events);
-                f.add((Layers::of_images(-1), false), span.hi, events);
+                f.add(Layers::of_images(1), true, span.lo, events);
+                f.add(Layers::of_images(-1), false, span.hi, events);
             }
         }
         Meeting::Crossing(crossing) => {
@@ -182,7 +177,7 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
                 let Some(left) = left else { return };
                 if weight != Layers::default() && side.part.is_some() {
                     let change = if left { weight } else { -weight };
-                    side.add((change, left), side.edge.end_at(crossing.point), events);
+                    side.add(change, left, side.edge.end_at(crossing.point), events);
                 }
             };
             let weights = [f.weight, e.weight];

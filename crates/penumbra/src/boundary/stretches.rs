@@ -102,8 +102,8 @@ impl Stretches {
 
     /// Connects two gaps, each with how many layers more than over its beginning are over a place
     /// that both share; false if that is known to be otherwise.
-    fn connect(&mut self, (a, over_a): (u32, i32), (b, over_b): (u32, i32)) -> bool {
-        let ((a, more_a), (b, more_b)) = (self.root(a), self.root(b));
+    fn connect(&mut self, a: u32, over_a: i32, b: u32, over_b: i32) -> bool {
+        let [(a, more_a), (b, more_b)] = [a, b].map(|gap| self.root(gap));
         let more = more_b + over_b - more_a - over_a;
         if a == b {
             return more == 0;
@@ -266,7 +266,7 @@ impl Penumbra {
         let mut agree = true;
         let mut connect = |(a, over_a): (u32, i32), (b, over_b): (u32, i32)| {
             if let (Some(a), Some(b)) = (a.checked_sub(1), b.checked_sub(1)) {
-                agree &= stretches.connect((a, over_a), (b, over_b));
+                agree &= stretches.connect(a, over_a, b, over_b);
             }
         };
         for (place, event) in events.iter().enumerate() {
@@ -327,14 +327,14 @@ impl Penumbra {
             };
             // That is rounded: from where surely no other side is between it and its own.
             let (from, place) = (beside(-ROUNDING * self.unit), beside(aside));
-            let is_free = aside > least && self.is_free((from, place), *side as usize, &own.edge);
+            let is_free = aside > least && self.is_free(from, place, *side as usize, &own.edge);
             is_free.then_some(place)
         })
     }
 
     /// Whether no side is between two places, of which the first is on the side at `own`.
     #[allow(clippy::float_cmp, reason = "on the very same line")]
-    fn is_free(&self, (from, to): (Point, Point), own: usize, edge: &Edge) -> bool {
+    fn is_free(&self, from: Point, to: Point, own: usize, edge: &Edge) -> bool {
         let bounds = Bounds::of([from, to]);
         self.sides_near.near(&bounds, 0).all(|j| {
             if j == own || !self.boxes[j].meets(&bounds) {

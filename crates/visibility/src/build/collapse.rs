@@ -229,8 +229,9 @@ impl Tree {
         nodes.reserve_exact(sum(|part| part.nodes.len() - 1));
         leaves.reserve_exact(sum(|part| part.leaves.len()));
         for (part, (at, _)) in parts.into_iter().zip(todo) {
-            let before = (nodes.len() - 1, leaves.len());
-            let mut own = part.nodes.into_iter().map(|node| node.renumbered(before));
+            let (inner, outer) = (nodes.len() - 1, leaves.len());
+            let own = part.nodes.into_iter();
+            let mut own = own.map(|node| node.renumbered(inner, outer));
             nodes[at] = own.next().unwrap_or(Node::EMPTY);
             nodes.extend(own);
             leaves.extend(part.leaves);

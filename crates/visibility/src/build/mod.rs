@@ -180,7 +180,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     order::by_crossings(&mut nodes, &leaves);
     let fine = std::mem::take(&mut closed.fine);
     let (meshes, mesh_of) = by_leaves(closed, &leaves);
-    let surfaces = Surfaces::new(geometry, fine, (&mut nodes, &leaves));
+    let surfaces = Surfaces::new(geometry, fine, &mut nodes, &leaves);
     Hierarchy {
         nodes,
         leaves,

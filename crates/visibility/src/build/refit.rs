@@ -37,7 +37,7 @@ pub(crate) fn refit(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hier
         },
         closed,
     );
-    *surfaces = Surfaces::new(geometry, std::mem::take(&mut closed.fine), (nodes, leaves));
+    *surfaces = Surfaces::new(geometry, std::mem::take(&mut closed.fine), nodes, leaves);
     (*meshes, *mesh_of) = by_leaves(closed, leaves);
 }
 

@@ -248,8 +248,8 @@ impl Judged {
 
 /// The best split of a few triangles along an axis, which they are put in the order of.
 fn by_all(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
-    const MASK: u32 = 15;
-    const { assert!(FEW == MASK as usize + 1) };
+    const MASK: u32 = (1 << FEW.ilog2()) - 1;
+    const { assert!(FEW.is_power_of_two()) };
     let count = references.len().min(FEW);
     let mut own = [references[0]; FEW];
     own[..count].copy_from_slice(references);
@@ -302,7 +302,7 @@ fn ascending(x: f32) -> u32 {
 }
 
 /// 1.5 · 2²³: beside it the nearest whole number is left, as last bits.
-const WHOLE: f32 = 12_582_912.0;
+const WHOLE: f32 = 1.5 * (1_u32 << 23) as f32;
 
 /// Which bins a middle is in.
 #[derive(Clone, Copy)]

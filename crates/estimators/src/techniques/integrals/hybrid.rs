@@ -37,7 +37,7 @@ const LINES_IF_DENSE: f64 = 8.0;
 const RAYS_FOR_LINES: f64 = 3.0;
 
 /// In combinations, points that share a dense shaft in place of a line.
-const POINTS_IF_DENSE: u32 = 8;
+const POINTS_IF_DENSE: u32 = 2 * POINTS;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cheapest;
