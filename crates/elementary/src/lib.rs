@@ -6,7 +6,6 @@
 
 mod double_double;
 mod power;
-pub mod single;
 
 pub use power::{exp, ln, pow};
 

@@ -143,9 +143,8 @@ fn linear(c: &mut Criterion) {
     both(&mut g, "ltc", ltc, |s, u, _| s.sample(u));
     batch(&mut g, "ltc", ltc, LtcSampler::sample_into);
     let coarse = |x: DVec3, n: DVec3| {
-        let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
-        let edge = light.vector().to_array();
-        LineView::with_edge(ends[0], ends[1], edge, Some(n.to_array())).and_then(ProjectedLine::of)
+        LineView::with_edge(light.p0 - x, light.p1 - x, light.vector(), Some(n))
+            .and_then(ProjectedLine::of)
     };
     both(
         &mut g,
@@ -153,15 +152,6 @@ fn linear(c: &mut Criterion) {
         coarse,
         |s, u, _| s.sample_coarse(u),
     );
-    let narrow = |v: DVec3| v.as_vec3().to_array();
-    let single = |x: DVec3, n: DVec3| {
-        ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
-    };
-    both(&mut g, "projected-solid-angle f32", single, |s, u, _| {
-        #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
-        let xi = u as f32;
-        s.sample(xi)
-    });
     g.finish();
 }
 

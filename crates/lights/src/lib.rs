@@ -49,14 +49,12 @@ pub use light::{LinearLight, Sphere, SphereLight};
 pub use line::by_angle::AngularLines;
 pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Orientation};
 pub use line::by_texture::TexturedLines;
-pub use linear::precision::Real;
 pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::{AreaSampler, PointColumns, PointSample};
 pub use polygon::proxy::ProxySampler;
 pub use polygon::region::RegionSampler;
 pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::transformed::TransformedSampler;
-pub use polygon::triangle::triangle_solid_angle;
 #[cfg(feature = "rand")]
 pub use random::Random;
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};

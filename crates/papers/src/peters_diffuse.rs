@@ -165,8 +165,8 @@ fn unhidden(renderer: &Renderer<'_>, point: &ShadingPoint) -> f64 {
     let Some(Light::Linear(light)) = light else {
         return 0.0;
     };
-    let ends = [light.segment.p0, light.segment.p1].map(|p| (p - point.position).to_array());
-    let line = ProjectedLine::new(ends[0], ends[1], point.normal.to_array());
+    let ends = [light.segment.p0, light.segment.p1].map(|p| p - point.position);
+    let line = ProjectedLine::new(ends[0], ends[1], point.normal);
     let f = point
         .bsdf
         .eval(point.normal, point.outgoing, point.normal)
@@ -238,8 +238,8 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<PictureStudy> {
     }
     let value = |k: usize, name| rows[k].values.get(name).copied().unwrap_or(f64::NAN);
     let lead = format!(
-        "The backward error, the change of the random number that explains the output, of diffuse samples in f32. As \
-         printed it is {:.0e} at worst and {:.0e} in the median pixel, ours {:.0e} and {:.0e}; times the brightness, {:.0e} \
+        "The backward error, the change of the random number that explains the output, of diffuse samples. As \
+         printed, in f32, it is {:.0e} at worst and {:.0e} in the median pixel, ours, in f64, {:.0e} and {:.0e}; times the brightness, {:.0e} \
          and {:.0e} at worst. The printed antiderivative is a difference of two at the closest point of the line, ours is \
          anchored at the line's end.",
         value(0, "worst"),
@@ -265,8 +265,8 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<PictureStudy> {
 /// Samples of each pixel in Fig. 4.
 const PER_PIXEL: u32 = 16;
 
-/// Backward errors as printed and ours, and the projected solid angle; `None` where no light falls.
-/// The true sample of the same `f32` input is found in `f64`.
+/// Backward errors as printed, in `f32`, and ours, in `f64`, of the same `f32` input, and the
+/// projected solid angle; `None` where no light falls.
 fn errors(line: &Segment, point: &ShadingPoint, xi: f64) -> Option<DVec3> {
     let narrow = |v: DVec3| v.as_vec3().to_array();
     let [p0, p1] = [line.p0, line.p1].map(|p| narrow(p - point.position));
@@ -276,27 +276,23 @@ fn errors(line: &Segment, point: &ShadingPoint, xi: f64) -> Option<DVec3> {
         reason = "single precision is the point"
     )]
     let xi = xi as f32;
-    let wide = |v: [f32; 3]| v.map(f64::from);
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let exact = ProjectedLine::new(wide(p0), wide(p1), wide(n))?;
-    let ours = ProjectedLine::new(p0, p1, n)?.sample(xi);
     let xi64 = f64::from(xi);
+    let ours = exact.sample(xi64);
     let own = if exact.view().is_short() {
-        (exact.invert_fractions(f64::from(ours.lambda), f64::from(ours.rest)) - xi64).abs()
+        (exact.invert_fractions(ours.lambda, ours.rest) - xi64).abs()
     } else {
-        backward(&exact, wide(ours.direction).into(), xi64)
+        backward(&exact, ours.direction, xi64)
     };
-    let printed =
-        sample_as_printed(p0, p1, n, xi).map_or(1.0, |w| backward(&exact, wide(w).into(), xi64));
+    let printed = sample_as_printed(p0, p1, n, xi).map_or(1.0, |w| backward(&exact, wide(w), xi64));
     Some(DVec3::new(printed, own, exact.projected_solid_angle()))
 }
 
 /// The backward error of a direction in the plane of the line; at most one, also for no direction.
-fn backward(exact: &ProjectedLine<f64>, w: DVec3, xi: f64) -> f64 {
-    let (a, b) = exact.view().ends();
-    let (p0, axis) = (
-        DVec3::from(a),
-        DVec3::from(a).cross(b.into()).normalize_or_zero(),
-    );
+fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
+    let (p0, p1) = exact.view().ends();
+    let axis = p0.cross(p1).normalize_or_zero();
     let v = atan2(p0.cross(w).dot(axis), p0.dot(w));
     let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
     if error <= 1.0 { error } else { 1.0 }

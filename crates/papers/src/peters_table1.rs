@@ -330,7 +330,7 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
     };
     out.push(entry("ltc", None, input, new, one, Some(batch)));
     out.push(printed(light, input));
-    out.extend(projected(light, input));
+    out.push(projected(light, input));
     out.extend(quads(input));
     out
 }
@@ -351,30 +351,16 @@ fn printed<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
     entry(PRINTED, Some([4.40, 2.05]), input, new, one, None)
 }
 
-/// Projected solid angle to the error of Newton-bisection, and in single precision.
-fn projected<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> [Entry<'a>; 2] {
+/// Projected solid angle to the error of Newton-bisection.
+fn projected<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> Entry<'a> {
     let coarse = move |x: DVec3, n: DVec3| {
-        let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
-        let edge = light.vector().to_array();
-        LineView::with_edge(ends[0], ends[1], edge, Some(n.to_array())).and_then(ProjectedLine::of)
+        LineView::with_edge(light.p0 - x, light.p1 - x, light.vector(), Some(n))
+            .and_then(ProjectedLine::of)
     };
-    let one = |s: &ProjectedLine<f64>, u: f64| {
+    let one = |s: &ProjectedLine, u: f64| {
         black_box(s.sample_coarse(u));
     };
-    let coarse = entry(COARSE, None, input, coarse, one, None);
-    let narrow = |v: DVec3| v.as_vec3().to_array();
-    let single = move |x: DVec3, n: DVec3| {
-        ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
-    };
-    let one = |s: &ProjectedLine<f32>, u: f64| {
-        #[allow(
-            clippy::cast_possible_truncation,
-            reason = "single precision is the point"
-        )]
-        black_box(s.sample(u as f32));
-    };
-    let name = "projected-solid-angle, f32";
-    [coarse, entry(name, None, input, single, one, None)]
+    entry(COARSE, None, input, coarse, one, None)
 }
 
 /// The paper's last rows: a rectangle by solid angle and by projected solid angle.

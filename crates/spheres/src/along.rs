@@ -3,7 +3,7 @@
 use linelit_geometry::finite::fraction;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
-use linelit_lights::linear::{LineView, ProjectedLine};
+use linelit_lights::linear::{LineView, ProjectedLine, ThinLine};
 
 /// The measure of lines along a cylinder, and of points on them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +30,12 @@ pub(crate) struct Along {
 
 impl Along {
     /// A line or a part of one as the shading point sees it.
-    pub(crate) fn thin(&self, line: &Segment) -> Option<Thin> {
-        let [p0, p1] = [line.p0, line.p1].map(|p| (p - self.x).to_array());
+    pub(crate) fn thin(&self, line: &Segment) -> Option<ThinLine> {
+        let [p0, p1] = [line.p0, line.p1].map(|p| p - self.x);
         if self.measure == ChordMeasure::Projected {
-            ProjectedLine::new(p0, p1, self.normal.to_array()).map(Thin::Projected)
+            ProjectedLine::new(p0, p1, self.normal).map(ThinLine::Projected)
         } else {
-            LineView::new(p0, p1).map(Thin::Solid)
+            LineView::new(p0, p1).map(ThinLine::Solid)
         }
     }
 
@@ -86,9 +86,11 @@ impl Along {
     fn place_on(&self, line: &Segment, part: Interval, xi: f64) -> f64 {
         match self.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => xi,
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => self
-                .thin(&line.piece(part.lo, part.hi))
-                .map_or(xi, |thin| thin.sample(xi)),
+            ChordMeasure::SolidAngle | ChordMeasure::Projected => {
+                self.thin(&line.piece(part.lo, part.hi)).map_or(xi, |thin| {
+                    thin.view().whole_fraction(thin.sample(xi).lambda)
+                })
+            }
         }
     }
 
@@ -96,7 +98,10 @@ impl Along {
     pub(crate) fn below(&self, line: &Segment, t: f64) -> Option<f64> {
         match self.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => Some(t),
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => self.thin(line)?.below(t),
+            ChordMeasure::SolidAngle | ChordMeasure::Projected => {
+                let thin = self.thin(line)?;
+                Some(thin.invert(thin.view().clipped_fraction(t)?))
+            }
         }
     }
 }
@@ -106,43 +111,4 @@ pub(crate) fn holds(visible: &[Interval], t: f64) -> bool {
     let slack = 16.0 * f64::EPSILON;
     let inside = |part: &Interval| t >= part.lo - slack && t <= part.hi + slack;
     visible.iter().any(inside)
-}
-
-/// A part of a line in either angular measure.
-pub(crate) enum Thin {
-    Solid(LineView<f64>),
-    Projected(ProjectedLine<f64>),
-}
-
-impl Thin {
-    /// Per radius.
-    pub(crate) fn measure(&self) -> f64 {
-        match self {
-            Self::Solid(view) => view.solid_angle(),
-            Self::Projected(line) => line.projected_solid_angle(),
-        }
-    }
-
-    /// Of the shading point from the whole line.
-    pub(crate) fn distance(&self) -> f64 {
-        match self {
-            Self::Solid(view) => view.line_distance(),
-            Self::Projected(line) => line.view().line_distance(),
-        }
-    }
-
-    fn sample(&self, xi: f64) -> f64 {
-        match self {
-            Self::Solid(view) => view.whole_fraction(view.sample_solid_angle(xi).lambda),
-            Self::Projected(line) => line.view().whole_fraction(line.sample(xi).lambda),
-        }
-    }
-
-    /// The share of the measure below a fraction.
-    fn below(&self, t: f64) -> Option<f64> {
-        Some(match self {
-            Self::Solid(view) => view.invert_solid_angle(view.clipped_fraction(t)?),
-            Self::Projected(line) => line.invert(line.view().clipped_fraction(t)?),
-        })
-    }
 }

@@ -1,14 +1,14 @@
 //! Points of a disk by projected solid angle: on chords.
 
 use crate::ChordMeasure;
-use crate::along::{Along, Thin};
+use crate::along::Along;
 use core::f64::consts::PI;
 use linelit_elementary::{atan2, hypot, sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
-use linelit_lights::sample_linear;
-use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
+use linelit_lights::linear::ThinLine;
+use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
 
 /// Pieces on which the density of the offset's angle is linear.
 const PIECES: usize = 16;
@@ -199,7 +199,7 @@ impl DiskChords {
             return 0.0;
         };
         let line = self.segment(offset, ends);
-        let share = |thin: Thin| thin.measure() * self.z / thin.distance();
+        let share = |thin: ThinLine| thin.measure() * self.z / thin.view().line_distance();
         self.along.thin(&line).map_or(0.0, share)
     }
 
@@ -267,7 +267,7 @@ impl DiskChords {
         let to = point - self.along.x;
         let cosine = self.along.normal.dot(to) / to.length();
         let density = self.along.thin(line).map_or(0.0, |whole| {
-            2.0 * whole.distance() * cosine / (self.z * whole.measure())
+            2.0 * whole.view().line_distance() * cosine / (self.z * whole.measure())
         });
         Pdf::new(self.offset_pdf(offset) * density)
     }

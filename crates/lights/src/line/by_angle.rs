@@ -21,9 +21,8 @@ use crate::LineTechnique;
 use crate::density::{Offset, Pdf, SolidAngle};
 use crate::line::by_length::{LineSample, is_visible, locate, within};
 use crate::line::piece::{Angles, Line, Piece, Warp};
-use crate::line::thin::Thin;
 use crate::line::trapezoid::Trapezoid;
-use crate::linear::{LineView, ProjectedLine};
+use crate::linear::{LineView, ProjectedLine, ThinLine};
 use crate::pieces::{Pieces, sample_linear};
 use crate::polygon::area::PointSample;
 use linelit_elementary::hypot;
@@ -304,21 +303,21 @@ impl AngularLines {
 
     /// A line as seen, in the frame (along, across, towards the light).
     #[inline(always)]
-    fn view(&self, line: Line, normal: Option<DVec3>) -> Option<LineView<f64>> {
+    fn view(&self, line: Line, normal: Option<DVec3>) -> Option<LineView> {
         LineView::with_edge(
-            [line.lo, line.u, self.z],
-            [line.hi, line.u, self.z],
-            [line.length, 0.0, 0.0],
-            normal.map(|n| n.to_array()),
+            DVec3::new(line.lo, line.u, self.z),
+            DVec3::new(line.hi, line.u, self.z),
+            DVec3::new(line.length, 0.0, 0.0),
+            normal,
         )
     }
 
     /// The thin line of that.
-    fn thin(&self, line: Line) -> Option<Thin> {
+    fn thin(&self, line: Line) -> Option<ThinLine> {
         let view = self.view(line, self.normal)?;
         match self.normal {
-            None => Some(Thin::Solid(view)),
-            Some(_) => ProjectedLine::of(view).map(Thin::Projected),
+            None => Some(ThinLine::Solid(view)),
+            Some(_) => ProjectedLine::of(view).map(ThinLine::Projected),
         }
     }
 
@@ -449,7 +448,7 @@ impl AngularLines {
         offset: f64,
         visible: &[Interval],
         xi: f64,
-    ) -> Option<(Interval, Thin, f64, f64)> {
+    ) -> Option<(Interval, ThinLine, f64, f64)> {
         if let [part] = visible {
             let part = within(part);
             let thin = self.interval(offset, part)?;
@@ -482,7 +481,7 @@ impl AngularLines {
         locate(&self.lines, point)
     }
 
-    fn interval(&self, offset: f64, part: Interval) -> Option<Thin> {
+    fn interval(&self, offset: f64, part: Interval) -> Option<ThinLine> {
         let whole = self.line_at(offset)?;
         let lo = whole.lo + whole.length * part.lo;
         let length = whole.length * part.length();

@@ -5,5 +5,4 @@ pub(crate) mod by_angle;
 pub(crate) mod by_length;
 pub(crate) mod by_texture;
 mod piece;
-mod thin;
 mod trapezoid;

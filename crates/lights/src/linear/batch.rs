@@ -7,8 +7,7 @@
 
 use super::projected::{End, Inversion};
 use super::view::{LineView, SolidAngleEnd, nearer};
-use crate::linear::precision::Real;
-use crate::linear::trig::{Angle, rotate, step_sin_cos};
+use crate::linear::numbers::{Angle, Bounds, STEPS, rotate, sine_and_cosine, step_sin_cos};
 
 /// Most samples in a block.
 pub(crate) const BLOCK: usize = 16;
@@ -39,18 +38,12 @@ struct Angles {
 impl Batch {
     /// Samples for at most [`BLOCK`] random numbers: steps until the longest was below the fraction
     /// `close` of the distance to the nearer end.
-    pub(crate) fn fill(
-        &mut self,
-        arc: &Inversion<f64>,
-        view: &LineView<f64>,
-        numbers: &[f64],
-        close: f64,
-    ) {
+    pub(crate) fn fill(&mut self, arc: &Inversion, view: &LineView, numbers: &[f64], close: f64) {
         let n = numbers.len().min(BLOCK);
         let mut xi = [0.0; BLOCK];
         xi[..n].copy_from_slice(&numbers[..n]);
         let mut at = start(arc, view, &xi, n);
-        for _ in 0..f64::STEPS {
+        for _ in 0..STEPS {
             if advance(arc, &xi, n, &mut at, close) {
                 break;
             }
@@ -66,8 +59,8 @@ impl Batch {
     #[inline(never)]
     fn place<const SHORT: bool>(
         &mut self,
-        arc: &Inversion<f64>,
-        view: &LineView<f64>,
+        arc: &Inversion,
+        view: &LineView,
         xi: &Column,
         n: usize,
         at: &Angles,
@@ -91,7 +84,7 @@ impl Batch {
 }
 
 #[inline(never)]
-fn start(arc: &Inversion<f64>, view: &LineView<f64>, xi: &Column, n: usize) -> Angles {
+fn start(arc: &Inversion, view: &LineView, xi: &Column, n: usize) -> Angles {
     let (n, arc) = (n.min(BLOCK), *arc);
     let ends = [false, true].map(|second| view.solid_angle_end(second));
     let mut out = Angles::default();
@@ -106,7 +99,7 @@ fn start(arc: &Inversion<f64>, view: &LineView<f64>, xi: &Column, n: usize) -> A
 }
 
 #[inline(never)]
-fn steps(arc: &Inversion<f64>, xi: &Column, n: usize, at: &Angles) -> Column {
+fn steps(arc: &Inversion, xi: &Column, n: usize, at: &Angles) -> Column {
     let (n, arc) = (n.min(BLOCK), *arc);
     let mut step = [0.0; BLOCK];
     for i in 0..n {
@@ -124,14 +117,14 @@ fn steps(arc: &Inversion<f64>, xi: &Column, n: usize, at: &Angles) -> Column {
 
 /// One step of every sample; whether all have arrived.
 #[inline(never)]
-fn advance(arc: &Inversion<f64>, xi: &Column, n: usize, at: &mut Angles, close: f64) -> bool {
+fn advance(arc: &Inversion, xi: &Column, n: usize, at: &mut Angles, close: f64) -> bool {
     let n = n.min(BLOCK);
     let step = steps(arc, xi, n, at);
     let (mut sine, mut cosine) = ([0.0; BLOCK], [0.0; BLOCK]);
     let mut large = 0_u64;
     for i in 0..n {
         large |= u64::from(step[i].abs() > 0.5);
-        let (s, c) = f64::sine_and_cosine(step[i] * step[i]);
+        let (s, c) = sine_and_cosine(step[i] * step[i]);
         sine[i] = step[i] * s;
         cosine[i] = c;
     }

@@ -35,9 +35,8 @@ pub(crate) struct LineIntegral {
 }
 
 impl LineIntegral {
-    pub(crate) fn new(view: &LineView<f64>, normal: DVec3, tolerance: f64) -> Option<Self> {
+    pub(crate) fn new(view: &LineView, normal: DVec3, tolerance: f64) -> Option<Self> {
         let (p0, p1) = view.ends();
-        let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
         let d = (p1 - p0).try_normalize()?;
         let (s0, s1) = (p0.dot(d), p1.dot(d));
         let q = p0 - d * s0;

@@ -6,7 +6,7 @@ use super::view::LineView;
 use super::{LinearSample, view_from};
 use crate::LinearPointTechnique;
 use crate::density::{Pdf, ThinSolidAngle};
-use crate::linear::precision::Real;
+use crate::linear::numbers::Bounds;
 use core::f64::consts::PI;
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{DMat3, DVec3, Segment};
@@ -25,7 +25,7 @@ use linelit_geometry::{DMat3, DVec3, Segment};
 /// densities in m/sr.
 #[derive(Clone, Copy, Debug)]
 pub struct LtcSampler {
-    line: ProjectedLine<f64>,
+    line: ProjectedLine,
     /// World-space line, relative to x.
     start: DVec3,
     edge: DVec3,
@@ -51,15 +51,12 @@ impl LtcSampler {
         let inverse = m.inverse();
         let world = view_from(light, x, Some(normal))?;
         let (p0, p1) = world.ends();
-        let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
         let edge = p1 - p0;
         let across = linelit_geometry::predicates::cross(p0, edge);
         // |Mᵀ (s × l₀)|/|s × l₀|; any multiple of s × l₀ will do.
         let factor = (m.transpose() * across).length() / across.length();
-        let to_cosine = |p: DVec3| (inverse * p).to_array();
-        let z = [0.0, 0.0, 1.0];
         // `ProjectedLine::new` in place: its arguments need not go through memory.
-        let view = LineView::clipped(to_cosine(p0), to_cosine(p1), z)?;
+        let view = LineView::clipped(inverse * p0, inverse * p1, DVec3::Z)?;
         let line = ProjectedLine::of(view)?;
         let mut out = Self {
             line,

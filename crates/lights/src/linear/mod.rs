@@ -1,8 +1,7 @@
 //! Techniques for linear lights: thin cylinders given by radiance × radius (Peters 2021).
 //!
 //! [`LinearSampler`] is the door: pick a [`LinearTechnique`], set it up once per light and shading
-//! point, then take samples. The kernels behind it are generic over the precision: [`LineView`] and
-//! [`ProjectedLine`] also run in `f32`.
+//! point, then take samples. The kernels behind it are [`LineView`] and [`ProjectedLine`].
 //!
 //! Densities are per solid angle and times the radius, [`ThinSolidAngle`], in m/sr, so that for a
 //! light of radiance × radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
@@ -10,23 +9,22 @@
 mod batch;
 mod bisection;
 mod ltc;
-pub(crate) mod precision;
+mod numbers;
 mod projected;
-pub(crate) mod trig;
 mod view;
 mod warps;
 
 pub use ltc::LtcSampler;
-pub use projected::ProjectedLine;
+pub use projected::{ProjectedLine, ThinLine};
 pub use view::{ArcPoint, LineView};
 
 use crate::LinearPointTechnique;
 use crate::density::{Length, Pdf, ThinSolidAngle};
-use crate::linear::precision::Real;
 use batch::{BLOCK, Batch};
 use bisection::{LineIntegral, TOLERANCE};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{DVec3, Segment, predicates};
+use numbers::{Bounds, CLOSE};
 use projected::Inversion;
 use warps::Warp;
 
@@ -95,7 +93,7 @@ enum Kind {
     SolidAngle,
     Warped(Warp),
     Bisection(LineIntegral),
-    Projected(Inversion<f64>),
+    Projected(Inversion),
 }
 
 /// One technique set up for one linear light and one shading point.
@@ -117,7 +115,7 @@ enum Kind {
 #[derive(Clone, Copy, Debug)]
 pub struct LinearSampler {
     kind: Kind,
-    view: LineView<f64>,
+    view: LineView,
     /// What the density is a multiple of: one over the length, the solid angle or the projected
     /// solid angle.
     density: f64,
@@ -181,7 +179,7 @@ impl LinearSampler {
 
     /// The line as seen, clipped where the technique clips.
     #[must_use]
-    pub const fn view(&self) -> &LineView<f64> {
+    pub const fn view(&self) -> &LineView {
         &self.view
     }
 
@@ -207,7 +205,7 @@ impl LinearSampler {
             let mut batch = Batch::default();
             for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
                 let n = numbers.len().min(slots.len());
-                batch.fill(p, &self.view, &numbers[..n], f64::CLOSE);
+                batch.fill(p, &self.view, &numbers[..n], CLOSE);
                 for (i, slot) in slots[..n].iter_mut().enumerate() {
                     let at = |v: &[[f64; BLOCK]; 3]| DVec3::new(v[0][i], v[1][i], v[2][i]);
                     *slot = LinearSample {
@@ -241,7 +239,7 @@ impl LinearSampler {
     }
 
     fn at_place(&self, lambda: f64) -> LinearSample {
-        let offset = DVec3::from(self.view.at(lambda));
+        let offset = self.view.at(lambda);
         LinearSample {
             t: self.view.whole_fraction(lambda),
             offset,
@@ -267,8 +265,8 @@ impl LinearPointTechnique for LinearSampler {
         LinearSample {
             // In [0, 1]: a quotient of two numbers ≥ 0 of which the second is the larger.
             t: self.view.whole_fraction_of(arc.lambda),
-            offset: DVec3::from(arc.point),
-            direction: DVec3::from(arc.direction),
+            offset: arc.point,
+            direction: arc.direction,
             pdf: Pdf::new(per_density * self.density),
         }
     }
@@ -294,12 +292,6 @@ impl LinearPointTechnique for LinearSampler {
 
 /// A segment relative to `x`, with its edge formed before the subtraction.
 #[inline(always)]
-pub(crate) fn view_from(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView<f64>> {
-    let (p0, p1) = (light.p0 - x, light.p1 - x);
-    LineView::with_edge(
-        p0.to_array(),
-        p1.to_array(),
-        light.vector().to_array(),
-        normal.map(|n| n.to_array()),
-    )
+pub(crate) fn view_from(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView> {
+    LineView::with_edge(light.p0 - x, light.p1 - x, light.vector(), normal)
 }

@@ -2,8 +2,13 @@
 
 use super::batch::Batch;
 use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
-use crate::linear::precision::Real;
-use crate::linear::trig::{Angle, double_angle, rotate, step_sin_cos};
+use crate::linear::numbers::{
+    Angle, Bounds, CLOSE, LEAST, STEPS, double_angle, rotate, sine_and_cosine, sine_remainder,
+    step_sin_cos,
+};
+use linelit_elementary::sin_cos;
+use linelit_geometry::DVec3;
+use linelit_geometry::finite::fraction;
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a
 /// diffuse surface wherever the line is visible.
@@ -28,11 +33,11 @@ use crate::linear::trig::{Angle, double_angle, rotate, step_sin_cos};
 ///
 /// **Error** in ξ: 1.58e-5 in exact arithmetic after 2 steps (the paper's bound), 2.1e-7 after 3;
 /// [`ProjectedLine::sample`] steps on until the next step could not matter. See
-/// `docs/accuracy-lights.md` for measured worst cases in both precisions.
+/// `docs/accuracy-lights.md` for measured worst cases.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct ProjectedLine<T> {
-    view: LineView<T>,
-    arc: Inversion<T>,
+pub struct ProjectedLine {
+    view: LineView,
+    arc: Inversion,
 }
 
 /// Where [`ProjectedLine::sample_coarse`] ends.
@@ -40,33 +45,33 @@ const COARSE: f64 = 0.08;
 
 /// H as seen from one end of the arc.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct End<T> {
+pub(crate) struct End {
     /// Cosine and sine of φ at the end.
-    cos: T,
-    sin: T,
+    cos: f64,
+    sin: f64,
     /// N and N′ there.
-    n: T,
-    dn: T,
+    n: f64,
+    dn: f64,
     /// Coefficients of H: of v − sin v cos v, of sin v cos v, of sin² v.
-    terms: [T; 3],
+    terms: [f64; 3],
     /// N/sin δ here and at the other end.
-    pub over_sine: [T; 2],
+    pub over_sine: [f64; 2],
 }
 
 /// H and its inversion on the arc of a line.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Inversion<T> {
-    pub delta: T,
-    pub ends: [End<T>; 2],
-    pub total: T,
+pub(crate) struct Inversion {
+    pub delta: f64,
+    pub ends: [End; 2],
+    pub total: f64,
 }
 
-impl<T: Real> End<T> {
+impl End {
     /// One of two by selecting numbers, which the compiler can do for several at once.
     #[inline(always)]
     pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
-        let one = |a: T, b: T| if second { b } else { a };
-        let two = |a: [T; 2], b: [T; 2]| [one(a[0], b[0]), one(a[1], b[1])];
+        let one = |a: f64, b: f64| if second { b } else { a };
+        let two = |a: [f64; 2], b: [f64; 2]| [one(a[0], b[0]), one(a[1], b[1])];
         Self {
             cos: one(a.cos, b.cos),
             sin: one(a.sin, b.sin),
@@ -84,29 +89,29 @@ impl<T: Real> End<T> {
     /// The solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020): one step
     /// closer than the paper's start.
     #[inline(always)]
-    pub(crate) fn start(&self, xi: T, ends: &SolidAngleEnd<T>) -> Angle<T> {
+    pub(crate) fn start(&self, xi: f64, ends: &SolidAngleEnd) -> Angle {
         let [p0, p1] = self.over_sine;
-        let eta = T::ONE - xi;
+        let eta = 1.0 - xi;
         // The warped number as a quotient, which half_tangent takes without dividing.
         // Nothing is next to 1e-18, which is there for ξ = 0 at an end on the horizon.
         let below = xi * (p0 + p1);
-        let whole = (p0 + T::from_f64(1e-18)) + (p0 * p0 * eta + p1 * p1 * xi).sqrt();
-        let above = (whole - below).at_least(T::ZERO);
+        let whole = (p0 + 1e-18) + (p0 * p0 * eta + p1 * p1 * xi).sqrt();
+        let above = (whole - below).at_least(0.0);
         let (a, b) = ends.half_tangent([below, above, whole]);
         double_angle(a, b)
     }
 
     /// H(v).
     #[inline(always)]
-    fn mass(&self, at: &Angle<T>) -> T {
+    fn mass(&self, at: &Angle) -> f64 {
         let [a, b, d] = self.terms;
         let sc = at.s * at.c;
         let long = at.v - sc;
         // (x − sin x)/2 with x = 2v.
-        let four = T::from_f64(4.0);
+        let four = 4.0;
         let y = four * (at.v * at.v);
-        let short = y * at.v * T::sine_remainder(y);
-        let rest = if at.v > T::from_f64(0.5) { long } else { short };
+        let short = y * at.v * sine_remainder(y);
+        let rest = if at.v > 0.5 { long } else { short };
         a * rest + (b * sc + d * (at.s * at.s))
     }
 
@@ -115,8 +120,8 @@ impl<T: Real> End<T> {
     /// it begins, so that the second needs no more than sine and cosine of the first
     /// (`docs/decisions/009-fourth-order-steps.md`).
     #[inline(always)]
-    pub(crate) fn two_steps(&self, at: &Angle<T>, target: T, delta: T) -> (Angle<T>, T) {
-        let half = T::from_f64(0.5);
+    pub(crate) fn two_steps(&self, at: &Angle, target: f64, delta: f64) -> (Angle, f64) {
+        let half = 0.5;
         let excess = self.mass(at) - target;
         let cos = self.cos * at.c - self.sin * at.s;
         let sin = self.sin * at.c + self.cos * at.s;
@@ -126,10 +131,10 @@ impl<T: Real> End<T> {
         let low = (-at.v).at_least(-half);
         let t = step.at_least(low).at_most((delta - at.v).at_most(half));
         let y = t * t;
-        let (s, c) = T::sine_and_cosine(y);
+        let (s, c) = sine_and_cosine(y);
         let s = t * s;
-        let four = T::from_f64(4.0) * y;
-        let (rest, across) = (four * t * T::sine_remainder(four), s * c);
+        let four = 4.0 * y;
+        let (rest, across) = (four * t * sine_remainder(four), s * c);
         let product = cos * n;
         let left = excess
             + ((product - sin * dn) * rest
@@ -140,7 +145,7 @@ impl<T: Real> End<T> {
         let slope = cos * n;
         let inverse = half / slope;
         let bend = (cos * dn - sin * n) * inverse;
-        let third = T::from_f64(1.0 / 3.0);
+        let third = 1.0 / 3.0;
         let twist = (slope + sin * dn) * (inverse * (third + third));
         let d = -left * inverse;
         let d = d - d * d * (bend - d * (bend * bend + bend * bend + twist));
@@ -148,12 +153,12 @@ impl<T: Real> End<T> {
         let (s, c) = rotate((at.s, at.c), (s, c));
         let d = d.at_least(-half).at_most(half);
         let d2 = half * (d * d);
-        let (s, c) = rotate((s, c), (d - d * d2 * third, T::ONE - d2));
+        let (s, c) = rotate((s, c), (d - d * d2 * third, 1.0 - d2));
         let v = at.v + (t + d);
         (
             Angle {
                 v,
-                s: s.at_least(T::ZERO),
+                s: s.at_least(0.0),
                 c,
             },
             d.abs(),
@@ -165,7 +170,7 @@ impl<T: Real> End<T> {
     /// fourth power: H″′ = −4 (cos φ N + sin φ N′), and the slope where the step ends is twice the
     /// root of the discriminant.
     #[inline(always)]
-    pub(crate) fn steps(&self, at: &Angle<T>, target: T) -> [T; 2] {
+    pub(crate) fn steps(&self, at: &Angle, target: f64) -> [f64; 2] {
         let excess = self.mass(at) - target;
         let cos = self.cos * at.c - self.sin * at.s;
         let sin = self.sin * at.c + self.cos * at.s;
@@ -178,25 +183,25 @@ impl<T: Real> End<T> {
 /// The root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its extremum if
 /// none; and that with the cubic term, from (cos φ, sin φ) and (N, N′).
 #[inline(always)]
-fn halley<T: Real>(excess: T, (cos, sin): (T, T), (n, dn): (T, T)) -> [T; 2] {
+fn halley(excess: f64, (cos, sin): (f64, f64), (n, dn): (f64, f64)) -> [f64; 2] {
     let (slope, bend) = (cos * n, cos * dn - sin * n);
-    let root = (slope * slope - bend * excess).at_least(T::ZERO).sqrt();
+    let root = (slope * slope - bend * excess).at_least(0.0).sqrt();
     let sum = slope.abs() + root;
     let step = -excess / sum;
-    let step = if sum > T::ZERO { step } else { T::ZERO };
-    let third = T::from_f64(1.0 / 3.0);
+    let step = if sum > 0.0 { step } else { 0.0 };
+    let third = 1.0 / 3.0;
     let more = (slope + sin * dn) * third / root * (step * step);
-    let half = T::from_f64(0.5);
+    let half = 0.5;
     // Where the slope vanishes the quotient says nothing.
     let more = more.at_least(-half).at_most(half);
     [step, step + step * more]
 }
 
-impl<T: Real> ProjectedLine<T> {
+impl ProjectedLine {
     /// The per-light part: ends relative to the shading point, unit normal. `None` if nothing of
     /// the line is above the horizon, and as for [`LineView::new`].
     #[must_use]
-    pub fn new(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
+    pub fn new(p0: DVec3, p1: DVec3, normal: DVec3) -> Option<Self> {
         Self::of(LineView::clipped(p0, p1, normal)?)
     }
 
@@ -204,33 +209,33 @@ impl<T: Real> ProjectedLine<T> {
     /// normal; `None` for one that has none.
     #[inline(always)]
     #[must_use]
-    pub fn of(view: LineView<T>) -> Option<Self> {
+    pub fn of(view: LineView) -> Option<Self> {
         let arc = Inversion::of(&view)?;
         Some(Self { view, arc })
     }
 
     /// The line as seen.
     #[must_use]
-    pub fn view(&self) -> &LineView<T> {
+    pub fn view(&self) -> &LineView {
         &self.view
     }
 
     /// Projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of radiance ×
     /// radius.
     #[must_use]
-    pub fn projected_solid_angle(&self) -> T {
+    pub fn projected_solid_angle(&self) -> f64 {
         self.arc.projected_solid_angle(&self.view)
     }
 
     /// The sample, to the precision: two steps nearly everywhere, more where ξ is close to an end
     /// of a line that spans almost a half-plane.
     #[must_use]
-    pub fn sample(&self, xi: T) -> ArcPoint<T> {
+    pub fn sample(&self, xi: f64) -> ArcPoint {
         self.arc.sample(&self.view, xi)
     }
 
     /// The sample and its cosine n·ω.
-    pub(crate) fn sample_with_cosine(&self, xi: T) -> (ArcPoint<T>, T) {
+    pub(crate) fn sample_with_cosine(&self, xi: f64) -> (ArcPoint, f64) {
         let ((second, s, c), cosine) = self.arc.arc_with_cosine(&self.view, xi);
         (self.view.arc_point(second, s, c), cosine)
     }
@@ -240,19 +245,19 @@ impl<T: Real> ProjectedLine<T> {
     /// its cube). One step does nearly everywhere. Worst backward error in ξ by search:
     /// `docs/accuracy-lights.md`.
     #[must_use]
-    pub fn sample_coarse(&self, xi: T) -> ArcPoint<T> {
-        let (second, at) = self.arc.find_to(&self.view, xi, T::from_f64(COARSE));
+    pub fn sample_coarse(&self, xi: f64) -> ArcPoint {
+        let (second, at) = self.arc.find_to(&self.view, xi, COARSE);
         self.view.arc_point(second, at.s, at.c)
     }
 
     /// The angle v from the first end after a number of steps from the solid-angle sample: the
     /// paper's, who takes 2.
     #[must_use]
-    pub fn angle_steps(&self, xi: T, steps: u32) -> T {
-        let xi = xi.unit();
+    pub fn angle_steps(&self, xi: f64, steps: u32) -> f64 {
+        let xi = fraction(xi);
         let end = &self.arc.ends[0];
         let ends = self.view.solid_angle_end(false);
-        let (a, b) = ends.half_tangent([xi, T::ONE - xi, T::ONE]);
+        let (a, b) = ends.half_tangent([xi, 1.0 - xi, 1.0]);
         let mut at = double_angle(a, b);
         for _ in 0..steps {
             let [step, _] = end.steps(&at, xi * self.arc.total);
@@ -264,13 +269,13 @@ impl<T: Real> ProjectedLine<T> {
     /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring
     /// backward errors.
     #[must_use]
-    pub fn cdf(&self, v: T) -> T {
+    pub fn cdf(&self, v: f64) -> f64 {
         self.arc.cdf(v)
     }
 
     /// The random number whose sample is at the place `lambda` of the clipped line.
     #[must_use]
-    pub fn invert(&self, lambda: T) -> T {
+    pub fn invert(&self, lambda: f64) -> f64 {
         self.arc.cdf(self.view.angle_of(lambda))
     }
 
@@ -278,10 +283,10 @@ impl<T: Real> ProjectedLine<T> {
     /// the smaller, so that places next to the second end of a line that runs away from the shading
     /// point keep their digits.
     #[must_use]
-    pub fn invert_fractions(&self, lambda: T, rest: T) -> T {
+    pub fn invert_fractions(&self, lambda: f64, rest: f64) -> f64 {
         if lambda > rest {
             self.arc
-                .cdf(self.arc.delta - self.view.angle_from_end(rest.unit()))
+                .cdf(self.arc.delta - self.view.angle_from_end(fraction(rest)))
         } else {
             self.invert(lambda)
         }
@@ -289,22 +294,20 @@ impl<T: Real> ProjectedLine<T> {
 
     /// Density per solid angle, times radius, at the place `lambda`: `(n·ω)/(dΩ⊥/dR)` in m/sr.
     #[must_use]
-    pub fn pdf(&self, lambda: T) -> T {
+    pub fn pdf(&self, lambda: f64) -> f64 {
         self.view.cosine(lambda) / self.projected_solid_angle()
     }
-}
 
-impl ProjectedLine<f64> {
     /// Samples of at most [`BLOCK`](super::batch::BLOCK) random numbers.
     pub(crate) fn fill(&self, xi: &[f64], batch: &mut Batch) {
-        batch.fill(&self.arc, &self.view, xi, f64::CLOSE);
+        batch.fill(&self.arc, &self.view, xi, CLOSE);
     }
 }
 
-impl<T: Real> Inversion<T> {
+impl Inversion {
     /// For a view that has been clipped by the normal.
     #[inline(always)]
-    pub(crate) fn of(view: &LineView<T>) -> Option<Self> {
+    pub(crate) fn of(view: &LineView) -> Option<Self> {
         let (sin_delta, cos_delta) = view.angle_sin_cos();
         let per_sine = view.inverse_sine();
         let n = view.end_cosines();
@@ -327,7 +330,7 @@ impl<T: Real> Inversion<T> {
         let mut out = Self {
             delta: view.angle(),
             ends: [end(false), end(true)],
-            total: T::ZERO,
+            total: 0.0,
         };
         out.total = out.ends[0].mass(&Angle {
             v: out.delta,
@@ -337,22 +340,22 @@ impl<T: Real> Inversion<T> {
         // Their quotient, the projected solid angle, and its reciprocal are numbers of full digits;
         // h is one, so that the total is, too.
         let h = view.line_distance();
-        let held = out.total * T::LEAST < h && h * T::LEAST < out.total;
+        let held = out.total * LEAST < h && h * LEAST < out.total;
         held.then_some(out)
     }
 
-    pub(crate) fn projected_solid_angle(&self, view: &LineView<T>) -> T {
+    pub(crate) fn projected_solid_angle(&self, view: &LineView) -> f64 {
         self.total / view.line_distance()
     }
 
-    pub(crate) fn sample(&self, view: &LineView<T>, xi: T) -> ArcPoint<T> {
+    pub(crate) fn sample(&self, view: &LineView, xi: f64) -> ArcPoint {
         let (second, at) = self.find(view, xi);
         view.arc_point(second, at.s, at.c)
     }
 
     /// The sample, by its end and sine and cosine of the angle from there, and its cosine n·ω.
     #[inline(always)]
-    pub(crate) fn arc_with_cosine(&self, view: &LineView<T>, xi: T) -> ((bool, T, T), T) {
+    pub(crate) fn arc_with_cosine(&self, view: &LineView, xi: f64) -> ((bool, f64, f64), f64) {
         let (second, Angle { s, c, .. }) = self.find(view, xi);
         // N(v) from both ends, all terms positive.
         let [here, there] = self.ends[usize::from(second)].over_sine;
@@ -363,14 +366,14 @@ impl<T: Real> Inversion<T> {
     /// The angle from the end that it says, to the precision: two steps, more where the second was
     /// large.
     #[inline(always)]
-    fn find(&self, view: &LineView<T>, xi: T) -> (bool, Angle<T>) {
+    fn find(&self, view: &LineView, xi: f64) -> (bool, Angle) {
         let (second, xi) = nearer(xi);
         let end = &self.ends[usize::from(second)];
         let target = xi * self.total;
         let start = end.start(xi, &view.solid_angle_end(second));
         let (at, last) = end.two_steps(&start, target, self.delta);
         let room = at.v.at_most(self.delta - at.v);
-        if last <= T::CLOSE * room {
+        if last <= CLOSE * room {
             return (second, at);
         }
         (second, self.refine(end, start, target))
@@ -379,14 +382,14 @@ impl<T: Real> Inversion<T> {
     /// [`Inversion::steps_to`] the precision.
     #[cold]
     #[inline(never)]
-    fn refine(&self, end: &End<T>, start: Angle<T>, target: T) -> Angle<T> {
-        self.steps_to(end, start, target, T::CLOSE)
+    fn refine(&self, end: &End, start: Angle, target: f64) -> Angle {
+        self.steps_to(end, start, target, CLOSE)
     }
 
     /// Steps until one is below the fraction `close` of the distance to the nearer end.
     #[inline(always)]
-    fn steps_to(&self, end: &End<T>, mut at: Angle<T>, target: T, close: T) -> Angle<T> {
-        for _ in 0..T::STEPS {
+    fn steps_to(&self, end: &End, mut at: Angle, target: f64, close: f64) -> Angle {
+        for _ in 0..STEPS {
             let [_, step] = end.steps(&at, target);
             let step = self.advance(&mut at, step);
             let room = at.v.at_most(self.delta - at.v);
@@ -399,7 +402,7 @@ impl<T: Real> Inversion<T> {
 
     /// The angle from the end that it says, by [`Inversion::steps_to`].
     #[inline]
-    fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
+    fn find_to(&self, view: &LineView, xi: f64, close: f64) -> (bool, Angle) {
         let (second, xi) = nearer(xi);
         let end = &self.ends[usize::from(second)];
         let start = end.start(xi, &view.solid_angle_end(second));
@@ -408,20 +411,71 @@ impl<T: Real> Inversion<T> {
 
     /// One step; how far it went.
     #[inline]
-    fn advance(&self, at: &mut Angle<T>, step: T) -> T {
+    fn advance(&self, at: &mut Angle, step: f64) -> f64 {
         let step = step.at_least(-at.v).at_most(self.delta - at.v);
         let (s, c) = rotate((at.s, at.c), step_sin_cos(step));
-        at.v = at.v + step;
-        at.s = s.at_least(T::ZERO);
+        at.v += step;
+        at.s = s.at_least(0.0);
         at.c = c;
         step
     }
 
-    pub(crate) fn cdf(&self, v: T) -> T {
-        let v = v.at_least(T::ZERO).at_most(self.delta);
-        let (s, c) = v.sin_cos();
+    pub(crate) fn cdf(&self, v: f64) -> f64 {
+        let v = v.at_least(0.0).at_most(self.delta);
+        let (s, c) = sin_cos(v);
         (self.ends[0].mass(&Angle { v, s, c }) / self.total)
-            .at_least(T::ZERO)
-            .at_most(T::ONE)
+            .at_least(0.0)
+            .at_most(1.0)
+    }
+}
+
+/// A line, or a visible part of it, in one of the two angular measures of points on it.
+#[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives on the stack of one function"
+)]
+pub enum ThinLine {
+    /// Points uniform in solid angle.
+    Solid(LineView),
+    /// Points uniform in projected solid angle.
+    Projected(ProjectedLine),
+}
+
+impl ThinLine {
+    /// Solid angle or projected solid angle, per radius.
+    #[must_use]
+    pub fn measure(&self) -> f64 {
+        match self {
+            Self::Solid(v) => v.solid_angle(),
+            Self::Projected(p) => p.projected_solid_angle(),
+        }
+    }
+
+    /// The line as seen.
+    #[must_use]
+    pub fn view(&self) -> &LineView {
+        match self {
+            Self::Solid(v) => v,
+            Self::Projected(p) => p.view(),
+        }
+    }
+
+    /// The point that has the share `xi` of the measure before it.
+    #[must_use]
+    pub fn sample(&self, xi: f64) -> ArcPoint {
+        match self {
+            Self::Solid(v) => v.sample_solid_angle(xi),
+            Self::Projected(p) => p.sample(xi),
+        }
+    }
+
+    /// The share of the measure before a place of the clipped line.
+    #[must_use]
+    pub fn invert(&self, lambda: f64) -> f64 {
+        match self {
+            Self::Solid(v) => v.invert_solid_angle(lambda),
+            Self::Projected(p) => p.invert(lambda),
+        }
     }
 }

@@ -1,8 +1,10 @@
 //! A line as the shading point sees it: clipping, solid angle, and the map between angles and
 //! places.
 
-use crate::linear::precision::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
-use crate::linear::trig::double_angle;
+use crate::linear::numbers::{Bounds, LEAST, cross, double_angle, on_horizon_by_more_digits};
+use linelit_elementary::atan2;
+use linelit_geometry::finite::fraction;
+use linelit_geometry::{DVec3, predicates};
 
 /// A straight line seen from the origin, clipped or not, with the few numbers that every technique
 /// starts from.
@@ -10,70 +12,68 @@ use crate::linear::trig::double_angle;
 /// With q the point of the infinite line closest to the origin, h = |q| and φ the angle from q, the
 /// line is the arc φ₀ … φ₁ of a great circle; v = φ − φ₀ runs over [0, δ]. All differences are
 /// formed so that nothing cancels for lines that are short, far, nearly collinear with the origin
-/// or passing close to it; cross products are accurate by component. Generic over `f32` and `f64`.
+/// or passing close to it; cross products are accurate by component.
 ///
 /// Places λ and random numbers are of [0, 1]; what is not counts as the nearer end, NaN as 0.
 ///
 /// **Domain**: lengths of lines and of vectors to their ends, and products of the length with the
-/// distance h, whose squares `f64` holds with its digits: 1e-145 to 1e154; in `f32` that hold
-/// themselves as `f32`: 1e-37 to 1e38, so that lines as far as they are long may have sizes from
-/// 1e-18 to 1e18. Beyond, `None`.
+/// distance h, whose squares `f64` holds with its digits: 1e-145 to 1e154. Beyond, `None`.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct LineView<T> {
+pub struct LineView {
     /// The clipped ends.
-    ends: [V3<T>; 2],
+    ends: [DVec3; 2],
     /// Edge, not clipped, and its length.
-    edge: V3<T>,
-    whole: T,
+    edge: DVec3,
+    whole: f64,
     /// Fractions of the whole line at which the clipped line begins and ends.
-    range: [T; 2],
+    range: [f64; 2],
     /// Their difference, relatively accurate also where little is left, and with the sign that
     /// leads away from each end.
-    kept: [T; 2],
+    kept: [f64; 2],
     /// Clipped length.
-    l: T,
-    r: [T; 2],
+    l: f64,
+    r: [f64; 2],
     /// Reciprocals of r, and cosines h/r at both ends.
-    inverse: [T; 2],
-    cosine: [T; 2],
+    inverse: [f64; 2],
+    cosine: [f64; 2],
     /// p0·p1 and |p0 × p1| of the clipped ends.
-    dot: T,
-    cross: T,
+    dot: f64,
+    cross: f64,
     /// sin δ, its reciprocal, and cos δ.
-    sin_delta: T,
-    inverse_sine: T,
-    cos_delta: T,
-    h: T,
+    sin_delta: f64,
+    inverse_sine: f64,
+    cos_delta: f64,
+    h: f64,
     /// Cosines n·p of the clipped ends (0 where clipped); zero without a normal.
-    height: [T; 2],
+    height: [f64; 2],
     /// sin φ at both ends, 1 − sin φ and 1 + sin φ from their small sides.
-    sine: [T; 2],
-    minus: [T; 2],
-    plus: [T; 2],
+    sine: [f64; 2],
+    minus: [f64; 2],
+    plus: [f64; 2],
     /// sin φ₁ − sin φ₀.
-    sine_range: T,
+    sine_range: f64,
     /// Whether places resolve it better than directions ([`LineView::is_short`]); unit tangent t of
     /// the fan at the first end where not.
     short: bool,
-    tangent: V3<T>,
+    tangent: DVec3,
 }
 
 /// What is left of a line above the horizon: ends, their fractions of the whole, the fraction that
 /// is left, and the heights n·p of the ends.
-struct Kept<T> {
-    ends: [V3<T>; 2],
-    range: [T; 2],
-    kept: T,
-    height: [T; 2],
+struct Kept {
+    ends: [DVec3; 2],
+    range: [f64; 2],
+    kept: f64,
+    height: [f64; 2],
 }
 
-impl<T: Real> LineView<T> {
+impl LineView {
     /// The whole line between two points relative to the shading point. `None` if it has no length,
     /// if the shading point is on the infinite line (its solid angle is zero or infinite), if a
     /// coordinate is not finite, or beyond the domain.
     #[must_use]
-    pub fn new(p0: [T; 3], p1: [T; 3]) -> Option<Self> {
-        Self::build(p0, p1, sub(p1, p0), cross(p0, p1), None)
+    pub fn new(p0: DVec3, p1: DVec3) -> Option<Self> {
+        Self::build(p0, p1, p1 - p0, cross(p0, p1), None)
     }
 
     /// The part of the line in the half-space `normal·p ≥ 0`. `None` as for [`LineView::new`], or
@@ -84,8 +84,8 @@ impl<T: Real> LineView<T> {
     /// the shading point).
     #[inline(always)]
     #[must_use]
-    pub fn clipped(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
-        Self::build(p0, p1, sub(p1, p0), cross(p0, p1), Some(normal))
+    pub fn clipped(p0: DVec3, p1: DVec3, normal: DVec3) -> Option<Self> {
+        Self::build(p0, p1, p1 - p0, cross(p0, p1), Some(normal))
     }
 
     /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that
@@ -93,17 +93,17 @@ impl<T: Real> LineView<T> {
     /// `None`, too, for what is no edge between these ends by far.
     #[inline(always)]
     #[must_use]
-    pub fn with_edge(p0: [T; 3], p1: [T; 3], edge: [T; 3], normal: Option<[T; 3]>) -> Option<Self> {
+    pub fn with_edge(p0: DVec3, p1: DVec3, edge: DVec3, normal: Option<DVec3>) -> Option<Self> {
         // From the nearer end, whose rounding turns the plane of the fan least.
-        let first = dot(p0, p0) <= dot(p1, p1);
+        let first = p0.length_squared() <= p1.length_squared();
         let x = cross(if first { p0 } else { p1 }, edge);
         Self::build(p0, p1, edge, x, normal)
     }
 
     #[inline(always)]
-    fn build(p0: V3<T>, p1: V3<T>, edge: V3<T>, x: V3<T>, normal: Option<V3<T>>) -> Option<Self> {
-        let whole = length(edge);
-        let area = length(x);
+    fn build(p0: DVec3, p1: DVec3, edge: DVec3, x: DVec3, normal: Option<DVec3>) -> Option<Self> {
+        let whole = edge.length();
+        let area = x.length();
         if !(whole.has_square() && area.has_square()) {
             return None;
         }
@@ -111,9 +111,9 @@ impl<T: Real> LineView<T> {
             Some(n) => clip([p0, p1], edge, (x, area), n)?,
             None => Kept {
                 ends: [p0, p1],
-                range: [T::ZERO, T::ONE],
-                kept: T::ONE,
-                height: [T::ZERO; 2],
+                range: [0.0, 1.0],
+                kept: 1.0,
+                height: [0.0; 2],
             },
         };
         Self::finish(kept, (edge, whole), (x, area))
@@ -128,27 +128,27 @@ impl<T: Real> LineView<T> {
             range,
             kept,
             height,
-        }: Kept<T>,
-        (edge, whole): (V3<T>, T),
-        (x, area): (V3<T>, T),
+        }: Kept,
+        (edge, whole): (DVec3, f64),
+        (x, area): (DVec3, f64),
     ) -> Option<Self> {
         let (l, cross) = (whole * kept, area * kept);
-        let (per_length, per_area) = (T::ONE / whole, T::ONE / area);
+        let (per_length, per_area) = (1.0 / whole, 1.0 / area);
         let h = area * per_length;
-        let r = [length(p0), length(p1)];
+        let r = [p0.length(), p1.length()];
         // Quotients cost more than products: one for two of them.
         let product = r[0] * r[1];
-        let per_product = T::ONE / product;
+        let per_product = 1.0 / product;
         let inverse = [r[1] * per_product, r[0] * per_product];
         let cosine = [h * inverse[0], h * inverse[1]];
         let sin_delta = cross * per_product;
-        let dot01 = dot(p0, p1);
+        let dot01 = p0.dot(p1);
         let sine = [
-            dot(p0, edge) * (per_length * inverse[0]),
-            dot(p1, edge) * (per_length * inverse[1]),
+            p0.dot(edge) * (per_length * inverse[0]),
+            p1.dot(edge) * (per_length * inverse[1]),
         ];
         let [(minus0, plus0), (minus1, plus1)] = sides(sine, cosine);
-        let sine_range = if dot01 > T::ZERO {
+        let sine_range = if dot01 > 0.0 {
             // h² l (r0 + r1)/(r0 r1 (r0 r1 + p0·p1)): nothing cancels.
             cosine[0] * cosine[1] * (l / (product + dot01)) * (r[0] + r[1])
         } else {
@@ -156,18 +156,18 @@ impl<T: Real> LineView<T> {
         };
         let inverse_sine = product * per_area / kept;
         let held = are_numbers(r, inverse, inverse_sine);
-        let sines = sine[0].abs() <= T::from_f64(2.0) && sine[1].abs() <= T::from_f64(2.0);
+        let sines = sine[0].abs() <= 2.0 && sine[1].abs() <= 2.0;
         // An edge between these ends, to a factor.
-        let fits = l <= T::from_f64(2.0) * (r[0] + r[1]);
+        let fits = l <= 2.0 * (r[0] + r[1]);
         if !(sine_range.is_usable() && held && sines && fits && h.has_square()) {
             return None;
         }
-        let foot_inside = sine[0] < T::ZERO && sine[1] > T::ZERO;
+        let foot_inside = sine[0] < 0.0 && sine[1] > 0.0;
         let short = !foot_inside || l < h;
         let tangent = if short {
-            [T::ZERO; 3]
+            DVec3::ZERO
         } else {
-            scale(plain_cross(scale(x, per_area), p0), inverse[0])
+            (x * per_area).cross(p0) * inverse[0]
         };
         Some(Self {
             ends: [p0, p1],
@@ -197,35 +197,35 @@ impl<T: Real> LineView<T> {
 
     /// The (clipped) ends.
     #[must_use]
-    pub fn ends(&self) -> ([T; 3], [T; 3]) {
+    pub fn ends(&self) -> (DVec3, DVec3) {
         (self.ends[0], self.ends[1])
     }
 
     /// The fractions of the whole line at which the clipped one begins and ends.
     #[must_use]
-    pub fn range(&self) -> [T; 2] {
+    pub fn range(&self) -> [f64; 2] {
         self.range
     }
 
     /// Distance h of the infinite line from the shading point.
     #[must_use]
-    pub fn line_distance(&self) -> T {
+    pub fn line_distance(&self) -> f64 {
         self.h
     }
 
     /// Length of the (clipped) line.
     #[must_use]
-    pub fn length(&self) -> T {
+    pub fn length(&self) -> f64 {
         self.l
     }
 
     /// The angle δ in (0, π) that the line subtends.
     #[inline(always)]
     #[must_use]
-    pub fn angle(&self) -> T {
+    pub fn angle(&self) -> f64 {
         let product = self.r[0] * self.r[1];
         // tan δ/2 from whichever side does not cancel.
-        if self.dot > T::ZERO {
+        if self.dot > 0.0 {
             double_angle(self.cross, product + self.dot).v
         } else {
             double_angle(product - self.dot, self.cross).v
@@ -233,18 +233,18 @@ impl<T: Real> LineView<T> {
     }
 
     /// sin δ and cos δ.
-    pub(crate) fn angle_sin_cos(&self) -> (T, T) {
+    pub(crate) fn angle_sin_cos(&self) -> (f64, f64) {
         (self.sin_delta, self.cos_delta)
     }
 
     /// 1/sin δ.
-    pub(crate) fn inverse_sine(&self) -> T {
+    pub(crate) fn inverse_sine(&self) -> f64 {
         self.inverse_sine
     }
 
     /// Cosine and sine of the angle from the foot of the line to an end, the sine positive if the
     /// line runs away from the foot there: h/r₀ and s₀/r₀, or h/r₁ and −s₁/r₁.
-    pub(crate) fn foot_angle(&self, second: bool) -> (T, T) {
+    pub(crate) fn foot_angle(&self, second: bool) -> (f64, f64) {
         if second {
             (self.cosine[1], -self.sine[1])
         } else {
@@ -253,7 +253,7 @@ impl<T: Real> LineView<T> {
     }
 
     /// n·ω at both clipped ends.
-    pub(crate) fn end_cosines(&self) -> [T; 2] {
+    pub(crate) fn end_cosines(&self) -> [f64; 2] {
         [
             self.height[0] * self.inverse[0],
             self.height[1] * self.inverse[1],
@@ -263,69 +263,69 @@ impl<T: Real> LineView<T> {
     /// Solid angle per radius in sr/m: `dΩ/dR = (2/h)(sin φ₁ − sin φ₀)` (Peters 2021, eq. 1 and its
     /// limit).
     #[must_use]
-    pub fn solid_angle(&self) -> T {
+    pub fn solid_angle(&self) -> f64 {
         (self.sine_range + self.sine_range) / self.h
     }
 
     /// Distance from the shading point of the place `lambda` in [0, 1] on the (clipped) line.
     #[must_use]
-    pub fn distance(&self, lambda: T) -> T {
-        length(self.at(lambda))
+    pub fn distance(&self, lambda: f64) -> f64 {
+        self.at(lambda).length()
     }
 
     /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the
     /// nearer end.
     #[must_use]
-    pub fn at(&self, lambda: T) -> [T; 3] {
-        let lambda = lambda.unit();
-        let rest = T::ONE - lambda;
+    pub fn at(&self, lambda: f64) -> DVec3 {
+        let lambda = fraction(lambda);
+        let rest = 1.0 - lambda;
         let nearest = usize::from(rest < lambda);
         let way = self.kept[nearest] * lambda.at_most(rest);
-        add(self.ends[nearest], scale(self.edge, way))
+        self.ends[nearest] + self.edge * way
     }
 
     /// The fraction of the whole line at the place `lambda` of the clipped one.
     #[must_use]
-    pub fn whole_fraction(&self, lambda: T) -> T {
-        self.whole_fraction_of(lambda.unit())
+    pub fn whole_fraction(&self, lambda: f64) -> f64 {
+        self.whole_fraction_of(fraction(lambda))
     }
 
     /// [`LineView::whole_fraction`] of a place that is known to be in [0, 1].
     #[inline(always)]
-    pub(crate) fn whole_fraction_of(&self, lambda: T) -> T {
-        self.range[0] * (T::ONE - lambda) + self.range[1] * lambda
+    pub(crate) fn whole_fraction_of(&self, lambda: f64) -> f64 {
+        self.range[0] * (1.0 - lambda) + self.range[1] * lambda
     }
 
     /// The place on the clipped line of a fraction of the whole; `None` where it is clipped away.
     #[must_use]
-    pub fn clipped_fraction(&self, t: T) -> Option<T> {
+    pub fn clipped_fraction(&self, t: f64) -> Option<f64> {
         let [a, b] = self.range;
-        (t >= a && t <= b && b > a).then(|| ((t - a) / (b - a)).at_most(T::ONE))
+        (t >= a && t <= b && b > a).then(|| ((t - a) / (b - a)).at_most(1.0))
     }
 
     /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No
     /// trigonometry.
     #[must_use]
-    pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
+    pub fn sample_solid_angle(&self, xi: f64) -> ArcPoint {
         let (second, s, c) = self.solid_angle_arc(xi);
         self.arc_point(second, s, c)
     }
 
     /// The end that the sample is measured from, sine and cosine of its angle from there.
     #[inline(always)]
-    pub(crate) fn solid_angle_arc(&self, xi: T) -> (bool, T, T) {
+    pub(crate) fn solid_angle_arc(&self, xi: f64) -> (bool, f64, f64) {
         let (second, xi) = nearer(xi);
         let (a, b) = self
             .solid_angle_end(second)
-            .half_tangent([xi, T::ONE - xi, T::ONE]);
+            .half_tangent([xi, 1.0 - xi, 1.0]);
         let t = a / b;
-        let q = T::ONE / (T::ONE + t * t);
-        (second, (t + t) * q, (T::ONE - t * t) * q)
+        let q = 1.0 / (1.0 + t * t);
+        (second, (t + t) * q, (1.0 - t * t) * q)
     }
 
     /// What a solid-angle sample starts from at an end.
     #[inline(always)]
-    pub(crate) fn solid_angle_end(&self, second: bool) -> SolidAngleEnd<T> {
+    pub(crate) fn solid_angle_end(&self, second: bool) -> SolidAngleEnd {
         let (here, there) = (usize::from(second), usize::from(!second));
         SolidAngleEnd {
             cosine: self.cosine[here],
@@ -338,52 +338,49 @@ impl<T: Real> LineView<T> {
     /// The fraction of the solid angle below the place `lambda`: the inverse of
     /// [`LineView::sample_solid_angle`].
     #[must_use]
-    pub fn invert_solid_angle(&self, lambda: T) -> T {
-        let lambda = lambda.unit();
-        let (below, above) = (
-            self.sine_step(0, lambda),
-            self.sine_step(1, T::ONE - lambda),
-        );
+    pub fn invert_solid_angle(&self, lambda: f64) -> f64 {
+        let lambda = fraction(lambda);
+        let (below, above) = (self.sine_step(0, lambda), self.sine_step(1, 1.0 - lambda));
         let sum = below + above;
-        if sum > T::ZERO { below / sum } else { T::ZERO }
+        if sum > 0.0 { below / sum } else { 0.0 }
     }
 
     /// |sin φ − sin φ_end| at the distance `lambda` (fraction of the clipped length) from an end.
-    fn sine_step(&self, end: usize, lambda: T) -> T {
-        let towards = if end == 0 { lambda } else { T::ONE - lambda };
+    fn sine_step(&self, end: usize, lambda: f64) -> f64 {
+        let towards = if end == 0 { lambda } else { 1.0 - lambda };
         let p = self.at(towards);
-        let (r0, r) = (self.r[end], length(p));
-        let (d, l) = (dot(self.ends[end], p), self.l * lambda);
-        if d > T::ZERO {
+        let (r0, r) = (self.r[end], p.length());
+        let (d, l) = (self.ends[end].dot(p), self.l * lambda);
+        if d > 0.0 {
             (self.h / r0) * (self.h / r) * (l / (r0 * r + d)) * (r0 + r)
         } else {
-            (dot(p, self.edge) / (self.whole * r) - self.sine[end]).abs()
+            (p.dot(self.edge) / (self.whole * r) - self.sine[end]).abs()
         }
     }
 
     /// The angle v of the place `lambda`.
-    pub(crate) fn angle_of(&self, lambda: T) -> T {
-        let lambda = lambda.unit();
+    pub(crate) fn angle_of(&self, lambda: f64) -> f64 {
+        let lambda = fraction(lambda);
         let p = self.at(lambda);
-        (self.cross * lambda).atan2(dot(self.ends[0], p))
+        atan2(self.cross * lambda, self.ends[0].dot(p))
     }
 
     /// The angle δ − v of the place at the fraction `rest` from the second end.
-    pub(crate) fn angle_from_end(&self, rest: T) -> T {
-        let p = add(self.ends[1], scale(self.edge, self.kept[1] * rest));
-        (self.cross * rest).atan2(dot(self.ends[1], p))
+    pub(crate) fn angle_from_end(&self, rest: f64) -> f64 {
+        let p = self.ends[1] + self.edge * (self.kept[1] * rest);
+        atan2(self.cross * rest, self.ends[1].dot(p))
     }
 
     /// n·p at the place `lambda`, linear between the clipped ends.
-    pub(crate) fn height(&self, lambda: T) -> T {
-        let lambda = lambda.unit();
-        self.height[0] * (T::ONE - lambda) + self.height[1] * lambda
+    pub(crate) fn height(&self, lambda: f64) -> f64 {
+        let lambda = fraction(lambda);
+        self.height[0] * (1.0 - lambda) + self.height[1] * lambda
     }
 
     /// The cosine n·ω at the place `lambda` of a line that was clipped by n; zero of one that was
     /// not.
     #[must_use]
-    pub fn cosine(&self, lambda: T) -> T {
+    pub fn cosine(&self, lambda: f64) -> f64 {
         self.height(lambda) / self.distance(lambda)
     }
 
@@ -400,8 +397,8 @@ impl<T: Real> LineView<T> {
     /// to δ: callers measure v from the end that has at most half of the sample space behind it,
     /// and the density on an arc, a product of two sinusoids, is nowhere many times its mean.
     #[inline(always)]
-    pub(crate) fn sine_of_rest(&self, s: T, c: T) -> T {
-        (self.sin_delta * c - self.cos_delta * s).at_least(T::ZERO)
+    pub(crate) fn sine_of_rest(&self, s: f64, c: f64) -> f64 {
+        (self.sin_delta * c - self.cos_delta * s).at_least(0.0)
     }
 
     /// The place and direction from sine and cosine of the angle v from the first or second end.
@@ -410,7 +407,7 @@ impl<T: Real> LineView<T> {
     /// positive. The ends are looked up by index: which of them is nearer is anybody's guess, and a
     /// branch on it would be mispredicted.
     #[inline(always)]
-    pub(crate) fn arc_point(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
+    pub(crate) fn arc_point(&self, second: bool, s: f64, c: f64) -> ArcPoint {
         let (here, there) = (usize::from(second), usize::from(!second));
         let far = self.sine_of_rest(s, c);
         let (w0, w1) = (far * self.inverse[here], s * self.inverse[there]);
@@ -418,15 +415,15 @@ impl<T: Real> LineView<T> {
         if !sum.is_usable() {
             return ArcPoint::default();
         }
-        let inverse = T::ONE / sum;
+        let inverse = 1.0 / sum;
         // Fractions of the line from this end and from the other one.
         let fractions = [w1 * inverse, w0 * inverse];
         let (lambda, rest) = (fractions[here], fractions[there]);
         if self.short {
             let nearest = here ^ usize::from(fractions[1] < fractions[0]);
             let way = self.kept[nearest] * fractions[0].at_most(fractions[1]);
-            let point = add(self.ends[nearest], scale(self.edge, way));
-            let direction = scale(point, sum * self.inverse_sine);
+            let point = self.ends[nearest] + self.edge * way;
+            let direction = point * (sum * self.inverse_sine);
             return ArcPoint {
                 lambda,
                 rest,
@@ -437,9 +434,9 @@ impl<T: Real> LineView<T> {
         // (sin v, cos v) from the first end.
         let other = (far, self.cos_delta * c + self.sin_delta * s);
         let (sine, cosine) = [(s, c), other][here];
-        let along = scale(self.tangent, sine);
-        let direction = add(scale(self.ends[0], cosine * self.inverse[0]), along);
-        let point = scale(direction, self.sin_delta * inverse);
+        let along = self.tangent * sine;
+        let direction = self.ends[0] * (cosine * self.inverse[0]) + along;
+        let point = direction * (self.sin_delta * inverse);
         ArcPoint {
             lambda,
             rest,
@@ -451,12 +448,12 @@ impl<T: Real> LineView<T> {
     /// [`LineView::arc_point`] without a branch, on a line that [is short](LineView::is_short) or
     /// not.
     #[inline(always)]
-    pub(crate) fn place<const SHORT: bool>(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
+    pub(crate) fn place<const SHORT: bool>(&self, second: bool, s: f64, c: f64) -> ArcPoint {
         let far = self.sine_of_rest(s, c);
         let (first, last) = if second { (s, far) } else { (far, s) };
         let (w0, w1) = (first * self.inverse[0], last * self.inverse[1]);
         let sum = w0 + w1;
-        let inverse = T::ONE / sum;
+        let inverse = 1.0 / sum;
         let (lambda, rest) = (w1 * inverse, w0 * inverse);
         if SHORT {
             let kept = if lambda > rest {
@@ -465,11 +462,11 @@ impl<T: Real> LineView<T> {
                 self.kept[0]
             };
             let way = kept * lambda.at_most(rest);
-            let point = [0, 1, 2].map(|k| {
+            let point = DVec3::from([0, 1, 2].map(|k| {
                 let (a, b) = (self.ends[0][k], self.ends[1][k]);
                 (if lambda > rest { b } else { a }) + self.edge[k] * way
-            });
-            let direction = scale(point, sum * self.inverse_sine);
+            }));
+            let direction = point * (sum * self.inverse_sine);
             return ArcPoint {
                 lambda,
                 rest,
@@ -479,12 +476,12 @@ impl<T: Real> LineView<T> {
         }
         let other = self.cos_delta * c + self.sin_delta * s;
         let cosine = if second { other } else { c } * self.inverse[0];
-        let direction = [0, 1, 2].map(|k| self.ends[0][k] * cosine + self.tangent[k] * last);
+        let direction = self.ends[0] * cosine + self.tangent * last;
         ArcPoint {
             lambda,
             rest,
             direction,
-            point: scale(direction, self.sin_delta * inverse),
+            point: direction * (self.sin_delta * inverse),
         }
     }
 }
@@ -492,24 +489,24 @@ impl<T: Real> LineView<T> {
 /// Whether both distances, sin δ and the least sum of [`LineView::arc_point`], sin δ/r, are numbers
 /// of full digits: by their reciprocals, a comparison that NaN fails.
 #[inline(always)]
-fn are_numbers<T: Real>(r: [T; 2], inverse: [T; 2], inverse_sine: T) -> bool {
+fn are_numbers(r: [f64; 2], inverse: [f64; 2], inverse_sine: f64) -> bool {
     let least_sum = inverse_sine * r[0].at_least(r[1]);
-    let smallest = T::LEAST
+    let smallest = LEAST
         * inverse[0]
             .at_least(inverse[1])
             .at_least(inverse_sine)
             .at_least(least_sum);
-    smallest < T::ONE
+    smallest < 1.0
 }
 
 /// 1 − sin φ and 1 + sin φ at both ends, each relatively accurate.
 #[inline(always)]
-fn sides<T: Real>(sine: [T; 2], cosine: [T; 2]) -> [(T, T); 2] {
-    let large = sine.map(|s| T::ONE + s.abs());
-    let both = T::ONE / (large[0] * large[1]);
+fn sides(sine: [f64; 2], cosine: [f64; 2]) -> [(f64, f64); 2] {
+    let large = sine.map(|s| 1.0 + s.abs());
+    let both = 1.0 / (large[0] * large[1]);
     let side = |k: usize| {
         let small = cosine[k] * cosine[k] * (large[1 - k] * both);
-        let up = sine[k] > T::ZERO;
+        let up = sine[k] > 0.0;
         (
             if up { small } else { large[k] },
             if up { large[k] } else { small },
@@ -521,20 +518,20 @@ fn sides<T: Real>(sine: [T; 2], cosine: [T; 2]) -> [(T, T); 2] {
 /// cos φ at an end, and 1 − sin φ and 1 + sin φ (or the other way round) there and at the other
 /// end.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct SolidAngleEnd<T> {
-    pub cosine: T,
-    pub minus: [T; 2],
-    pub plus: [T; 2],
+pub(crate) struct SolidAngleEnd {
+    pub cosine: f64,
+    pub minus: [f64; 2],
+    pub plus: [f64; 2],
     /// sin φ₁ − sin φ₀.
-    pub range: T,
+    pub range: f64,
 }
 
-impl<T: Real> SolidAngleEnd<T> {
+impl SolidAngleEnd {
     /// One of two by selecting numbers.
     #[inline(always)]
     pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
-        let one = |a: T, b: T| if second { b } else { a };
-        let two = |a: [T; 2], b: [T; 2]| [one(a[0], b[0]), one(a[1], b[1])];
+        let one = |a: f64, b: f64| if second { b } else { a };
+        let two = |a: [f64; 2], b: [f64; 2]| [one(a[0], b[0]), one(a[1], b[1])];
         Self {
             cosine: one(a.cosine, b.cosine),
             minus: two(a.minus, b.minus),
@@ -547,8 +544,8 @@ impl<T: Real> SolidAngleEnd<T> {
     /// as a quotient of two numbers ≥ 0, v from this end, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)`
     /// and cos φ = √((1 − sin φ)(1 + sin φ)), both factors linear in ξ = below/whole.
     #[inline(always)]
-    pub(crate) fn half_tangent(&self, [below, above, whole]: [T; 3]) -> (T, T) {
-        let lerp = |a: [T; 2]| a[0] * above + a[1] * below;
+    pub(crate) fn half_tangent(&self, [below, above, whole]: [f64; 3]) -> (f64, f64) {
+        let lerp = |a: [f64; 2]| a[0] * above + a[1] * below;
         let cos_phi = (lerp(self.minus) * lerp(self.plus)).sqrt();
         (below * self.range, self.cosine * whole + cos_phi)
     }
@@ -558,32 +555,32 @@ impl<T: Real> SolidAngleEnd<T> {
 /// most half of the sample space behind it, so that what is next to either end keeps its digits.
 /// Beyond [0, 1] it is the end's, and 0 for NaN.
 #[inline(always)]
-pub(crate) fn nearer<T: Real>(xi: T) -> (bool, T) {
-    let rest = T::ONE - xi;
-    (rest < xi, rest.at_most(xi).at_least(T::ZERO))
+pub(crate) fn nearer(xi: f64) -> (bool, f64) {
+    let rest = 1.0 - xi;
+    (rest < xi, rest.at_most(xi).at_least(0.0))
 }
 
 /// The part of a line above the horizon of n; `None` if there is nothing.
 #[inline(always)]
-fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Option<Kept<T>> {
+fn clip(ends: [DVec3; 2], edge: DVec3, x: (DVec3, f64), n: DVec3) -> Option<Kept> {
     let (c0, c1) = (height(n, ends[0]), height(n, ends[1]));
-    if c0 <= T::ZERO && c1 <= T::ZERO {
+    if c0 <= 0.0 && c1 <= 0.0 {
         return None;
     }
     let mut out = Kept {
         ends,
-        range: [T::ZERO, T::ONE],
-        kept: T::ONE,
-        height: [c0.at_least(T::ZERO), c1.at_least(T::ZERO)],
+        range: [0.0, 1.0],
+        kept: 1.0,
+        height: [c0.at_least(0.0), c1.at_least(0.0)],
     };
-    if c0 >= T::ZERO && c1 >= T::ZERO {
+    if c0 >= 0.0 && c1 >= 0.0 {
         return Some(out);
     }
     // Opposite signs: nothing cancels in the difference of accurate heights.
     let span = c1 - c0;
     let (before, after) = (c0 / -span, c1 / span);
     let end = on_horizon(ends, edge, x, (n, span, [before, after]));
-    let kept = if c0 < T::ZERO {
+    let kept = if c0 < 0.0 {
         out.ends[0] = end;
         out.range[0] = before;
         after
@@ -592,7 +589,7 @@ fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Opti
         out.range[1] = before;
         before
     };
-    out.kept = kept.at_most(T::ONE);
+    out.kept = kept.at_most(1.0);
     Some(out)
 }
 
@@ -602,53 +599,58 @@ fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Opti
 /// lost more than six bits, the line passing close by *and* nearly in the horizon, it is formed
 /// from more digits.
 #[inline(always)]
-fn on_horizon<T: Real>(
-    ends: [V3<T>; 2],
-    edge: V3<T>,
-    (x, area): (V3<T>, T),
-    (n, span, [before, after]): (V3<T>, T, [T; 2]),
-) -> V3<T> {
+fn on_horizon(
+    ends: [DVec3; 2],
+    edge: DVec3,
+    (x, area): (DVec3, f64),
+    (n, span, [before, after]): (DVec3, f64, [f64; 2]),
+) -> DVec3 {
     let (end, way) = if before <= after {
-        (ends[0], scale(edge, before))
+        (ends[0], edge * before)
     } else {
-        (ends[1], scale(edge, -after))
+        (ends[1], edge * -after)
     };
-    let reach2 = dot(end, end) + dot(way, way);
+    let reach2 = end.length_squared() + way.length_squared();
     let (area2, span2) = (area * area, span * span);
     let (point, error2) = if area2 <= span2 * reach2 {
-        (scale(cross(n, x), T::ONE / span), area2 / span2)
+        (cross(n, x) * (1.0 / span), area2 / span2)
     } else {
-        (add(end, way), reach2)
+        (end + way, reach2)
     };
-    if error2 > T::from_f64(4096.0) * dot(point, point) {
-        return T::on_horizon(ends, n);
+    if error2 > 4096.0 * point.length_squared() {
+        return on_horizon_by_more_digits(ends, n);
     }
     point
 }
 
 /// n·p, in twice the precision where the plain sum has lost more than a few digits.
 #[inline(always)]
-fn height<T: Real>(n: V3<T>, p: V3<T>) -> T {
-    let plain = dot(n, p);
-    let magnitude = dot(n.map(T::abs), p.map(T::abs));
-    if plain.abs() > T::from_f64(1.0 / 64.0) * magnitude {
+fn height(n: DVec3, p: DVec3) -> f64 {
+    let plain = n.dot(p);
+    let magnitude = n.abs().dot(p.abs());
+    if plain.abs() > 1.0 / 64.0 * magnitude {
         plain
     } else {
-        T::accurate_dot(n, p)
+        accurate_dot(n, p)
     }
 }
 
-/// A place on a line, by position and by direction: a unit direction in `f32` resolves a far line
-/// only to ε/δ of its length, while a fraction of a long line that passes close by resolves its
+#[inline(never)]
+fn accurate_dot(n: DVec3, p: DVec3) -> f64 {
+    predicates::dot(n, p)
+}
+
+/// A place on a line, by position and by direction: a unit direction resolves a far line only to ε/δ
+/// of its length, while a fraction of a long line that passes close by resolves its
 /// near part only to ε l/h.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ArcPoint<T> {
+pub struct ArcPoint {
     /// Fraction of the clipped line, in [0, 1].
-    pub lambda: T,
+    pub lambda: f64,
     /// 1 − λ, relatively accurate.
-    pub rest: T,
+    pub rest: f64,
     /// Unit direction from the shading point.
-    pub direction: [T; 3],
+    pub direction: DVec3,
     /// The point relative to the shading point, from whichever of the two resolves it.
-    pub point: [T; 3],
+    pub point: DVec3,
 }

@@ -6,8 +6,9 @@
 //! Peters 2021, Fig. 6e–f compares against them.
 
 use super::view::LineView;
-use crate::linear::precision::Real;
+use crate::linear::numbers::Bounds;
 use crate::pieces::sample_linear;
+use linelit_geometry::finite::fraction;
 
 /// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one
 /// is the mean.
@@ -19,7 +20,7 @@ pub(crate) struct Warp {
 
 impl Warp {
     /// The density that runs linearly between the cosines at the ends. `None` if both vanish.
-    pub(crate) fn linear(view: &LineView<f64>) -> Option<Self> {
+    pub(crate) fn linear(view: &LineView) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
         (c0 + c1).is_usable().then_some(Self {
             b: [c0, 0.5 * (c0 + c1), c1],
@@ -30,7 +31,7 @@ impl Warp {
     /// The density that interpolates the cosine at both ends and in the middle of the solid angle.
     /// A negative Bernstein coefficient (the parabola dipping below zero near a grazing end) is
     /// raised to zero, which keeps the density positive inside.
-    pub(crate) fn quadratic(view: &LineView<f64>) -> Option<Self> {
+    pub(crate) fn quadratic(view: &LineView) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
         let middle = view.sample_solid_angle(0.5).lambda;
         let m = view.cosine(middle);
@@ -62,7 +63,7 @@ impl Warp {
 
     /// The warped number. Quadratic: Newton's method on the cubic CDF, kept in a bracket, to 4 ε.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
-        let xi = xi.unit();
+        let xi = fraction(xi);
         let start = sample_linear(xi, self.b[0], self.b[2]);
         if self.linear {
             return start;

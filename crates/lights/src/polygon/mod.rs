@@ -8,4 +8,3 @@ pub(crate) mod region;
 pub(crate) mod solid_angle;
 pub(crate) mod spherical_triangle;
 pub(crate) mod transformed;
-pub(crate) mod triangle;

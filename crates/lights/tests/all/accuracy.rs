@@ -1,4 +1,4 @@
-//! Backward errors of linear lights and errors of solid angles in single precision: the rows of
+//! Backward errors of linear lights and errors of solid angles: the rows of
 //! `docs/accuracy-lights.md`.
 //!
 //! The backward error of a sample is the change of the random number ξ that explains it:
@@ -8,7 +8,7 @@ use crate::peters_as_printed::sample_as_printed;
 use crate::precise::{precise_irradiance, precise_solid_angle};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::{ArcPoint, ProjectedLine};
-use linelit_lights::{AngularLines, SolidAngleSampler, triangle_solid_angle};
+use linelit_lights::{AngularLines, SolidAngleSampler};
 use std::f64::consts::FRAC_PI_2;
 
 /// A row of the table.
@@ -22,7 +22,7 @@ pub(crate) struct Row {
     pub inputs: u64,
     /// Errors: median, 99 %, 99.9 %, worst.
     pub ours: [f64; 4],
-    /// The same of the printed or common form.
+    /// The same of the printed form.
     pub printed: Option<[f64; 4]>,
     /// What must not be exceeded: by the worst, for solid angles by 99 %.
     pub goal: f64,
@@ -118,9 +118,9 @@ impl Planar {
         out
     }
 
-    fn line(&self) -> Option<ProjectedLine<f64>> {
-        let [a, b] = self.phi.map(|p| [p.tan(), 1.0, 0.0]);
-        ProjectedLine::new(a, b, [self.nu.sin(), self.nu.cos(), 0.0])
+    fn line(&self) -> Option<ProjectedLine> {
+        let [a, b] = self.phi.map(|p| DVec3::new(p.tan(), 1.0, 0.0));
+        ProjectedLine::new(a, b, DVec3::new(self.nu.sin(), self.nu.cos(), 0.0))
     }
 
     /// Backward error after `steps`, or of the sampler as it is.
@@ -148,9 +148,8 @@ impl Planar {
 }
 
 /// The angle of a sample from the line's first end, by whichever output resolves it.
-fn angle_of(line: &ProjectedLine<f64>, arc: &ArcPoint<f64>) -> f64 {
-    let p0 = DVec3::from(line.view().ends().0);
-    let w = DVec3::from(arc.direction);
+fn angle_of(line: &ProjectedLine, arc: &ArcPoint) -> f64 {
+    let (p0, w) = (line.view().ends().0, arc.direction);
     p0.cross(w).length().atan2(p0.dot(w))
 }
 
@@ -277,12 +276,11 @@ fn line_of(name: &str, rng: &mut Random) -> (DVec3, DVec3) {
 }
 
 /// Backward error of a sample given by a point or direction in the line's fan.
-fn backward(exact: &ProjectedLine<f64>, w: DVec3, xi: f64) -> f64 {
-    let (a, _) = exact.view().ends();
-    let p0 = DVec3::from(a);
+fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
+    let (p0, p1) = exact.view().ends();
     // Angle within the plane of the fan, signed so that a sample before the first end counts as
     // outside.
-    let axis = p0.cross(DVec3::from(exact.view().ends().1));
+    let axis = p0.cross(p1);
     let v = p0.cross(w).dot(axis.normalize()).atan2(p0.dot(w));
     let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
     if error.is_nan() { f64::INFINITY } else { error }
@@ -344,8 +342,8 @@ const CLASSES: [&str; 17] = [
     "sizes 1e3 to 1e18",
 ];
 
-/// Rows in `f32`, the printed algorithm beside ours.
-pub(crate) fn in_single(cases: u64) -> Vec<Row> {
+/// Rows of lines whose numbers are those of `f32`, the printed algorithm in `f32` beside ours.
+pub(crate) fn beside_printed(cases: u64) -> Vec<Row> {
     let row = |name: &&'static str| {
         let mut rng = Random(5);
         let (mut printed, mut ours) = (Vec::new(), Vec::new());
@@ -356,12 +354,12 @@ pub(crate) fn in_single(cases: u64) -> Vec<Row> {
             }
         }
         Row {
-            function: "projected solid angle, f32",
+            function: "projected solid angle, printed in f32",
             domain: (*name).to_owned(),
             inputs: cases,
             ours: quantiles(ours),
             printed: Some(quantiles(printed)),
-            goal: 5e-5,
+            goal: 1e-13,
         }
     };
     CLASSES.iter().map(row).collect()
@@ -372,18 +370,16 @@ fn single(name: &str, rng: &mut Random) -> Option<(f64, f64)> {
     let (p0, p1, n) = class(name, rng);
     let (p0, p1, n) = (narrow(p0), narrow(p1), narrow(n));
     let xi = narrow(DVec3::splat(rng.next()))[0];
-    let f = |v: [f32; 3]| wide(v).to_array();
-    let exact = ProjectedLine::new(f(p0), f(p1), f(n))?;
-    // None: above the horizon by less than the rounding of the cosines.
-    let arc = ProjectedLine::new(p0, p1, n)?.sample(xi);
-    let xi64 = f64::from(xi);
-    let ours = if exact.view().is_short() {
-        (exact.invert_fractions(f64::from(arc.lambda), f64::from(arc.rest)) - xi64).abs()
+    let line = ProjectedLine::new(wide(p0), wide(p1), wide(n))?;
+    let wanted = f64::from(xi);
+    let arc = line.sample(wanted);
+    let ours = if line.view().is_short() {
+        (line.invert_fractions(arc.lambda, arc.rest) - wanted).abs()
     } else {
-        backward(&exact, wide(arc.direction), xi64)
+        backward(&line, arc.direction, wanted)
     };
-    let printed =
-        sample_as_printed(p0, p1, n, xi).map_or(f64::INFINITY, |w| backward(&exact, wide(w), xi64));
+    let printed = sample_as_printed(p0, p1, n, xi)
+        .map_or(f64::INFINITY, |w| backward(&line, wide(w), wanted));
     Some((ours, printed))
 }
 
@@ -391,96 +387,6 @@ fn quantiles(mut e: Vec<f64>) -> [f64; 4] {
     e.sort_by(f64::total_cmp);
     let at = |n: usize, d: usize| e[(e.len() - 1) * n / d];
     [at(1, 2), at(99, 100), at(999, 1000), at(1, 1)]
-}
-
-/// Relative errors of solid angles in `f32` against `f64` for the same vertices, by decades of Ω,
-/// beside the formula of van Oosterom & Strackee.
-pub(crate) fn solid_angles(cases: u64) -> Vec<Row> {
-    let mut out = Vec::new();
-    for quad in [false, true] {
-        for decade in [-9, -7, -5, -3, -1] {
-            out.push(solid_angle_row(cases, quad, decade));
-        }
-    }
-    out
-}
-
-fn solid_angle_row(cases: u64, quad: bool, decade: i32) -> Row {
-    let mut rng = Random(29);
-    let (low, high) = (
-        10_f64.powi(decade),
-        if decade < -1 {
-            10_f64.powi(decade + 2)
-        } else {
-            7.0
-        },
-    );
-    let (mut ours, mut common) = (Vec::new(), Vec::new());
-    while (ours.len() as u64) < cases {
-        let size = (0.5 * f64::from(decade) + rng.in_range(0.0, 1.5))
-            .exp2()
-            .powf(10_f64.log2());
-        let (center, a, b) = (
-            rng.direction() * rng.in_range(0.2, 2.0),
-            rng.direction(),
-            rng.direction(),
-        );
-        let at = |s: f64, t: f64| narrow(center + (a * s + b * t) * size);
-        let corners = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
-        let first = [corners[0], corners[1], corners[2]];
-        let second = [corners[0], corners[2], corners[3]];
-        let exact = |t: [[f32; 3]; 3]| triangle_solid_angle(t.map(|p| wide(p).to_array()));
-        let mut want = exact(first);
-        let mut got = [
-            f64::from(triangle_solid_angle(first)),
-            f64::from(van_oosterom(first)),
-        ];
-        if quad {
-            want += exact(second);
-            got[0] += f64::from(triangle_solid_angle(second));
-            got[1] += f64::from(van_oosterom(second));
-        }
-        if want >= low && want < high {
-            let error = |g: f64| {
-                if g.is_nan() {
-                    f64::INFINITY
-                } else {
-                    (g / want - 1.0).abs()
-                }
-            };
-            ours.push(error(got[0]));
-            common.push(error(got[1]));
-        }
-    }
-    let shape = if quad { "parallelograms" } else { "triangles" };
-    Row {
-        function: "solid angle, f32",
-        domain: format!("{shape}, Ω from {low:.0e} to {high:.0e} sr"),
-        inputs: cases,
-        ours: quantiles(ours),
-        printed: Some(quantiles(common)),
-        goal: 1e-5,
-    }
-}
-
-/// 2 atan2(det, 1 + a·b + b·c + c·a) of the unit vectors.
-fn van_oosterom(v: [[f32; 3]; 3]) -> f32 {
-    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let [a, b, c] = v.map(|p| p.map(|x| x / dot(p, p).sqrt()));
-    let cross = [
-        b[1] * c[2] - b[2] * c[1],
-        b[2] * c[0] - b[0] * c[2],
-        b[0] * c[1] - b[1] * c[0],
-    ];
-    let omega = 2.0
-        * dot(a, cross)
-            .abs()
-            .atan2(1.0 + dot(a, b) + dot(b, c) + dot(c, a));
-    if omega < 0.0 {
-        omega + 2.0 * std::f32::consts::TAU
-    } else {
-        omega
-    }
 }
 
 /// Where the foot of the shading point is, and how far it is from the plane, in powers of ten.

@@ -12,8 +12,7 @@ fn no_row_of_the_accuracy_table_is_worse() {
         return;
     };
     let mut rows = accuracy::in_double(10_000);
-    rows.extend(accuracy::in_single(20_000));
-    rows.extend(accuracy::solid_angles(10_000));
+    rows.extend(accuracy::beside_printed(20_000));
     rows.extend(accuracy::near_the_plane(100));
     let worse = accuracy::regressions(&rows, &table);
     assert!(worse.is_empty(), "{}", worse.join("\n"));

@@ -1,10 +1,10 @@
-//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, in `f64` by a search for the
-//! worst and in `f32`, and errors of solid angles in `f32`.
+//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, by a search for the worst and
+//! beside the printed algorithms, and errors of solid angles.
 //!
 //! `cargo xtask accuracy [--check] [--quick] [--cases=N] [--keep-search]`: N random starts of the
-//! search in `f64` (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with
+//! search (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with
 //! the committed table instead of writing and fails when a row is worse; `--quick` takes a
-//! twentieth of the inputs; `--keep-search` keeps the committed rows of the search in `f64`, which
+//! twentieth of the inputs; `--keep-search` keeps the committed rows of the search, which
 //! takes minutes, and writes the others anew.
 #![allow(clippy::print_stdout, reason = "what is written is printed as well")]
 
@@ -32,8 +32,7 @@ fn write() {
     } else {
         accuracy::in_double(cases / share)
     };
-    rows.extend(accuracy::in_single(1_000_000 / share));
-    rows.extend(accuracy::solid_angles(100_000 / share));
+    rows.extend(accuracy::beside_printed(1_000_000 / share));
     rows.extend(accuracy::near_the_plane(1_000 / share));
     let mut table = accuracy::table(&rows);
     if keep {

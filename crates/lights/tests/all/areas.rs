@@ -155,8 +155,7 @@ fn warped_offsets_are_frozen() {
 fn the_density_on_a_line_is_of_its_cosine() {
     let ends = [DVec3::new(-1.0, 0.5, 0.75), DVec3::new(1.5, 0.25, 1.0)];
     let n = DVec3::new(0.0, 0.6, 0.8);
-    let [p0, p1, normal] = [ends[0], ends[1], n].map(|v| v.to_array());
-    let line = ProjectedLine::<f64>::new(p0, p1, normal).expect("above the horizon");
+    let line = ProjectedLine::new(ends[0], ends[1], n).expect("above the horizon");
     for place in [0.1, 0.4, 0.9] {
         let cosine = n.dot(ends[0].lerp(ends[1], place).normalize());
         let got = line.pdf(place) * line.projected_solid_angle();

@@ -80,7 +80,7 @@ pub(crate) fn linear_lights(file: &str) -> Rows {
     let mut worst = Rows::new(&["ends", "psa", "sa", "xi of psa", "direction", "xi of sa"]);
     for case in &cases(file) {
         let (p0, p1, n) = (point(case, "p0"), point(case, "p1"), point(case, "n"));
-        let line = ProjectedLine::new(p0.to_array(), p1.to_array(), n.to_array());
+        let line = ProjectedLine::new(p0, p1, n);
         if case.flag("empty") {
             assert!(line.is_none());
             continue;
@@ -90,7 +90,7 @@ pub(crate) fn linear_lights(file: &str) -> Rows {
         let (a, b) = view.ends();
         for (got, want) in [(a, point(case, "a")), (b, point(case, "b"))] {
             // A cross product and a division by a dot product of two terms.
-            let error = (DVec3::from(got) - want).length() / want.length();
+            let error = (got - want).length() / want.length();
             worst.check(0, error, 16.0 * EPS, tag);
         }
         // Three terms whose sum is at least 1/7 of their magnitudes, each of a few roundings.
@@ -118,10 +118,10 @@ pub(crate) fn linear_lights(file: &str) -> Rows {
         // An error in ξ moves the angle by 1/p, p = pdf · dΩ/dv = 2 pdf/distance being the density
         // per angle.
         let (error, pdf) = (
-            (DVec3::from(arc.direction) - point(case, "dir_psa")).length(),
+            (arc.direction - point(case, "dir_psa")).length(),
             case.number("pdf_psa"),
         );
-        let per_xi = DVec3::from(arc.point).length() / (2.0 * pdf.abs());
+        let per_xi = arc.point.length() / (2.0 * pdf.abs());
         worst.check(4, error, 32.0 * EPS * (1.0 + per_xi), tag);
     }
     worst
