@@ -5,8 +5,8 @@ use crate::{PlannedLight, Settings, ShadingPoint, Workspace};
 use linelit_estimators::streams::light_choice;
 use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind};
 use linelit_selection::{
-    Cosines, Discrete, Estimated, Importance, LightTree, Picked, can_contribute, reflecting,
-    unshadowed, unshadowed_at_center,
+    Cosines, Discrete, Estimated, LightTree, Picked, can_contribute, reflecting, unshadowed,
+    unshadowed_at_center,
 };
 use std::fmt;
 use std::str::FromStr;
@@ -95,7 +95,7 @@ impl Tables {
     fn tree(&self, lights: &[PlannedLight]) -> &LightTree {
         self.tree.get_or_init(|| {
             let lights = lights.iter().map(|l| &*l.light);
-            LightTree::new(lights, Importance::default())
+            LightTree::new(lights)
         })
     }
 }

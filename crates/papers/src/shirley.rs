@@ -16,7 +16,7 @@ use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_scenes::luminaires;
-use linelit_selection::{Importance, LightTree, diffuse};
+use linelit_selection::{LightTree, diffuse};
 use linelit_study::plots::{ConvergencePlot, Palette, PlotPoint, Series};
 use linelit_study::report::{Picture, Plot, Section};
 use linelit_study::scene_study::{self, Targets};
@@ -454,7 +454,7 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     for &side in context.or_least(&[4u32, 13, 40, 126][..], &[4]) {
         let scene = scene(&luminaires::hall(side), context)?;
         let lights: Vec<Light> = scene.lights.iter().map(|l| *l.light).collect();
-        let tree = LightTree::new(&lights, Importance::default());
+        let tree = LightTree::new(&lights);
         let points: Vec<DVec3> = (0..256)
             .map(|i| {
                 let at = |k: f64| 30.0 * ((f64::from(i) + 0.5) * k).fract() - 15.0;

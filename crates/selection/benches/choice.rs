@@ -7,7 +7,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaLight, Emission, Light};
-use linelit_selection::{Discrete, Importance, LightTree, diffuse};
+use linelit_selection::{Discrete, LightTree, diffuse};
 use linelit_testkit::rng::{golden_numbers, receivers};
 use std::hint::black_box;
 use std::time::Duration;
@@ -33,17 +33,15 @@ fn choice(c: &mut Criterion) {
         let points = receivers(POINTS);
         let u = golden_numbers(POINTS);
         g.throughput(Throughput::Elements(POINTS as u64));
-        for importance in [Importance::Bounds, Importance::Moments, Importance::Cut] {
-            let tree = LightTree::new(&lights, importance);
-            g.bench_function(format!("tree {importance:?}/{count}"), |b| {
-                b.iter(|| {
-                    for (i, &(x, n)) in points.iter().enumerate() {
-                        let (x, n) = (x.into(), n.into());
-                        black_box(tree.pick(|i| &lights[i], &diffuse(x, n), black_box(u[i])));
-                    }
-                });
+        let tree = LightTree::new(&lights);
+        g.bench_function(format!("tree/{count}"), |b| {
+            b.iter(|| {
+                for (i, &(x, n)) in points.iter().enumerate() {
+                    let (x, n) = (x.into(), n.into());
+                    black_box(tree.pick(|i| &lights[i], &diffuse(x, n), black_box(u[i])));
+                }
             });
-        }
+        });
         let table = Discrete::by_power(&lights).expect("power");
         g.bench_function(format!("power/{count}"), |b| {
             b.iter(|| {

@@ -81,25 +81,16 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
 /// Unbiased; not negative.
 #[must_use]
 pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
-    match light {
-        Light::Area(l) => {
-            let s = AreaSampler::new(&l.polygon).sample(u);
-            from_point(light, at, s.point) / s.pdf.value()
+    let sample = match light {
+        Light::Linear(l) => {
+            return from_point(light, at, l.segment.at(u[0])) * l.segment.length();
         }
-        Light::Linear(l) => from_point(light, at, l.segment.at(u[0])) * l.segment.length(),
-        Light::Sphere(l) => {
-            let s = SphereCap::visible(&l.sphere, at.position).sample(u);
-            from_point(light, at, s.point) / s.pdf.value()
-        }
-        Light::Disk(l) => {
-            let s = DiskArea::new(&l.disk).sample(u);
-            from_point(light, at, s.point) / s.pdf.value()
-        }
-        Light::Cylinder(l) => {
-            let s = CylinderArea::visible(&l.cylinder, at.position).sample(u);
-            from_point(light, at, s.point) / s.pdf.value()
-        }
-    }
+        Light::Area(l) => AreaSampler::new(&l.polygon).sample(u),
+        Light::Sphere(l) => SphereCap::visible(&l.sphere, at.position).sample(u),
+        Light::Disk(l) => DiskArea::new(&l.disk).sample(u),
+        Light::Cylinder(l) => CylinderArea::visible(&l.cylinder, at.position).sample(u),
+    };
+    from_point(light, at, sample.point) / sample.pdf.value()
 }
 
 /// The estimate from the light's centre: deterministic, and wrong where the centre is below the

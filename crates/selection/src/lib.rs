@@ -9,7 +9,7 @@
 //! | [`Discrete::uniform`] | 1/N | O(1) |
 //! | [`Discrete::by_power`] | emitted power | O(log N) |
 //! | [`Estimated`] | unshadowed contribution of a random point, with a floor | O(N) per shading point |
-//! | [`LightTree`] | a hierarchy of bounds or moments | O(log N) |
+//! | [`LightTree`] | a hierarchy of moments and bounds | O(log N) |
 //!
 //! ```
 //! use linelit_selection::Discrete;
@@ -33,7 +33,7 @@ pub use contribution::{
     Receiver, can_contribute, diffuse, positive_part, spread, unshadowed, unshadowed_at_center,
 };
 pub use reflected::{Cosines, reflecting};
-pub use tree::{Importance, LightTree};
+pub use tree::LightTree;
 
 // What public signatures name, so that one dependency is enough.
 pub use {linelit_bsdf as bsdf, linelit_geometry as geometry, linelit_lights as lights};

@@ -11,27 +11,6 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::BELOW_ONE;
 use linelit_lights::Light;
 
-/// How a node of the tree is weighed against its sibling.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Importance {
-    /// Conservative bounds of distance and angles (Conty & Kulla 2018).
-    Bounds,
-    /// The moments of the group, as a blurred light, with a twentieth of the bound added as a
-    /// defence against groups that are better than they look on average. Less noise: a bound
-    /// overrates whatever is near and spread out. With 10,000 lamps of which half are shadowed, the
-    /// standard deviation is 1.19 times that of choosing by the true unshadowed contribution (1.88
-    /// times by bounds).
-    Moments,
-    /// By moments, too, but of groups that are small for their distance: whatever is near is first
-    /// opened (the cut of Barnes & Hut 1986, of a size that grows with the logarithm of the number
-    /// of lights), one group of the cut is taken in proportion to its moments, and in it a light as
-    /// above. With the 10,000 lamps above the standard deviation is 1.03 times that of choosing by
-    /// the true unshadowed contribution. A pick costs about fourteen times that by moments: 15 µs
-    /// among 16,000 lamps, 10 among 1,600.
-    #[default]
-    Cut,
-}
-
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: LightBounds,
@@ -67,8 +46,14 @@ const WAITING: usize = 80;
 
 /// A binary tree over lights, split by the surface area orientation heuristic (Conty & Kulla 2018).
 ///
-/// A light is picked by walking down, at each node by the importances of the two children at the
-/// shading point; a child without any light that [`can_contribute`] is never entered. So a light is
+/// A light is picked in two steps. Groups that are near for their size are opened, down to a cut of
+/// groups that are not (Barnes & Hut 1986), of a size that grows with the logarithm of the number of
+/// lights, and one group of it is taken in proportion to its importance; from there a walk leads
+/// down, at each node by the importances of the two children at the shading point. The importance of
+/// a group is what its moments give, as a blurred light, with a twentieth of a conservative bound
+/// (Conty & Kulla 2018) added as a defence against groups that are better than they look on average.
+/// With 10,000 lamps of which half are shadowed, the standard deviation is 1.03 times that of choosing
+/// by the true unshadowed contribution; a pick costs 15 µs among 16,000 lamps, 10 among 1,600. A child without any light that [`can_contribute`] is never entered. So a light is
 /// found wherever there is one, and the probabilities of those that can contribute are positive and
 /// add up to one: to 2(D + 1) ε, where D is the depth, for a product of D shares has D − 1
 /// roundings and each pair of shares is complementary to half an ε. Lights without power are left
@@ -81,14 +66,14 @@ const WAITING: usize = 80;
 /// ```
 /// use linelit_selection::geometry::{ConvexPolygon, DVec3};
 /// use linelit_selection::lights::{AreaLight, Emission, Light};
-/// use linelit_selection::{Importance, LightTree, diffuse};
+/// use linelit_selection::{LightTree, diffuse};
 /// let lamp = |x: f64| {
 ///     let o = DVec3::new(x, 0.0, 3.0);
 ///     let polygon = ConvexPolygon::parallelogram(o, 0.1 * DVec3::Y, 0.1 * DVec3::X).unwrap();
 ///     Light::Area(AreaLight { polygon, emission: Emission::one_sided(DVec3::ONE) })
 /// };
 /// let lights: Vec<_> = (0..100).map(|i| lamp(f64::from(i))).collect();
-/// let tree = LightTree::new(&lights, Importance::default());
+/// let tree = LightTree::new(&lights);
 /// let floor = diffuse(DVec3::new(20.0, 0.0, 0.0), DVec3::Z);
 /// let light = |i: usize| &lights[i];
 /// let picked = tree.pick(light, &floor, 0.37).unwrap();
@@ -104,10 +89,9 @@ pub struct LightTree {
     /// For each light the branches from the root, first branch in the lowest bit; `None` if it is
     /// not in the tree.
     trails: Vec<Option<u64>>,
-    importance: Importance,
 }
 
-/// Groups below this size over distance are not opened by [`Importance::Cut`].
+/// Groups below this size over distance are not opened.
 const FAR: f64 = 0.4;
 /// The range of importances: with as many groups as there is memory for, sums are finite and shares
 /// positive.
@@ -122,7 +106,7 @@ const DEEP: u32 = 32;
 impl LightTree {
     /// A tree over these lights.
     #[must_use]
-    pub fn new<'a>(lights: impl IntoIterator<Item = &'a Light>, importance: Importance) -> Self {
+    pub fn new<'a>(lights: impl IntoIterator<Item = &'a Light>) -> Self {
         let mut count = 0;
         let mut members: Vec<(usize, LightBounds)> = lights
             .into_iter()
@@ -133,7 +117,6 @@ impl LightTree {
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * members.len()),
             trails: vec![None; count],
-            importance,
         };
         if !members.is_empty() {
             tree.build(&mut members, 0, 0);
@@ -178,10 +161,7 @@ impl LightTree {
     fn weight(&self, node: usize, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
         let bounds = &self.nodes[node].bounds;
         let bound = bounds.bound(at.position, at.normal);
-        let weight = match self.importance {
-            Importance::Bounds => bound,
-            Importance::Moments | Importance::Cut => bounds.expected(at) + DEFENCE * bound,
-        };
+        let weight = bounds.expected(at) + DEFENCE * bound;
         // Not a number where squares of coordinates overflow: then, too, the light counts.
         if weight > IMPORTANCES.0 {
             weight.min(IMPORTANCES.1)
@@ -254,7 +234,17 @@ impl LightTree {
         at: &Receiver<impl Fn(DVec3) -> DVec3>,
         u: f64,
     ) -> Option<Picked> {
-        let (mut step, mut probability, mut rest) = self.enter(light, at, unit(u))?;
+        // One group of a stream, in proportion to its weight, with one random number.
+        let mut rest = unit(u);
+        let (_, mut step, mut probability) = self.enter(light, at, u64::MAX, |_, share| {
+            let is_taken = rest < share;
+            rest = if is_taken {
+                (rest / share).min(BELOW_ONE)
+            } else {
+                ((rest - share) / (1.0 - share)).clamp(0.0, BELOW_ONE)
+            };
+            is_taken
+        })?;
         while !self.nodes[step.node].leaf {
             let (first, a, b) = self.branch(step, light, at);
             if rest < first {
@@ -274,75 +264,33 @@ impl LightTree {
         })
     }
 
-    /// Where a walk begins: the root, or a group of the cut; its probability, and what is left of
-    /// the random number.
+    /// Where a walk begins: the depth of a group of the cut, the step to it and its probability. It
+    /// is the last one that `takes`, asked for each group with its share of all so far, says yes to.
     fn enter<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
         at: &Receiver<impl Fn(DVec3) -> DVec3>,
-        u: f64,
-    ) -> Option<(Step, f64, f64)> {
-        if self.importance != Importance::Cut {
-            return Some((self.root(light, at)?, 1.0, u));
-        }
-        // One of a stream, in proportion to its weight, with one random number.
-        let (mut total, mut rest, mut taken) = (0.0, u, None::<Group>);
-        self.visit_cut(light, at, u64::MAX, |group| {
-            total += group.weight;
-            let share = group.weight / total;
-            if rest < share {
-                rest = (rest / share).min(BELOW_ONE);
-                taken = Some(group);
-            } else {
-                rest = ((rest - share) / (1.0 - share)).clamp(0.0, BELOW_ONE);
-            }
-        });
-        let taken = taken?;
-        let step = Step {
-            node: taken.node,
-            lit: taken.lit?,
-        };
-        Some((step, taken.weight / total, rest))
-    }
-
-    /// The root, if it has a light that can contribute.
-    fn root<'l>(
-        &self,
-        light: impl Fn(usize) -> &'l Light + Copy,
-        at: &Receiver<impl Fn(DVec3) -> DVec3>,
-    ) -> Option<Step> {
-        if self.nodes.is_empty() {
-            return None;
-        }
-        self.lit(0, light, at).map(|lit| Step { node: 0, lit })
-    }
-
-    /// The same for the walk to a light: the group, its depth and its probability.
-    fn enter_towards<'l>(
-        &self,
-        light: impl Fn(usize) -> &'l Light + Copy,
-        at: &Receiver<impl Fn(DVec3) -> DVec3>,
         trail: u64,
-    ) -> Option<(Step, u32, f64)> {
-        if self.importance != Importance::Cut {
-            return Some((self.root(light, at)?, 0, 1.0));
-        }
+        mut takes: impl FnMut(&Group, f64) -> bool,
+    ) -> Option<(u32, Step, f64)> {
         let (mut total, mut taken) = (0.0, None::<Group>);
         self.visit_cut(light, at, trail, |group| {
             total += group.weight;
-            if group.on_trail {
+            if takes(&group, group.weight / total) {
                 taken = Some(group);
             }
         });
-        let taken = taken?;
-        let step = Step {
-            node: taken.node,
-            lit: taken.lit?,
-        };
-        Some((step, taken.depth, taken.weight / total))
+        let Group {
+            node,
+            depth,
+            lit,
+            weight,
+            ..
+        } = taken?;
+        Some((depth, Step { node, lit: lit? }, weight / total))
     }
 
-    /// The groups of the cut that can contribute, in the order of the tree.
+    /// Visits the groups of the cut that can contribute, in the order of the tree.
     fn visit_cut<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
@@ -404,7 +352,8 @@ impl LightTree {
         if !can_contribute(light(index), at.position, at.normal) {
             return 0.0;
         }
-        let Some((mut step, depth, mut probability)) = self.enter_towards(light, at, trail) else {
+        let entered = self.enter(light, at, trail, |group, _| group.on_trail);
+        let Some((depth, mut step, mut probability)) = entered else {
             return 0.0;
         };
         trail = trail.checked_shr(depth).unwrap_or(0);

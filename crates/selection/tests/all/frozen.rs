@@ -7,7 +7,7 @@ use linelit_lights::Light;
 use linelit_selection::bsdf::microfacet::TrowbridgeReitz;
 use linelit_selection::bsdf::{Bsdf, Fresnel, Layers, Lobe, Reflector};
 use linelit_selection::{
-    Cosines, Estimated, Importance, LightTree, can_contribute, diffuse, reflecting, unshadowed,
+    Cosines, Estimated, LightTree, can_contribute, diffuse, reflecting, unshadowed,
     unshadowed_at_center,
 };
 use linelit_testkit::assert_close;
@@ -31,9 +31,8 @@ fn surface() -> Bsdf {
 fn estimates_are_frozen() {
     let lights = mixed(20, 5);
     let bsdf = surface();
-    let trees = [Importance::Bounds, Importance::Moments, Importance::Cut]
-        .map(|importance| LightTree::new(&lights, importance));
-    let (mut by_kind, mut by_choice) = ([[0.0; 3]; 5], [[0.0; 2]; 4]);
+    let tree = LightTree::new(&lights);
+    let (mut by_kind, mut by_choice) = ([[0.0; 3]; 5], [[0.0; 2]; 2]);
     for (x, n) in receivers(40) {
         let wo = (n + n.any_orthonormal_vector() * 0.7).normalize();
         let cosines = Cosines::new(&bsdf, x, n, wo);
@@ -62,13 +61,12 @@ fn estimates_are_frozen() {
         ];
         for i in 0..lights.len() {
             let number = (i * i) as f64;
-            for (sum, estimated) in by_choice[3].iter_mut().zip(&estimated) {
+            for (sum, estimated) in by_choice[1].iter_mut().zip(&estimated) {
                 *sum += number * estimated.probability(i);
             }
-            for (sum, tree) in by_choice.iter_mut().zip(&trees) {
-                sum[0] += number * tree.probability(|i| &lights[i], &diffuse(x, n), i);
-                sum[1] += number * tree.probability(|i| &lights[i], &cosines.receiver(), i);
-            }
+            let sum = &mut by_choice[0];
+            sum[0] += number * tree.probability(|i| &lights[i], &diffuse(x, n), i);
+            sum[1] += number * tree.probability(|i| &lights[i], &cosines.receiver(), i);
         }
     }
     for (k, (got, want)) in by_kind
@@ -119,11 +117,8 @@ const BY_KIND: [[f64; 3]; 5] = [
     ],
 ];
 
-/// Of a diffuse surface and the rough one by bounds, by moments and by the cut; by estimates at
-/// random points and at centres.
-const BY_CHOICE: [[f64; 2]; 4] = [
-    [4_546.226_216_817_076, 4_546.226_216_817_076],
-    [3_965.366_896_863_234, 3_991.530_932_745_845],
+/// Of a diffuse surface and the rough one by the tree; by estimates at random points and at centres.
+const BY_CHOICE: [[f64; 2]; 2] = [
     [3_784.423_953_463_469_4, 3_878.071_958_920_473_7],
     [3_843.387_791_217_844, 3_874.701_762_771_065_7],
 ];

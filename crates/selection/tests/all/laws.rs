@@ -6,13 +6,11 @@ use linelit_lights::{
     AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere,
     SphereLight,
 };
-use linelit_selection::{Discrete, Estimated, Importance, LightTree, can_contribute, diffuse};
+use linelit_selection::{Discrete, Estimated, LightTree, can_contribute, diffuse};
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};
 use proptest::prelude::*;
 use std::cell::Cell;
-
-const IMPORTANCES: [Importance; 3] = [Importance::Bounds, Importance::Moments, Importance::Cut];
 
 /// A light of the kind, `None` where a polygon is refused.
 fn light(
@@ -131,26 +129,21 @@ fn hostile() -> impl Strategy<Value = Vec<Light>> {
 }
 
 /// What holds for a tree at a point; `numbers` to pick with.
-fn holds(
-    lights: &[Light],
-    importance: Importance,
-    (x, n): (DVec3, DVec3),
-    numbers: &[f64],
-) -> Result<(), TestCaseError> {
-    let tree = LightTree::new(lights, importance);
+fn holds(lights: &[Light], (x, n): (DVec3, DVec3), numbers: &[f64]) -> Result<(), TestCaseError> {
+    let tree = LightTree::new(lights);
     let light = |i: usize| &lights[i];
     let mut sum = 0.0;
     let mut any = false;
     for (i, l) in lights.iter().enumerate() {
         let p = tree.probability(light, &diffuse(x, n), i);
         let possible = l.power() > 0.0 && can_contribute(l, x, n);
-        prop_assert_eq!(p > 0.0, possible, "{:?}: {} of {:?}", importance, p, l);
+        prop_assert_eq!(p > 0.0, possible, "{} of {:?}", p, l);
         any |= possible;
         sum += p;
     }
     for &u in numbers {
         let picked = tree.pick(light, &diffuse(x, n), u);
-        prop_assert_eq!(picked.is_some(), any, "{:?} {:?}", importance, u);
+        prop_assert_eq!(picked.is_some(), any, "{:?}", u);
         if let Some(picked) = picked {
             let again = tree.probability(light, &diffuse(x, n), picked.index);
             prop_assert_eq!(picked.probability.to_bits(), again.to_bits());
@@ -163,7 +156,7 @@ fn holds(
     let want = if any { 1.0 } else { 0.0 };
     prop_assert!(
         (sum - want).abs() <= tolerance,
-        "{importance:?}: sum {sum} of {} lights",
+        "sum {sum} of {} lights",
         lights.len()
     );
     Ok(())
@@ -205,9 +198,7 @@ proptest! {
         n in direction(),
         numbers in prop::collection::vec(unit_interval(), 8),
     ) {
-        for importance in IMPORTANCES {
-            holds(&lights, importance, (x, n), &numbers)?;
-        }
+        holds(&lights, (x, n), &numbers)?;
     }
 
     #[test]
@@ -218,10 +209,8 @@ proptest! {
         n in direction(),
         numbers in prop::collection::vec(unit_interval(), 8),
     ) {
-        for importance in IMPORTANCES {
-            holds(&lights, importance, (x, n), &numbers)?;
-            holds(&lights, importance, (x * far, n), &numbers)?;
-        }
+        holds(&lights, (x, n), &numbers)?;
+        holds(&lights, (x * far, n), &numbers)?;
     }
 
     /// Points, normals and numbers that are none: no panic, a light or none, never the density
@@ -236,12 +225,10 @@ proptest! {
     ) {
         let [a, b, c, d, e, f, u] = raw;
         let (x, n) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
-        for importance in IMPORTANCES {
-            let tree = LightTree::new(&lights, importance);
-            if let Some(p) = tree.pick(|i| &lights[i], &diffuse(x, n), u) {
-                prop_assert!(p.probability > 0.0 && p.probability <= 1.0 && (0.0..1.0).contains(&p.rest));
-                prop_assert!(can_contribute(&lights[p.index], x, n));
-            }
+        let tree = LightTree::new(&lights);
+        if let Some(p) = tree.pick(|i| &lights[i], &diffuse(x, n), u) {
+            prop_assert!(p.probability > 0.0 && p.probability <= 1.0 && (0.0..1.0).contains(&p.rest));
+            prop_assert!(can_contribute(&lights[p.index], x, n));
         }
     }
 
