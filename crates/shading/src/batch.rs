@@ -1,34 +1,21 @@
 //! Many segments seen from one shading point, by the widest vector instructions of the machine.
 //!
-//! Each function gives the same bits as its integral of one segment: lanes for which the fast path
-//! does not hold (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
-//! evaluated by the robust form.
+//! The bits are those of the integral of one segment: lanes for which the fast path does not hold
+//! (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are evaluated by
+//! the robust form.
 
-use crate::kernels::{self, BLOCK, LANES, Model};
-use crate::{cylinder, ribbon};
+use crate::{fast_path, ribbon};
 use linelit_geometry::{DVec3, Segment};
-use linelit_simd::Isa;
+use linelit_simd::{Isa, Simd, dispatch};
 
-/// Segments in columns, all of one length (the shortest counts): what vector registers load at
-/// once.
-#[derive(Clone, Copy, Debug)]
-pub struct Columns<'a> {
-    /// x, y and z of the first ends, relative to the shading point.
-    pub p0: [&'a [f64]; 3],
-    /// x, y and z of the second ends.
-    pub p1: [&'a [f64]; 3],
-}
+/// Segments that the kernel takes in a round.
+pub(crate) const LANES: usize = 8;
 
-impl Columns<'_> {
-    fn len(&self) -> usize {
-        self.p0
-            .iter()
-            .chain(&self.p1)
-            .map(|c| c.len())
-            .min()
-            .unwrap_or(0)
-    }
-}
+/// Segments transposed at once: six columns of them stay in the nearest cache.
+const ROWS: usize = 256;
+
+/// Segments in columns: x, y, z of the first ends, then of the second.
+type Columns = [[f64; ROWS]; 6];
 
 /// [`ribbon::irradiance`] of each segment (relative to the shading point), into `out`; the shorter
 /// of the two slices counts.
@@ -44,127 +31,88 @@ impl Columns<'_> {
 /// assert_eq!(out[7], ribbon::irradiance(segments[7].p0, segments[7].p1, DVec3::Z));
 /// ```
 pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    rows(Model::Ribbon, segments, n, out);
+    by(Isa::best(), segments, n, out);
 }
 
-/// [`cylinder::irradiance`] of each segment; see [`ribbons`].
-pub fn cylinders(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    rows(Model::Cylinder, segments, n, out);
-}
-
-/// [`ribbons`] for segments that are kept in columns: no transposition.
-pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
-    in_columns(Model::Ribbon, columns, n, out);
-}
-
-/// [`cylinders`] for segments that are kept in columns.
-pub fn cylinders_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
-    in_columns(Model::Cylinder, columns, n, out);
-}
-
-fn in_columns(model: Model, columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
-    let count = columns.len().min(out.len());
-    let isa = Isa::best();
-    let mut at = 0;
-    while count - at >= LANES {
-        let size = (count - at).min(BLOCK) / LANES * LANES;
-        let [a, b, c] = columns.p0.map(|c| &c[at..at + size]);
-        let [d, e, f] = columns.p1.map(|c| &c[at..at + size]);
-        let block = [a, b, c, d, e, f];
-        evaluate(model, &block, n, &mut out[at..at + size], isa);
-        at += size;
-    }
-    // What is left does not fill the lanes.
-    let mut store = [[0.0; LANES]; 6];
-    let rest = count - at;
-    if rest > 0 {
-        for (column, from) in store.iter_mut().zip(columns.p0.iter().chain(&columns.p1)) {
-            column[..rest].copy_from_slice(&from[at..count]);
-        }
-        padded(model, &store, n, &mut out[at..count], isa);
-    }
-}
-
-/// Segments transposed at once: six columns of them stay in the nearest cache.
-const ROWS: usize = 256;
-
-fn rows(model: Model, segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    let isa = Isa::best();
-    let mut store = [[0.0; ROWS]; 6];
+fn by(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    let mut columns = [[0.0; ROWS]; 6];
+    let mut values = [0.0; ROWS];
     for (segments, out) in segments.chunks(ROWS).zip(out.chunks_mut(ROWS)) {
         let count = segments.len().min(out.len());
         for (i, s) in segments.iter().take(count).enumerate() {
             let row = [s.p0.x, s.p0.y, s.p0.z, s.p1.x, s.p1.y, s.p1.z];
-            for (column, x) in store.iter_mut().zip(row) {
+            for (column, x) in columns.iter_mut().zip(row) {
                 column[i] = x;
             }
         }
-        padded(model, &store, n, &mut out[..count], isa);
-    }
-}
-
-/// The first of a block of segments; the others are any.
-fn padded<const N: usize>(
-    model: Model,
-    store: &[[f64; N]; 6],
-    n: DVec3,
-    out: &mut [f64],
-    isa: Isa,
-) {
-    let size = out.len().next_multiple_of(LANES);
-    let block = store.each_ref().map(|c| &c[..size]);
-    if out.len() == size {
-        evaluate(model, &block, n, out, isa);
-        return;
-    }
-    let mut values = [0.0; N];
-    evaluate(model, &block, n, &mut values[..size], isa);
-    out.copy_from_slice(&values[..out.len()]);
-}
-
-fn evaluate(model: Model, block: &kernels::Columns<'_>, n: DVec3, out: &mut [f64], isa: Isa) {
-    let mut held = [0; BLOCK / 8];
-    kernels::lines(model, block, n, out, isa, &mut held);
-    for (round, bits) in held.iter().enumerate().take(out.len() / 8) {
-        if *bits != u8::MAX {
-            robust_lanes(model, block, n, 8 * round, *bits, out);
+        let (size, mut held) = (count.next_multiple_of(LANES), [0; ROWS / LANES]);
+        if size == count {
+            kernel(isa, &columns, n, &mut out[..count], &mut held);
+        } else {
+            // What does not fill the last round's lanes is any segment.
+            kernel(isa, &columns, n, &mut values[..size], &mut held);
+            out[..count].copy_from_slice(&values[..count]);
+        }
+        for (round, bits) in held[..size / LANES].iter().enumerate() {
+            if *bits != u8::MAX {
+                let first = round * LANES;
+                let last = count.min(first + LANES);
+                robust_lanes(&segments[first..last], n, *bits, &mut out[first..last]);
+            }
         }
     }
 }
 
-/// The segments of eight that were not held.
+/// The segments of a round that were not held.
 #[inline(never)]
-fn robust_lanes(
-    model: Model,
-    block: &kernels::Columns<'_>,
-    n: DVec3,
-    at: usize,
-    held: u8,
-    out: &mut [f64],
-) {
-    for i in (0..8).filter(|i| held >> i & 1 == 0).map(|i| at + i) {
-        let c = |j: usize| block[j][i];
-        let (p0, p1, n) = ([c(0), c(1), c(2)], [c(3), c(4), c(5)], n.to_array());
-        out[i] = match model {
-            Model::Ribbon => ribbon::robust(p0, p1, n),
-            Model::Cylinder => cylinder::robust(p0, p1, n),
-        };
+fn robust_lanes(segments: &[Segment], n: DVec3, held: u8, out: &mut [f64]) {
+    for (i, (s, out)) in segments.iter().zip(out).enumerate() {
+        if held >> i & 1 == 0 {
+            *out = ribbon::robust(s.p0.to_array(), s.p1.to_array(), n.to_array());
+        }
     }
+}
+
+/// The integrals of rounds of segments, and a bit for each whose value holds (see [`fast_path`]).
+#[inline(always)]
+fn rounds<S: Simd>(
+    s: S,
+    columns: &Columns,
+    n: DVec3,
+    out: &mut [f64],
+    held: &mut [u8; ROWS / LANES],
+) {
+    let n = [s.dsplat(n.x), s.dsplat(n.y), s.dsplat(n.z)];
+    let out = out.as_chunks_mut::<LANES>().0;
+    let rounds = out.len();
+    let mut rows = [&[] as &[[f64; LANES]]; 6];
+    for (row, column) in rows.iter_mut().zip(columns) {
+        *row = &column.as_chunks::<LANES>().0[..rounds];
+    }
+    let [x0, y0, z0, x1, y1, z1] = rows;
+    let held = &mut held[..rounds];
+    for i in 0..rounds {
+        let p0 = [s.dload(&x0[i]), s.dload(&y0[i]), s.dload(&z0[i])];
+        let p1 = [s.dload(&x1[i]), s.dload(&y1[i]), s.dload(&z1[i])];
+        let (value, conditions) = fast_path::ribbon(s, p0, p1, n);
+        s.dstore(value, &mut out[i]);
+        held[i] = s.bits(conditions);
+    }
+}
+dispatch! {
+    fn kernel = rounds(
+        columns: &Columns,
+        n: DVec3,
+        out: &mut [f64],
+        held: &mut [u8; ROWS / LANES],
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linelit_simd::InstructionSet;
     use linelit_testkit::rng::SplitMix64;
-
-    type One = fn(DVec3, DVec3, DVec3) -> f64;
-    type Many = fn(&[Segment], DVec3, &mut [f64]);
-    type InColumns = fn(&Columns<'_>, DVec3, &mut [f64]);
-
-    const MODELS: [(One, Many, InColumns); 2] = [
-        (ribbon::irradiance, ribbons, ribbons_columns),
-        (cylinder::irradiance, cylinders, cylinders_columns),
-    ];
 
     fn segments(count: usize, rng: &mut SplitMix64) -> Vec<Segment> {
         let mut point = || {
@@ -174,33 +122,15 @@ mod tests {
         (0..count).map(|_| Segment::new(point(), point())).collect()
     }
 
-    fn column(segments: &[Segment], f: impl Fn(&Segment) -> f64) -> Vec<f64> {
-        segments.iter().map(f).collect()
-    }
-
+    /// On every instruction set that this machine has.
     fn compare(segments: &[Segment], n: DVec3) {
-        let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        let ends: [Vec<f64>; 6] = [
-            column(segments, |s| s.p0.x),
-            column(segments, |s| s.p0.y),
-            column(segments, |s| s.p0.z),
-            column(segments, |s| s.p1.x),
-            column(segments, |s| s.p1.y),
-            column(segments, |s| s.p1.z),
-        ];
-        let [a, b, c, d, e, f] = &ends;
-        let columns = Columns {
-            p0: [a, b, c],
-            p1: [d, e, f],
-        };
-        for (one, rows, in_columns) in MODELS {
-            let count = segments.len();
-            let want = bits(&column(segments, |s| one(s.p0, s.p1, n)));
-            let mut out = [-1.0, -2.0].map(|x| vec![x; count]);
-            rows(segments, n, &mut out[0]);
-            in_columns(&columns, n, &mut out[1]);
-            assert_eq!(bits(&out[0]), want, "{count} segments");
-            assert_eq!(bits(&out[1]), want, "{count} segments in columns");
+        let one = |s: &Segment| ribbon::irradiance(s.p0, s.p1, n).to_bits();
+        let want: Vec<u64> = segments.iter().map(one).collect();
+        for set in InstructionSet::ALL {
+            let mut out = vec![-1.0; segments.len()];
+            by(Isa::detect(set), segments, n, &mut out);
+            let got: Vec<u64> = out.iter().map(|x| x.to_bits()).collect();
+            assert_eq!(got, want, "{} segments by {set}", segments.len());
         }
     }
 

@@ -261,75 +261,9 @@ mod tests {
     use super::*;
     use linelit_testkit::assert_close;
 
-    /// Corners in place of an arc: what they leave out is 2π²/3 over their square.
-    const CORNERS: usize = 1 << 10;
-
-    /// A straight cut of a disk, by the turns of its ends; what is left of it stays.
-    type Cut = Option<[f64; 2]>;
-
     fn ellipse([c, u, v]: [DVec3; 3], turn: f64) -> DVec3 {
         let (s, t) = turn.sin_cos();
         c + u * t + v * s
-    }
-
-    /// By the sum over the boundary, and over a polygon of many corners.
-    fn both(shape: [DVec3; 3], n: DVec3, cut: Cut) -> [f64; 2] {
-        let [c, u, v] = shape;
-        let cone = EllipticCone::over(c, u, v).expect("a cone");
-        let mut part = PartOfCone::new(&cone, n);
-        let [from, to] = cut.unwrap_or([0.0, TAU]);
-        let turn = (to - from).rem_euclid(TAU);
-        let turn = if turn > 0.0 { turn } else { TAU };
-        if cut.is_some() {
-            let [a, b] = [from, to].map(|turn| ellipse(shape, turn));
-            part.add_segment(b, a);
-            part.add_arc(a, b, turn > PI);
-        } else {
-            part.add_rim();
-        }
-        #[allow(clippy::cast_precision_loss, reason = "few corners")]
-        let corner = |k: usize| ellipse(shape, from + turn * k as f64 / CORNERS as f64);
-        let corners: Vec<_> = (0..=CORNERS).map(corner).collect();
-        [part.irradiance(), polygon::irradiance(&corners, n)]
-    }
-
-    /// Parts above the horizon and cut by it, of circles and of narrow ellipses, about all turns.
-    #[test]
-    fn parts_are_the_limit_of_polygons() {
-        let at = DVec3::new;
-        let shapes = [
-            [at(0.3, 0.2, 1.5), at(0.5, 0.0, 0.0), at(0.0, 0.5, 0.0)],
-            [at(0.3, 0.2, 1.0), at(0.9, 0.1, -0.3), at(-0.2, 0.7, 0.5)],
-            [at(0.1, 0.0, 0.2), at(3.0, 0.0, 0.0), at(0.0, 2.0, 0.1)],
-            [at(1.0, 0.3, 0.4), at(0.0, 0.05, 0.0), at(0.0, 0.0, 0.9)],
-        ];
-        let normals = [
-            DVec3::Z,
-            at(0.9, 0.1, 0.3),
-            at(-0.8, 0.4, 0.2),
-            at(0.3, -0.9, 0.1),
-        ];
-        let turns = [0.0, 1.5, 3.3, 4.6];
-        let pairs = || (0..16).map(|k| [k / 4, k % 4]);
-        let mut cut_by_horizon = 0;
-        for (shape, n) in shapes
-            .into_iter()
-            .flat_map(|s| normals.map(|n| (s, n.normalize())))
-        {
-            let apart = pairs().filter(|[a, b]| a != b);
-            let cuts = apart.map(|ends| Some(ends.map(|k: usize| turns[k])));
-            let cuts = cuts.chain([None]);
-            for cut in cuts {
-                let [sum, limit] = both(shape, n, cut);
-                #[allow(clippy::cast_precision_loss, reason = "few corners")]
-                let error = 20.0 / (CORNERS * CORNERS) as f64;
-                assert_close!(sum, limit, error, "what corners leave out");
-                let heights = (0..64).map(|k| n.dot(ellipse(shape, f64::from(k) * 0.1)));
-                let above = heights.filter(|h| *h > 0.0).count();
-                cut_by_horizon += usize::from(above > 0 && above < 63);
-            }
-        }
-        assert!(cut_by_horizon > 60, "{cut_by_horizon}");
     }
 
     /// Arcs without length, and all but without a gap, whichever side of each other rounding has

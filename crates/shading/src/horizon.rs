@@ -115,14 +115,6 @@ mod tests {
         assert_close, precise::Precise, real::Real, real::vector, rng::SplitMix64,
     };
 
-    #[test]
-    fn nothing_above_is_nothing() {
-        let n = DVec3::Z;
-        assert!(clip_segment(-n, DVec3::X - n, n).is_none());
-        assert!(clip_segment(DVec3::X, DVec3::Y, n).is_none());
-        assert!(clip_segment(DVec3::NAN, DVec3::Z, n).is_none());
-    }
-
     /// Lines that pass the shading point at 1 to 1e-14 of their length.
     #[test]
     fn crossing_is_accurate_relative_to_itself() {

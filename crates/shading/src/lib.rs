@@ -13,7 +13,6 @@ mod fast_lobe;
 mod fast_path;
 mod gauss;
 pub mod horizon;
-mod kernels;
 mod lambert;
 mod lobe;
 pub mod ltc;

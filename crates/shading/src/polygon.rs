@@ -372,18 +372,4 @@ mod tests {
             );
         }
     }
-
-    #[test]
-    fn degenerate_is_zero() {
-        assert_close!(irradiance(&[], DVec3::Z), 0.0, 0.0, "nothing");
-        assert_close!(irradiance(&[DVec3::Z; 3], DVec3::Z), 0.0, 0.0, "a point");
-        assert_close!(
-            irradiance(&[DVec3::NAN; 3], DVec3::Z),
-            0.0,
-            0.0,
-            "no number"
-        );
-        let below = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
-        assert_close!(irradiance(&below, DVec3::Z), 0.0, 0.0, "below the horizon");
-    }
 }

@@ -151,39 +151,3 @@ fn window(strength: f64, highest: f64) -> f64 {
     let sine = (DEPTH / strength) / (a * cb + ca * b);
     2.0 * asin(sine.clamp(0.0, 1.0))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::quadrature::{Model, line};
-    use linelit_testkit::{assert_close, rng::SplitMix64};
-
-    /// Against adaptive quadrature of the lobe as it is defined.
-    #[test]
-    fn integrals_are_those_of_the_lobe() {
-        let mut rng = SplitMix64::new(22);
-        for case in 0..300 {
-            let mut v = |a: f64, b: f64| rng.in_range(a, b);
-            let point = |v: &mut dyn FnMut(f64, f64) -> f64| {
-                DVec3::new(v(-2.0, 2.0), v(-2.0, 2.0), v(-0.5, 2.0))
-            };
-            let (p0, p1) = (point(&mut v), point(&mut v));
-            let lambda = 10f64.powf(v(-2.0, 2.5));
-            let xi = DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), v(-1.0, 1.0)).normalize();
-            let value = |w: DVec3| DVec3::splat((lambda * (w.dot(xi) - 1.0)).exp());
-            for (model, got) in [
-                (Model::Ribbon, ribbon(p0, p1, DVec3::Z, xi, lambda)),
-                (Model::Cylinder, cylinder(p0, p1, DVec3::Z, xi, lambda)),
-            ] {
-                let want = line(p0, p1, DVec3::Z, model, value, 1e-12, 200_000);
-                let tolerance = want.error + 1e-11 * want.value.x + 1e-200;
-                assert_close!(
-                    got,
-                    want.value.x,
-                    tolerance,
-                    "case {case}, {model:?}, lambda {lambda}"
-                );
-            }
-        }
-    }
-}

@@ -65,19 +65,6 @@ fn main() {
     least("ribbon/batch", || {
         batch::ribbons(black_box(&input), n, black_box(&mut out))
     });
-    let column = |f: fn(&Segment) -> f64| input.iter().map(f).collect::<Vec<f64>>();
-    let (x0, y0, z0) = (column(|s| s.p0.x), column(|s| s.p0.y), column(|s| s.p0.z));
-    let (x1, y1, z1) = (column(|s| s.p1.x), column(|s| s.p1.y), column(|s| s.p1.z));
-    let columns = batch::Columns {
-        p0: [&x0, &y0, &z0],
-        p1: [&x1, &y1, &z1],
-    };
-    least("ribbon/columns", || {
-        batch::ribbons_columns(black_box(&columns), n, black_box(&mut out))
-    });
-    least("cylinder/columns", || {
-        batch::cylinders_columns(black_box(&columns), n, black_box(&mut out))
-    });
     least("cylinder", || sum(&|s| cylinder::irradiance(s.p0, s.p1, n)));
     for k in [10.0, 300.0, 1e3] {
         let toward = |s: &Segment| (s.p0.lerp(s.p1, 0.3) + DVec3::new(0.1, 0.05, 0.0)).normalize();

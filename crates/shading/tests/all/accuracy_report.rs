@@ -128,8 +128,6 @@ fn condition(function: &str) -> &'static str {
     match function.split("::").next() {
         Some("phong" | "quadrature") => "(k + 1)/sin δ, δ the angle between the ends' directions",
         Some("spherical_gaussian") => "(λ + 1)/sin δ, δ the angle between the ends' directions",
-        _ if function == "solid_angle::sphere" => "distance²/radius²",
-        _ if function == "solid_angle::sphere_projected" => "distance²/radius²",
         _ if function == "ltc::Ltc::polygon" => "1/(mapped Ω × distance/height)",
         Some("polygon" | "solid_angle") => "1/Ω",
         _ => "1/sin δ, δ the angle between the ends' directions",

@@ -187,32 +187,16 @@ fn along_lines(source: &mut Source, wrong: &mut Wrong) {
     many(p0, p1, n, wrong);
 }
 
-/// All lanes of the batches.
+/// All lanes of the batch.
 fn many(p0: DVec3, p1: DVec3, n: DVec3, wrong: &mut Wrong) {
-    let segments = [Segment::new(p0, p1); 9];
-    let column = |x: f64| [x; 9];
-    let (a, b) = (p0.to_array().map(column), p1.to_array().map(column));
-    let columns = batch::Columns {
-        p0: a.each_ref().map(|c| &c[..]),
-        p1: b.each_ref().map(|c| &c[..]),
-    };
-    let rows = [batch::ribbons, batch::cylinders];
     let mut out = [-1.0; 9];
-    for f in rows {
-        f(&segments, n, &mut out);
-        out.iter().for_each(|x| wrong.light("batch", *x));
-    }
-    let in_columns = [batch::ribbons_columns, batch::cylinders_columns];
-    for f in in_columns {
-        f(&columns, n, &mut out);
-        out.iter().for_each(|x| wrong.light("batch", *x));
-    }
+    batch::ribbons(&[Segment::new(p0, p1); 9], n, &mut out);
+    out.iter().for_each(|x| wrong.light("batch", *x));
 }
 
 fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     let points: [DVec3; 27] = source.vectors();
     let [n, w] = source.vectors();
-    let (k, radius) = (source.number(), source.number());
     for count in [0, 1, 2, 3, 4, 6, 27] {
         let corners = &points[..count];
         wrong.light("polygon", polygon::irradiance(corners, n));
@@ -225,12 +209,6 @@ fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     let sum = polygon::boundary_irradiance([ends; 9], &[a, b, w], n);
     wrong.light("boundary", sum);
     wrong.light("triangle", solid_angle::triangle(a, b, c));
-    wrong.light("parallelogram", solid_angle::parallelogram(a, b, c));
-    wrong.light("sphere_versine", solid_angle::sphere_versine(k, radius));
-    wrong.light("sphere", solid_angle::sphere(a, radius));
-    wrong.light("cap", solid_angle::cap(k));
-    let projected = solid_angle::sphere_projected(a, radius, n);
-    wrong.light("sphere_projected", projected);
 }
 
 fn transformed_cosines(source: &mut Source, wrong: &mut Wrong) {

@@ -107,33 +107,6 @@ pub(crate) fn cylinder_solid_angle(p0: [f64; 3], p1: [f64; 3]) -> Dd {
     dd(2.0) * x * (ra + rb) / (ra * rb * below)
 }
 
-/// 1 − cos of the half angle of a sphere, from without.
-pub(crate) fn sphere_versine(distance: f64, radius: f64) -> Dd {
-    let s = dd(radius) / dd(distance);
-    dd(1.0) - (dd(1.0) - s * s).sqrt()
-}
-
-/// Snyder's projected solid angle of a sphere, from without, and π s².
-pub(crate) fn sphere_projected(centre: [f64; 3], radius: f64, n: [f64; 3]) -> (Dd, f64) {
-    let (centre, n) = (vector::<Dd>(centre), vector::<Dd>(n));
-    let distance = length(&centre);
-    let s = dd(radius) / distance;
-    let cosine = dot(&n, &centre) / distance;
-    let mass = Dd::PI * s * s;
-    if cosine >= s {
-        return (mass * cosine, mass.to_f64());
-    }
-    if cosine <= -s {
-        return (dd(0.0), mass.to_f64());
-    }
-    let sine = length(&cross(&n, &centre)) / distance;
-    let x = (dd(1.0) / (s * s) - dd(1.0)).sqrt();
-    let y = -x * cosine / sine;
-    let root = (dd(1.0) - y * y).abs().sqrt();
-    let flat = s * s * (y.acos() * cosine - x * sine * root);
-    (flat + (sine * root).atan2(x), mass.to_f64())
-}
-
 /// A map of vectors by rows.
 type Rows = [V; 3];
 

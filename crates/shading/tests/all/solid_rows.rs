@@ -2,18 +2,17 @@
 
 use crate::accuracy::{
     LINE_DOMAINS, POLYGON_DOMAINS, Row, Sample, error, lit_segment, log_uniform, printed_error,
-    shape, sine, vector,
+    shape, sine,
 };
 use crate::{naive, oracle};
 use linelit_geometry::{DMat3, DVec3, Frame};
+use linelit_shading::cylinder;
 use linelit_shading::ltc::Ltc;
-use linelit_shading::{cylinder, solid_angle};
-use linelit_testkit::dd::Dd;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
 use std::f64::consts::PI;
 
-/// The solid angle of a thin cylinder, and of spheres.
+/// The solid angle of a thin cylinder.
 pub(crate) fn solid_angles(count: usize) -> Vec<Row> {
     let mut rows = Vec::new();
     for domain in LINE_DOMAINS {
@@ -39,61 +38,6 @@ pub(crate) fn solid_angles(count: usize) -> Vec<Row> {
             goal: 1e-13,
         });
     }
-    rows.extend(spheres(3 * count));
-    rows
-}
-
-fn spheres(count: usize) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for domain in ["ordinary", "far", "touching"] {
-        let mut rng = SplitMix64::new(8);
-        let (mut whole, mut projected) = (Vec::new(), Vec::new());
-        for _ in 0..count {
-            let radius = log_uniform(&mut rng, -2.0, 2.0);
-            let distance = radius
-                * match domain {
-                    "far" => log_uniform(&mut rng, 2.0, 9.0),
-                    "touching" => 1.0 + log_uniform(&mut rng, -14.0, -2.0),
-                    _ => rng.in_range(1.01, 10.0),
-                };
-            let s = radius / distance;
-            let versine = oracle::sphere_versine(distance, radius);
-            let want = versine * Dd::PI * Dd::new(2.0);
-            let ours = solid_angle::sphere(DVec3::Z * distance, radius);
-            whole.push(Sample {
-                condition: 1.0 / (s * s),
-                ours: error(ours, want, 0.0),
-                printed: printed_error(2.0 * PI * (1.0 - (1.0 - s * s).sqrt()), want, 0.0),
-            });
-            // Half of them are cut by the horizon.
-            let n = vector(&mut rng);
-            let across = n.any_orthonormal_vector();
-            let lift = if rng.next_f64() < 0.5 { s } else { 1.0 };
-            let height = lift * rng.in_range(-1.0, 1.0);
-            let centre = (n * height + across * (1.0 - height * height).sqrt()) * distance;
-            if centre.length() <= radius * (1.0 + 1e-15) {
-                continue;
-            }
-            let (want, mass) = oracle::sphere_projected(centre.to_array(), radius, n.to_array());
-            projected.push(Sample {
-                condition: 1.0 / (s * s),
-                ours: error(solid_angle::sphere_projected(centre, radius, n), want, mass),
-                printed: f64::NAN,
-            });
-        }
-        for (function, samples) in [
-            ("solid_angle::sphere", whole),
-            ("solid_angle::sphere_projected", projected),
-        ] {
-            rows.push(Row {
-                function,
-                domain,
-                samples,
-                goal: 1e-12,
-            });
-        }
-    }
-    rows.sort_by_key(|row| row.function);
     rows
 }
 
