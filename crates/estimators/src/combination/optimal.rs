@@ -9,7 +9,7 @@ use linelit_mis::{OptimalSystem, balance, clamped_optimal, optimal_contribution}
 type Techniques = [f64; MOST_TECHNIQUES];
 
 /// What pulls the coefficients towards the balance heuristic, in samples for each technique
-/// (measured in [`linelit_mis::OptimalEstimator`]).
+/// (measured in [`OptimalSystem::damped_alphas`]).
 const DAMPING: f64 = 3.0;
 
 /// What the optimal weights add to the sum by the balance heuristic of two rounds of samples, each

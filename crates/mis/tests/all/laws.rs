@@ -6,9 +6,8 @@ use linelit_mis::smoothing::{
     border, ease, edge, occluder_width, smoothed_balance, visible_interval,
 };
 use linelit_mis::{
-    Heuristic, OptimalEstimator, OptimalSystem, average, balance, balance_density, clamped_optimal,
-    cutoff, maximum, optimal_contribution, optimal_weight, power, visibility_optimal_contribution,
-    weighted_balance,
+    Heuristic, OptimalSystem, average, balance, balance_density, clamped_optimal, cutoff, maximum,
+    optimal_contribution, optimal_weight, power, visibility_optimal_contribution, weighted_balance,
 };
 use linelit_testkit::assert_close;
 use linelit_testkit::cases::cases;
@@ -303,33 +302,6 @@ fn systems_merge() {
             (a - b).abs() <= 1000.0 * f64::EPSILON * (1.0 + a.abs()),
             "{a} and {b}"
         );
-    }
-}
-
-/// By the definition: each batch is weighted by the α of all batches before it, under a ridge of
-/// 3T/(samples so far). The same sums but for their order.
-#[test]
-fn estimators_average_batches_under_their_ridge() {
-    let ns = [1.0, 2.0];
-    let mut estimator = OptimalEstimator::<2, 1>::new(ns);
-    let mut system = OptimalSystem::<2, 1>::new();
-    let (mut alphas, mut sum) = ([[0.0; 2]], 0.0);
-    for batch in 1..6 {
-        let x = 0.15 * f64::from(batch);
-        for (technique, x) in [(0, x), (1, 0.9 - x), (1, x * x)] {
-            let (ps, f) = ([1.0, 2.0 * x], 1.0 + x * x);
-            estimator.add(technique, &ps, [f]);
-            sum += optimal_contribution(&alphas[0], &ns, &ps, f, technique);
-            system.add(&ns, &ps, [f]);
-        }
-        estimator.end_batch();
-        alphas = system.damped_alphas(3.0 * 2.0 / (3.0 * f64::from(batch)));
-        // A ridge of at least 0.4 leaves a condition of at most 6.
-        for (got, want) in estimator.alphas()[0].into_iter().zip(alphas[0]) {
-            assert_close!(got, want, 100.0 * f64::EPSILON, "batch {batch}");
-        }
-        let want = sum / f64::from(batch);
-        assert_close!(estimator.mean()[0], want, rel = 1e-13, "batch {batch}");
     }
 }
 
