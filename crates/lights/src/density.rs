@@ -41,11 +41,6 @@ measure!(
     "1/sr"
 );
 measure!(
-    /// Projected solid angle at the shading point, (n·ω) dω; densities in 1/sr.
-    ProjectedSolidAngle,
-    "1/sr"
-);
-measure!(
     /// Offset of a line sample across the light, du; densities in 1/m.
     Offset,
     "1/m"
@@ -181,21 +176,6 @@ impl Pdf<SolidAngle> {
     pub fn to_area(self, distance_squared: f64, cos_light: f64) -> Pdf<Area> {
         Pdf::new(self.0 * cos_light.abs() / distance_squared)
     }
-
-    /// Solid angle → projected solid angle: `p_⊥ = p_ω/(n·ω)` with `cos_surface` = n·ω at the
-    /// shading point; 0 at or below the horizon.
-    #[must_use]
-    pub fn to_projected(self, cos_surface: f64) -> Pdf<ProjectedSolidAngle> {
-        Pdf::new(self.0 / cos_surface)
-    }
-}
-
-impl Pdf<ProjectedSolidAngle> {
-    /// Projected solid angle → solid angle: `p_ω = p_⊥ (n·ω)`; 0 at or below the horizon.
-    #[must_use]
-    pub fn to_solid_angle(self, cos_surface: f64) -> Pdf<SolidAngle> {
-        Pdf::new(self.0 * cos_surface)
-    }
 }
 
 impl Pdf<Offset> {
@@ -224,36 +204,5 @@ impl Pdf<ThinSolidAngle> {
     #[must_use]
     pub fn to_length(self, distance: f64, line_distance: f64) -> Pdf<Length> {
         Pdf::new(self.0 * 2.0 * (line_distance / distance) / (distance * distance))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn conversions_undo_each_other() {
-        let p = Pdf::<Area>::new(0.3);
-        let back = p.to_solid_angle(7.0, -0.2).to_area(7.0, -0.2);
-        // Two multiplications and two divisions: at most 4 roundings.
-        assert!((back.value() - 0.3).abs() <= 4.0 * f64::EPSILON * 0.3);
-        let q = Pdf::<SolidAngle>::new(1.7);
-        assert!(
-            (q.to_projected(0.4).to_solid_angle(0.4).value() - 1.7).abs() <= 4.0 * f64::EPSILON
-        );
-        let t = Pdf::<Length>::new(0.9);
-        assert!(
-            (t.to_thin_solid_angle(3.0, 2.0).to_length(3.0, 2.0).value() - 0.9).abs()
-                <= 8.0 * f64::EPSILON
-        );
-    }
-
-    #[test]
-    fn degenerate_is_zero() {
-        assert!(!Pdf::<Area>::new(f64::NAN).is_positive());
-        assert!(!Pdf::<Area>::new(f64::INFINITY).is_positive());
-        assert!(!Pdf::<Area>::new(-1.0).is_positive());
-        assert!(!Pdf::<Area>::new(1.0).to_solid_angle(4.0, 0.0).is_positive());
-        assert!(!Pdf::<SolidAngle>::new(1.0).to_projected(-0.1).is_positive());
     }
 }

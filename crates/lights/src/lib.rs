@@ -39,10 +39,7 @@ mod polygon;
 mod random;
 mod technique;
 
-pub use density::{
-    Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, SurfaceMeasure,
-    ThinSolidAngle,
-};
+pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light};
 pub use light::{LinearLight, Sphere, SphereLight};

@@ -12,9 +12,9 @@ use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Cylinder, CylinderLight, Disk, DiskLight, Emission,
     ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight,
     LinearPointTechnique, Measure, Offset, OffsetDensity, Orientation, Pdf, Pieces, PointColumns,
-    PointSample, PointTechnique, PointsOnLines, ProjectedSolidAngle, ProxySampler, RegionSampler,
-    SolidAngle, SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines,
-    TexturedSampler, ThinSolidAngle, TransformedSampler, sample_linear,
+    PointSample, PointTechnique, PointsOnLines, ProxySampler, RegionSampler, SolidAngle,
+    SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler,
+    ThinSolidAngle, TransformedSampler, sample_linear,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -427,8 +427,6 @@ proptest! {
         density(area.to_solid_angle(b, c))?;
         let solid = Pdf::<SolidAngle>::new(b);
         density(solid.to_area(c, d))?;
-        density(solid.to_projected(c))?;
-        density(Pdf::<ProjectedSolidAngle>::new(a).to_solid_angle(b))?;
         density(Pdf::<Offset>::new(a).joint(Pdf::<Length>::new(b)))?;
         density(Pdf::<Length>::new(a).to_thin_solid_angle(b, c))?;
         density(Pdf::<ThinSolidAngle>::new(a).to_length(b, c))?;

@@ -145,25 +145,6 @@ proptest! {
         assert_close!(there, back, rel = 1e-7, "second order in the width of the patches");
     }
 
-    #[test]
-    fn never_nan_negative_or_infinite(
-        a in prop::array::uniform3(linelit_testkit::strategies::finite()),
-        b in prop::array::uniform3(linelit_testkit::strategies::finite()),
-        c in prop::array::uniform3(linelit_testkit::strategies::finite()),
-        n in unit(), r in unit(), k in 0.0..1e5f64,
-    ) {
-        let [a, b, c] = [a, b, c].map(DVec3::from_array);
-        let good = |x: f64| x >= 0.0 && x.is_finite();
-        for (name, f) in MODELS {
-            prop_assert!(good(f(a, b, n)), "{} {}", name, f(a, b, n));
-        }
-        for f in [phong::ribbon, phong::cylinder] {
-            prop_assert!(good(f(a, b, n, r, k)), "phong {}", f(a, b, n, r, k));
-        }
-        prop_assert!(good(polygon::irradiance(&[a, b, c], n)));
-        prop_assert!(good(solid_angle::triangle(a, b, c)));
-    }
-
     /// Narrow polygon → ribbon.
     #[test]
     fn a_narrow_polygon_is_a_ribbon(p0 in unit(), p1 in unit(), m in unit(), n in unit()) {
