@@ -13,10 +13,12 @@
 /// strata in y up to a permutation inside its row (used by the multi-jittered pattern).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cells {
-    count: u32,
-    rows: u32,
+    /// Number of cells.
+    pub(crate) count: u32,
+    /// Number of rows.
+    pub(crate) rows: u32,
     /// Cells in each row of a grid; 0 for bricks.
-    columns: u32,
+    pub(crate) columns: u32,
 }
 
 /// One cell: its row and column, and the size of its row.
@@ -54,24 +56,6 @@ impl Cells {
             rows,
             columns,
         }
-    }
-
-    /// Number of cells.
-    #[inline]
-    pub(crate) const fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// Number of rows.
-    #[inline]
-    pub(crate) fn rows(&self) -> u32 {
-        self.rows
-    }
-
-    /// Number of cells in each row of a grid.
-    #[inline]
-    pub(crate) fn columns(&self) -> u32 {
-        self.columns
     }
 
     /// Whether all rows hold equally many cells.
@@ -139,26 +123,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn grids_where_there_are_grids() {
-        for (n, expected) in [
-            (1, 1),
-            (2, 1),
-            (4, 2),
-            (6, 2),
-            (8, 2),
-            (9, 3),
-            (12, 3),
-            (16, 4),
-            (64, 8),
-            (128, 8),
-        ] {
-            assert_eq!(rows(n), expected, "{n} cells");
-        }
-        assert_eq!(rows(1 << 31), 1 << 15);
-        assert_eq!(rows(u32::MAX), 65_535);
-    }
-
-    #[test]
     fn every_cell_once_and_of_equal_area() {
         for n in 1..600_u32 {
             let cells = Cells::new(n);
@@ -166,7 +130,7 @@ mod tests {
             let mut sizes = Vec::new();
             for k in 0..n {
                 let cell = cells.cell(k);
-                assert!(cell.column < cell.columns && cell.row < cells.rows());
+                assert!(cell.column < cell.columns && cell.row < cells.rows);
                 assert_eq!(cell.first + cell.column, k);
                 if cell.column == 0 {
                     assert_eq!(cell.first, total);
@@ -177,7 +141,7 @@ mod tests {
             // Rows tile [0, N) and hold at most two neighbouring sizes; height n_r/N times width
             // 1/n_r is 1/N.
             assert_eq!(total, n);
-            assert_eq!(sizes.len(), cells.rows() as usize);
+            assert_eq!(sizes.len(), cells.rows as usize);
             let (low, high) = (sizes.iter().min().unwrap(), sizes.iter().max().unwrap());
             assert!(high - low <= 1, "{n}: {sizes:?}");
             // Aspect ratio (width over height) N/n_r² within [1/2, 2], but for N = 3 and the

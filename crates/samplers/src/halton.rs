@@ -2,8 +2,7 @@
 
 use crate::block::Block;
 use crate::hash::{below_one, mix, unit_f64};
-use crate::permute::Permutation;
-use crate::sobol::{scrambled_1d, scrambles, van_der_corput};
+use crate::sobol::OwenSobol;
 
 /// The first N points of an Owen-scrambled Halton sequence, in random order.
 ///
@@ -16,10 +15,8 @@ use crate::sobol::{scrambled_1d, scrambles, van_der_corput};
 /// different N are not nested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Halton {
-    order: Permutation,
-    scramble: [u64; 2],
-    /// The number of the block's first point in the sequence.
-    first: u32,
+    /// The sequence in base 2, and the order of the points.
+    base_2: OwenSobol,
     /// Base-3 digits that tell the points of all blocks apart, and the weight 3^−digits of the last
     /// one.
     digits: u32,
@@ -29,7 +26,7 @@ pub(crate) struct Halton {
 impl Halton {
     /// From the keys of the pattern and of the block. Past 2³² points the sequence begins again.
     #[inline]
-    pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
+    pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let (mut digits, mut power) = (0, 1_u64);
         let points = u64::from(count) * u64::from(block.of());
         while power < points.min(1 << 32) {
@@ -37,44 +34,32 @@ impl Halton {
             power *= 3;
         }
         Self {
-            order: Permutation::new(count, own),
-            scramble: scrambles(all),
-            first: block.index().wrapping_mul(count),
+            base_2: OwenSobol::new(keys, count, block),
             digits,
             weight: 1.0 / power as f64,
         }
     }
 
     #[inline]
-    fn number(&self, i: u32) -> u32 {
-        self.first.wrapping_add(self.order.get(i))
-    }
-
-    #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        self.base_2(self.number(i))
+        self.base_2.get_1d(i)
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        let index = self.number(i);
-        [self.base_2(index), self.base_3(index)]
-    }
-
-    #[inline]
-    fn base_2(&self, index: u32) -> f64 {
-        scrambled_1d(van_der_corput(index), self.scramble)
+        let number = self.base_2.number(i);
+        [self.base_2.first_axis(number), self.base_3(number)]
     }
 
     /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine
     /// maps a·d + b mod 3.
     #[inline]
-    fn base_3(&self, index: u32) -> f64 {
-        let mut state = mix(self.scramble[1] ^ 3);
+    fn base_3(&self, index: u64) -> f64 {
+        let mut state = mix(self.base_2.scramble[1] ^ 3);
         let mut rest = index;
         let mut value = 0_u64;
         for _ in 0..self.digits {
-            let digit = u64::from(rest % 3);
+            let digit = rest % 3;
             rest /= 3;
             let map = ((state >> 32) * 6) >> 32;
             value = value * 3 + ((1 + (map & 1)) * digit + (map >> 1)) % 3;

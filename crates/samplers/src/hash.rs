@@ -42,7 +42,7 @@ pub(crate) const fn stream_key(salted_seed: u64, pixel: [u32; 2], dimension: u32
 #[inline]
 #[must_use]
 pub(crate) const fn lane(key: u64, lane: u64) -> u64 {
-    mix(key ^ (lane + 1).wrapping_mul(0xD1B5_4A32_D192_ED03))
+    mix(key ^ lane.wrapping_add(1).wrapping_mul(0xD1B5_4A32_D192_ED03))
 }
 
 /// The `counter`-th random word of a stream.
@@ -85,13 +85,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unit_interval_is_half_open() {
-        assert!(unit_f64(u64::MAX) < 1.0 && below_one(1.0) < 1.0);
-        assert!((unit_f64(1 << 63) - 0.5).abs() < f64::MIN_POSITIVE);
-        assert!((unit_f64(u64::MAX) - BELOW_ONE).abs() < f64::MIN_POSITIVE);
-    }
-
-    #[test]
     fn mix_has_full_avalanche() {
         // Each of 64×64 flip frequencies over n words is a mean of n fair coins: standard error
         // ½/√n. With n = 4096 and 4096 frequencies a six-sigma bound fails by chance with
@@ -110,22 +103,5 @@ mod tests {
                 assert!(z.abs() < 6.0, "bit {bit} -> {out}: z = {z}");
             }
         }
-    }
-
-    #[test]
-    fn neighbouring_streams_differ() {
-        let mut keys: Vec<u64> = Vec::new();
-        for seed in 0..8 {
-            for x in 0..8 {
-                for y in 0..8 {
-                    for d in 0..8 {
-                        keys.push(stream_key(mix(seed), [x, y], d));
-                    }
-                }
-            }
-        }
-        keys.sort_unstable();
-        keys.dedup();
-        assert_eq!(keys.len(), 8 * 8 * 8 * 8);
     }
 }

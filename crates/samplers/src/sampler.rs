@@ -9,7 +9,7 @@ use crate::independent::{Independent, generator};
 use crate::kind::SamplerKind;
 use crate::sobol::OwenSobol;
 use crate::stratified::{MultiJitter, Stratified, UniformJitter};
-use crate::zsobol::ZSobol;
+use crate::zsobol::z_sobol;
 use rand::Rng;
 use std::fmt::Debug;
 
@@ -107,7 +107,7 @@ impl Sampler {
             SamplerKind::ZSobol => {
                 let tile = self.dimension_key(pixel.map(|c| c >> 16), dimension);
                 let [tile, _] = block.keys(tile, count);
-                Pattern::ZSobol(ZSobol::new(tile, own, pixel, count, block))
+                Pattern::Sobol(z_sobol([tile, own], pixel, count, block))
             }
         };
         SampleSet {
@@ -170,7 +170,6 @@ enum Pattern {
     Halton(Halton),
     UniformJitter(UniformJitter),
     Blue(BlueIndependent),
-    ZSobol(ZSobol),
 }
 
 impl SampleSet {
@@ -226,10 +225,9 @@ impl SampleSet {
     pub fn parts(&self) -> f64 {
         let all = u64::from(self.count) * u64::from(self.block.of());
         let parts = match &self.pattern {
-            Pattern::Sobol(_)
-            | Pattern::SobolBurley(_)
-            | Pattern::Halton(_)
-            | Pattern::ZSobol(_) => all.checked_next_power_of_two().unwrap_or(all),
+            Pattern::Sobol(_) | Pattern::SobolBurley(_) | Pattern::Halton(_) => {
+                all.checked_next_power_of_two().unwrap_or(all)
+            }
             _ => all,
         };
         parts as f64
@@ -255,7 +253,6 @@ impl SampleSet {
             Pattern::Halton(p) => p.get_1d(i),
             Pattern::UniformJitter(p) => p.get_1d(i),
             Pattern::Blue(p) => p.get_1d(i),
-            Pattern::ZSobol(p) => p.get_1d(i),
         }
     }
 
@@ -276,7 +273,6 @@ impl SampleSet {
             Pattern::Halton(p) => p.get_2d(i),
             Pattern::UniformJitter(p) => p.get_2d(i),
             Pattern::Blue(p) => p.get_2d(i),
-            Pattern::ZSobol(p) => p.get_2d(i),
         }
     }
 

@@ -57,9 +57,11 @@ pub const fn sobol_02(index: u32) -> [u32; 2] {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OwenSobol {
     order: Permutation,
-    scramble: [u64; 2],
+    pub(crate) scramble: [u64; 2],
     /// The number of the block's first point in the sequence.
-    first: u32,
+    first: u64,
+    /// The bits of numbers; past them the sequence begins again.
+    bits: u64,
 }
 
 impl OwenSobol {
@@ -69,29 +71,66 @@ impl OwenSobol {
         Self {
             order: Permutation::new(count, own),
             scramble: scrambles(all),
-            first: block.index().wrapping_mul(count),
+            first: u64::from(block.index().wrapping_mul(count)),
+            bits: u64::from(u32::MAX),
         }
     }
 
+    /// Points of one sequence for the whole image, from the place of the block's pixel on a curve:
+    /// `tile_key` must depend on seed, dimension and pixel tile only; `own`, the key of the block,
+    /// on the pixel as well.
     #[inline]
-    fn number(&self, i: u32) -> u32 {
-        self.first.wrapping_add(self.order.get(i))
+    pub(crate) fn along_curve(
+        [tile_key, own]: [u64; 2],
+        place: u32,
+        count: u32,
+        block: Block,
+    ) -> Self {
+        let blocks = u64::from(place)
+            .wrapping_mul(u64::from(block.of()))
+            .wrapping_add(u64::from(block.index()));
+        Self {
+            order: Permutation::new(count, own),
+            scramble: scrambles(tile_key),
+            first: blocks.wrapping_mul(u64::from(count)),
+            bits: u64::MAX,
+        }
+    }
+
+    /// The number of sample `i` in the sequence.
+    #[inline]
+    pub(crate) fn number(&self, i: u32) -> u64 {
+        self.first.wrapping_add(u64::from(self.order.get(i))) & self.bits
     }
 
     #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        scrambled_1d(van_der_corput(self.number(i)), self.scramble)
+        self.first_axis(self.number(i))
+    }
+
+    /// The first coordinate of a point of the sequence.
+    #[inline]
+    pub(crate) fn first_axis(&self, number: u64) -> f64 {
+        scrambled_1d(high_fraction(number), self.scramble)
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        scrambled_2d(sobol_02(self.number(i)), self.scramble)
+        let number = self.number(i);
+        let point = [number, pascal(number)].map(high_fraction);
+        scrambled_2d(point, self.scramble)
     }
 
     /// Points from `first` on, all of them within the set.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
+        if self.bits > u64::from(u32::MAX) {
+            for (i, (x, y)) in (first..).zip(x.iter_mut().zip(y)) {
+                [*x, *y] = self.get_2d(i);
+            }
+            return;
+        }
         for (x, i) in x.iter_mut().zip(first..) {
-            *x = f64::from(self.number(i));
+            *x = self.number(i) as f64;
         }
         into_net(Isa::best(), self.scramble, x, y);
     }
@@ -116,9 +155,30 @@ dispatch! {
     fn into_net = net_kernel(scramble: [u64; 2], x: &mut [f64], y: &mut [f64])
 }
 
+/// The first 32 digits of the fraction whose digits are the bits of `mirrored`, lowest first.
+#[inline]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the low half holds the first 32 digits"
+)]
+const fn high_fraction(mirrored: u64) -> u32 {
+    van_der_corput(mirrored as u32)
+}
+
+/// The generator matrix of the second dimension for 64-bit indices; see [`sobol_02`].
+#[inline]
+const fn pascal(mut y: u64) -> u64 {
+    y ^= (y & 0xAAAA_AAAA_AAAA_AAAA) >> 1;
+    y ^= (y & 0xCCCC_CCCC_CCCC_CCCC) >> 2;
+    y ^= (y & 0xF0F0_F0F0_F0F0_F0F0) >> 4;
+    y ^= (y & 0xFF00_FF00_FF00_FF00) >> 8;
+    y ^= (y & 0xFFFF_0000_FFFF_0000) >> 16;
+    y ^ (y >> 32)
+}
+
 /// The scrambling seeds of the two axes.
 #[inline]
-pub(crate) const fn scrambles(key: u64) -> [u64; 2] {
+const fn scrambles(key: u64) -> [u64; 2] {
     [lane(key, SCRAMBLE), lane(key, SCRAMBLE + 1)]
 }
 
@@ -144,30 +204,13 @@ pub(crate) const fn scrambled_2d(point: [u32; 2], scramble: [u64; 2]) -> [f64; 2
 mod tests {
     use super::*;
 
-    /// The second coordinate from its direction numbers, one bit at a time.
-    fn by_direction_numbers(index: u32) -> u32 {
-        let mut direction = 1_u32 << 31;
-        let mut y = 0;
-        for bit in 0..32 {
-            if index >> bit & 1 == 1 {
-                y ^= direction;
-            }
-            direction ^= direction >> 1;
-        }
-        y
-    }
-
+    /// Both are linear over the bits of the index, so that these say all.
     #[test]
     fn butterfly_is_the_generator_matrix() {
-        for i in (0..100_000)
-            .chain((0..32).map(|b| 1 << b))
-            .chain([u32::MAX, 0xDEAD_BEEF])
-        {
-            assert_eq!(
-                sobol_02(i),
-                [i.reverse_bits(), by_direction_numbers(i)],
-                "index {i}"
-            );
+        let mut direction = 1 << 31;
+        for bit in 0..32 {
+            assert_eq!(sobol_02(1 << bit), [1 << (31 - bit), direction], "{bit}");
+            direction ^= direction >> 1;
         }
     }
 }

@@ -48,19 +48,6 @@ mod tests {
     use super::*;
     use crate::{Sampler, SamplerKind};
     use linelit_testkit::chi2::chi2_test;
-    use proptest::prelude::*;
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-        #[test]
-        fn chooses_only_what_has_a_share(u in 0.0..1.0_f64, shares in prop::collection::vec(-1.0..5.0_f64, 0..8)) {
-            match split(u, &shares) {
-                Some((k, v)) => prop_assert!(shares[k] > 0.0 && (0.0..1.0).contains(&v)),
-                None => prop_assert!(shares.iter().all(|&s| s <= 0.0)),
-            }
-        }
-    }
 
     #[test]
     fn extremes() {

@@ -49,7 +49,7 @@ impl Stratified {
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
         let k = self.order.get(i);
         let along = self.parts.along(k, self.offset(0, i));
-        stratum(k, along, self.cells.count())
+        stratum(k, along, self.cells.count)
     }
 
     #[inline]
@@ -138,7 +138,7 @@ impl MultiJitter {
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let (base, key) = (Stratified::new(keys, count, block), keys[0]);
         let (cells, parts) = (&base.cells, &base.parts);
-        let rows = cells.rows();
+        let rows = cells.rows;
         let short = count / rows;
         let long = if cells.is_grid() { short } else { short + 1 };
         let sizes = [long, short, long];
@@ -179,12 +179,12 @@ impl MultiJitter {
         let tall = usize::from(cell.columns == self.columns[2].len());
         let [sigma, kappa] = [0, 1].map(|k| self.rows[k].get(cell.row));
         let [rho, tau] = [0, 1 + tall].map(|k| self.columns[k].get(cell.column));
-        let x = self.across((sigma + rho) % cells.rows(), cell.column, i);
+        let x = self.across((sigma + rho) % cells.rows, cell.column, i);
         let place = &self.places[1 + tall];
         let up = cell.first + (tau + kappa + place.stratum) % cell.columns;
         [
             below_one((f64::from(cell.column) + x) / f64::from(cell.columns)),
-            stratum(up, self.offset(1, i, place.part, up), cells.count()),
+            stratum(up, self.offset(1, i, place.part, up), cells.count),
         ]
     }
 
@@ -193,7 +193,7 @@ impl MultiJitter {
     #[inline]
     fn across(&self, s: u32, column: u32, i: u32) -> f64 {
         let (cells, parts, place) = (&self.base.cells, &self.base.parts, &self.places[0]);
-        let rows = cells.rows();
+        let rows = cells.rows;
         if !cells.is_grid() && rows <= parts.of() && !parts.is_whole() {
             // The row by itself: the parts of the whole cell.
             let part = plus(
@@ -268,11 +268,11 @@ fn multi_jittered(parts: &Parts, key: u64) -> [u32; 2] {
     let cell = cells.cell(number);
     let shift = |axis: u64, len: u32| {
         let key = lane(key, axis);
-        let by_row = permuted(cell.row, cells.rows(), key);
+        let by_row = permuted(cell.row, cells.rows, key);
         let by_column = permuted(cell.column, cell.columns, key.rotate_left(32));
         (by_row + by_column + scaled((key >> 32) as u32, len, 1 << 32)) % len
     };
-    let x = cell.column * cells.rows() + shift(0, cells.rows());
+    let x = cell.column * cells.rows + shift(0, cells.rows);
     let y = cell.first + shift(1, cell.columns);
     // Parts are no higher than wide, in cells that are no wider than high.
     [y, x]
@@ -377,7 +377,7 @@ fn stratum(k: u32, offset: f64, count: u32) -> f64 {
     reason = "the row of a cell"
 )]
 pub(crate) fn in_grid(cells: &Cells, k: f64, offset: [f64; 2]) -> [f64; 2] {
-    let [columns, count] = [cells.columns(), cells.count()].map(f64::from);
+    let [columns, count] = [cells.columns, cells.count].map(f64::from);
     let before = f64::from((k / columns) as u32) * columns;
     [
         below_one(((k - before) + offset[0]) / columns),
@@ -392,6 +392,6 @@ pub(crate) fn in_cell(cells: &Cells, k: u32, offset: [f64; 2]) -> [f64; 2] {
     let columns = f64::from(cell.columns);
     [
         below_one((f64::from(cell.column) + offset[0]) / columns),
-        below_one((f64::from(cell.first) + columns * offset[1]) / f64::from(cells.count())),
+        below_one((f64::from(cell.first) + columns * offset[1]) / f64::from(cells.count)),
     ]
 }

@@ -2,8 +2,7 @@
 
 use crate::block::Block;
 use crate::hash::{lane, mix};
-use crate::permute::Permutation;
-use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
+use crate::sobol::OwenSobol;
 
 /// One Owen-scrambled Sobol' sequence per dimension for the whole image.
 ///
@@ -16,70 +15,11 @@ use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
 /// part of the square, and their errors add up (blotches).
 ///
 /// **Domain.** Pixel coordinates below 2¹⁶ share one curve; beyond, each tile of 2¹⁶ × 2¹⁶ pixels
-/// has its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ZSobol {
-    /// Where the indices of the pixel's block start.
-    first: u64,
-    order: Permutation,
-    scramble: [u64; 2],
-}
-
-impl ZSobol {
-    /// `tile_key` must depend on seed, dimension and pixel tile only; `own`, the key of the block,
-    /// on the pixel as well.
-    #[inline]
-    pub(crate) fn new(tile_key: u64, own: u64, pixel: [u32; 2], count: u32, block: Block) -> Self {
-        let curve = u64::from(shuffled_z_order(pixel, lane(tile_key, 2)));
-        let blocks = curve
-            .wrapping_mul(u64::from(block.of()))
-            .wrapping_add(u64::from(block.index()));
-        Self {
-            first: blocks.wrapping_mul(u64::from(count)),
-            order: Permutation::new(count, own),
-            scramble: scrambles(tile_key),
-        }
-    }
-
-    #[inline]
-    fn index(&self, i: u32) -> u64 {
-        self.first.wrapping_add(u64::from(self.order.get(i)))
-    }
-
-    #[inline]
-    pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        scrambled_1d(high_fraction(self.index(i)), self.scramble)
-    }
-
-    #[inline]
-    pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        let index = self.index(i);
-        scrambled_2d(
-            [high_fraction(index), high_fraction(pascal(index))],
-            self.scramble,
-        )
-    }
-}
-
-/// The first 32 digits of the fraction whose digits are the bits of `mirrored`, lowest first.
+/// has its own. The keys are those of [`OwenSobol::along_curve`].
 #[inline]
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the low half holds the first 32 digits"
-)]
-fn high_fraction(mirrored: u64) -> u32 {
-    (mirrored as u32).reverse_bits()
-}
-
-/// The generator matrix of the second Sobol' dimension for 64-bit indices; see [`crate::sobol_02`].
-#[inline]
-fn pascal(mut y: u64) -> u64 {
-    y ^= (y & 0xAAAA_AAAA_AAAA_AAAA) >> 1;
-    y ^= (y & 0xCCCC_CCCC_CCCC_CCCC) >> 2;
-    y ^= (y & 0xF0F0_F0F0_F0F0_F0F0) >> 4;
-    y ^= (y & 0xFF00_FF00_FF00_FF00) >> 8;
-    y ^= (y & 0xFFFF_0000_FFFF_0000) >> 16;
-    y ^ (y >> 32)
+pub(crate) fn z_sobol(keys: [u64; 2], pixel: [u32; 2], count: u32, block: Block) -> OwenSobol {
+    let place = shuffled_z_order(pixel, lane(keys[0], 2));
+    OwenSobol::along_curve(keys, place, count, block)
 }
 
 /// The position of a pixel (16 bits a coordinate) on a Z-order curve with nested random digit
@@ -114,20 +54,6 @@ fn permuted_digit(choice: u64, digit: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sobol_02;
-
-    #[test]
-    fn agrees_with_the_32_bit_sequence() {
-        for i in (0..5_000).chain([u32::MAX, 0x1234_5678]) {
-            assert_eq!(
-                [
-                    high_fraction(u64::from(i)),
-                    high_fraction(pascal(u64::from(i)))
-                ],
-                sobol_02(i)
-            );
-        }
-    }
 
     #[test]
     fn all_24_digit_permutations_occur() {
@@ -140,20 +66,5 @@ mod tests {
             seen.insert(image);
         }
         assert_eq!(seen.len(), 24);
-    }
-
-    #[test]
-    fn the_curve_visits_every_pixel_of_a_quad_once() {
-        for key in 0..4 {
-            let mut seen = vec![false; 256];
-            let corner = shuffled_z_order([32, 48], key) >> 8;
-            for x in 32..48 {
-                for y in 48..64 {
-                    let p = shuffled_z_order([x, y], key);
-                    assert_eq!(p >> 8, corner);
-                    assert!(!std::mem::replace(&mut seen[(p & 255) as usize], true));
-                }
-            }
-        }
     }
 }

@@ -326,15 +326,4 @@ proptest! {
         let all = (0..of).map(|index| u64::from(Block::new(index, of).interleaved().index()));
         assert_each_once(all, u64::from(of), "interleaved");
     }
-
-    /// Counts that 32 bits do not hold.
-    #[test]
-    fn blocks_are_in_range(kind in prop::sample::select(SamplerKind::ALL.to_vec()), seed: u64, index: u32, of: u32, count: u32, i: u32) {
-        let block = Block::new(index, of);
-        prop_assert!(block.index() < block.of());
-        let set = Sampler::new(kind, seed).block([7, 8], 9, count, block);
-        let [x, y] = set.get_2d(i);
-        prop_assert!([set.get_1d(i), x, y].iter().all(|u| (0.0..1.0).contains(u)));
-        prop_assert!(set.parts() >= f64::from(set.count()));
-    }
 }

@@ -44,15 +44,6 @@ proptest! {
             prop_assert_eq!([x, y].map(|u| u.to_bits()), want, "{} {}", kind, i);
         }
     }
-
-    #[test]
-    fn always_in_range(kind in kinds(), seed: u64, pixel: [u32; 2], dimension: u32, count: u32, i: u32) {
-        let set = Sampler::new(kind, seed).points(pixel, dimension, count);
-        let [x, y] = set.get_2d(i);
-        for v in [set.get_1d(i), x, y] {
-            prop_assert!((0.0..1.0).contains(&v));
-        }
-    }
 }
 
 #[test]

@@ -132,23 +132,6 @@ fn nasty_names_give_uniform_numbers_in_range() {
     }
 }
 
-/// No sample count, however odd or large, leaves [0, 1).
-#[test]
-fn every_count_stays_in_range() {
-    let counts = (0..200).chain([1_000_003, 1 << 24, u32::MAX - 1, u32::MAX]);
-    for count in counts {
-        for kind in SamplerKind::ALL {
-            let set = Sampler::new(kind, u64::from(count)).points([7, 1], 0, count);
-            for i in [0, 1, count / 2, count.saturating_sub(1), count, u32::MAX] {
-                bin(set.get_1d(i), 1);
-                for x in set.get_2d(i) {
-                    bin(x, 1);
-                }
-            }
-        }
-    }
-}
-
 /// The numbers of one large set of independent samples, in pairs and triples of consecutive ones.
 #[test]
 fn consecutive_independent_numbers_are_independent() {
