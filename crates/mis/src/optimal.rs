@@ -225,8 +225,8 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
     /// Each batch of samples may be weighted by the α of all before it (Algorithm 2). Undamped, α
     /// from few samples are so noisy that the early batches are *worse* than the balance heuristic.
     /// Measured on three techniques with six samples a batch, variance relative to balance after 2,
-    /// 4, 16, 64, 256 batches: undamped 2.10, 1.83, 1.20, 1.04, 0.99; with a ridge of 3T/(samples so
-    /// far) 1.00, 0.99, 0.99, 0.97, 0.97.
+    /// 4, 16, 64, 256 batches: undamped 2.10, 1.83, 1.20, 1.04, 0.99; with a ridge of 3T/(samples
+    /// so far) 1.00, 0.99, 0.99, 0.97, 0.97.
     #[must_use]
     pub fn damped_alphas(&self, ridge: f64) -> [[f64; T]; C] {
         let factor = Factor::new(&self.a, ridge.max(0.0));

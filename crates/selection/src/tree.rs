@@ -47,17 +47,18 @@ const WAITING: usize = 80;
 /// A binary tree over lights, split by the surface area orientation heuristic (Conty & Kulla 2018).
 ///
 /// A light is picked in two steps. Groups that are near for their size are opened, down to a cut of
-/// groups that are not (Barnes & Hut 1986), of a size that grows with the logarithm of the number of
-/// lights, and one group of it is taken in proportion to its importance; from there a walk leads
-/// down, at each node by the importances of the two children at the shading point. The importance of
-/// a group is what its moments give, as a blurred light, with a twentieth of a conservative bound
-/// (Conty & Kulla 2018) added as a defence against groups that are better than they look on average.
-/// With 10,000 lamps of which half are shadowed, the standard deviation is 1.03 times that of choosing
-/// by the true unshadowed contribution; a pick costs 15 µs among 16,000 lamps, 10 among 1,600. A child without any light that [`can_contribute`] is never entered. So a light is
-/// found wherever there is one, and the probabilities of those that can contribute are positive and
-/// add up to one: to 2(D + 1) ε, where D is the depth, for a product of D shares has D − 1
-/// roundings and each pair of shares is complementary to half an ε. Lights without power are left
-/// out. [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when
+/// groups that are not (Barnes & Hut 1986), of a size that grows with the logarithm of the number
+/// of lights, and one group of it is taken in proportion to its importance; from there a walk leads
+/// down, at each node by the importances of the two children at the shading point. The importance
+/// of a group is what its moments give, as a blurred light, with a twentieth of a conservative
+/// bound (Conty & Kulla 2018) added as a defence against groups that are better than they look on
+/// average. With 10,000 lamps of which half are shadowed, the standard deviation is 1.03 times that
+/// of choosing by the true unshadowed contribution; a pick costs 15 µs among 16,000 lamps, 10 among
+/// 1,600. A child without any light that [`can_contribute`] is never entered. So a light is found
+/// wherever there is one, and the probabilities of those that can contribute are positive and add
+/// up to one: to 2(D + 1) ε, where D is the depth, for a product of D shares has D − 1 roundings
+/// and each pair of shares is complementary to half an ε. Lights without power are left out.
+/// [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when
 /// sampled.
 ///
 /// The tree keeps bounds; the lights themselves stay with whoever has them, and every question
@@ -265,7 +266,8 @@ impl LightTree {
     }
 
     /// Where a walk begins: the depth of a group of the cut, the step to it and its probability. It
-    /// is the last one that `takes`, asked for each group with its share of all so far, says yes to.
+    /// is the last one that `takes`, asked for each group with its share of all so far, says yes
+    /// to.
     fn enter<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,

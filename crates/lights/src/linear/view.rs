@@ -640,9 +640,9 @@ fn accurate_dot(n: DVec3, p: DVec3) -> f64 {
     predicates::dot(n, p)
 }
 
-/// A place on a line, by position and by direction: a unit direction resolves a far line only to ε/δ
-/// of its length, while a fraction of a long line that passes close by resolves its
-/// near part only to ε l/h.
+/// A place on a line, by position and by direction: a unit direction resolves a far line only to
+/// ε/δ of its length, while a fraction of a long line that passes close by resolves its near part
+/// only to ε l/h.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArcPoint {
     /// Fraction of the clipped line, in [0, 1].

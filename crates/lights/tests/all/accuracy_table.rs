@@ -1,11 +1,11 @@
-//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, by a search for the worst and
-//! beside the printed algorithms, and errors of solid angles.
+//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, by a search for the worst
+//! and beside the printed algorithms, and errors of solid angles.
 //!
 //! `cargo xtask accuracy [--check] [--quick] [--cases=N] [--keep-search]`: N random starts of the
-//! search (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with
-//! the committed table instead of writing and fails when a row is worse; `--quick` takes a
-//! twentieth of the inputs; `--keep-search` keeps the committed rows of the search, which
-//! takes minutes, and writes the others anew.
+//! search (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with the
+//! committed table instead of writing and fails when a row is worse; `--quick` takes a twentieth of
+//! the inputs; `--keep-search` keeps the committed rows of the search, which takes minutes, and
+//! writes the others anew.
 #![allow(clippy::print_stdout, reason = "what is written is printed as well")]
 
 use crate::accuracy;

@@ -117,7 +117,8 @@ const BY_KIND: [[f64; 3]; 5] = [
     ],
 ];
 
-/// Of a diffuse surface and the rough one by the tree; by estimates at random points and at centres.
+/// Of a diffuse surface and the rough one by the tree; by estimates at random points and at
+/// centres.
 const BY_CHOICE: [[f64; 2]; 2] = [
     [3_784.423_953_463_469_4, 3_878.071_958_920_473_7],
     [3_843.387_791_217_844, 3_874.701_762_771_065_7],
