@@ -18,7 +18,7 @@
 //! | heuristic | source |
 //! |---|---|
 //! | [`balance`], [`power`], [`maximum`], [`cutoff`], [`average`], [`Heuristic`] | Veach & Guibas 1995 |
-//! | [`optimal_weight`], [`optimal_contribution`], [`OptimalSystem`] | Kondapaneni et al. 2019 |
+//! | [`optimal_contribution`], [`OptimalSystem`] | Kondapaneni et al. 2019 |
 //! | [`weighted_balance`], [`clamped_optimal`], [`visibility_optimal_contribution`] | Peters 2021 |
 //! | [`smoothing`] | Salesin & Jarosz 2019 |
 
@@ -34,7 +34,7 @@ pub mod smoothing;
 
 pub use clamped::{clamped_optimal, visibility_optimal_contribution, weighted_balance};
 pub use heuristics::{Heuristic, average, balance, balance_density, cutoff, maximum, power};
-pub use optimal::{OptimalSystem, optimal_contribution, optimal_weight};
+pub use optimal::{OptimalSystem, optimal_contribution};
 
 /// The README's examples are tests.
 #[cfg(doctest)]

@@ -1,49 +1,6 @@
 //! Optimal multiple importance sampling by a linear system (Kondapaneni et al. 2019).
 
-use crate::heuristics::{balance, balance_density, finite, score};
-
-/// The optimal weight of technique `i`, given the coefficients α.
-///
-/// **Formula.** wᵢ = αᵢpᵢ/f + (Nᵢpᵢ/Σₖ Nₖpₖ)(1 − Σₖ αₖpₖ/f). Weights may be negative or above one;
-/// they sum to 1 for *any* α, which therefore affects variance alone. The minimising α solve the
-/// [`OptimalSystem`].
-///
-/// **Domain.** f = 0 has no weights: then the [`balance`] weight is returned, whose product with f
-/// is right, but the constants αᵢ are not in it; use [`optimal_contribution`], which is defined
-/// everywhere. So it is where some αₖpₖ/f is not finite (for all techniques, so that weights still
-/// sum to 1). **Error bound.** The weights sum to 1 within k·ε·(1 + Σ|αₖpₖ/f|).
-///
-/// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal
-/// multiple importance sampling*, eq. 14.
-///
-/// # Panics
-/// If `i` is not below T.
-#[inline]
-#[must_use]
-pub fn optimal_weight<const T: usize>(
-    alphas: &[f64; T],
-    ns: &[f64; T],
-    ps: &[f64; T],
-    f: f64,
-    i: usize,
-) -> f64 {
-    let plain = balance(ns, ps, i);
-    let term = |k: usize| {
-        if score(ns[k], ps[k]) > 0.0 {
-            alphas[k] * (ps[k] / f)
-        } else {
-            0.0
-        }
-    };
-    // The sum of magnitudes: where it is finite, so is every partial sum in any order.
-    let size: f64 = (0..T).map(|k| term(k).abs()).sum();
-    if f == 0.0 || !size.is_finite() {
-        return plain;
-    }
-    let controlled = control(alphas, ns, ps) / f;
-    let weight = term(i) + plain * (1.0 - controlled);
-    if weight.is_finite() { weight } else { plain }
-}
+use crate::heuristics::{balance_density, finite, score};
 
 /// One sample's contribution wᵢf/(Nᵢpᵢ) under the optimal heuristic.
 ///
@@ -55,7 +12,9 @@ pub fn optimal_weight<const T: usize>(
 /// with Nₖ > 0 must report its density; one with Nₖ = 0 is ignored. If no density is positive (the
 /// sample cannot exist), or the result is not finite, it is 0.
 ///
-/// **Reference.** Kondapaneni et al. 2019, eqs. 13 and 14.
+/// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal
+/// multiple importance sampling*, eqs. 13 and 14. The α that minimise variance solve the
+/// [`OptimalSystem`]; any are unbiased.
 ///
 /// # Panics
 /// If `i` is not below T.

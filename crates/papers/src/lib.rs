@@ -118,7 +118,7 @@ const STUDIES: [NamedStudy; 18] = [
     ),
     (
         "peters-fig4",
-        "backward errors of single precision, as printed and ours (Peters 2021, Fig. 4)",
+        "backward errors, as printed in single precision and ours (Peters 2021, Fig. 4)",
         || Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4")),
     ),
     (

@@ -197,7 +197,7 @@ fn clear_error(images: &[Image], exact: &Image, marked: &[bool]) -> (f64, f64) {
     (f64::sqrt(sum / count), worst)
 }
 
-/// Fig. 4: backward errors of single precision, as printed and ours, alone and times the
+/// Fig. 4: backward errors, as printed in single precision and ours, alone and times the
 /// brightness.
 pub(super) fn figure_4(context: &Context<'_>) -> Result<PictureStudy> {
     let mut scene = context.library.load(SCENE)?.scene;

@@ -1,39 +1,13 @@
-//! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
+//! Line samples of a polygon: parallel lines by an offset density (Billen & Dutré 2016, §4 and
+//! §5.1).
 
 use crate::LineTechnique;
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::pieces::sample_linear;
 use crate::polygon::area::PointSample;
-use core::f64::consts::PI;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
-
-/// How the direction of the lines on a light is chosen (Billen & Dutré 2016, Fig. 2).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Orientation {
-    /// The same direction everywhere: this fraction of π from the light's first edge.
-    Fixed(f64),
-    /// A direction of its own for every line, uniform in [0, π): unbiased, but it brings back the
-    /// rate N^-1/2.
-    UniformPerLine,
-    /// One random direction for all the lines of a shading point, uniform in [0, π).
-    ParallelPerPoint,
-}
-
-impl Orientation {
-    /// The angle in radians from the light's first edge; `u` in [0, 1) is the random number of the
-    /// line or of the shading point, which [`Orientation::Fixed`] ignores. Every angle in [0, π)
-    /// has the density 1/π, and all lines of one angle cover the light once, so the estimator needs
-    /// no further factor.
-    #[must_use]
-    pub fn angle_rad(self, u: f64) -> f64 {
-        match self {
-            Self::Fixed(fraction) => fraction * PI,
-            Self::UniformPerLine | Self::ParallelPerPoint => u * PI,
-        }
-    }
-}
 
 /// How the offsets of the lines are distributed (Billen & Dutré 2016, §5.1.2, Fig. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,10 +11,10 @@ use linelit_lights::linear::{
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Cylinder, CylinderLight, Disk, DiskLight, Emission,
     ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight,
-    LinearPointTechnique, Measure, Offset, OffsetDensity, Orientation, Pdf, Pieces, PointColumns,
-    PointSample, PointTechnique, PointsOnLines, ProxySampler, RegionSampler, SolidAngle,
-    SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler,
-    ThinSolidAngle, TransformedSampler, sample_linear,
+    LinearPointTechnique, Measure, Offset, OffsetDensity, Pdf, Pieces, PointColumns, PointSample,
+    PointTechnique, PointsOnLines, ProxySampler, RegionSampler, SolidAngle, SolidAngleSampler,
+    Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle,
+    TransformedSampler, sample_linear,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -232,9 +232,6 @@ proptest! {
         for by in [OffsetDensity::Uniform, OffsetDensity::Length] {
             let lines = LineSampler::new(&p, angle, by);
             on_lines(&lines, &shape, u, &visible, offset, v(q))?;
-        }
-        for o in [Orientation::Fixed(angle), Orientation::UniformPerLine, Orientation::ParallelPerPoint] {
-            let _ = o.angle_rad(u[0]);
         }
     }
 

@@ -6,7 +6,7 @@ use linelit_mis::smoothing::{
 };
 use linelit_mis::{
     Heuristic, OptimalSystem, average, balance, balance_density, clamped_optimal, cutoff, maximum,
-    optimal_contribution, optimal_weight, power, visibility_optimal_contribution, weighted_balance,
+    optimal_contribution, power, visibility_optimal_contribution, weighted_balance,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::hostile;
@@ -67,7 +67,6 @@ proptest! {
     #[test]
     fn optimal(alphas in three(), ns in three(), ps in three(), nu in hostile(), f in hostile()) {
         for i in 0..3 {
-            prop_assert!(optimal_weight(&alphas, &ns, &ps, f, i).is_finite());
             prop_assert!(optimal_contribution(&alphas, &ns, &ps, f, i).is_finite());
             prop_assert!(visibility_optimal_contribution(&alphas, &ns, &ps, nu, f, i).is_finite());
         }
