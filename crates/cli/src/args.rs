@@ -2,13 +2,12 @@
 
 use crate::output::note;
 use crate::words::{Crop, instruction_set, path_ending, stops, threads};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use anyhow::{Context as _, Result};
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use linelit_formats::{LoadOptions, Root};
 use linelit_scenes::Library;
 use linelit_simd::InstructionSet;
-use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::path::PathBuf;
 
 mod picture;
@@ -23,16 +22,9 @@ pub use plan::{
 pub use study::{ConvergeArgs, PlanConvergeArgs, StudyArgs};
 
 /// A contradiction in the command line itself: the program exits with 2.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
 pub struct UsageError(pub String);
-
-impl fmt::Display for UsageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for UsageError {}
 
 /// Direct light with line samples, and studies of how fast it converges.
 #[derive(Debug, Parser)]
@@ -146,8 +138,7 @@ Examples:
   linelit man ~/.local/share/man/man1";
 
 /// How a scene is read.
-#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct ReadArgs {
     /// Treat warnings about a scene as errors.
     #[arg(long)]
@@ -161,7 +152,6 @@ pub struct ReadArgs {
     pub allow_outside: bool,
     /// Has no effect any more: what a scene places many times is copied.
     #[arg(long, value_name = "WHEN", hide = true, value_parser = ["auto", "always", "never"])]
-    #[serde(default)]
     pub instances: Option<String>,
 }
 
@@ -325,6 +315,47 @@ pub struct ManArgs {
     pub dir: Option<PathBuf>,
 }
 
+/// The flags of a group that this process was given, with their values and those of defaults, as
+/// one would give them again in any working folder of this machine.
+///
+/// # Errors
+/// If a path cannot be made absolute.
+pub fn given<A: Args>() -> Result<Vec<String>> {
+    let mut own = Cli::command().get_matches();
+    while let Some((_, below)) = own.remove_subcommand() {
+        own = below;
+    }
+    let mut words = Vec::new();
+    for flag in A::augment_args(clap::Command::new("")).get_arguments() {
+        let (id, Some(name)) = (flag.get_id().as_str(), flag.get_long()) else {
+            continue;
+        };
+        if !flag.get_action().takes_values() {
+            words.extend(own.get_flag(id).then(|| format!("--{name}")));
+        } else if let Ok(Some(path)) = own.try_get_one::<PathBuf>(id) {
+            let failed = || format!("finding the whole path of --{name}");
+            let whole = std::path::absolute(path).with_context(failed)?;
+            words.push(format!("--{name}={}", whole.display()));
+        } else {
+            let values = own.get_raw(id).into_iter().flatten();
+            words.extend(values.map(|value| format!("--{name}={}", value.display())));
+        }
+    }
+    Ok(words)
+}
+
+/// Words that a plan was made of, and how its scenes are read.
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true)]
+pub struct Again<A: Args> {
+    /// Everything that numbers depend on beside the scenes.
+    #[command(flatten)]
+    pub args: A,
+    /// How scenes are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -332,7 +363,6 @@ mod tests {
     /// What the examples of `--help` say can be said.
     #[test]
     fn examples_are_understood() {
-        use clap::CommandFactory;
         let mut count = 0;
         for command in Cli::command().get_subcommands() {
             let Some(text) = command.get_after_help() else {
@@ -354,7 +384,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        use clap::CommandFactory;
         Cli::command().debug_assert();
     }
 }

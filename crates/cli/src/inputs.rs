@@ -2,85 +2,140 @@
 
 use crate::args::ReadArgs;
 use anyhow::{Context as _, Result};
-use linelit_formats::{Loaded, Watch};
-use linelit_plan::{Folder, Input, InputFile};
-use linelit_scenes::{Library, Place};
+use linelit_formats::Watch;
+use linelit_plan::{Folder, Input, InputFile, Plan, Unit};
+use linelit_scene::Scene;
+use linelit_scenes::Place;
+use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A scene that a plan is made for.
+/// A plan, and the files to be kept in its folder, by their digests.
+pub type Packed = (Plan, BTreeMap<String, Vec<u8>>);
+
+/// Files in the order in which they were read first, and the bytes of those that are kept.
+type Files = (Vec<InputFile>, BTreeMap<String, Vec<u8>>);
+
+/// Scenes that a plan is made for, and what was read for them.
 #[derive(Debug)]
-pub struct Planned {
-    /// The scene.
-    pub loaded: Loaded,
-    /// What the plan says of it; its name leads there from any working folder of this machine.
-    pub input: Input,
-    /// Its files by their digests, if they are to be packed.
-    pub packed: BTreeMap<String, Vec<u8>>,
+pub struct Sources<'a> {
+    read: &'a ReadArgs,
+    pack: bool,
+    found: Mutex<Found>,
 }
 
-/// The files that were read, each once, in their order; and their bytes, if they are kept.
-type Seen = Arc<Mutex<(Vec<InputFile>, BTreeMap<String, Vec<u8>>)>>;
+/// What was read: scenes by the names that were asked for, and files to be packed.
+#[derive(Debug, Default)]
+struct Found {
+    inputs: BTreeMap<String, Input>,
+    packed: BTreeMap<String, Vec<u8>>,
+}
 
-/// A library that notes what it reads.
-fn watching(read: &ReadArgs, keep: bool) -> (Library, Seen) {
-    let seen = Seen::default();
-    let told = Arc::clone(&seen);
-    let mut library = read.library();
-    library.options.watch = Watch::new(move |name, bytes| {
-        let mut seen = told.lock().unwrap_or_else(PoisonError::into_inner);
-        if seen.0.iter().all(|file| file.name != name) {
-            let file = InputFile::of(name, bytes);
-            if keep {
-                seen.1.insert(file.sha256.clone(), bytes.to_vec());
-            }
-            seen.0.push(file);
+impl<'a> Sources<'a> {
+    /// No scenes yet; their files are kept for the plan if it is to `pack` them.
+    #[must_use]
+    pub fn new(read: &'a ReadArgs, pack: bool) -> Self {
+        Self {
+            read,
+            pack,
+            found: Mutex::default(),
         }
-    });
-    (library, seen)
+    }
+
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// If it cannot be found or read.
+    pub fn load(&self, name: &str) -> Result<Scene> {
+        let seen: Arc<Mutex<Files>> = Arc::default();
+        let (told, pack) = (Arc::clone(&seen), self.pack);
+        let mut library = self.read.library();
+        library.options.watch = Watch::new(move |name, bytes| {
+            let mut seen = locked(&told);
+            if seen.0.iter().all(|file| file.name != name) {
+                let file = InputFile::of(name, bytes);
+                if pack {
+                    seen.1.insert(file.sha256.clone(), bytes.to_vec());
+                }
+                seen.0.push(file);
+            }
+        });
+        let scene = library.load_lit(name)?.scene;
+        let (files, packed) = std::mem::take(&mut *locked(&seen));
+        let input = Input {
+            name: whole_path(name)?,
+            packed: self.pack,
+            files,
+        };
+        let mut found = locked(&self.found);
+        found.inputs.insert(name.to_owned(), input);
+        found.packed.extend(packed);
+        Ok(scene)
+    }
+
+    /// The plan of units of a `kind` on scenes that were read, and the files that it keeps.
+    ///
+    /// # Errors
+    /// If a scene was not read.
+    pub fn plan(
+        &self,
+        kind: &str,
+        settings: &impl Serialize,
+        scenes: &[String],
+        units: Vec<Unit>,
+    ) -> Result<Packed> {
+        let mut found = locked(&self.found);
+        let input = |name: &String| {
+            let input = found.inputs.get(name).cloned();
+            input.with_context(|| format!("{name} was not read"))
+        };
+        let plan = Plan {
+            program: program(),
+            kind: kind.to_owned(),
+            settings: serde_json::to_string_pretty(settings)?,
+            inputs: scenes.iter().map(input).collect::<Result<_>>()?,
+            units,
+        };
+        Ok((plan, std::mem::take(&mut found.packed)))
+    }
 }
 
-/// Reads a scene for a plan.
+/// The version of the program, and its commit, that plans are held to.
+#[must_use]
+pub fn program() -> String {
+    let (version, commit) = (linelit_study::version(), linelit_study::tables::commit());
+    format!("linelit {version} ({commit})")
+}
+
+/// The name of a scene that leads there from any working folder of this machine.
 ///
 /// # Errors
-/// If the scene cannot be found or read.
-pub fn plan(name: &str, read: &ReadArgs, pack: bool) -> Result<Planned> {
-    let (library, seen) = watching(read, pack);
-    let loaded = library.load_lit(name)?;
-    let whole = match Place::find(name)? {
+/// If there is no such scene.
+pub fn whole_path(name: &str) -> Result<String> {
+    Ok(match Place::find(name)? {
         Place::File(path) => std::path::absolute(&path)
             .with_context(|| format!("finding the whole path of {name}"))?
             .display()
             .to_string(),
-        Place::BuiltIn(scene) => scene.name.to_owned(),
-    };
-    let (files, packed) = std::mem::take(&mut *seen.lock().unwrap_or_else(PoisonError::into_inner));
-    let input = Input {
-        name: whole,
-        packed: pack,
-        files,
-    };
-    Ok(Planned {
-        loaded,
-        input,
-        packed,
+        Place::BuiltIn(_) => name.to_owned(),
     })
 }
 
-/// Reads a scene of a plan again, from the plan's folder if it is packed there.
+/// Reads a scene of a plan again, by its number, from the plan's folder if it is packed there.
 ///
 /// # Errors
 /// If it cannot be found or read, or has changed.
-pub fn open(folder: &Folder, input: &Input, read: &ReadArgs) -> Result<Loaded> {
+pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<Scene> {
+    let input = folder.plan().inputs.get(number);
+    let input = input.context("the plan does not say what its scenes are")?;
+    let name = &input.name;
     if !input.packed {
-        let (library, seen) = watching(read, false);
-        let loaded = library.load_lit(&input.name);
-        let loaded = loaded.with_context(|| {
-            let name = &input.name;
+        let sources = Sources::new(read, false);
+        let scene = sources.load(name).with_context(|| {
             format!("reading {name}, which the plan was made for (--pack keeps scenes in the plan)")
         })?;
-        input.check(&seen.lock().unwrap_or_else(PoisonError::into_inner).0)?;
-        return Ok(loaded);
+        input.check(&locked(&sources.found).inputs[name].files)?;
+        return Ok(scene);
     }
     let mut files = BTreeMap::new();
     for file in &input.files {
@@ -88,5 +143,10 @@ pub fn open(folder: &Folder, input: &Input, read: &ReadArgs) -> Result<Loaded> {
     }
     let main = input.files.first().map_or("", |file| file.name.as_str());
     let library = read.library();
-    library.lit(library.load_from(files, main)?, &input.name)
+    Ok(library.lit(library.load_from(files, main)?, name)?.scene)
+}
+
+/// The value of a mutex, whether or not a thread that held it panicked.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

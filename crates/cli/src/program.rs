@@ -1,12 +1,12 @@
 //! How a program of this workspace starts and ends.
 
 use crate::args::UsageError;
-use crate::output::{CLOSED_STATUS, Output, OutputError, note};
+use crate::output::{Output, OutputError, note};
 use anyhow::Result;
 use clap::Parser;
 use linelit_formats::SceneError;
 use linelit_plan::PlanError;
-use std::fmt;
+use std::io;
 use std::process::ExitCode;
 
 /// The exit status for usage errors, which clap has, too.
@@ -16,34 +16,28 @@ const USAGE_STATUS: u8 = 2;
 /// work was stopped, the disk is full.
 const TRY_AGAIN_STATUS: u8 = 75;
 
+/// The exit status when the reader of standard output has gone: that of a program that the signal
+/// for it (SIGPIPE, number 13) has ended, 128 + 13, as other tools of a pipe have.
+const CLOSED_STATUS: u8 = 141;
+
 /// Not yet: the program exits with 75.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
 pub struct TryAgain(pub String);
-
-impl fmt::Display for TryAgain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for TryAgain {}
 
 /// Reads the command line, works, and says what went wrong: 0 done, 1 failed, 2 usage, 75 try
 /// again, 141 when nobody reads standard output any more.
 pub fn start<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> ExitCode {
-    let mut out = Output::stdout();
-    match run(work, &mut out) {
+    match run(work) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failure(&error),
     }
 }
 
-fn run<C: Parser>(
-    work: impl FnOnce(&C, &mut Output) -> Result<()>,
-    out: &mut Output,
-) -> Result<()> {
+fn run<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> Result<()> {
+    let mut out = Output(io::stdout());
     match C::try_parse() {
-        Ok(words) => work(&words, out)?,
+        Ok(words) => work(&words, &mut out)?,
         // What was asked for: help, or the version.
         Err(text) if !text.use_stderr() => write!(out, "{}", text.render())?,
         Err(error) => return Err(error.into()),
@@ -53,7 +47,7 @@ fn run<C: Parser>(
 
 /// Says what went wrong, and the exit status for it.
 fn failure(error: &anyhow::Error) -> ExitCode {
-    if let Some(OutputError::Closed) = error.downcast_ref() {
+    if error.downcast_ref().is_some_and(OutputError::is_closed) {
         return ExitCode::from(CLOSED_STATUS);
     }
     if let Some(usage) = error.downcast_ref::<clap::Error>() {

@@ -1,8 +1,7 @@
 //! The folder of a plan.
 
 use crate::durable::{self, make_folder, names, read};
-use crate::hash::{Digest, digest, hex};
-use crate::part::{self, Of};
+use crate::part::{self, Digest, digest, hex};
 use crate::{Plan, PlanError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -163,22 +162,18 @@ impl Folder {
         self.parts().join(part_name(number))
     }
 
-    /// What a part must say that it is of: the unit by its number and all that is said of it.
-    fn of_unit(&self, number: u32) -> Of {
+    /// The digest of a unit: of its number and all that is said of it.
+    fn unit_digest(&self, number: u32) -> Digest {
         let unit = self.plan.units.get(number as usize);
         let (name, work) = unit.map_or(("", ""), |u| (&u.name, &u.work));
         let number = number.to_le_bytes();
-        let pieces: [&[u8]; 5] = [
+        digest(&[
             &self.digest,
             &number,
             name.as_bytes(),
             &[0],
             work.as_bytes(),
-        ];
-        Of {
-            plan: self.digest,
-            unit: digest(&pieces),
-        }
+        ])
     }
 
     /// What was computed for a unit; `None` if it is not there.
@@ -191,7 +186,7 @@ impl Folder {
         let Some(bytes) = read(&path)? else {
             return Ok(None);
         };
-        let payload = part::payload(bytes, &self.of_unit(number));
+        let payload = part::payload(bytes, &self.digest, &self.unit_digest(number));
         payload
             .map(Some)
             .map_err(|reason| PlanError::broken(&path, reason))
@@ -199,7 +194,7 @@ impl Folder {
 
     /// Writes a part: on the disk when this returns, in place of what was there.
     pub(crate) fn write_part(&self, number: u32, payload: &[u8]) -> Result<(), PlanError> {
-        let (header, checksum) = part::frame(&self.of_unit(number), payload);
+        let (header, checksum) = part::frame(&self.digest, &self.unit_digest(number), payload);
         durable::write(&self.part_path(number), &[&header, payload, &checksum])
     }
 

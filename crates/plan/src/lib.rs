@@ -5,19 +5,16 @@
 mod durable;
 mod error;
 mod folder;
-mod hash;
 mod part;
 mod plan;
 mod run;
 mod shard;
 mod status;
-mod tree;
 
 pub use error::{BoxError, PlanError};
 pub use folder::{Folder, Missing};
-pub use hash::hash;
+pub use part::hash;
 pub use plan::{Input, InputFile, Plan, Unit};
 pub use run::{Event, Ran, Run, Task, run};
-pub use shard::{Named, Shard};
+pub use shard::Shard;
 pub use status::Status;
-pub use tree::Tree;

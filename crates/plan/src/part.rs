@@ -1,83 +1,84 @@
 //! The bytes of a part: what was computed, and for which unit of which plan.
 //!
-//! Four fields of fixed size, the payload, and a digest of all before it:
-//!
 //! | bytes | content |
 //! |---|---|
-//! | 16 | `linelit-part 1` and two line feeds |
+//! | 16 | `linelit-part 2` and two line feeds |
 //! | 32 | digest of the plan |
 //! | 32 | digest of the unit |
-//! | 8 | length n of the payload, little-endian |
 //! | n | payload |
 //! | 32 | SHA-256 of all of these |
 
-use crate::hash::{self, BYTES, Digest, digest};
+use sha2::{Digest as _, Sha256};
 
-const MAGIC: [u8; 16] = *b"linelit-part 1\n\n";
-const HEADER: usize = MAGIC.len() + 2 * BYTES + 8;
+const MAGIC: &[u8; 16] = b"linelit-part 2\n\n";
 
-/// Bytes of a part beside its payload.
-pub(crate) const OVERHEAD: usize = HEADER + BYTES;
+/// A SHA-256 digest.
+pub(crate) type Digest = [u8; 32];
 
-/// What a part is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Of {
-    pub(crate) plan: Digest,
-    pub(crate) unit: Digest,
+/// Bytes of a part before its payload, and all beside it.
+const HEADER: usize = MAGIC.len() + 2 * size_of::<Digest>();
+const OVERHEAD: usize = HEADER + size_of::<Digest>();
+
+/// The digest of pieces, one after the other.
+pub(crate) fn digest(pieces: &[&[u8]]) -> Digest {
+    let mut hasher = Sha256::new();
+    pieces.iter().for_each(|piece| hasher.update(piece));
+    hasher.finalize().into()
 }
 
-/// What stands before the payload, and what behind.
-pub(crate) fn frame(of: &Of, payload: &[u8]) -> ([u8; HEADER], Digest) {
-    let mut header = [0; HEADER];
-    let length = (payload.len() as u64).to_le_bytes();
-    let pieces = [&MAGIC[..], &of.plan, &of.unit, &length];
-    let bytes = pieces.iter().copied().flatten();
-    for (to, from) in header.iter_mut().zip(bytes) {
-        *to = *from;
-    }
-    (header, digest(&[&header, payload]))
+/// A digest, or a part of one, in hexadecimal digits.
+pub(crate) fn hex(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The SHA-256 digest of bytes in hexadecimal digits, as `sha256sum` prints it.
+///
+/// ```
+/// let empty = linelit_plan::hash(b"");
+/// assert!(empty.starts_with("e3b0c44298fc1c14") && empty.len() == 64);
+/// ```
+#[must_use]
+pub fn hash(bytes: &[u8]) -> String {
+    hex(&digest(&[bytes]))
+}
+
+/// The header of a part, and the checksum behind its payload.
+pub(crate) fn frame(plan: &Digest, unit: &Digest, payload: &[u8]) -> (Vec<u8>, Digest) {
+    let header = [&MAGIC[..], plan, unit].concat();
+    let checksum = digest(&[&header, payload]);
+    (header, checksum)
 }
 
 /// The payload of a part, if it is that of this unit and whole; or what is wrong with it.
-pub(crate) fn payload(mut bytes: Vec<u8>, of: &Of) -> Result<Vec<u8>, String> {
-    if bytes.len() < OVERHEAD {
+pub(crate) fn payload(mut bytes: Vec<u8>, plan: &Digest, unit: &Digest) -> Result<Vec<u8>, String> {
+    let Some(end) = bytes
+        .len()
+        .checked_sub(size_of::<Digest>())
+        .filter(|end| *end >= HEADER)
+    else {
+        let length = bytes.len();
         return Err(format!(
-            "it has {} bytes, a part has {OVERHEAD} and more",
-            bytes.len()
+            "it has {length} bytes, a part has {OVERHEAD} and more"
         ));
+    };
+    // Before what it says is believed.
+    if digest(&[&bytes[..end]]) != bytes[end..] {
+        return Err("its checksum is not that of its bytes".to_owned());
     }
-    let (content, checksum) = bytes.split_at(bytes.len() - BYTES);
-    let (header, rest) = content.split_at(HEADER);
-    let (magic, fields) = header.split_at(MAGIC.len());
+    let (magic, digests) = bytes[..HEADER].split_at(MAGIC.len());
     if magic != MAGIC {
         return Err("it does not begin as a part does".to_owned());
     }
-    let length = fields[2 * BYTES..].iter().rev();
-    let length = length.fold(0_u64, |n, byte| n << 8 | u64::from(*byte));
-    if rest.len() as u64 != length {
-        return Err(format!(
-            "its payload has {} bytes, {length} are announced",
-            rest.len()
-        ));
-    }
-    // Before what it says is believed.
-    if digest(&[content]) != checksum {
-        return Err("its checksum is not that of its bytes".to_owned());
-    }
-    for (what, found, expected) in [
-        ("plan", &fields[..BYTES], &of.plan),
-        ("unit", &fields[BYTES..2 * BYTES], &of.unit),
-    ] {
+    let found = digests.chunks_exact(size_of::<Digest>());
+    for ((what, expected), found) in [("plan", plan), ("unit", unit)].into_iter().zip(found) {
         if found != expected {
-            let found: Digest = found.try_into().unwrap_or_default();
+            let [found, expected] = [found, expected].map(|digest| hex(&digest[..6]));
             return Err(format!(
-                "it is of another {what}: {} in place of {}",
-                &hash::hex(&found)[..12],
-                &hash::hex(expected)[..12]
+                "it is of another {what}: {found} in place of {expected}"
             ));
         }
     }
-    bytes.truncate(bytes.len() - BYTES);
+    bytes.truncate(end);
     bytes.drain(..HEADER);
     Ok(bytes)
 }

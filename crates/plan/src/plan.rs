@@ -1,8 +1,10 @@
 //! What a plan says, and its text.
 
 use crate::PlanError;
-use crate::hash::{Digest, digest, hex};
+use crate::part::{Digest, digest, hex};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
@@ -35,7 +37,7 @@ pub struct Unit {
     pub name: String,
     /// A guess of what it costs, in seconds of one thread.
     pub cost: f64,
-    /// Units before this one whose parts it reads (`Task::parts`).
+    /// Units before this one whose parts it reads (`Task::part`).
     #[serde(default, skip_serializing_if = "Range::is_empty")]
     pub needs: Range<u32>,
     /// What the kind has to know of it: JSON.
@@ -125,12 +127,6 @@ impl Input {
     }
 }
 
-/// The number of a text's form.
-#[derive(Deserialize)]
-struct Form {
-    linelit_plan: u32,
-}
-
 /// JSON text within JSON, kept as it is.
 mod raw {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer, ser::Error as _};
@@ -191,41 +187,32 @@ impl Plan {
             let reason = "its text is not the one that was written: make the plan anew";
             return Err(broken(reason.to_owned()));
         }
-        let form: Form = serde_json::from_str(text).map_err(|e| broken(e.to_string()))?;
-        if form.linelit_plan != FORMAT {
-            return Err(PlanError::Refused(format!(
-                "{}: a plan of form {}, this program reads form {FORMAT}",
-                path.display(),
-                form.linelit_plan
-            )));
-        }
         let plan: Self = serde_json::from_str(text).map_err(|e| broken(e.to_string()))?;
         plan.check()?;
         Ok((plan, seal))
     }
 
-    /// What differs between two plans, in words; `None` if nothing does.
-    #[must_use]
-    pub fn difference(&self, other: &Self) -> Option<String> {
-        let differ = [
-            ("program", self.program != other.program),
-            ("kind", self.kind != other.kind),
-            ("settings", self.settings != other.settings),
-            ("inputs", self.inputs != other.inputs),
-            ("units", self.units != other.units),
-        ];
-        let differ = differ.into_iter().filter(|(_, differ)| *differ);
+    /// The differences between two plans, in words; `None` if there are none.
+    pub(crate) fn difference(&self, other: &Self) -> Option<String> {
         let mut words = Vec::new();
-        for (what, _) in differ {
-            words.push(match what {
-                "program" => format!("program `{}`, not `{}`", self.program, other.program),
-                "kind" => format!("kind `{}`, not `{}`", self.kind, other.kind),
-                "settings" => settings_difference(&self.settings, &other.settings),
-                "units" if self.units.len() != other.units.len() => {
-                    format!("{} units, not {}", self.units.len(), other.units.len())
-                }
-                other => other.to_owned(),
-            });
+        for (what, a, b) in [
+            ("program", &self.program, &other.program),
+            ("kind", &self.kind, &other.kind),
+        ] {
+            if a != b {
+                words.push(format!("{what} `{a}`, not `{b}`"));
+            }
+        }
+        if self.settings != other.settings {
+            words.push(settings_difference(&self.settings, &other.settings));
+        }
+        if self.inputs != other.inputs {
+            words.push("inputs".to_owned());
+        }
+        match [self, other].map(|plan| plan.units.len()) {
+            [a, b] if a != b => words.push(format!("{a} units, not {b}")),
+            _ if self.units != other.units => words.push("units".to_owned()),
+            _ => {}
         }
         (!words.is_empty()).then(|| words.join("; "))
     }
@@ -233,15 +220,11 @@ impl Plan {
 
 /// The keys whose values differ, with both values.
 fn settings_difference(a: &str, b: &str) -> String {
-    let object = |text: &str| {
-        serde_json::from_str::<serde_json::Map<String, serde_json::Value>>(text).unwrap_or_default()
-    };
+    let object =
+        |text: &str| -> BTreeMap<String, Value> { serde_json::from_str(text).unwrap_or_default() };
     let (a, b) = (object(a), object(b));
-    let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
-    keys.sort();
-    keys.dedup();
-    let shown =
-        |value: Option<&serde_json::Value>| value.map_or("nothing".into(), ToString::to_string);
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    let shown = |value: Option<&Value>| value.map_or("nothing".into(), ToString::to_string);
     let differ = keys.into_iter().filter(|key| a.get(*key) != b.get(*key));
     let words = differ.map(|k| format!("{k} {}, not {}", shown(a.get(k)), shown(b.get(k))));
     format!("settings: {}", words.collect::<Vec<_>>().join(", "))

@@ -1,8 +1,6 @@
 //! Who does which units.
 
 use crate::{Plan, PlanError};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 use std::fmt;
 use std::str::FromStr;
 
@@ -20,15 +18,6 @@ use std::str::FromStr;
 pub struct Shard {
     index: u32,
     count: u32,
-}
-
-/// A shard, and what says that this process is it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Named {
-    /// The shard.
-    pub shard: Shard,
-    /// The variable of the environment.
-    pub by: &'static str,
 }
 
 impl Shard {
@@ -57,85 +46,73 @@ impl Shard {
         self.count
     }
 
-    /// The shard that a scheduler makes this process by numbering it: Slurm's job arrays, Indexed
-    /// Jobs of Kubernetes, array jobs of AWS Batch. `get` reads a variable of the environment;
-    /// `count` is how many processes there are, for those that do not say so. `None` if no
-    /// scheduler says anything.
+    /// The shard that a scheduler makes this process by numbering it (Slurm's job arrays, Indexed
+    /// Jobs of Kubernetes, array jobs of AWS Batch), and the variable of the environment that says
+    /// so. `get` reads a variable; `count` is how many processes there are, for schedulers that do
+    /// not say so. `None` if no scheduler says anything.
     ///
     /// # Errors
     /// If a number is none, there is no count, or the indices are not consecutive.
     pub fn from_environment(
         get: impl Fn(&str) -> Option<String>,
         count: Option<u32>,
-    ) -> Result<Option<Named>, PlanError> {
-        let number = |name: &'static str| -> Result<Option<u32>, PlanError> {
+    ) -> Result<Option<(Self, &'static str)>, PlanError> {
+        let number = |name: &str| -> Result<Option<u32>, PlanError> {
             let Some(text) = get(name) else {
                 return Ok(None);
             };
-            let refused = || PlanError::Refused(format!("{name} is `{text}`, not a number"));
-            text.trim().parse().map(Some).map_err(|_| refused())
+            let refused = |_| PlanError::Refused(format!("{name} is `{text}`, not a number"));
+            text.trim().parse().map(Some).map_err(refused)
         };
-        let named = |by: &'static str, index: u32, of: Option<u32>| {
-            let Some(all) = count.or(of) else {
+        let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
+        let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
+        for (by, of, first, step) in [
+            ("SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", first, step),
+            ("JOB_COMPLETION_INDEX", "", 0, 1),
+            (
+                "AWS_BATCH_JOB_ARRAY_INDEX",
+                "AWS_BATCH_JOB_ARRAY_SIZE",
+                0,
+                1,
+            ),
+        ] {
+            let Some(id) = number(by)? else { continue };
+            let index = id.saturating_sub(first) / step;
+            let Some(all) = count.or(number(of)?) else {
                 return Err(PlanError::Refused(format!(
                     "{by} is {index}, and nothing says of how many: add --shards N"
                 )));
             };
-            match Self::new(index, all) {
-                Some(shard) => Ok(Some(Named { shard, by })),
-                None => Err(PlanError::Refused(format!(
+            let shard = Self::new(index, all).ok_or_else(|| {
+                PlanError::Refused(format!(
                     "{by} makes this number {index}, counted from 0, of {all}: say which units it \
                      shall do by --shard I/N"
-                ))),
-            }
-        };
-        let slurm = "SLURM_ARRAY_TASK_ID";
-        if let Some(id) = number(slurm)? {
-            let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
-            let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
-            let index = id.saturating_sub(first) / step;
-            return named(slurm, index, number("SLURM_ARRAY_TASK_COUNT")?);
-        }
-        for (index, of) in [
-            ("JOB_COMPLETION_INDEX", None),
-            (
-                "AWS_BATCH_JOB_ARRAY_INDEX",
-                Some("AWS_BATCH_JOB_ARRAY_SIZE"),
-            ),
-        ] {
-            if let Some(found) = number(index)? {
-                let of = of.map(number).transpose()?.flatten();
-                return named(index, found, of);
-            }
+                ))
+            })?;
+            return Ok(Some((shard, by)));
         }
         Ok(None)
     }
 
-    /// The units of each shard: the dearest that is left goes to the shard that has least so far,
-    /// so that none has more than the others by more than one unit. The same for everyone who asks.
-    fn shares(self, plan: &Plan) -> Vec<Vec<u32>> {
+    /// The units of this shard, by their numbers. Units are dealt to all shards in the order of
+    /// their cost, to and fro, so that none has more than the others by more than one unit. The
+    /// same for everyone who asks.
+    pub(crate) fn units(self, plan: &Plan) -> Vec<u32> {
         let mut order: Vec<(u32, f64)> = (0..).zip(plan.units.iter().map(|u| u.cost)).collect();
         order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let mut shares = vec![Vec::new(); self.count as usize];
-        // Costs are neither negative nor infinite: their bits are in their order.
-        let mut loads: BinaryHeap<_> = (0..self.count).map(|s| Reverse((0_u64, s))).collect();
-        for (number, cost) in order {
-            let Some(Reverse((load, shard))) = loads.pop() else {
-                break;
+        let rounds = order.chunks(self.count as usize).enumerate();
+        let own = rounds.filter_map(|(round, dealt)| {
+            let last = self.count - 1;
+            let place = if round % 2 == 0 {
+                self.index
+            } else {
+                last - self.index
             };
-            shares[shard as usize].push(number);
-            let load = f64::from_bits(load) + cost;
-            loads.push(Reverse((load.to_bits(), shard)));
-        }
-        for share in &mut shares {
-            share.sort_unstable();
-        }
-        shares
-    }
-
-    /// The units of this shard, by their numbers.
-    pub(crate) fn units(self, plan: &Plan) -> Vec<u32> {
-        self.shares(plan).swap_remove(self.index as usize)
+            dealt.get(place as usize)
+        });
+        let mut own: Vec<u32> = own.map(|(number, _)| *number).collect();
+        own.sort_unstable();
+        own
     }
 }
 
@@ -162,7 +139,6 @@ impl FromStr for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Unit;
 
     #[test]
     fn schedulers_number_their_processes() {
@@ -171,7 +147,7 @@ mod tests {
                 let found = variables.iter().find(|(known, _)| *known == name);
                 found.map(|(_, value)| (*value).to_owned())
             };
-            Shard::from_environment(get, count).map(|n| n.map(|n| n.shard.to_string()))
+            Shard::from_environment(get, count).map(|n| n.map(|n| n.0.to_string()))
         };
         let slurm = |id, min, step, count| {
             let variables = [
@@ -196,28 +172,5 @@ mod tests {
             ("AWS_BATCH_JOB_ARRAY_SIZE", "9"),
         ];
         assert_eq!(shard(&aws, None).unwrap().unwrap(), "1/9");
-    }
-
-    #[test]
-    fn shares_are_even_and_hold_each_unit_once() {
-        let mut plan = Plan::default();
-        for k in 0..100_u32 {
-            let cost = f64::from(k * 37 % 100) + 0.5;
-            plan.units.push(Unit::new("", cost, "{}"));
-        }
-        let cost =
-            |units: &[u32]| -> f64 { units.iter().map(|k| plan.units[*k as usize].cost).sum() };
-        for count in [1, 2, 7, 64, 1000] {
-            let shares = Shard::new(0, count).unwrap().shares(&plan);
-            let mut all = shares.concat();
-            all.sort_unstable();
-            assert_eq!(all, (0..100).collect::<Vec<_>>());
-            let costs: Vec<f64> = shares.iter().map(|share| cost(share)).collect();
-            let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = costs.iter().copied().fold(0.0, f64::max);
-            assert!(most - least <= 99.5, "{count}: {least} to {most}");
-            let own = Shard::new(count - 1, count).unwrap().units(&plan);
-            assert_eq!(own, shares[count as usize - 1]);
-        }
     }
 }

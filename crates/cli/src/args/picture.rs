@@ -9,20 +9,16 @@ use linelit_film::{Compression, ToneCurve};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::Resolution;
-use serde::{Deserialize, Serialize};
 
-/// Everything that the values of a picture depend on, beside its scene; plans keep it as JSON.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// Everything that the values of a picture depend on, beside its scene.
+#[derive(Args, Clone, Debug)]
 pub struct PictureArgs {
     /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; `linelit list
     /// estimators` names all.
     #[arg(long, default_value = "hybrid", value_parser = estimator)]
-    #[serde(with = "text")]
     pub estimator: Estimator,
     /// Another estimator for light K of the scene, counted from 0; may be repeated.
     #[arg(long, value_name = "K=ESTIMATOR")]
-    #[serde(with = "texts")]
     pub light_estimator: Vec<LightEstimator>,
     /// Light K is sampled for itself where --lights picks one of the others; may be repeated. For
     /// lights that are bright and mostly hidden.
@@ -30,25 +26,21 @@ pub struct PictureArgs {
     pub light_apart: Vec<u32>,
     /// Sampling pattern.
     #[arg(long, default_value = "auto", value_parser = sampler())]
-    #[serde(with = "text")]
     pub sampler: SamplerKind,
     /// Light samples per shading point and light.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     pub samples: u32,
     /// Which lights a point samples.
     #[arg(long, default_value = "all", value_parser = light_choice())]
-    #[serde(with = "text")]
     pub lights: LightChoice,
     /// Emissive spheres, disks and cylinders.
     #[arg(long, default_value = "exact", value_parser = spheres())]
-    #[serde(with = "text")]
     pub spheres: Spheres,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Resolution in place of the scene's.
     #[arg(long, value_name = "WxH")]
-    #[serde(with = "size")]
     pub resolution: Option<Resolution>,
     /// Part of the image to render, as fractions of it.
     #[arg(long, value_name = "X0,X1,Y0,Y1")]
@@ -132,8 +124,7 @@ pub struct ImageArgs {
 }
 
 /// A layer beside the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Aov {
     /// What the surface in the middle of the pixel reflects of light from everywhere.
     Albedo,
@@ -146,68 +137,4 @@ pub enum Aov {
     Variance,
     /// Camera samples, rays and lines of the pixel: layers samples, rays, lines.
     Samples,
-}
-
-/// Values as the command line writes them.
-mod text {
-    use serde::de::Error;
-    use serde::{Deserialize as _, Deserializer, Serializer};
-    use std::fmt::Display;
-    use std::str::FromStr;
-
-    pub(super) fn serialize<S: Serializer>(value: &impl Display, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(value)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>, T>(from: D) -> Result<T, D::Error>
-    where
-        T: FromStr<Err: Display>,
-    {
-        String::deserialize(from)?.parse().map_err(Error::custom)
-    }
-}
-
-/// A resolution as width and height.
-mod size {
-    use linelit_study::pixels::Resolution;
-    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
-
-    #[allow(clippy::ref_option, reason = "serde's way")]
-    pub(super) fn serialize<S: Serializer>(
-        value: &Option<Resolution>,
-        to: S,
-    ) -> Result<S::Ok, S::Error> {
-        value.map(|size| [size.width, size.height]).serialize(to)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
-        from: D,
-    ) -> Result<Option<Resolution>, D::Error> {
-        let size = Option::<[u32; 2]>::deserialize(from)?;
-        Ok(size.map(|[width, height]| Resolution { width, height }))
-    }
-}
-
-/// Lists of such values.
-mod texts {
-    use serde::de::Error;
-    use serde::{Deserialize as _, Deserializer, Serializer};
-    use std::fmt::Display;
-    use std::str::FromStr;
-
-    pub(super) fn serialize<S: Serializer>(
-        values: &[impl Display],
-        to: S,
-    ) -> Result<S::Ok, S::Error> {
-        to.collect_seq(values.iter().map(ToString::to_string))
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>, T>(from: D) -> Result<Vec<T>, D::Error>
-    where
-        T: FromStr<Err: Display>,
-    {
-        let texts = Vec::<String>::deserialize(from)?;
-        let values = texts.iter().map(|text| text.parse());
-        values.collect::<Result<_, _>>().map_err(Error::custom)
-    }
 }

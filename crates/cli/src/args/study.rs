@@ -35,9 +35,9 @@ pub struct StudyArgs {
     /// Pixels: a grid over the image (WxH) or single pixels of the scene's resolution (x,y;…).
     #[arg(long, value_name = "WxH|x,y;…")]
     pub pixels: Option<Pixels>,
-    /// Seed of the random numbers; 0 unless told.
-    #[arg(long)]
-    pub seed: Option<u64>,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
     /// Run every step at the smallest size, whatever comes out: for tests.
     #[arg(long, hide = true)]
     pub smallest: bool,

@@ -3,12 +3,10 @@
 
 use crate::args::{Aov, PictureArgs, UsageError};
 use anyhow::Result;
-use indicatif::ProgressBar;
 use linelit_estimators::bsdf::Reflection as _;
-use linelit_film::{Document, Image, MomentImage, Moments, Placement, Tile};
+use linelit_film::{Document, Image, Moments, Placement};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Counts, Renderer, ShadingPoint, Workspace};
-use linelit_study::scene_study;
+use linelit_integrator::{Renderer, ShadingPoint, Workspace};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -18,21 +16,12 @@ pub(super) struct Rendered {
     pub(super) image: Image,
     /// Where it lies in the whole picture, if it is a part of it.
     pub(super) placement: Option<Placement>,
-    /// Moments of trials or of camera samples, and rays and lines of each pixel, if they are asked
-    /// for.
-    pub(super) pixels: Option<(MomentImage, [Vec<u32>; 2])>,
-    /// What is seen in the middle of each pixel, if it is asked for.
+    /// Moments of trials or of camera samples of each pixel, if they are asked for.
+    pub(super) moments: Vec<Moments>,
+    /// Rays and lines of each pixel, if they are asked for.
+    pub(super) cost: [Vec<u32>; 2],
+    /// The surface in the middle of each pixel, if it is asked for.
     pub(super) surfaces: Vec<Surface>,
-}
-
-/// Where a window lies on a film of so many pixels; `None` if it is all of it.
-pub(super) fn placement(window: Tile, film: [u32; 2]) -> Option<Placement> {
-    let at = |n: u32| i32::try_from(n).unwrap_or(i32::MAX);
-    (window != Tile::whole(film[0], film[1])).then(|| Placement {
-        origin: [at(window.x0), at(window.y0)],
-        full: film,
-        corner: [0, 0],
-    })
 }
 
 /// Whether more than the value of each pixel is asked for.
@@ -73,8 +62,8 @@ pub(super) fn bytes_per_pixel(picture: &PictureArgs) -> u64 {
     if wants_surfaces(aovs) {
         made_from += bytes(size_of::<Surface>());
     }
-    if wants_moments(aovs) || picture.trials > 1 {
-        made_from += bytes(size_of::<Pixel>() + size_of::<Moments>() + 2 * size_of::<u32>());
+    if wants_moments(aovs) {
+        made_from += bytes(size_of::<Moments>() + 2 * size_of::<u32>());
     }
     2 * layers + made_from
 }
@@ -85,87 +74,22 @@ const SEEN: [Aov; 3] = [Aov::Albedo, Aov::Normal, Aov::Depth];
 /// Of all camera samples of a pixel.
 const COUNTED: [Aov; 2] = [Aov::Variance, Aov::Samples];
 
-/// Renders, with moments if they are asked for; the picture is the same to the bit.
-pub(super) fn render(
-    renderer: &Renderer<'_>,
-    picture: &PictureArgs,
-    window: Tile,
-    progress: &ProgressBar,
-) -> (Rendered, Counts) {
-    let aovs = &picture.aovs;
-    let film = &renderer.scene().film;
-    let placement = placement(window, [film.width, film.height]);
-    let surfaces = if wants_surfaces(aovs) {
-        surfaces(renderer, window)
-    } else {
-        Vec::new()
-    };
-    if !wants_moments(aovs) && picture.trials <= 1 {
-        let settings = picture.settings();
-        let (image, counts) = scene_study::render(renderer, &settings, window, progress);
-        let rendered = Rendered {
-            image,
-            placement,
-            pixels: None,
-            surfaces,
-        };
-        return (rendered, counts);
-    }
-    progress.set_length(u64::from(window.height()));
-    let row_done = || progress.inc(1);
-    let fill = |[x, y]: [u32; 2], pixels: &mut [Pixel], workspace: &mut Workspace| {
-        for (x, pixel) in (x..).zip(pixels) {
-            *pixel = samples(renderer, picture, [x, y], 0..picture.blocks(), workspace);
-        }
-    };
-    // What was counted is taken pixel by pixel.
-    let (values, _) = scene_study::window(window).map(row_done, fill);
-    progress.finish_and_clear();
-    let (mut rgb, mut moments, mut cost) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
-    let mut counts = Counts::default();
-    for pixel in values {
-        rgb.push(single(pixel.sum / picture.camera_samples()));
-        moments.push(pixel.moments);
-        cost[0].push(clamped(pixel.counts.visibility.rays));
-        cost[1].push(clamped(pixel.counts.visibility.line_queries));
-        counts += pixel.counts;
-    }
-    let (width, height) = (window.width(), window.height());
-    let pixels = MomentImage::from_pixels(width, height, moments).map(|film| (film, cost));
-    let image = Image { width, height, rgb };
-    let rendered = Rendered {
-        image,
-        placement,
-        pixels,
-        surfaces,
-    };
-    (rendered, counts)
-}
-
 /// What a film's layer of counts holds.
 pub(super) fn clamped(n: u64) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
-/// Some camera samples of a pixel.
-#[derive(Clone, Default)]
-pub(super) struct Pixel {
-    pub(super) sum: DVec3,
-    pub(super) moments: Moments,
-    pub(super) counts: Counts,
-}
-
-/// Some of the blocks of a pixel ([`PictureArgs::blocks`]): they are added up, and their moments
-/// merged, so that the bits are the same wherever each block is computed. A trial is one value of
-/// the moments; of a single trial each camera sample is.
+/// The sum of some of the blocks of a pixel ([`PictureArgs::blocks`]), and their moments merged, so
+/// that the bits are the same wherever each block is computed. A trial is one value of the moments;
+/// of a single trial each camera sample is.
 pub(super) fn samples(
     renderer: &Renderer<'_>,
     picture: &PictureArgs,
     pixel: [u32; 2],
     blocks: Range<u32>,
     workspace: &mut Workspace,
-) -> Pixel {
-    let (mut moments, mut sum) = (Moments::default(), DVec3::ZERO);
+) -> (DVec3, Moments) {
+    let (mut sum, mut moments) = (DVec3::ZERO, Moments::default());
     let mut add = |own: DVec3, part: &Moments| {
         sum += own;
         moments.merge(part);
@@ -188,11 +112,7 @@ pub(super) fn samples(
             add(own, &part);
         }
     }
-    Pixel {
-        sum,
-        moments,
-        counts: workspace.take_counts(),
-    }
+    (sum, moments)
 }
 
 /// Adds the layers that are asked for.
@@ -202,11 +122,11 @@ pub(super) fn add(
     picture: &PictureArgs,
 ) -> Result<()> {
     let (aovs, surfaces) = (&picture.aovs, &rendered.surfaces);
-    let layer = |value: fn(&Surface) -> [f32; 3]| Image {
-        width: rendered.image.width,
-        height: rendered.image.height,
-        rgb: surfaces.iter().map(value).collect(),
+    let of = |rgb: Vec<[f32; 3]>| Image {
+        rgb,
+        ..rendered.image
     };
+    let layer = |value: fn(&Surface) -> [f32; 3]| of(surfaces.iter().map(value).collect());
     if aovs.contains(&Aov::Albedo) {
         document.add_image("albedo", &layer(|s| s.albedo))?;
     }
@@ -216,11 +136,10 @@ pub(super) fn add(
     if aovs.contains(&Aov::Depth) {
         document.add_scalar("depth", surfaces.iter().map(|s| s.depth).collect())?;
     }
-    let Some((film, [rays, lines])) = &rendered.pixels else {
-        return Ok(());
-    };
     if aovs.contains(&Aov::Variance) {
-        document.add_image("variance", &film.variance_image())?;
+        let variance = |m: &Moments| single(DVec3::from_array(m.variance_of_mean()));
+        let variances = rendered.moments.iter().map(variance).collect();
+        document.add_image("variance", &of(variances))?;
     }
     if aovs.contains(&Aov::Samples) {
         // Of trials, which are one value each.
@@ -229,9 +148,9 @@ pub(super) fn add(
         } else {
             1
         };
-        let taken = film.pixels().iter().map(|m| clamped(each * m.count));
-        let taken = taken.collect();
-        document.add_counts("samples", taken)?;
+        let taken = rendered.moments.iter().map(|m| clamped(each * m.count));
+        document.add_counts("samples", taken.collect())?;
+        let [rays, lines] = &rendered.cost;
         document.add_counts("rays", rays.clone())?;
         document.add_counts("lines", lines.clone())?;
     }
@@ -244,15 +163,6 @@ pub(super) struct Surface {
     pub(super) albedo: [f32; 3],
     pub(super) normal: [f32; 3],
     pub(super) depth: f32,
-}
-
-fn surfaces(renderer: &Renderer<'_>, window: Tile) -> Vec<Surface> {
-    let fill = |[x, y]: [u32; 2], pixels: &mut [Surface], workspace: &mut Workspace| {
-        for (x, pixel) in (x..).zip(pixels) {
-            *pixel = surface(renderer, [x, y], workspace);
-        }
-    };
-    scene_study::window(window).map(|| {}, fill).0
 }
 
 pub(super) fn surface(

@@ -1,17 +1,16 @@
 //! `linelit converge`.
 
-use super::study::{self, Sources};
-use super::{bar, flags, list, pool};
+use super::units::{self, keep, work_off};
+use super::{bar, flags, list, pool, study};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
 use crate::folder::OutputFolder;
-use crate::interrupt;
-use crate::output::{Output, note};
+use crate::inputs::Sources;
+use crate::output::Output;
 use crate::program::TryAgain;
-use anyhow::{Context as _, Result, anyhow, bail};
-use indicatif::{ProgressBar, ProgressStyle};
+use anyhow::{Result, bail};
 use linelit_papers::{Context, Findings, Study};
-use linelit_plan::{Event, Folder, Plan, PlanError, Run};
-use linelit_study::scene_study::{StudySpec, Work, with_work};
+use linelit_plan::{PlanError, Shard};
+use linelit_study::scene_study::{StudySpec, with_work};
 use rayon::ThreadPool;
 use std::time::{Duration, Instant};
 
@@ -66,115 +65,45 @@ fn converge(
 ) -> Result<()> {
     let start = Instant::now();
     let path = folder.temporary(args.fresh)?;
-    interrupt::watch().context("watching for signals")?;
     let sources = Sources::new(&args.common.read, false);
     let load = |name: &str| sources.load(name);
     let mut record = spec.record(command());
-    let (exhibits, undone) = with_work(spec, &load, |work| {
-        let (plan, packed) = pool.install(|| study::plan(&args.study, work, &sources))?;
-        let plan = Folder::create(&path, &plan, &packed).map_err(|e| match e {
-            PlanError::Refused(why) => anyhow!("{why}. {INTERRUPTED}"),
-            other => other.into(),
-        })?;
-        let undone = measure(spec, work, &plan, pool, start)?;
-        record.unfinished = matches!(undone, Undone::Interrupted(_));
+    let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
+    let end = spec.time_budget.and_then(budget);
+    let late = || end.is_some_and(|end| Instant::now() > end);
+    let (exhibits, interrupted) = with_work(spec, &load, |work| {
+        let planned = pool.install(|| study::plan(&args.study, work, &sources))?;
+        let plan = keep(&path, &planned, "study")?;
+        let ran = work_off(&plan, Shard::ALL, 1, GOES_ON, &late, |options| {
+            study::run(work, &plan, options, pool)
+        });
+        let interrupted = match ran {
+            Ok(_) => None,
+            // The time budget is spent.
+            Err(e) if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) => None,
+            Err(e) => Some(e.downcast::<TryAgain>()?),
+        };
+        record.unfinished = interrupted.is_some();
         let complete = !record.unfinished;
         let exhibits = pool.install(|| study::gather(work, &plan, complete, &mut record))?;
-        Ok::<_, anyhow::Error>((exhibits, undone))
+        Ok::<_, anyhow::Error>((exhibits, interrupted))
     })?;
     record.seconds = start.elapsed().as_secs_f64();
-    if let Undone::Interrupted(how) = undone {
+    if interrupted.is_some() {
         folder.set_unfinished();
-        study::write(&record, exhibits, folder, args.common.json, out)?;
-        return Err(TryAgain(how).into());
     }
-    study::write(&record, exhibits, folder, args.common.json, out)
+    study::write(&record, exhibits, folder, args.common.json, out)?;
+    interrupted.map_or(Ok(()), |how| Err(how.into()))
 }
 
-/// What to do about the plan of another study.
-const INTERRUPTED: &str = "An interrupted study is there: the command that began it goes on, \
-                           --fresh begins anew";
+/// The words that say how an interrupted study goes on.
+const GOES_ON: &str = "the report in `unfinished` says what of it there is, and the same command";
 
 /// The command that was given, as one would give it again.
 fn command() -> String {
     let words = std::env::args_os().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
     format!("linelit {}", study::quoted(words))
-}
-
-/// What is not measured of a study, and why.
-enum Undone {
-    Nothing,
-    /// What the time budget left out.
-    Late,
-    /// The text says how to go on.
-    Interrupted(String),
-}
-
-/// Measures what is left, until it is time to stop.
-fn measure(
-    spec: &StudySpec,
-    work: &Work<'_, '_, '_>,
-    plan: &Folder,
-    pool: &ThreadPool,
-    start: Instant,
-) -> Result<Undone> {
-    let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
-    let end = spec.time_budget.and_then(budget);
-    let late = || end.is_some_and(|end| Instant::now() > end);
-    let before = plan.status()?;
-    if before.done > 0 {
-        note(format_args!(
-            "note: going on with an interrupted study, {} of {} units are done (--fresh begins anew)",
-            before.done, before.units
-        ));
-    }
-    let progress = cost_bar(plan.plan());
-    let options = Run {
-        stop: &|| interrupt::stopped() || late(),
-        note: &|event| match event {
-            Event::Found(unit) | Event::Done(unit) => progress.inc(milliseconds(unit.cost)),
-            Event::Broken(unit, why) => {
-                note(format_args!("note: {}, once more: {why}", unit.name));
-            }
-            _ => {}
-        },
-        ..Run::default()
-    };
-    let ran = study::run(work, plan, &options, pool, &progress);
-    progress.finish_and_clear();
-    match ran {
-        Ok(_) => Ok(Undone::Nothing),
-        Err(PlanError::Interrupted) if !interrupt::stopped() => Ok(Undone::Late),
-        Err(PlanError::Interrupted) => {
-            let status = plan.status()?;
-            Ok(Undone::Interrupted(format!(
-                "interrupted: {} of {} units are done, and the report in `unfinished` says what of it \
-                 there is; the same command goes on",
-                status.done, status.units
-            )))
-        }
-        Err(e) => Err(e.into()),
-    }
-}
-
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "of a plan: finite and not negative"
-)]
-const fn milliseconds(cost: f64) -> u64 {
-    (1e3 * cost) as u64 + 1
-}
-
-/// The unit in hand, and the time left by what units cost, at the terminal if there is one.
-fn cost_bar(plan: &Plan) -> ProgressBar {
-    let style = ProgressStyle::with_template("{wide_msg} {bar:20} {eta:>6}");
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    let cost = plan.units.iter().map(|unit| milliseconds(unit.cost)).sum();
-    let bar = ProgressBar::new(cost).with_style(style);
-    bar.enable_steady_tick(Duration::from_millis(500));
-    bar
 }
 
 /// Runs a study of pictures and tables, and writes its page.
@@ -187,12 +116,12 @@ fn findings(
     let start = Instant::now();
     let name = name(args);
     if folder.temporary(args.fresh)?.exists() {
-        bail!("{INTERRUPTED}");
+        bail!("{}", units::interrupted("study"));
     }
     let progress = bar(name);
     let mut found = find(&Context {
         library: args.common.read.library(),
-        seed: args.study.seed.unwrap_or(0),
+        seed: args.study.seed,
         smallest: args.study.smallest,
         full: args.full,
         most_side: u32::MAX,

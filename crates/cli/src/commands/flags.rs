@@ -52,18 +52,3 @@ pub(super) fn refuse_without_files(scenes: &[String], read: &ReadArgs) -> Result
     }
     first(&scenes.join(" "), BUILT_IN, &of_files(read))
 }
-
-/// How scenes are read, as one would say it again.
-pub(super) fn words(read: &ReadArgs) -> Vec<String> {
-    let mut words = Vec::new();
-    if read.strict {
-        words.push("--strict".to_owned());
-    }
-    if let Some(root) = &read.root {
-        words.push(format!("--root={}", root.display()));
-    }
-    if read.allow_outside {
-        words.push("--allow-outside".to_owned());
-    }
-    words
-}

@@ -1,19 +1,15 @@
 //! What each command does.
 
 mod aovs;
-mod checkpoints;
 mod compare;
 mod converge;
 mod flags;
 mod info;
 mod list;
-mod merge;
 mod pages;
 mod picture;
 mod plan;
 mod render;
-mod run;
-mod status;
 mod study;
 mod units;
 
@@ -21,12 +17,9 @@ pub use compare::run as compare;
 pub use converge::run as converge;
 pub use info::run as info;
 pub use list::run as list;
-pub use merge::run as merge;
 pub use pages::{completions, man};
-pub use plan::run as plan;
+pub use plan::{merge, plan, run, status};
 pub use render::run as render;
-pub use run::run;
-pub use status::run as status;
 
 use crate::args::SceneArgs;
 use anyhow::{Context, Result};

@@ -1,21 +1,27 @@
-//! Pictures as plans: a unit is a tile of all its camera samples, or of a trial or a block of them.
+//! Pictures in units: a unit is a tile of all its camera samples, or of a trial or a block of them.
+//! They are computed at once, or kept as parts of a plan.
 
 use super::aovs::{self, Rendered, Surface};
-use super::units::{self, RENDER, program};
-use super::{pool_of, render};
-use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
-use crate::inputs;
+use super::units::check;
+use super::{bar, pool_of, render};
+use crate::args::{Again, MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError, given};
+use crate::inputs::{self, Packed, Sources, locked};
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
-use linelit_film::{Image, MomentImage, Moments, Placement, Tile, tiles};
+use clap::Parser as _;
+use linelit_film::{Image, Moments, Placement, Tile, tiles};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
-use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
+use linelit_plan::{BoxError, Folder, PlanError, Ran, Run, Unit};
 use linelit_scene::Scene;
 use linelit_study::{engine, memory};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
-use std::collections::BTreeMap;
+use serde_json::Value;
+use std::sync::Mutex;
+
+/// The kind of plans of pictures.
+pub(super) const RENDER: &str = "render";
 
 /// What a unit takes if all goes as it should, in seconds of one thread: at least, so that writing
 /// its part is little beside it, and at most, so that a kill costs little.
@@ -24,56 +30,54 @@ const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
 const ENOUGH: f64 = 256.0;
 /// Sides of tiles: the largest that is tried, and that below which camera samples are split first.
 const SIDES: [u32; 2] = [1024, 8];
+/// The side of tiles that are computed at once, not kept.
+const SIDE_AT_ONCE: u32 = 16;
 
-/// What the settings of such a plan say.
+/// The settings of such a plan.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Spec {
+struct Settings {
+    /// The words of `render` that numbers depend on.
+    render: Vec<String>,
     scene: String,
-    read: ReadArgs,
     /// Pixels of the film across and down.
     film: [u32; 2],
     /// Columns from and to, rows from and to.
     window: [u32; 4],
-    picture: PictureArgs,
 }
 
-/// What the plan says of a unit.
+/// The work of a unit.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Work {
     /// Columns from and to, rows from and to.
     tile: [u32; 4],
-    /// Which of the blocks of camera samples; all if none is named.
+    /// The number of its block of camera samples; all if none is named.
     block: Option<u32>,
 }
 
-const fn tile_of([x0, x1, y0, y1]: [u32; 4]) -> Tile {
-    Tile { x0, y0, x1, y1 }
+impl Work {
+    const fn tile(self) -> Tile {
+        let [x0, x1, y0, y1] = self.tile;
+        Tile { x0, y0, x1, y1 }
+    }
+
+    fn is_first(self) -> bool {
+        self.block.is_none_or(|k| k == 0)
+    }
 }
 
 const fn bounds(tile: Tile) -> [u32; 4] {
     [tile.x0, tile.x1, tile.y0, tile.y1]
 }
 
-/// Makes the plan of a picture, and gives the files to be packed.
-pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<u8>>)> {
-    aovs::check(&args.picture, false)?;
-    let planned = inputs::plan(&args.scene, &args.read, args.planned.pack)?;
-    let mut scene = planned.loaded.scene;
-    let window = render::set_film(&mut scene, &args.picture);
-    render::check_lights(&scene, &args.picture)?;
-    let cut = Cut {
-        side: args.tile,
-        split: args.split_samples,
-    };
-    let wanted = Wanted {
-        scene: &args.scene,
-        read: &args.read,
-        picture: &args.picture,
-        window,
-    };
-    Ok((wanted.plan(&scene, planned.input, cut)?, planned.packed))
+/// A picture in units.
+pub(super) struct Picture {
+    scene: String,
+    args: PictureArgs,
+    film: [u32; 2],
+    window: Tile,
+    work: Vec<Work>,
 }
 
 /// Seconds of one thread for a pixel, by what is asked for: within a factor of ten.
@@ -86,126 +90,134 @@ pub(super) fn pixel_seconds(scene: &Scene, picture: &PictureArgs) -> f64 {
     picture.camera_samples() * (1e-6 + lights * light)
 }
 
-/// How units are asked to be.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Cut {
-    /// The side of tiles, in place of one by what they cost.
+/// The plan that `plan render` asks for.
+pub(super) fn plan(args: &PlanRenderArgs) -> Result<Packed> {
+    aovs::check(&args.picture, false)?;
+    let sources = Sources::new(&args.read, args.planned.pack);
+    let mut scene = sources.load(&args.scene)?;
+    let window = render::set_film(&mut scene, &args.picture);
+    render::check_lights(&scene, &args.picture)?;
+    let pixel = pixel_seconds(&scene, &args.picture);
+    let cut = size(
+        args.tile,
+        args.split_samples,
+        pixel,
+        window,
+        args.picture.blocks(),
+    );
+    Picture::new(&args.scene, &scene, &args.picture, window)
+        .cut(cut)
+        .plan(pixel, &sources)
+}
+
+/// The side of tiles, and whether their blocks of samples are units of their own: what was asked
+/// for, or the largest that are short enough, of a window whose pixels take so many seconds each.
+pub(super) fn size(
     side: Option<u32>,
-    /// Whether a tile's blocks of camera samples are units of their own, whatever they cost.
     split: bool,
-}
-
-/// The picture of a plan.
-#[derive(Clone, Copy)]
-pub(super) struct Wanted<'a> {
-    pub(super) scene: &'a str,
-    pub(super) read: &'a ReadArgs,
-    pub(super) picture: &'a PictureArgs,
-    pub(super) window: Tile,
-}
-
-impl Wanted<'_> {
-    /// Its plan, of a scene with these files.
-    pub(super) fn plan(&self, scene: &Scene, input: Input, cut: Cut) -> Result<Plan> {
-        let pixel = pixel_seconds(scene, self.picture);
-        let mut read = self.read.clone();
-        if let Some(root) = &read.root {
-            let root = std::path::absolute(root).context("finding the whole path of --root")?;
-            read.root = Some(root);
-        }
-        let spec = Spec {
-            scene: self.scene.to_owned(),
-            read,
-            film: [scene.film.width, scene.film.height],
-            window: bounds(self.window),
-            picture: self.picture.clone(),
-        };
-        Ok(Plan {
-            program: program(),
-            kind: RENDER.to_owned(),
-            settings: serde_json::to_string_pretty(&spec)?,
-            inputs: vec![input],
-            units: units(self.window, cut, self.picture.blocks(), pixel)?,
-        })
-    }
-}
-
-/// The units of a window, whose pixels take so many seconds each: tiles, and perhaps blocks of
-/// their samples.
-fn units(window: Tile, cut: Cut, blocks: u32, pixel: f64) -> Result<Vec<Unit>> {
-    let (side, split) = size(cut, pixel, window, blocks);
-    let mut units = Vec::new();
-    for tile in tiles(window, side) {
-        let each = split.then_some(0..blocks).into_iter().flatten().map(Some);
-        let each: Vec<Option<u32>> = if split { each.collect() } else { vec![None] };
-        for block in &each {
-            let [x0, x1, y0, y1] = bounds(tile);
-            let mut name = format!("pixels {x0}..{x1} x {y0}..{y1}");
-            if let Some(k) = block {
-                name += &format!(", block {} of {blocks}", k + 1);
-            }
-            let work = Work {
-                tile: bounds(tile),
-                block: *block,
-            };
-            let cost = pixel * tile.area() as f64 / each.len() as f64;
-            units.push(Unit::new(name, cost, serde_json::to_string(&work)?));
-        }
-    }
-    Ok(units)
-}
-
-/// The side of tiles, and whether their samples are split: what was asked for, or the largest that
-/// are short enough.
-fn size(cut: Cut, pixel: f64, window: Tile, blocks: u32) -> (u32, bool) {
+    pixel: f64,
+    window: Tile,
+    blocks: u32,
+) -> (u32, bool) {
     let [least, most] = UNIT_SECONDS;
     let seconds = (pixel * window.area() as f64 / ENOUGH).clamp(least, most);
     let fits =
         |side: u32, parts: u32| f64::from(side).powi(2) * pixel / f64::from(parts) <= seconds;
     let [largest, small] = SIDES;
-    let split = blocks > 1 && (cut.split || !fits(cut.side.unwrap_or(small), 1));
+    let split = blocks > 1 && (split || !fits(side.unwrap_or(small), 1));
     let halves = std::iter::successors(Some(largest), |side| Some(side / 2).filter(|s| *s > 0));
     let mut sides = halves.filter(|side| fits(*side, if split { blocks } else { 1 }));
-    let side = cut.side.or_else(|| sides.next()).unwrap_or(1);
-    (side, split)
+    (side.or_else(|| sides.next()).unwrap_or(1), split)
 }
 
-/// A plan of a picture.
-pub(super) struct PicturePlan {
-    spec: Spec,
-    work: Vec<Work>,
-}
+impl Picture {
+    /// A picture in the tiles in which it is computed at once.
+    pub(super) fn new(name: &str, scene: &Scene, args: &PictureArgs, window: Tile) -> Self {
+        let picture = Self {
+            scene: name.to_owned(),
+            args: args.clone(),
+            film: [scene.film.width, scene.film.height],
+            window,
+            work: Vec::new(),
+        };
+        picture.cut((SIDE_AT_ONCE, false))
+    }
 
-impl PicturePlan {
-    pub(super) fn open(folder: &Folder) -> Result<Self> {
+    /// The same in tiles of a side, and perhaps in blocks of their samples.
+    pub(super) fn cut(mut self, size: (u32, bool)) -> Self {
+        let (side, split) = size;
+        let blocks: Vec<Option<u32>> = match split {
+            true => (0..self.args.blocks()).map(Some).collect(),
+            false => vec![None],
+        };
+        let tiles = tiles(self.window, side).into_iter().map(bounds);
+        let units = tiles.flat_map(|tile| blocks.iter().map(move |&block| Work { tile, block }));
+        self.work = units.collect();
+        self
+    }
+
+    /// Its plan, if a pixel takes so many seconds.
+    pub(super) fn plan(&self, pixel: f64, sources: &Sources<'_>) -> Result<Packed> {
+        let settings = Settings {
+            render: given::<Again<PictureArgs>>()?,
+            scene: self.scene.clone(),
+            film: self.film,
+            window: bounds(self.window),
+        };
+        let blocks = self.args.blocks();
+        let unit = |work: &Work| -> Result<Unit> {
+            let [x0, x1, y0, y1] = work.tile;
+            let mut name = format!("pixels {x0}..{x1} x {y0}..{y1}");
+            let mut cost = pixel * work.tile().area() as f64;
+            if let Some(k) = work.block {
+                name += &format!(", block {} of {blocks}", k + 1);
+                cost /= f64::from(blocks);
+            }
+            Ok(Unit::new(name, cost, serde_json::to_string(work)?))
+        };
+        let units = self.work.iter().map(unit).collect::<Result<_>>()?;
+        sources.plan(RENDER, &settings, std::slice::from_ref(&self.scene), units)
+    }
+
+    /// The picture of a plan, and how its scene is read.
+    pub(super) fn open(folder: &Folder) -> Result<(Self, ReadArgs)> {
         let plan = folder.plan();
         let what = || format!("{}: no plan of a picture", folder.path().display());
-        let spec: Spec = serde_json::from_str(&plan.settings).with_context(what)?;
+        let settings: Settings = serde_json::from_str(&plan.settings).with_context(what)?;
+        let again = Again::<PictureArgs>::try_parse_from(settings.render).with_context(what)?;
         let work = plan.units.iter().map(|u| serde_json::from_str(&u.work));
         let work: Vec<Work> = work.collect::<Result<_, _>>().with_context(what)?;
-        let window = tile_of(spec.window);
+        let [left, right, top, bottom] = settings.window;
         let within = |work: &Work| {
             let [x0, x1, y0, y1] = work.tile;
-            let columns = window.x0 <= x0 && x0 < x1 && x1 <= window.x1;
-            columns && window.y0 <= y0 && y0 < y1 && y1 <= window.y1
+            let columns = left <= x0 && x0 < x1 && x1 <= right;
+            columns && top <= y0 && y0 < y1 && y1 <= bottom
         };
         if !work.iter().all(within) {
             bail!("{}: a tile beyond the picture", folder.path().display());
         }
-        Ok(Self { spec, work })
+        let picture = Self {
+            scene: settings.scene,
+            args: again.args,
+            film: settings.film,
+            window: Tile {
+                x0: left,
+                y0: top,
+                x1: right,
+                y1: bottom,
+            },
+            work,
+        };
+        Ok((picture, again.read))
     }
 
-    /// Computes what is left of it.
-    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
-        let picture = &self.spec.picture;
-        let Some(input) = folder.plan().inputs.first() else {
-            bail!("{}: a picture of no scene", folder.path().display());
-        };
-        let mut scene = inputs::open(folder, input, &self.spec.read)?.scene;
-        render::set_film(&mut scene, picture);
+    /// Computes what is left of a plan.
+    pub(super) fn run(&self, read: &ReadArgs, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
+        let mut scene = inputs::open(folder, 0, read)?;
+        render::set_film(&mut scene, &self.args);
         let pool = pool_of(options.threads)?;
         let mut renderer = pool.install(|| Renderer::new(&scene));
-        render::set_lights(&mut renderer, picture)?;
+        render::set_lights(&mut renderer, &self.args)?;
         Ok(self.run_with(&renderer, folder, options)?)
     }
 
@@ -218,79 +230,112 @@ impl PicturePlan {
     ) -> Result<Ran, PlanError> {
         linelit_plan::run(folder, options, |task| {
             let work = self.work[task.number() as usize];
-            self.compute(renderer, work).map_err(BoxError::from)
+            let (part, _) = self.compute(renderer, work, &mut Workspace::new());
+            Ok(engine::to_bytes(&part))
         })
     }
 
-    /// The bytes of a unit's part.
-    fn compute(&self, renderer: &Renderer<'_>, work: Work) -> Result<Vec<u8>> {
-        let (picture, layers) = (&self.spec.picture, self.layers());
-        let settings = &picture.settings();
-        let tile = tile_of(work.tile);
-        let (mut counts, mut workspace) = (Counts::default(), Workspace::new());
-        let mut part = Part::default();
-        if picture.camera_samples() <= 1.0 && !layers.moments {
+    /// Computes all of it by the threads of the current pool, and keeps nothing.
+    pub(super) fn at_once(&self, renderer: &Renderer<'_>) -> (Rendered, Vec<u64>, Counts) {
+        let film = Mutex::new(Film::new(self));
+        let progress = bar("rendering");
+        progress.set_length(self.work.len() as u64);
+        let each = self
+            .work
+            .par_iter()
+            .map_init(Workspace::new, |workspace, work| {
+                let (part, counts) = self.compute(renderer, *work, workspace);
+                locked(&film).add(*work, part);
+                progress.inc(1);
+                counts
+            });
+        let mut counts = Counts::default();
+        let each: Vec<Counts> = each.collect();
+        each.into_iter().for_each(|own| counts += own);
+        progress.finish_and_clear();
+        let film = std::mem::replace(&mut *locked(&film), Film::new(self));
+        (film.rendered, film.counted, counts)
+    }
+
+    /// Computes a unit.
+    fn compute(
+        &self,
+        renderer: &Renderer<'_>,
+        work: Work,
+        workspace: &mut Workspace,
+    ) -> (Part, Counts) {
+        let (args, tile) = (&self.args, work.tile());
+        let (mut part, mut counts) = (Part::default(), Counts::default());
+        let moments = aovs::wants_moments(&args.aovs);
+        if args.camera_samples() <= 1.0 && !moments {
             let mut row = vec![DVec3::ZERO; tile.width() as usize];
             for y in tile.y0..tile.y1 {
-                renderer.row(settings, [tile.x0, y], &mut row, &mut workspace);
+                renderer.row(&args.settings(), [tile.x0, y], &mut row, workspace);
                 part.sums.extend(row.iter().map(|value| value.to_array()));
             }
             counts += workspace.take_counts();
         } else {
-            let blocks = work.block.map_or(0..picture.blocks(), |k| k..k + 1);
+            let blocks = work.block.map_or(0..args.blocks(), |k| k..k + 1);
             for pixel in tile.pixels() {
-                let blocks = blocks.clone();
-                let found = aovs::samples(renderer, picture, pixel, blocks, &mut workspace);
-                part.sums.push(found.sum.to_array());
-                if layers.moments {
-                    let Moments { count, mean, m2 } = found.moments;
-                    let visibility = &found.counts.visibility;
-                    let cost = [visibility.rays, visibility.line_queries];
+                let (sum, found) = aovs::samples(renderer, args, pixel, blocks.clone(), workspace);
+                let own = workspace.take_counts();
+                part.sums.push(sum.to_array());
+                if moments {
                     part.spreads.push(Spread {
-                        count,
-                        mean,
-                        m2,
-                        cost,
+                        moments: found,
+                        cost: [own.visibility.rays, own.visibility.line_queries],
                     });
                 }
-                counts += found.counts;
+                counts += own;
             }
         }
-        if layers.surfaces && work.is_first() {
-            let surface = |pixel| aovs::surface(renderer, pixel, &mut workspace);
+        part.counted = render::counted(&counts).map(|(_, n)| n).collect();
+        if work.is_first() && aovs::wants_surfaces(&args.aovs) {
+            let surface = |pixel| aovs::surface(renderer, pixel, workspace);
             part.surfaces = tile.pixels().map(surface).collect();
+            // Nobody asks what these rays cost.
+            workspace.take_counts();
         }
-        part.counted = Value::from(render::counted(&counts)).to_string();
-        Ok(engine::to_bytes(&part))
+        (part, counts)
     }
 
-    fn layers(&self) -> Layers {
-        let aovs = &self.spec.picture.aovs;
-        Layers {
-            moments: aovs::wants_moments(aovs),
-            surfaces: aovs::wants_surfaces(aovs),
-        }
+    /// Whether a part holds what that of a unit does.
+    fn fits(&self, work: Work, part: &Part) -> bool {
+        let count = |there: bool| if there { work.tile().area() } else { 0 };
+        let aovs = &self.args.aovs;
+        let surfaces = work.is_first() && aovs::wants_surfaces(aovs);
+        let lengths = [part.sums.len(), part.spreads.len(), part.surfaces.len()];
+        lengths
+            == [
+                count(true),
+                count(aovs::wants_moments(aovs)),
+                count(surfaces),
+            ]
+            && part.counted.len() == render::counted(&Counts::default()).count()
     }
 
-    /// Puts the parts together, with what was counted.
-    pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Map<String, Value>)> {
-        let window = tile_of(self.spec.window);
-        memory::check_picture(window, aovs::bytes_per_pixel(&self.spec.picture))?;
-        let mut film = Film::new(self, window);
+    /// Puts the parts of a plan together, with what was counted.
+    pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Vec<u64>)> {
+        memory::check_picture(self.window, aovs::bytes_per_pixel(&self.args))?;
+        let mut film = Film::new(self);
         let missing = folder.read_all(|number, payload| {
             let work = self.work[number as usize];
-            film.add(work, &payload).map_err(|error| PlanError::Work {
-                number,
-                name: folder.plan().units[number as usize].name.clone(),
-                error,
-            })
+            let part = engine::from_bytes(&payload).ok();
+            let Some(part) = part.filter(|part| self.fits(work, part)) else {
+                return Err(PlanError::Work {
+                    number,
+                    name: folder.plan().units[number as usize].name.clone(),
+                    error: BoxError::from("its part does not hold what one of a picture does"),
+                });
+            };
+            film.add(work, part);
+            Ok(())
         })?;
-        units::check(folder, &missing)?;
-        let counted = std::mem::take(&mut film.counted);
-        Ok((film.finish(), counted))
+        check(folder, &missing)?;
+        Ok((film.rendered, film.counted))
     }
 
-    /// Puts the parts together, and writes the image.
+    /// Puts the parts of a plan together, and writes the image.
     pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
         let Some(path) = &args.output else {
             let text = "merging a picture writes an image: -o IMAGE.exr or IMAGE.png";
@@ -301,33 +346,25 @@ impl PicturePlan {
             return Err(UsageError(text).into());
         }
         render::check_file(&args.file, path)?;
-        aovs::check(&self.spec.picture, render::is_png(path))?;
+        aovs::check(&self.args, render::is_png(path))?;
         linelit_film::check_writable(path)?;
         let (rendered, counted) = self.gather(folder)?;
-        let scene = &self.spec.scene;
-        let result =
-            (args.json).then(|| render::picture_json(scene, path, &rendered.image, counted));
+        let scene = &self.scene;
+        let result = render::picture_json(scene, path, &rendered.image, &counted);
         let to = (&**path, &args.file);
-        pool_of(args.threads)?
-            .install(|| render::write(rendered, to, scene, &self.spec.picture))?;
-        if let Some(result) = result {
+        pool_of(args.threads)?.install(|| render::write(rendered, to, scene, &self.args))?;
+        if args.json {
             writeln!(out, "{}", Value::from(result))?;
         }
         Ok(())
     }
 }
 
-impl Work {
-    fn is_first(&self) -> bool {
-        self.block.is_none_or(|k| k == 0)
-    }
-}
-
-/// What a unit leaves.
+/// The result of a unit.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Part {
-    /// What was counted, as JSON.
-    counted: String,
+    /// The numbers of [`render::counted`].
+    counted: Vec<u64>,
     /// The sum of the camera samples of each pixel.
     sums: Vec<[f64; 3]>,
     /// How they are spread, of each pixel, with `variance` or `samples`.
@@ -336,161 +373,106 @@ struct Part {
     surfaces: Vec<Surface>,
 }
 
-/// Number, mean and M2 of some camera samples of a pixel, and their rays and lines.
+/// Moments of some camera samples of a pixel, and their rays and lines.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Spread {
-    count: u64,
-    mean: [f64; 3],
-    m2: [f64; 3],
-    cost: [u64; 2],
-}
-
-/// Some camera samples of a pixel.
-#[derive(Clone, Copy, Debug, Default)]
-struct Pixel {
-    sum: DVec3,
+    #[serde(with = "MomentsAsStored")]
     moments: Moments,
     cost: [u64; 2],
 }
 
-/// What parts hold beside the sums of pixels.
-#[derive(Clone, Copy, Debug)]
-struct Layers {
-    moments: bool,
-    surfaces: bool,
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Moments")]
+struct MomentsAsStored {
+    count: u64,
+    mean: [f64; 3],
+    m2: [f64; 3],
 }
 
 /// A picture in the making.
 struct Film {
     window: Tile,
-    placement: Option<Placement>,
-    layers: Layers,
-    /// Blocks of a tile's samples that are units of their own.
+    /// The last block of a tile's samples that are units of their own.
     last_block: u32,
     samples: f64,
-    image: Image,
-    moments: Vec<Moments>,
-    cost: [Vec<u32>; 2],
-    surfaces: Vec<Surface>,
-    /// The pixels of the tile that is being read.
-    tile: Vec<Pixel>,
-    counted: Map<String, Value>,
+    rendered: Rendered,
+    /// The blocks of a tile that were added, added up.
+    tile: Part,
+    counted: Vec<u64>,
 }
 
 impl Film {
-    fn new(plan: &PicturePlan, window: Tile) -> Self {
-        let layers = plan.layers();
+    fn new(picture: &Picture) -> Self {
+        let (window, aovs) = (picture.window, &picture.args.aovs);
         let all = |wanted: bool| if wanted { window.area() } else { 0 };
-        let cost = || vec![0; all(layers.moments)];
+        let moments = all(aovs::wants_moments(aovs));
+        let [width, height] = picture.film;
+        let at = |n: u32| i32::try_from(n).unwrap_or(i32::MAX);
         Self {
             window,
-            placement: aovs::placement(window, plan.spec.film),
-            layers,
-            last_block: plan.work.iter().filter_map(|w| w.block).max().unwrap_or(0),
-            samples: plan.spec.picture.camera_samples(),
-            image: Image::new(window.width(), window.height()),
-            moments: vec![Moments::default(); all(layers.moments)],
-            cost: [cost(), cost()],
-            surfaces: vec![Surface::default(); all(layers.surfaces)],
-            tile: Vec::new(),
-            counted: Map::new(),
+            last_block: picture
+                .work
+                .iter()
+                .filter_map(|w| w.block)
+                .max()
+                .unwrap_or(0),
+            samples: picture.args.camera_samples(),
+            rendered: Rendered {
+                image: Image::new(window.width(), window.height()),
+                placement: (window != Tile::whole(width, height)).then(|| Placement {
+                    origin: [at(window.x0), at(window.y0)],
+                    full: picture.film,
+                    corner: [0, 0],
+                }),
+                moments: vec![Moments::default(); moments],
+                cost: [vec![0; moments], vec![0; moments]],
+                surfaces: vec![Surface::default(); all(aovs::wants_surfaces(aovs))],
+            },
+            tile: Part::default(),
+            counted: vec![0; render::counted(&Counts::default()).count()],
         }
     }
 
-    /// Adds a part; those of a tile come in the order of their blocks.
-    fn add(&mut self, work: Work, payload: &[u8]) -> Result<(), BoxError> {
-        let part: Part = engine::from_bytes(payload)?;
-        self.read(work, part)
-            .ok_or_else(|| BoxError::from("its part does not hold what one of a picture does"))
-    }
-
-    fn read(&mut self, work: Work, part: Part) -> Option<()> {
-        let tile = tile_of(work.tile);
-        let count = |there: bool| if there { tile.area() } else { 0 };
-        let lengths = [part.sums.len(), part.spreads.len(), part.surfaces.len()];
-        let surfaces = self.layers.surfaces && work.is_first();
-        if lengths != [tile.area(), count(self.layers.moments), count(surfaces)] {
-            return None;
+    /// Adds the part of a unit; those of a tile come in the order of their blocks.
+    fn add(&mut self, work: Work, part: Part) {
+        for (sum, own) in self.counted.iter_mut().zip(&part.counted) {
+            *sum += own;
         }
-        add_counts(&mut self.counted, serde_json::from_str(&part.counted).ok()?);
         if work.is_first() {
-            self.tile = vec![Pixel::default(); tile.area()];
-        }
-        if self.tile.len() != tile.area() {
-            return None;
-        }
-        for (pixel, sum) in self.tile.iter_mut().zip(part.sums) {
-            // Of a first one as it is: the sign of 0 counts.
-            let sum = DVec3::from_array(sum);
-            pixel.sum = if work.is_first() {
-                sum
-            } else {
-                pixel.sum + sum
-            };
-        }
-        for (pixel, found) in self.tile.iter_mut().zip(part.spreads) {
-            let Spread {
-                count,
-                mean,
-                m2,
-                cost,
-            } = found;
-            // Into none, those of others are taken as they are.
-            pixel.moments.merge(&Moments { count, mean, m2 });
-            pixel.cost = [0, 1].map(|k| pixel.cost[k] + cost[k]);
-        }
-        for ([x, y], surface) in tile.pixels().zip(part.surfaces) {
-            let place = self.place(x, y);
-            self.surfaces[place] = surface;
+            // As it is: the sign of 0 counts.
+            self.tile = part;
+        } else {
+            for (sum, own) in self.tile.sums.iter_mut().zip(part.sums) {
+                *sum = (DVec3::from_array(*sum) + DVec3::from_array(own)).to_array();
+            }
+            for (all, own) in self.tile.spreads.iter_mut().zip(part.spreads) {
+                all.moments.merge(&own.moments);
+                all.cost = [0, 1].map(|k| all.cost[k] + own.cost[k]);
+            }
         }
         if work.block.is_none_or(|block| block == self.last_block) {
-            self.store(tile);
+            self.store(work.tile());
         }
-        Some(())
     }
 
-    fn place(&self, x: u32, y: u32) -> usize {
-        let [column, row] = [x - self.window.x0, y - self.window.y0];
-        row as usize * self.window.width() as usize + column as usize
-    }
-
-    /// What is known of a tile, now that all of it is.
+    /// Stores what is known of a tile, now that all of it is.
     fn store(&mut self, tile: Tile) {
+        let (part, to) = (std::mem::take(&mut self.tile), &mut self.rendered);
         for (i, [x, y]) in tile.pixels().enumerate() {
-            let (place, pixel) = (self.place(x, y), self.tile[i]);
-            self.image.rgb[place] = aovs::single(pixel.sum / self.samples);
-            if self.layers.moments {
-                self.moments[place] = pixel.moments;
-                for (to, cost) in self.cost.iter_mut().zip(pixel.cost) {
+            let [column, row] = [x - self.window.x0, y - self.window.y0];
+            let place = row as usize * self.window.width() as usize + column as usize;
+            if let Some(sum) = part.sums.get(i) {
+                to.image.rgb[place] = aovs::single(DVec3::from_array(*sum) / self.samples);
+            }
+            if let Some(spread) = part.spreads.get(i) {
+                to.moments[place] = spread.moments;
+                for (to, cost) in to.cost.iter_mut().zip(spread.cost) {
                     to[place] = aovs::clamped(cost);
                 }
             }
-        }
-    }
-
-    fn finish(self) -> Rendered {
-        let (width, height) = (self.window.width(), self.window.height());
-        let film = MomentImage::from_pixels(width, height, self.moments);
-        let film = film.filter(|_| self.layers.moments);
-        Rendered {
-            image: self.image,
-            placement: self.placement,
-            pixels: film.map(|film| (film, self.cost)),
-            surfaces: self.surfaces,
-        }
-    }
-}
-
-/// Adds numbers of the same names.
-fn add_counts(to: &mut Map<String, Value>, from: Map<String, Value>) {
-    for (name, value) in from {
-        let there = to.entry(name).or_insert(Value::Null);
-        match (there, value) {
-            (Value::Object(there), Value::Object(value)) => add_counts(there, value),
-            (there, value) => match (there.as_u64(), value.as_u64()) {
-                (Some(a), Some(b)) => *there = (a + b).into(),
-                _ => *there = value,
-            },
+            if let Some(surface) = part.surfaces.get(i) {
+                to.surfaces[place] = *surface;
+            }
         }
     }
 }

@@ -1,27 +1,34 @@
-//! `linelit plan`.
+//! `linelit plan`, `run`, `merge` and `status`.
 
-use super::picture::{self, PicturePlan};
-use super::study::{self, StudyPlan};
-use super::units::{CONVERGE, RENDER, program, quoted};
-use crate::args::{PlanArgs, PlanKind, PlannedArgs, Script};
-use crate::output::Output;
+use super::picture::{self, Picture, RENDER};
+use super::study::{self, CONVERGE, StudyPlan};
+use super::units::{quoted, work_off};
+use crate::args::{
+    MergeArgs, PlanArgs, PlanKind, PlannedArgs, ReadArgs, RunArgs, Script, StatusArgs, UsageError,
+};
+use crate::inputs::{Packed, program};
+use crate::interrupt;
+use crate::output::{Output, note};
 use anyhow::{Context as _, Result, bail};
-use linelit_plan::{Folder, Plan};
-use std::collections::BTreeMap;
+use linelit_plan::{Folder, Shard};
 use std::path::Path;
+use std::time::Duration;
 
-/// What a plan is of.
-pub(super) enum Planned {
-    Picture(Box<PicturePlan>),
+/// The time between two looks of `status --watch`.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// Work that a plan holds.
+enum Planned {
+    Picture(Box<(Picture, ReadArgs)>),
     Study(Box<StudyPlan>),
 }
 
 /// Opens a plan that this program made.
-pub(super) fn open(path: &Path) -> Result<(Folder, Planned)> {
+fn open(path: &Path) -> Result<(Folder, Planned)> {
     let folder = Folder::open(path)?;
     folder.check_program(&program())?;
     let planned = match folder.plan().kind.as_str() {
-        RENDER => Planned::Picture(Box::new(PicturePlan::open(&folder)?)),
+        RENDER => Planned::Picture(Box::new(Picture::open(&folder)?)),
         CONVERGE => Planned::Study(Box::new(StudyPlan::open(&folder)?)),
         other => bail!("a plan of the kind `{other}`, which this program does not know"),
     };
@@ -32,28 +39,139 @@ pub(super) fn open(path: &Path) -> Result<(Folder, Planned)> {
 ///
 /// # Errors
 /// If what is planned cannot be read, or the folder cannot be made or holds something else.
-pub fn run(args: &PlanArgs, out: &mut Output) -> Result<()> {
+pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
     match &args.kind {
-        PlanKind::Render(args) => {
-            let (plan, packed) = picture::plan(args)?;
-            finish(&plan, &packed, &args.planned, "picture.exr", out)
+        PlanKind::Render(args) => finish(&picture::plan(args)?, &args.planned, "picture.exr", out),
+        PlanKind::Converge(args) => finish(&study::make(args)?, &args.planned, "out", out),
+    }
+}
+
+/// Does what is left of a plan, or of a shard of it.
+///
+/// # Errors
+/// If the plan cannot be read, is of another program, or a unit fails.
+pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
+    let (folder, planned) = open(&args.plan)?;
+    let shard = shard(args)?;
+    let goes_on = format!("`linelit run {}`", folder.path().display());
+    let threads = match args.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        asked => asked,
+    };
+    let ran = work_off(
+        &folder,
+        shard,
+        threads,
+        &goes_on,
+        &|| false,
+        |options| match &planned {
+            Planned::Picture(plan) => plan.0.run(&plan.1, &folder, options),
+            Planned::Study(plan) => plan.run(&folder, options),
+        },
+    )?;
+    let (computed, found, elsewhere) = (ran.computed, ran.found, ran.elsewhere);
+    if args.json {
+        let found = serde_json::json!({
+            "plan": folder.hash(),
+            "shard": shard.to_string(),
+            "units": folder.units(),
+            "computed": computed,
+            "found": found,
+            "elsewhere": elsewhere,
+        });
+        writeln!(out, "{found}")?;
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "shard {shard}: {computed} units computed, {found} found; {elsewhere} of {} are left to \
+         others",
+        folder.units()
+    )?;
+    Ok(())
+}
+
+/// The shard that words or environment say, which is noted.
+fn shard(args: &RunArgs) -> Result<Shard> {
+    if let Some(shard) = args.shard {
+        return Ok(shard);
+    }
+    let named = Shard::from_environment(|name| std::env::var(name).ok(), args.shards);
+    match named.map_err(|e| UsageError(e.to_string()))? {
+        Some((shard, by)) => {
+            note(format_args!("shard {shard} by {by}"));
+            Ok(shard)
         }
-        PlanKind::Converge(args) => {
-            let (plan, packed) = study::make(args)?;
-            finish(&plan, &packed, &args.planned, "out", out)
+        None if args.shards.is_some() => Err(UsageError(
+            "--shards says how many there are, and nothing which one this is: --shard I/N says both"
+                .to_owned(),
+        )
+        .into()),
+        None => Ok(Shard::ALL),
+    }
+}
+
+/// Puts the parts of a plan together.
+///
+/// # Errors
+/// If parts are missing, which are named, or the result cannot be written.
+pub fn merge(args: &MergeArgs, out: &mut Output) -> Result<()> {
+    match open(&args.plan)? {
+        (folder, Planned::Picture(plan)) => plan.0.merge(&folder, args, out),
+        (folder, Planned::Study(plan)) => plan.merge(&folder, args, out),
+    }
+}
+
+/// Says how far a plan is, whichever program made it.
+///
+/// # Errors
+/// If it cannot be looked at.
+pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
+    let folder = Folder::open(&args.plan)?;
+    if args.watch {
+        interrupt::watch().context("watching for signals")?;
+    }
+    loop {
+        let status = folder.status()?;
+        let open = status.units - status.done;
+        if args.json {
+            let found = serde_json::json!({
+                "plan": folder.hash(),
+                "kind": folder.plan().kind,
+                "program": folder.plan().program,
+                "units": status.units,
+                "done": status.done,
+                "open": open,
+                "cost": status.cost,
+                "cost_done": status.cost_done,
+                "seconds_left": status.seconds_left,
+            });
+            writeln!(out, "{found}")?;
+        } else {
+            let percent = 100.0 * status.cost_done / status.cost.max(f64::MIN_POSITIVE);
+            let left = status
+                .seconds_left
+                .map(|seconds| format!("; about {seconds:.0} s left"));
+            writeln!(
+                out,
+                "{} of {} units done ({percent:.0} % by cost), {open} open{}",
+                status.done,
+                status.units,
+                left.unwrap_or_default()
+            )?;
         }
+        out.flush()?;
+        if !args.watch || open == 0 || interrupt::stopped() {
+            return Ok(());
+        }
+        std::thread::sleep(PAUSE);
     }
 }
 
 /// Writes a plan of any kind, and says what it is or how it is run; `result` is what merging it
 /// writes.
-pub(super) fn finish(
-    plan: &Plan,
-    packed: &BTreeMap<String, Vec<u8>>,
-    args: &PlannedArgs,
-    result: &str,
-    out: &mut Output,
-) -> Result<()> {
+fn finish(planned: &Packed, args: &PlannedArgs, result: &str, out: &mut Output) -> Result<()> {
+    let (plan, packed) = planned;
     let folder = Folder::create(&args.output, plan, packed)?;
     if let Some(kind) = args.script {
         write!(out, "{}", script(kind, args, result)?)?;

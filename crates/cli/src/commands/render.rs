@@ -1,22 +1,28 @@
 //! `linelit render`.
 
 use super::aovs::{self, Rendered};
-use super::checkpoints::{self, Kept};
-use super::{bar, pool};
-use crate::args::{ImageArgs, PictureArgs, RenderArgs, UsageError};
-use crate::inputs;
+use super::picture::{Picture, pixel_seconds, size};
+use super::pool;
+use super::units::{keep, work_off};
+use crate::args::{Checkpoints, ImageArgs, PictureArgs, RenderArgs, UsageError};
+use crate::folder::{Lock, remove_all};
+use crate::inputs::Sources;
 use crate::output::{Output, OutputError};
-use crate::words::Crop;
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
 use linelit_integrator::{Counts, Renderer, Settings};
+use linelit_plan::{Folder, Shard};
 use linelit_scene::Scene;
 use linelit_study::memory;
 use linelit_study::{short_name, version};
+use rayon::ThreadPool;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Pictures of less are not kept: seconds of one thread, as guessed.
+const LONG: f64 = 30.0;
 
 /// Renders a scene to an image.
 ///
@@ -29,8 +35,8 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
     let start = Instant::now();
-    let planned = inputs::plan(&args.scene, &args.common.read, false)?;
-    let mut scene = planned.loaded.scene;
+    let sources = Sources::new(&args.common.read, false);
+    let mut scene = sources.load(&args.scene)?;
     let window = set_film(&mut scene, &args.picture);
     pool.install(|| memory::check_picture(window, aovs::bytes_per_pixel(&args.picture)))?;
     let load_seconds = start.elapsed().as_secs_f64();
@@ -39,39 +45,85 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     set_lights(&mut renderer, &args.picture)?;
     let build_seconds = built.elapsed().as_secs_f64();
     let drawn = Instant::now();
-    let kept = checkpoints::wanted(args, &scene, window)
-        .then(|| Kept::open(args, &scene, window, planned.input))
-        .transpose()?;
-    let mut counts = Counts::default();
-    let (rendered, found) = if let Some(kept) = &kept {
-        kept.render(&renderer, &pool)?
-    } else {
-        let rendered;
-        (rendered, counts) = pool.install(|| directly(args, &renderer, window));
-        (rendered, counted(&counts))
+    let picture = Picture::new(&args.scene, &scene, &args.picture, window);
+    let pixel = pixel_seconds(&scene, &args.picture);
+    let is_kept = match args.checkpoints {
+        // Parts do not say all that is explained.
+        _ if args.explain => false,
+        Checkpoints::Never => false,
+        Checkpoints::Always => true,
+        Checkpoints::Auto => pixel * window.area() as f64 >= LONG,
     };
-    let seconds = drawn.elapsed().as_secs_f64();
-    let times = [load_seconds, build_seconds, seconds];
-    let result = args
-        .common
-        .json
-        .then(|| json(args, &rendered.image, found, times));
+    let mut counts = Counts::default();
+    let mut kept = None;
+    let (rendered, counted) = if is_kept {
+        let picture = picture.cut(size(None, false, pixel, window, args.picture.blocks()));
+        let (folder, lock) = open(args, &picture, pixel, &sources)?;
+        let found = render_kept(&picture, &renderer, &folder, &pool)?;
+        kept = Some((folder, lock));
+        found
+    } else {
+        let (rendered, counted);
+        (rendered, counted, counts) = pool.install(|| picture.at_once(&renderer));
+        (rendered, counted)
+    };
+    let times = [load_seconds, build_seconds, drawn.elapsed().as_secs_f64()];
+    let mut result = picture_json(&args.scene, &args.output, &rendered.image, &counted);
     let to = (&*args.output, &args.file);
     pool.install(|| write(rendered, to, &args.scene, &args.picture))?;
-    if let Some(kept) = kept {
-        kept.finish()?;
+    if let Some((folder, _lock)) = kept {
+        remove_all(folder.path())?;
     }
-    if let Some(result) = result {
-        writeln!(out, "{result}")?;
+    if args.common.json {
+        let names = ["load_seconds", "build_seconds", "render_seconds"].map(str::to_owned);
+        result.extend(names.into_iter().zip(times.map(Value::from)));
+        writeln!(out, "{}", Value::from(result))?;
     } else if args.explain {
         explain(&renderer, &args.picture.settings(), &counts, times, out)?;
     }
     Ok(())
 }
 
-/// The picture, by the threads of the current pool.
-fn directly(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> (Rendered, Counts) {
-    aovs::render(renderer, &args.picture, window, &bar("rendering"))
+/// Begins to keep a long picture in a plan beside it, or goes on with what an interrupted command
+/// kept. It is ours as long as the lock is held.
+fn open(
+    args: &RenderArgs,
+    picture: &Picture,
+    pixel: f64,
+    sources: &Sources<'_>,
+) -> Result<(Folder, Option<Lock>)> {
+    let path = beside(&args.output, "plan");
+    let shown = args.output.display();
+    let lock = Lock::acquire(&beside(&args.output, "lock"), |holder| {
+        format!("process {holder} is rendering {shown}: wait for it, or choose another name")
+    })?;
+    if args.fresh {
+        remove_all(&path)?;
+    }
+    Ok((
+        keep(&path, &picture.plan(pixel, sources)?, "picture")?,
+        lock,
+    ))
+}
+
+/// Renders what is left of a picture that is kept, and puts all of it together.
+fn render_kept(
+    picture: &Picture,
+    renderer: &Renderer<'_>,
+    folder: &Folder,
+    pool: &ThreadPool,
+) -> Result<(Rendered, Vec<u64>)> {
+    let (threads, goes_on) = (pool.current_num_threads(), "the same command");
+    work_off(folder, Shard::ALL, threads, goes_on, &|| false, |options| {
+        Ok(picture.run_with(renderer, folder, options)?)
+    })?;
+    picture.gather(folder)
+}
+
+/// The name of something that stands beside a picture for a while.
+fn beside(picture: &Path, what: &str) -> PathBuf {
+    let name = picture.file_name().unwrap_or_default().to_string_lossy();
+    picture.with_file_name(format!(".{name}.linelit-{what}"))
 }
 
 /// That the flags of a file are for files of its format.
@@ -93,7 +145,10 @@ pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
     if let Some(resolution) = args.resolution {
         scene.set_resolution(resolution.width, resolution.height);
     }
-    window(scene, args.crop)
+    let ([x0, x1, y0, y1], film) = (scene.film.crop, &scene.film);
+    let all = Tile { x0, y0, x1, y1 };
+    args.crop
+        .map_or(all, |crop| crop.window(film.width, film.height))
 }
 
 /// That the lights that are asked for are there.
@@ -118,12 +173,6 @@ pub(super) fn set_lights(renderer: &mut Renderer<'_>, args: &PictureArgs) -> Res
         renderer.set_light_apart(*light, true);
     }
     Ok(())
-}
-
-fn window(scene: &Scene, crop: Option<Crop>) -> Tile {
-    let [x0, x1, y0, y1] = scene.film.crop;
-    let (width, height) = (scene.film.width, scene.film.height);
-    crop.map_or(Tile { x0, x1, y0, y1 }, |crop| crop.window(width, height))
 }
 
 pub(super) fn is_png(path: &Path) -> bool {
@@ -223,26 +272,20 @@ fn explain(
     )
 }
 
-fn json(args: &RenderArgs, image: &Image, counted: Map<String, Value>, times: [f64; 3]) -> Value {
-    let mut found = picture_json(&args.scene, &args.output, image, counted);
-    for (name, seconds) in ["load_seconds", "build_seconds", "render_seconds"]
-        .iter()
-        .zip(times)
-    {
-        found.insert((*name).to_owned(), seconds.into());
-    }
-    found.into()
-}
-
-/// What is said of a picture that was written.
+/// What is said of a picture that was written, with the numbers of [`counted`].
 pub(super) fn picture_json(
     scene: &str,
     output: &Path,
     image: &Image,
-    counted: Map<String, Value>,
+    numbers: &[u64],
 ) -> Map<String, Value> {
-    let mut found = counted;
+    let none = Counts::default();
+    let names = counted(&none).map(|(name, _)| name.to_owned());
+    let mut rows = names.zip(numbers.iter().map(|n| Value::from(*n)));
+    let plan: Map<String, Value> = rows.by_ref().take(none.plan.rows().count()).collect();
+    let mut found: Map<String, Value> = rows.collect();
     for (name, value) in [
+        ("plan", plan.into()),
         ("scene", scene.into()),
         ("output", json!(output)),
         ("width", image.width.into()),
@@ -254,22 +297,15 @@ pub(super) fn picture_json(
     found
 }
 
-/// What was counted, by name.
-pub(super) fn counted(counts: &Counts) -> Map<String, Value> {
-    let plan = counts.plan.rows().map(|(k, v)| (k.to_owned(), v.into()));
-    let plan: Map<String, Value> = plan.collect();
+/// The numbers that are told of a picture, by name: those of the plan of what to skip first.
+pub(super) fn counted(counts: &Counts) -> impl Iterator<Item = (&'static str, u64)> {
     let visibility = &counts.visibility;
-    let mut found = Map::new();
-    found.insert("plan".to_owned(), plan.into());
-    for (name, count) in [
+    counts.plan.rows().chain([
         ("rays", visibility.rays),
         ("shafts", visibility.shafts),
         ("line_queries", visibility.line_queries),
         ("node_tests", visibility.node_tests),
         ("triangle_tests", visibility.triangle_tests),
         ("intervals", visibility.intervals),
-    ] {
-        found.insert(name.to_owned(), count.into());
-    }
-    found
+    ])
 }

@@ -1,28 +1,28 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
-use super::units::{self, CONVERGE};
-use super::{flags, list, pool_of};
-use crate::args::{MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError};
+use super::{flags, list, pool_of, units};
+use crate::args::{Again, MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError, given};
 use crate::folder::OutputFolder;
-use crate::inputs;
+use crate::inputs::{self, Packed, Sources};
 use crate::output::{Output, OutputError, note};
 use anyhow::{Context as _, Result, anyhow};
-use clap::Parser;
-use indicatif::ProgressBar;
+use clap::Parser as _;
 use linelit_film::ToneCurve;
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
-use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
+use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
 use linelit_scenes::Place;
 use linelit_study::report::Exhibits;
-use linelit_study::scene_study::{SceneUnit, StudySpec, Work, with_work};
+use linelit_study::scene_study::{PlannedUnit, SceneUnit, StudySpec, Work, with_work};
 use linelit_study::tables::{GalleryRow, SlopeRow, StudyRecord};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
+
+/// The kind of plans of convergence studies.
+pub(super) const CONVERGE: &str = "converge";
 
 /// The study that the command line names.
 ///
@@ -106,97 +106,19 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
         spec.pixels.clone_from(pixels);
         spec.spots.clear();
     }
-    spec.seed = args.seed.unwrap_or(0);
+    spec.seed = args.seed;
     spec.lights = args.lights.unwrap_or(spec.lights);
     spec.spheres = args.spheres.unwrap_or(spec.spheres);
 }
 
-/// What a plan says of its study, as JSON.
+/// The settings of the plan of a study.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Settings {
-    /// The words of `converge` that mean it, every default spelled out.
+    /// The words of `converge` that numbers depend on.
     converge: Vec<String>,
-    /// How scenes are read.
-    read: ReadArgs,
-    /// What the words come to, for those who look.
+    /// The values that the words come to, for those who look.
     settings: BTreeMap<String, String>,
-}
-
-/// Words of `converge`, read again.
-#[derive(Parser)]
-struct Again {
-    #[command(flatten)]
-    study: StudyArgs,
-}
-
-/// The words of `converge` that mean a study, from any working folder of this machine.
-fn words(args: &StudyArgs, spec: &StudySpec) -> Vec<String> {
-    fn joined<T: ToString>(list: &[T]) -> String {
-        let texts: Vec<String> = list.iter().map(ToString::to_string).collect();
-        texts.join(",")
-    }
-    let is_study = |name: &str| studies().any(|(n, _)| n == name);
-    let whole = |name: &String| match Place::find(name) {
-        Ok(Place::File(path)) if !is_study(name) => {
-            std::path::absolute(&path).map_or(name.clone(), |path| path.display().to_string())
-        }
-        _ => name.clone(),
-    };
-    let mut words: Vec<String> = args.what.iter().map(whole).collect();
-    let mut flag = |name: &str, value: String| words.push(format!("--{name}={value}"));
-    flag("estimators", joined(&spec.estimators));
-    flag("samplers", joined(&spec.samplers));
-    flag("lights", spec.lights.to_string());
-    flag("spheres", spec.spheres.to_string());
-    flag("samples", joined(&spec.samples));
-    // More trials of the independent pattern, and single pixels, are the named study's own.
-    if spec.independent_trials.is_none() {
-        flag("trials", spec.trials.to_string());
-    }
-    if spec.spots.is_empty() {
-        flag("pixels", spec.pixels.to_string());
-    }
-    flag("seed", spec.seed.to_string());
-    if args.smallest {
-        words.push("--smallest".to_owned());
-    }
-    words
-}
-
-/// Scenes as they are read for a plan, with what it says of them.
-#[derive(Debug)]
-pub(super) struct Sources<'a> {
-    read: &'a ReadArgs,
-    pack: bool,
-    found: Mutex<Found>,
-}
-
-#[derive(Debug, Default)]
-struct Found {
-    inputs: Vec<(String, Input)>,
-    packed: BTreeMap<String, Vec<u8>>,
-}
-
-impl<'a> Sources<'a> {
-    pub(super) fn new(read: &'a ReadArgs, pack: bool) -> Self {
-        Self {
-            read,
-            pack,
-            found: Mutex::default(),
-        }
-    }
-
-    /// Reads a scene.
-    pub(super) fn load(&self, name: &str) -> Result<Scene> {
-        let planned = inputs::plan(name, self.read, self.pack)?;
-        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        if found.inputs.iter().all(|(known, _)| known != name) {
-            found.inputs.push((name.to_owned(), planned.input));
-        }
-        found.packed.extend(planned.packed);
-        Ok(planned.loaded.scene)
-    }
 }
 
 /// The plan of a study, and the files that it keeps.
@@ -204,40 +126,33 @@ pub(super) fn plan(
     args: &StudyArgs,
     work: &Work<'_, '_, '_>,
     sources: &Sources<'_>,
-) -> Result<(Plan, BTreeMap<String, Vec<u8>>)> {
-    let planned = work.plan()?;
+) -> Result<Packed> {
+    let is_scene = |name: &&String| !studies().any(|(known, _)| known == **name);
+    let whole = |name: &String| match Some(name).filter(is_scene) {
+        Some(scene) => inputs::whole_path(scene),
+        None => Ok(name.clone()),
+    };
+    let mut words: Vec<String> = args.what.iter().map(whole).collect::<Result<_>>()?;
+    words.extend(given::<Again<StudyArgs>>()?);
     let spec = work.spec();
     let settings = Settings {
-        converge: words(args, spec),
-        read: sources.read.clone(),
+        converge: words,
         settings: spec.record(String::new()).settings,
     };
     let number = |k: usize| u32::try_from(k).context("too many units");
-    let unit = |planned: linelit_study::scene_study::PlannedUnit| -> Result<Unit> {
+    let unit = |planned: PlannedUnit| -> Result<Unit> {
         let work = serde_json::to_string(&planned.unit)?;
         Ok(Unit {
             needs: number(planned.needs.start)?..number(planned.needs.end)?,
             ..Unit::new(planned.name, planned.seconds, work)
         })
     };
-    let found = std::mem::take(&mut *sources.found.lock().unwrap_or_else(PoisonError::into_inner));
-    let input = |name: &String| {
-        let own = found.inputs.iter().find(|(known, _)| known == name);
-        own.map(|(_, input)| input.clone())
-            .with_context(|| format!("{name} was not read"))
-    };
-    let plan = Plan {
-        program: units::program(),
-        kind: CONVERGE.to_owned(),
-        settings: serde_json::to_string(&settings)?,
-        inputs: spec.scenes.iter().map(input).collect::<Result<_>>()?,
-        units: planned.into_iter().map(unit).collect::<Result<_>>()?,
-    };
-    Ok((plan, found.packed))
+    let units = work.plan()?.into_iter().map(unit).collect::<Result<_>>()?;
+    sources.plan(CONVERGE, &settings, &spec.scenes, units)
 }
 
 /// The plan that `plan converge` asks for.
-pub(super) fn make(args: &PlanConvergeArgs) -> Result<(Plan, BTreeMap<String, Vec<u8>>)> {
+pub(super) fn make(args: &PlanConvergeArgs) -> Result<Packed> {
     let mut spec = spec_of(&args.study)?;
     spec.scenes
         .iter()
@@ -268,46 +183,32 @@ pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
 }
 
 /// Does what is left of a plan, one unit at a time on all threads of the pool: times are measured.
-/// `progress` shows which is in hand.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
     options: &Run<'_>,
     pool: &ThreadPool,
-    progress: &ProgressBar,
-) -> Result<Ran, PlanError> {
-    let plan = folder.plan();
-    let units = units(plan).map_err(|e| PlanError::Refused(e.to_string()))?;
+) -> Result<Ran> {
+    let units = units(folder.plan())?;
     let options = Run {
         threads: 1,
         ..*options
     };
-    linelit_plan::run(folder, &options, |task| {
-        progress.set_message(task.unit().name.clone());
-        pool.install(|| compute(work, &units, task))
-    })
-}
-
-fn compute(
-    work: &Work<'_, '_, '_>,
-    units: &[SceneUnit],
-    task: &Task<'_>,
-) -> Result<Vec<u8>, BoxError> {
-    // What the plan fails with is kept as it is: whether to try again depends on it.
-    let failed: Mutex<Option<BoxError>> = Mutex::default();
-    let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-        let parts = task.parts(|k, bytes| Ok(each(k as usize, bytes)?));
-        parts.map_err(|e| {
-            let text = e.to_string();
-            *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
-            anyhow!(text)
+    let compute = |task: &Task<'_>| {
+        let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
+            let mut needs = task.unit().needs.clone();
+            needs.try_for_each(|k| each(k as usize, task.part(k)?))
+        };
+        let computed = work.compute(&units, task.number() as usize, &needed);
+        // What the plan fails with is kept as it is: whether to try again depends on it.
+        computed.map_err(|e| match e.downcast::<PlanError>() {
+            Ok(error) => BoxError::from(error),
+            Err(error) => error.into(),
         })
     };
-    let computed = work.compute(units, task.number() as usize, &needed);
-    computed.map_err(|e| {
-        let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
-        failed.unwrap_or_else(|| e.into())
-    })
+    Ok(linelit_plan::run(folder, &options, |task| {
+        pool.install(|| compute(task))
+    })?)
 }
 
 /// A convergence study of a plan.
@@ -322,32 +223,28 @@ impl StudyPlan {
     /// The study that a plan is of.
     pub(super) fn open(folder: &Folder) -> Result<Self> {
         let settings: Settings = serde_json::from_str(&folder.plan().settings)?;
-        let words = std::iter::once("converge").chain(settings.converge.iter().map(String::as_str));
-        let args = Again::try_parse_from(words)?.study;
+        let Again { args, read } = Again::<StudyArgs>::try_parse_from(&settings.converge)?;
         let mut spec = spec_of(&args)?;
         apply_flags(&mut spec, &args);
         Ok(Self {
             spec,
             words: settings.converge,
-            read: settings.read,
+            read,
         })
     }
 
     /// Reads a scene of the study.
     fn load(&self, folder: &Folder, name: &str) -> Result<Scene> {
         let number = self.spec.scenes.iter().position(|scene| scene == name);
-        let input = number.and_then(|k| folder.plan().inputs.get(k));
-        let input = input.with_context(|| format!("the plan does not say what {name} is"))?;
-        Ok(inputs::open(folder, input, &self.read)?.scene)
+        let number = number.with_context(|| format!("the plan does not say what {name} is"))?;
+        inputs::open(folder, number, &self.read)
     }
 
     /// Does what is left of the plan.
     pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
         let pool = pool_of(options.threads)?;
         let load = |name: &str| self.load(folder, name);
-        Ok(with_work(&self.spec, &load, |work| {
-            run(work, folder, options, &pool, &ProgressBar::hidden())
-        })?)
+        with_work(&self.spec, &load, |work| run(work, folder, options, &pool))
     }
 
     /// Puts the parts together and writes the report.
@@ -367,8 +264,7 @@ impl StudyPlan {
         let to = OutputFolder::open(args.output.as_deref().unwrap_or(default))?;
         let pool = pool_of(args.threads)?;
         let load = |name: &str| self.load(folder, name);
-        let words = self.words.iter().cloned().chain(flags::words(&self.read));
-        let command = format!("linelit converge {}", quoted(words));
+        let command = format!("linelit converge {}", quoted(self.words.iter().cloned()));
         let mut record = self.spec.record(command);
         let exhibits = pool.install(|| {
             with_work(&self.spec, &load, |work| {

@@ -1,42 +1,54 @@
-//! What plans of all kinds share: their names, working them off, and what is missing.
+//! Working off plans, whichever command asks for it, and what is missing of them.
 
-use super::bar;
+use crate::inputs::Packed;
 use crate::{interrupt, output::note, program::TryAgain};
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow};
+use indicatif::{ProgressBar, ProgressStyle};
 use linelit_plan::{Event, Folder, Missing, PlanError, Ran, Run, Shard};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-/// The kind of plans of pictures.
-pub(super) const RENDER: &str = "render";
-/// The kind of plans of convergence studies.
-pub(super) const CONVERGE: &str = "converge";
+/// Units that are named one by one.
+const NAMED: usize = 8;
 
-/// The version of the program, and its commit, that plans are held to.
-pub(super) fn program() -> String {
-    let (version, commit) = (linelit_study::version(), linelit_study::tables::commit());
-    format!("linelit {version} ({commit})")
-}
-
-/// A word as one would give it to a shell.
-pub(super) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.to_owned();
+/// Begins to keep what is done of a picture or a study, as `what` says, or goes on with what an
+/// interrupted command kept.
+pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> {
+    let folder = Folder::create(path, &planned.0, &planned.1).map_err(|e| match e {
+        PlanError::Refused(why) => anyhow!("{why}. {}", interrupted(what)),
+        other => other.into(),
+    })?;
+    let before = folder.status()?;
+    if before.done > 0 {
+        note(format_args!(
+            "note: going on with an interrupted {what}, {} of {} units are done (--fresh begins \
+             anew)",
+            before.done, before.units
+        ));
     }
-    format!("'{}'", word.replace('\'', "'\\''"))
+    Ok(folder)
 }
 
-/// Works off a plan until it is done or a signal comes; then says what `goes_on` with it.
+/// What to do about the plan of another picture or study.
+pub(super) fn interrupted(what: &str) -> String {
+    format!(
+        "An interrupted {what} is there: the command that began it goes on, --fresh begins anew"
+    )
+}
+
+/// Works off a plan until it is done, or it is `late` ([`PlanError::Interrupted`]), or a signal
+/// comes ([`TryAgain`]); then says what `goes_on` with it.
 pub(super) fn work_off(
     folder: &Folder,
     shard: Shard,
     threads: usize,
     goes_on: &str,
+    late: &(dyn Fn() -> bool + Sync),
     work: impl FnOnce(&Run<'_>) -> Result<Ran>,
 ) -> Result<Ran> {
     interrupt::watch().context("watching for signals")?;
-    let progress = bar("units");
-    progress.set_length(folder.units().into());
+    let progress = cost_bar(folder);
     let said = AtomicBool::new(false);
     let options = Run {
         shard,
@@ -48,10 +60,11 @@ pub(super) fn work_off(
                     "stopping: units in hand are finished; once more to drop them"
                 ));
             }
-            stopped
+            stopped || late()
         },
         note: &|event| match event {
-            Event::Done(_) | Event::Found(_) => progress.inc(1),
+            Event::Begun(unit) => progress.set_message(unit.name.clone()),
+            Event::Done(unit) | Event::Found(unit) => progress.inc(milliseconds(unit.cost)),
             Event::Broken(unit, why) => {
                 note(format_args!("note: {}, once more: {why}", unit.name));
             }
@@ -61,7 +74,9 @@ pub(super) fn work_off(
     let result = work(&options);
     progress.finish_and_clear();
     match result {
-        Err(e) if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) => {
+        Err(e)
+            if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) && interrupt::stopped() =>
+        {
             let status = folder.status()?;
             let (done, all) = (status.done, status.units);
             let text = format!("interrupted: {done} of {all} units are done; {goes_on} goes on");
@@ -71,8 +86,28 @@ pub(super) fn work_off(
     }
 }
 
-/// Units that are named one by one.
-const NAMED: usize = 8;
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "of a plan: finite and not negative"
+)]
+const fn milliseconds(cost: f64) -> u64 {
+    (1e3 * cost) as u64 + 1
+}
+
+/// The unit in hand, and the time left by what units cost, at the terminal if there is one.
+fn cost_bar(folder: &Folder) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_msg} {bar:20} {eta:>6}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let cost = folder
+        .plan()
+        .units
+        .iter()
+        .map(|unit| milliseconds(unit.cost));
+    let bar = ProgressBar::new(cost.sum()).with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
 
 /// That nothing is missing.
 pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
@@ -82,20 +117,31 @@ pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
     let units = &folder.plan().units;
     let mut text = format!("{} of {} units are missing", missing.len(), units.len());
     let named = |number: &u32| units[*number as usize].name.as_str();
+    let more = |count: usize| match count.saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
     if !missing.absent.is_empty() {
         let names: Vec<&str> = missing.absent.iter().take(NAMED).map(named).collect();
-        let more = missing.absent.len() - names.len();
-        text += &format!("; not done: {}", names.join(", "));
-        if more > 0 {
-            text += &format!(" and {more} more");
-        }
+        text += &format!(
+            "; not done: {}{}",
+            names.join(", "),
+            more(missing.absent.len())
+        );
     }
     for (number, why) in missing.broken.iter().take(NAMED) {
         text += &format!("; broken: {} ({why})", named(number));
     }
-    if missing.broken.len() > NAMED {
-        text += &format!(" and {} more", missing.broken.len() - NAMED);
-    }
+    text += &more(missing.broken.len());
     let path = folder.path().display();
     Err(TryAgain(format!("{text}. `linelit run {path}` does them")).into())
+}
+
+/// A word as one would give it to a shell.
+pub(super) fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
 }

@@ -249,7 +249,7 @@ fn changed_scenes_and_other_programs_are_refused() {
 
     let file = moved.join("plan.json");
     let text = fs::read_to_string(&file).unwrap();
-    fs::write(&file, text.replacen("\"samples\": 1", "\"samples\": 2", 1)).unwrap();
+    fs::write(&file, text.replacen("--samples=1", "--samples=2", 1)).unwrap();
     assert!(refused(&["run", path(&moved)], 1).contains("is broken"));
 }
 
@@ -476,7 +476,7 @@ fn plans_of_other_programs_and_parts_of_other_plans_are_refused() {
     }
     // The same tiles of another seed.
     let mut seeded = Folder::open(&plan).unwrap().plan().clone();
-    seeded.settings = seeded.settings.replace("\"seed\": 0", "\"seed\": 1");
+    seeded.settings = seeded.settings.replace("--seed=0", "--seed=1");
     let seeded = (case.at("seeded"), seeded);
     Folder::create(&seeded.0, &seeded.1, &BTreeMap::new()).unwrap();
     let part = "parts/00000002.part";
