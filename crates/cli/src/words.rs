@@ -6,7 +6,6 @@ use linelit_formats::nearest;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_simd::InstructionSet;
-use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -55,8 +54,7 @@ impl Word for Estimator {
 }
 
 /// A message about a word, with the nearest of the words that there are, if one is near.
-#[must_use]
-pub fn did_you_mean(
+fn did_you_mean(
     message: String,
     word: &str,
     known: impl IntoIterator<Item = &'static str>,
@@ -65,14 +63,6 @@ pub fn did_you_mean(
         Some(near) => format!("{message}; did you mean `{near}`?"),
         None => message,
     }
-}
-
-/// What stands for an estimator.
-///
-/// # Errors
-/// As [`Word::read`].
-pub fn estimator(text: &str) -> Result<Estimator, String> {
-    Estimator::read(text)
 }
 
 /// One of a few values, each with a line for `--help`, where those without one are not listed.
@@ -268,7 +258,7 @@ impl fmt::Display for LightEstimator {
 }
 
 /// A crop window in fractions of the image: x0, x1, y0, y1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crop(pub [f64; 4]);
 
 impl Crop {
@@ -369,14 +359,6 @@ mod tests {
         assert_eq!(list.0.len(), 3);
         assert!("".parse::<List<u32>>().is_err());
         assert_eq!("1, 4,16".parse::<List<u32>>().unwrap().0, [1, 4, 16]);
-        for (list, fine) in [
-            ("1,4", true),
-            ("0,4", false),
-            ("4,1", false),
-            ("16777217", false),
-        ] {
-            assert_eq!(list.parse::<SampleCounts>().is_ok(), fine, "{list}");
-        }
         assert!("1,x".parse::<List<u32>>().unwrap_err().contains("`x`"));
     }
 
@@ -402,31 +384,5 @@ mod tests {
         }
         let list = "sobol,haltn".parse::<List<SamplerKind>>().unwrap_err();
         assert!(list.ends_with("; did you mean `halton`?"), "{list}");
-    }
-
-    #[test]
-    fn crops_are_checked() {
-        assert!("0,1,0.5".parse::<Crop>().is_err());
-        assert!("0.5,0.2,0,1".parse::<Crop>().is_err());
-        assert!("0,nan,0,1".parse::<Crop>().is_err());
-        assert_eq!(
-            "0,0.5,0,1".parse::<Crop>().unwrap(),
-            Crop([0.0, 0.5, 0.0, 1.0])
-        );
-    }
-
-    #[test]
-    fn threads_have_a_limit() {
-        assert_eq!((threads("0"), threads("64")), (Ok(0), Ok(64)));
-        assert!(threads("1000000").unwrap_err().starts_with("at most "));
-        assert!(threads("-1").is_err() && threads("99999999999999999999").is_err());
-    }
-
-    #[test]
-    fn seconds_are_positive_numbers() {
-        assert!(seconds("0.5").is_ok());
-        for text in ["0", "-1", "nan", "inf", "x"] {
-            assert!(seconds(text).is_err(), "{text}");
-        }
     }
 }

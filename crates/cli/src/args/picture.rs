@@ -1,7 +1,7 @@
 //! What pictures are made of, by `render` and by plans.
 
 use crate::words::{
-    Crop, LightEstimator, MOST_SAMPLES, estimator, light_choice, sampler, spheres, stops,
+    Crop, LightEstimator, MOST_SAMPLES, Word as _, light_choice, sampler, spheres, stops,
     tone_curve,
 };
 use clap::{Args, ValueEnum};
@@ -15,7 +15,7 @@ use linelit_study::pixels::Resolution;
 pub struct PictureArgs {
     /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; `linelit list
     /// estimators` names all.
-    #[arg(long, default_value = "hybrid", value_parser = estimator)]
+    #[arg(long, default_value = "hybrid", value_parser = Estimator::read)]
     pub estimator: Estimator,
     /// Another estimator for light K of the scene, counted from 0; may be repeated.
     #[arg(long, value_name = "K=ESTIMATOR")]

@@ -184,22 +184,13 @@ fn channels(picture: &Image, reference: &Image) -> Result<[ChannelMetrics; 3]> {
             ..*image
         };
         let m = ImageMetrics::compare(&grey(picture), &grey(reference))?;
-        let ImageMetrics {
-            mse,
-            rmse,
-            mrse,
-            bias,
-            mean,
-            reference_mean,
-            ..
-        } = m;
         Ok(ChannelMetrics {
-            mse,
-            rmse,
-            mrse,
-            bias,
-            mean,
-            reference_mean,
+            mse: m.mse,
+            rmse: m.rmse,
+            mrse: m.mrse,
+            bias: m.bias,
+            mean: m.mean,
+            reference_mean: m.reference_mean,
         })
     };
     Ok([of(0)?, of(1)?, of(2)?])

@@ -1,7 +1,7 @@
 //! `linelit converge`.
 
 use super::units::{self, keep, work_off};
-use super::{bar, flags, list, pool, study};
+use super::{bar, list, pool, study};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
 use crate::folder::OutputFolder;
 use crate::inputs::Sources;
@@ -29,9 +29,9 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
         Study::Convergence(spec) => {
             let mut scenes = spec.scenes.iter();
             scenes.try_for_each(|scene| study::scene_is_there(scene))?;
-            flags::refuse_without_files(&spec.scenes, &args.common.read)?;
+            study::refuse_without_files(&spec.scenes, &args.common.read)?;
         }
-        Study::Findings(_) => flags::refuse_fixed(name(args), args)?,
+        Study::Findings(_) => study::refuse_fixed(name(args), args)?,
     }
     if args.full && name(args) != "claims" {
         let what = "--full is for `claims`: other studies have no quick form";

@@ -204,15 +204,6 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &Light) {
     group.power += light.power();
 }
 
-/// What few scenes have.
-fn beyond_triangles(info: &Info) -> Vec<(&'static str, String)> {
-    let mut rows = Vec::new();
-    if info.cutouts > 0 {
-        rows.push(("with holes", format!("{} meshes", info.cutouts)));
-    }
-    rows
-}
-
 fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     let mut row = |key: &str, value: String| writeln!(out, "{key:>20}  {value}");
     row("scene", info.scene.clone())?;
@@ -220,8 +211,8 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
         "triangles",
         format!("{} in {} meshes", info.triangles, info.meshes),
     )?;
-    for (key, value) in beyond_triangles(info) {
-        row(key, value)?;
+    if info.cutouts > 0 {
+        row("with holes", format!("{} meshes", info.cutouts))?;
     }
     row("vertices", info.vertices.to_string())?;
     if let Some([lo, hi]) = info.bounds {

@@ -45,13 +45,9 @@ pub fn run(args: &ListArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-const fn heading(what: Listed) -> &'static str {
-    match what {
-        Listed::Scenes => "scenes",
-        Listed::Studies => "studies",
-        Listed::Estimators => "estimators",
-        Listed::Samplers => "samplers",
-    }
+fn heading(what: Listed) -> String {
+    let value = what.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 fn print(what: Listed, indent: &str, out: &mut Output) -> Result<(), OutputError> {

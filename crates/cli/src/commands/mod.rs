@@ -3,7 +3,6 @@
 mod aovs;
 mod compare;
 mod converge;
-mod flags;
 mod info;
 mod list;
 mod pages;

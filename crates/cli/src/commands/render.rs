@@ -248,23 +248,23 @@ fn explain(
         writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;
     }
     write!(out, "{}", counts.plan)?;
-    writeln!(out, "{:>14}  rays", counts.visibility.rays)?;
-    writeln!(
-        out,
-        "{:>14}  shafts, {} of them too dense to keep",
-        counts.visibility.shafts, counts.visibility.dense_shafts
-    )?;
-    writeln!(out, "{:>14}  box tests", counts.visibility.node_tests)?;
-    writeln!(
-        out,
-        "{:>14}  triangle tests",
-        counts.visibility.triangle_tests
-    )?;
-    writeln!(
-        out,
-        "{:>14}  visible pieces of {} lines",
-        counts.segments.pieces, counts.segments.lines
-    )?;
+    let (visibility, segments) = (&counts.visibility, &counts.segments);
+    let dense = visibility.dense_shafts;
+    for (count, what) in [
+        (visibility.rays, "rays".to_owned()),
+        (
+            visibility.shafts,
+            format!("shafts, {dense} of them too dense to keep"),
+        ),
+        (visibility.node_tests, "box tests".to_owned()),
+        (visibility.triangle_tests, "triangle tests".to_owned()),
+        (
+            segments.pieces,
+            format!("visible pieces of {} lines", segments.lines),
+        ),
+    ] {
+        writeln!(out, "{count:>14}  {what}")?;
+    }
     let [load, build, render] = times;
     writeln!(
         out,

@@ -50,6 +50,4 @@ fn built_in_scenes_need_no_folder() {
         said.contains("cannot tell the format of `plates`"),
         "{said}"
     );
-    std::fs::remove_dir_all(dir).unwrap();
-    std::fs::remove_dir_all(out).unwrap();
 }

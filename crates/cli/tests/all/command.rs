@@ -1,6 +1,6 @@
 //! The command line, as a user runs it.
 
-use crate::common::{folder, linelit, path, text};
+use crate::common::{folder, linelit, path, succeeded, text};
 
 #[test]
 fn usage_errors_exit_with_two() {
@@ -12,6 +12,10 @@ fn usage_errors_exit_with_two() {
         "render cornell-box -o x.exr --samples 0",
         "render cornell-box -o x.exr --estimator lines",
         "render cornell-box -o x.exr --crop 0,2,0,1",
+        "render cornell-box -o x.exr --crop 0,1,0.5",
+        "render cornell-box -o x.exr --crop 0.5,0.2,0,1",
+        "render cornell-box -o x.exr --crop 0,nan,0,1",
+        "render cornell-box -o x.exr --threads=-1",
         "converge --pixels 0x0",
         "render cornell-box -o x.jpg",
         "render cornell-box -o x.exr --threads 1000000",
@@ -22,6 +26,9 @@ fn usage_errors_exit_with_two() {
         "converge --trials 1",
         "converge --time-budget 0",
         "converge --time-budget nan",
+        "converge --time-budget inf",
+        "converge --time-budget=-1",
+        "converge --samples 16777217",
         "converge default shirley",
         "converge shirley cornell-box",
         "converge salesin-fig9",
@@ -61,7 +68,6 @@ fn failures_exit_with_one_and_leave_nothing() {
         "{message}"
     );
     assert!(!image.exists());
-    std::fs::remove_dir_all(&dir).unwrap();
 }
 
 #[test]
@@ -79,8 +85,7 @@ fn renders_are_reproducible_and_compare_equal() {
             "--threads",
             threads,
         ];
-        let output = linelit(&arguments);
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(&arguments);
     }
     assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
     let compared = linelit(&["compare", path(&a), path(&b), "--json"]);
@@ -98,7 +103,7 @@ fn renders_are_reproducible_and_compare_equal() {
         "--crop",
         "0.25,0.75,0,1",
     ];
-    assert!(linelit(&arguments).status.success());
+    succeeded(&arguments);
     let cropped = linelit_film::Image::read(&crop).unwrap();
     assert_eq!((cropped.width, cropped.height), (12, 24));
     let whole = linelit_film::Image::read(&a).unwrap();
@@ -117,7 +122,6 @@ fn renders_are_reproducible_and_compare_equal() {
         (value["mse"].as_f64(), &value["pixels"]),
         (Some(0.0), &288.into())
     );
-    std::fs::remove_dir_all(&dir).unwrap();
 }
 
 #[test]
@@ -140,8 +144,7 @@ fn a_study_leaves_its_report() {
         path(&dir),
         "--json",
     ];
-    let output = linelit(&arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(&arguments);
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value["rows"].as_array().unwrap().len(), 4);
     for file in ["results.csv", "slopes.csv", "results.json", "report.html"] {
@@ -158,5 +161,4 @@ fn a_study_leaves_its_report() {
     let words = [first, &others].concat();
     assert!(words.contains("</html>") && !words.contains("src=\"http"));
     assert!(!words.contains("NaN"));
-    std::fs::remove_dir_all(&dir).unwrap();
 }

@@ -1,14 +1,13 @@
 //! `compare`: figures, parts, and the pictures that it writes.
 
-use crate::common::{folder, linelit, path, text};
+use crate::common::{folder, linelit, path, succeeded, text};
 use linelit_film::{Document, Exposure, Image, Placement, srgb_decode, write_pfm, write_png};
 use serde_json::Value;
 use std::path::Path;
 
 fn compared(arguments: &[&str]) -> Value {
     let all = [&["compare"], arguments, &["--json"]].concat();
-    let output = linelit(&all);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(&all);
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -74,7 +73,6 @@ fn layers_channels_and_metadata_are_told_apart() {
         said.ends_with("\nseed       2, of the reference 1\n"),
         "{said}"
     );
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -122,7 +120,6 @@ fn what_cannot_be_compared_is_said() {
             "{arguments:?}: {said}"
         );
     }
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 /// The ramp of [`pair`] over some columns and rows of it, which may lie beyond its edges, moved by
@@ -197,7 +194,6 @@ fn parts_of_a_picture_are_compared_where_they_lie() {
     ]);
     let placement = Document::read(&map).unwrap().placement.unwrap();
     assert_eq!((placement.origin, placement.full), ([4, 3], [16, 12]));
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -238,7 +234,6 @@ fn pictures_without_a_pixel_in_common_are_refused() {
     refused(&[o, path(&pfm)], larger);
     moved([16, 12], [1, 0]);
     refused(&[o, l], "16 × 12 pixels from 1, 0 on");
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -282,8 +277,6 @@ fn maps_are_what_the_figures_are_means_of() {
     assert_eq!(compared(&[path(&a), path(&b)])["mrse"], part["mrse"]);
     let map = Image::read(&flip).unwrap();
     assert_eq!((map.width, map.height), (8, 6));
-
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 /// Red above the middle grey, which the others are; colours from dark to light.
@@ -321,7 +314,6 @@ fn maps_are_pictures_too() {
     assert_eq!(shown.rgb[0], [128; 3]);
     // 11/32 of half of the range above the middle.
     assert_eq!(shown.rgb[11 * 16], [171, 128, 128]);
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 /// A picture of 8 bits is what a screen shows; FLIP of it and of the numbers are near.
@@ -348,5 +340,4 @@ fn pictures_of_bytes_are_read() {
         number(&dark, "flip") < 1e-3 && number(&dark, "mse") > 0.1,
         "{dark}"
     );
-    std::fs::remove_dir_all(dir).unwrap();
 }

@@ -1,6 +1,6 @@
 //! `docs/formats.schema.json` and `docs/formats.md` say what the program writes, no less, no more.
 
-use crate::common::{folder, linelit, path, read, small_study, smallest, text};
+use crate::common::{folder, path, read, small_study, smallest, succeeded};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -11,8 +11,7 @@ fn page(name: &str) -> String {
 }
 
 fn document(arguments: &[&str]) -> Value {
-    let output = linelit(arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(arguments);
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -144,7 +143,6 @@ fn documents_schema_and_page_agree() {
     }
 
     all_is_there(&schema);
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 /// The rows of the tables are those of the document, and their columns described.

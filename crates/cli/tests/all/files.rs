@@ -1,6 +1,6 @@
 //! Scenes in the files that people have: the same picture from each, and files of other folders.
 
-use crate::common::{folder, linelit, path, text};
+use crate::common::{folder, linelit, path, succeeded, text};
 use linelit_film::Image;
 use linelit_formats::{LoadOptions, Loaded};
 use std::path::Path;
@@ -8,8 +8,7 @@ use std::path::Path;
 /// The picture of a scene file, and the messages.
 fn render(scene: &str, image: &Path, more: &[&str]) -> Image {
     let arguments = ["render", scene, "-o", path(image), "--samples", "4"];
-    let output = linelit(&[&arguments[..], more].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(&[&arguments[..], more].concat());
     Image::read(image).unwrap()
 }
 
@@ -61,7 +60,6 @@ fn one_cornell_box_in_four_formats_is_one_picture() {
     );
     let changed = different(&gltf, &want);
     assert!(changed * 100 <= 96 * 96, "glTF's own camera: {changed}");
-    std::fs::remove_dir_all(&dir).unwrap();
 }
 
 /// A scene may name only files of its folder.
@@ -82,13 +80,11 @@ fn files_of_other_folders_are_read_if_it_is_allowed() {
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{more:?} {said}");
     }
-    std::fs::remove_dir_all(&dir).unwrap();
 }
 
 #[test]
 fn info_says_what_is_in_a_scene() {
-    let output = linelit(&["info", "tests/cornell/v3.pbrt", "--json"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(&["info", "tests/cornell/v3.pbrt", "--json"]);
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value["triangles"], 36);
     assert_eq!(value["lights"]["quad"]["lights"], 1);

@@ -2,7 +2,7 @@
 //! And the command in a report is the one that makes its numbers.
 #![cfg(unix)]
 
-use crate::common::{PROGRAM, folder, linelit, path, read, smallest, text};
+use crate::common::{PROGRAM, folder, linelit, path, read, smallest, succeeded, text};
 use crate::study_plans::without_times;
 use linelit_papers::{Study, studies, study};
 use serde_json::Value;
@@ -102,12 +102,7 @@ fn recorded(dir: &Path, study: &[&str]) {
     let plan = dir.join("plan");
     let flags: Vec<&str> = MEASURED.iter().chain(SEED).flat_map(words).collect();
     let to = ["--smallest", "-o", path(&plan)];
-    let output = linelit(&[&["plan", "converge"], study, &to, &flags[..]].concat());
-    assert!(
-        output.status.success(),
-        "{study:?}: {}",
-        text(&output.stderr)
-    );
+    succeeded(&[&["plan", "converge"], study, &to, &flags[..]].concat());
     let plan_text = fs::read_to_string(plan.join("plan.json")).unwrap();
     let said: Value = serde_json::from_str(&plan_text).unwrap();
     let settings = &said["settings"];
@@ -174,7 +169,6 @@ fn every_flag_is_honoured_or_refused() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let docs = fs::read_to_string(root.join("../../docs/studies.md")).unwrap();
     assert!(docs.contains(&table), "docs/studies.md lacks\n{table}");
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// A scene of a triangle and a ball that shine, so that choosing among lights and how they are seen
@@ -244,7 +238,6 @@ fn flags_change_what_is_measured() {
             assert_eq!(run(&words(flag)), base, "{}", flag.0);
         }
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// Estimators and patterns are those that are asked for, what the budget leaves out is said, and
@@ -284,7 +277,6 @@ fn flags_say_what_is_measured() {
         let (found, _, said) = converge(&dir, &[path(&scene)], flags);
         assert_eq!(found, Some(code), "{said}");
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// Studies of pictures and tables: seeds change their numbers, the largest too, but where nothing
@@ -317,7 +309,6 @@ fn studies_of_pictures_honour_what_they_do_not_refuse() {
             assert_ne!(run(&["--seed", LAST_SEED]), base, "{name}");
         }
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// Takes away what is a time, a rate, or a ratio of times.
@@ -380,7 +371,7 @@ fn the_command_of_a_report_repeats_it() {
         (numbers(&json), command)
     };
     let again = |study: &[&str]| {
-        assert!(linelit(study).status.success(), "{study:?}");
+        succeeded(study);
         let (first, command) = read(&out);
         fs::remove_dir_all(&out).unwrap();
         shell(&command, &dir);
@@ -400,20 +391,14 @@ fn the_command_of_a_report_repeats_it() {
     // Of a plan: without `--out`, so that the report comes into the folder where it is run.
     let (plan, merged) = (dir.join("plan"), dir.join("merged"));
     let words = [&["plan"], &study[..], &["--strict", "-o", path(&plan)]].concat();
-    assert!(linelit(&words).status.success());
-    assert!(linelit(&["run", path(&plan)]).status.success());
-    assert!(
-        linelit(&["merge", path(&plan), "-o", path(&merged)])
-            .status
-            .success()
-    );
+    succeeded(&words);
+    succeeded(&["run", path(&plan)]);
+    succeeded(&["merge", path(&plan), "-o", path(&merged)]);
     let (numbers, command) = read(&merged);
     assert!(command.ends_with(" --strict"), "{command}");
     assert_eq!(numbers, whole);
     shell(&command, &dir);
     assert_eq!(read(&dir.join("out")).0, whole, "{command}");
-
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// The same of pictures, where the command stands on the page alone.
@@ -430,7 +415,7 @@ fn the_command_of_a_page_of_pictures_repeats_it() {
         "--out",
         path(&out),
     ];
-    assert!(linelit(&study).status.success());
+    succeeded(&study);
     let rows = || fs::read_to_string(out.join("billen-figures.json")).unwrap();
     let (first, page) = (rows(), fs::read_to_string(out.join("report.html")).unwrap());
     let (_, rest) = page.split_once("<pre><code>").unwrap();
@@ -444,7 +429,6 @@ fn the_command_of_a_page_of_pictures_repeats_it() {
         &dir,
     );
     assert_eq!(rows(), first);
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// Studies are named with what each costs, by `--list` and where no study is meant.

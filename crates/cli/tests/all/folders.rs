@@ -1,7 +1,7 @@
 //! The folder of a study, from outside: who may write, what is left, what is said.
 #![cfg(unix)]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_study, text};
+use crate::common::{PROGRAM, folder, linelit, names, path, small_study, succeeded, text};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -36,14 +36,13 @@ fn a_broken_second_scene_is_found_before_the_first_is_measured() {
         assert!(said.contains(why), "{said}");
         assert!(!out.exists());
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
 fn one_process_writes_a_folder() {
     let dir = folder("two");
     let out = dir.join("out");
-    assert!(linelit(&small_study("cornell-box", &out)).status.success());
+    succeeded(&small_study("cornell-box", &out));
     let before = fs::read(out.join("results.json")).unwrap();
     let mut first = Command::new(PROGRAM)
         .args(["converge", "cornell-box", "--out", path(&out)])
@@ -70,18 +69,13 @@ fn one_process_writes_a_folder() {
     first.wait().unwrap();
     assert_eq!(fs::read(out.join("results.json")).unwrap(), before);
     // The lock goes with its process, and the plots with the study they are of.
-    assert!(
-        linelit(&small_study("floating-quad", &out))
-            .status
-            .success()
-    );
+    succeeded(&small_study("floating-quad", &out));
     let plots = names(&out.join("plots"));
     assert!(
         plots.iter().all(|p| p.starts_with("floating-quad-")),
         "{plots:?}"
     );
     assert!(!lock.exists());
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -109,7 +103,6 @@ fn what_a_time_budget_leaves_out_is_said() {
     assert!(!text(&whole.stderr).contains("left out"));
     let study = fs::read_to_string(out.join("results.json")).unwrap();
     assert!(study.contains("\"left_out\": []"), "{study}");
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -126,8 +119,7 @@ fn every_time_is_measured_and_has_an_error() {
         "1",
         "--json",
     ]);
-    let output = linelit(&arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(&arguments);
     let study: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let rows = study["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 36);
@@ -139,5 +131,4 @@ fn every_time_is_measured_and_has_an_error() {
         // How large an error is depends on what else runs.
         assert!(error > 0.0, "{row}");
     }
-    fs::remove_dir_all(dir).unwrap();
 }

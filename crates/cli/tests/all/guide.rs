@@ -31,7 +31,7 @@ fn the_guides_commands_run() {
     for block in blocks {
         let output = Command::new("sh")
             .args(["-euc", &block])
-            .current_dir(&dir)
+            .current_dir(&*dir)
             .env("PATH", format!("{}:{path}", program.display()))
             .output()
             .unwrap();

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, small_render, small_study};
+use crate::common::{PROGRAM, folder, names, small_render, small_study, succeeded};
 use linelit_samplers::{Sampler, SamplerKind};
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs;
@@ -60,7 +60,7 @@ fn is_writing(folder: &Path, name: &str, writer: u32) -> bool {
 /// in the moments when it writes each of the files. `check` looks at what is left each time.
 fn kill_often(arguments: &[&str], folder: &Path, files: &[&str], check: impl Fn()) {
     let whole = Instant::now();
-    assert!(linelit(arguments).status.success());
+    succeeded(arguments);
     let whole = whole.elapsed();
     check();
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
@@ -89,7 +89,7 @@ fn kill_often(arguments: &[&str], folder: &Path, files: &[&str], check: impl Fn(
     }
     println!("killed while writing: {hit} of {KILLS}");
     // Whoever comes next clears up.
-    assert!(linelit(arguments).status.success());
+    succeeded(arguments);
     check();
     let temporary = |name: &String| name.ends_with(".tmp") || name.ends_with("-lock");
     assert!(!names(folder).iter().any(temporary), "{:?}", names(folder));
@@ -101,11 +101,11 @@ fn a_killed_render_leaves_the_old_picture_or_the_new_one() {
     let image = dir.join("a.exr");
     let arguments = small_render(&image, "160x160");
     let seeded = |seed| [&arguments[..], &["--seed", seed]].concat();
-    assert!(linelit(&seeded("1")).status.success());
+    succeeded(&seeded("1"));
     let old = fs::read(&image).unwrap();
     let new_arguments = seeded("2");
     let other = dir.join("b.exr");
-    assert!(linelit(&new_arguments).status.success());
+    succeeded(&new_arguments);
     fs::rename(&image, &other).unwrap();
     let new = fs::read(&other).unwrap();
     assert!(old != new);
@@ -116,7 +116,6 @@ fn a_killed_render_leaves_the_old_picture_or_the_new_one() {
         fs::write(&image, &old).unwrap();
     });
     assert_eq!(names(&dir), ["a.exr", "b.exr"]);
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -147,5 +146,4 @@ fn a_killed_study_leaves_whole_files() {
     let left = names(&dir);
     assert_eq!(left[..2], [".linelit-files", "plots"]);
     assert_eq!(left[2..], files);
-    fs::remove_dir_all(dir).unwrap();
 }

@@ -3,7 +3,9 @@
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_render, small_study, text};
+use crate::common::{
+    PROGRAM, folder, linelit, names, path, small_render, small_study, succeeded, text,
+};
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::Path;
@@ -14,7 +16,7 @@ fn printing(dir: &Path) -> Vec<Vec<String>> {
     let image = dir.join("a.exr");
     let small = ["--resolution", "4x4", "--samples", "1"];
     let render = ["render", "floating-quad", "-o", path(&image)];
-    assert!(linelit(&[&render[..], &small].concat()).status.success());
+    succeeded(&[&render[..], &small].concat());
     let study = dir.join("study");
     let commands: Vec<Vec<&str>> = vec![
         vec!["--help"],
@@ -48,7 +50,6 @@ fn a_closed_pipe_ends_the_program_without_a_word() {
         assert_eq!(output.status.code(), Some(141), "{arguments:?}: {said}");
         assert!(said.is_empty(), "{arguments:?}: {said}");
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// `/dev/full`, whose disk is always full.
@@ -77,7 +78,6 @@ fn a_full_disk_behind_standard_output_is_an_error() {
             "{arguments:?}: {said}"
         );
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// Nobody hears the error, and the status still tells it.
@@ -137,7 +137,6 @@ fn where_nothing_can_be_written_nothing_is_begun() {
     assert_eq!(fs::read(&file).unwrap(), b"kept");
     assert_eq!(names(&dir), ["closed", "file"]);
     assert!(names(&closed).is_empty());
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -153,7 +152,7 @@ fn a_link_is_followed_and_a_read_only_file_kept() {
         "--resolution",
         "4x4",
     ];
-    assert!(linelit(&render).status.success());
+    succeeded(&render);
     assert!(link.is_symlink() && fs::metadata(&real).unwrap().len() > 0);
 
     let kept = dir.join("kept.exr");
@@ -169,7 +168,6 @@ fn a_link_is_followed_and_a_read_only_file_kept() {
     }
     assert_eq!(fs::read(&kept).unwrap(), b"precious");
     assert!(!fs::metadata("/dev/null").unwrap().is_file());
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// The program below limits of the shell.
@@ -209,10 +207,9 @@ fn a_disk_that_fills_up_leaves_what_was_there() {
             assert!(!left.contains(&".linelit-lock".to_owned()), "{left:?}");
         }
         for arguments in [&render, &converge] {
-            assert!(linelit(arguments).status.success());
+            succeeded(arguments);
         }
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -268,7 +265,6 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
         );
     }
     assert!(names(&dir).is_empty());
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -293,5 +289,4 @@ fn a_file_without_lights_is_lit_for_studies_too() {
     let output = linelit(&small_study(path(&empty), &out));
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("has no lights"));
-    fs::remove_dir_all(dir).unwrap();
 }

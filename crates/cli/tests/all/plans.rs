@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, text};
+use crate::common::{PROGRAM, folder, linelit, names, path, succeeded, text};
 use linelit_plan::Folder;
 use linelit_simd::InstructionSet;
 use linelit_testkit::cases::rng;
@@ -14,7 +14,7 @@ use std::time::Duration;
 
 /// A picture, by `render` and by a plan, in a folder of its own.
 struct Case {
-    dir: PathBuf,
+    dir: crate::common::Folder,
     scene: String,
     flags: Vec<&'static str>,
 }
@@ -59,18 +59,9 @@ impl Case {
     }
 }
 
-impl Drop for Case {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.dir);
-    }
-}
-
 /// What a command that succeeds prints.
 fn done(words: &[&str]) -> String {
-    let output = linelit(words);
-    let said = text(&output.stderr);
-    assert!(output.status.success(), "{words:?}: {said}");
-    text(&output.stdout)
+    text(&succeeded(words).stdout)
 }
 
 /// What a command complains of, with this status.
@@ -238,7 +229,7 @@ fn changed_scenes_and_other_programs_are_refused() {
         1,
     );
     assert!(other.contains("another plan (inputs)"), "{other}");
-    fs::remove_dir_all(dir).unwrap();
+    drop(dir);
     let gone = refused(&["run", path(&plan)], 1);
     assert!(gone.contains("--pack"), "{gone}");
     // With its files the plan needs nothing else, wherever it is.
@@ -531,7 +522,7 @@ fn parallel_runs_the_script_as_printed() {
     let (case, _) = slow_case("plan-parallel");
     let (_, file) = script(&case, "parallel");
     let mut command = Command::new("sh");
-    let output = command.arg(&file).current_dir(&case.dir).output().unwrap();
+    let output = command.arg(&file).current_dir(&*case.dir).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(fs::read(case.at("picture.exr")).unwrap() == case.rendered());
 }

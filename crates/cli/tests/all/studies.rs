@@ -1,7 +1,7 @@
 //! Every named study, at its smallest size: that it runs, and what it leaves.
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{Smallest, folder, linelit, names, path, smallest, text};
+use crate::common::{Smallest, folder, names, path, smallest, succeeded};
 use serde_json::Value;
 use std::time::Instant;
 
@@ -51,13 +51,11 @@ fn says_nothing_twice(name: &str, page: &str) {
 #[ignore = "long: all claims of the papers, in their quick form"]
 fn the_verdicts_are_those_on_record() {
     let dir = folder("claims");
-    let output = linelit(&["converge", "claims", "--json", "--out", path(&dir)]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(&["converge", "claims", "--json", "--out", path(&dir)]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let count = |key: &str| found[key].as_u64().unwrap();
     // What is neither confirmed nor stronger nor refuted is explained, and little.
     let told = count("confirmed") + count("stronger") + count("refuted");
     let all = told + count("weaker") + count("not_measurable");
     assert!(all >= 60 && told * 6 >= all * 5, "{told} of {all}");
-    std::fs::remove_dir_all(dir).unwrap();
 }

@@ -3,7 +3,7 @@
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_study, text};
+use crate::common::{PROGRAM, folder, linelit, names, path, small_study, succeeded, text};
 use linelit_samplers::{Sampler, SamplerKind};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -60,8 +60,7 @@ pub(crate) fn without_times(value: &mut Value) {
 fn plan(study: &[&str], to: &Path) {
     let at = study.iter().position(|word| *word == "--out").unwrap();
     let words = [&["plan"], &study[..at], &study[at + 2..], &["-o", path(to)]].concat();
-    let output = linelit(&words);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(&words);
 }
 
 fn run(plan: &Path, more: &[&str]) -> Output {
@@ -71,8 +70,7 @@ fn run(plan: &Path, more: &[&str]) -> Output {
 /// Merges a plan into a folder beside it, and reads what is there.
 fn merged(plan: &Path) -> (Vec<Vec<String>>, Value, String) {
     let to = plan.with_extension("merged");
-    let output = linelit(&["merge", path(plan), "-o", path(&to)]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(&["merge", path(plan), "-o", path(&to)]);
     numbers(&to)
 }
 
@@ -90,7 +88,7 @@ fn run_in_shards(plan: &Path, count: u32, seed: u64) {
 }
 
 fn shards_change_nothing(study: &[&str], dir: &Path, out: &Path) {
-    assert!(linelit(study).status.success());
+    succeeded(study);
     let whole = numbers(out);
     assert!(!whole.0.is_empty());
     for count in [1, 2, 7, 64] {
@@ -106,7 +104,6 @@ fn any_number_of_shards_is_one_study() {
     let dir = folder("study-shards");
     let out = dir.join("out");
     shards_change_nothing(&small_study("cornell-box", &out), &dir, &out);
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -115,7 +112,6 @@ fn any_number_of_shards_is_the_default_study() {
     let dir = folder("study-default");
     let out = dir.join("out");
     shards_change_nothing(&["converge", "--out", path(&out)], &dir, &out);
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -125,18 +121,14 @@ fn single_pixels_and_galleries_are_planned() {
     // Two pixels; six pictures of one sample a pixel.
     for name in ["salesin-fig5", "salesin-fig3"] {
         let study = ["converge", name, "--smallest", "--out", path(&out)];
-        assert!(linelit(&study).status.success());
+        succeeded(&study);
         let quoted = fs::read_to_string(out.join("results.csv")).unwrap();
         assert!(quoted.lines().count() > 2, "{quoted}");
         let folder = dir.join(name);
         plan(&study, &folder);
         run_in_shards(&folder, 3, 1);
         let to = dir.join("merged");
-        assert!(
-            linelit(&["merge", path(&folder), "-o", path(&to)])
-                .status
-                .success()
-        );
+        succeeded(&["merge", path(&folder), "-o", path(&to)]);
         let json = |folder: &Path| -> Value {
             let text = fs::read_to_string(folder.join("results.json")).unwrap();
             let mut json = serde_json::from_str(&text).unwrap();
@@ -149,7 +141,6 @@ fn single_pixels_and_galleries_are_planned() {
             name == "salesin-fig5"
         );
     }
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// A study of some seconds in several units.
@@ -197,7 +188,7 @@ fn an_interrupted_study_goes_on() {
     let out = dir.join("out");
     let study = longer_study(&out);
     let start = Instant::now();
-    assert!(linelit(&study).status.success());
+    succeeded(&study);
     println!("{:.1} s", start.elapsed().as_secs_f64());
     let whole = numbers(&out);
     let page = |out: &Path| fs::read_to_string(out.join("report.html")).unwrap();
@@ -245,7 +236,6 @@ fn an_interrupted_study_goes_on() {
     assert!(done.status.success(), "{}", text(&done.stderr));
     assert!(!text(&done.stderr).contains("going on"));
     assert_ne!(numbers(&out).0, whole.0);
-    fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -272,7 +262,6 @@ fn a_broken_part_is_named_and_computed_again() {
         assert!(again.status.success() && text(&again.stderr).contains(&name));
     }
     assert_eq!(merged(&folder), whole);
-    fs::remove_dir_all(dir).unwrap();
 }
 
 /// A scene in a file of its own.
@@ -325,5 +314,4 @@ fn what_is_no_plan_and_scenes_that_changed_are_refused() {
     let ran = run(&packed, &[]);
     assert!(ran.status.success(), "{}", text(&ran.stderr));
     assert_eq!(merged(&packed).0.len(), 4);
-    fs::remove_dir_all(dir).unwrap();
 }

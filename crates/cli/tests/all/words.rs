@@ -1,12 +1,11 @@
 //! What the program says of its words: lists, help, completions, and words that mean nothing.
 
-use crate::common::{folder, linelit, names, path, text};
+use crate::common::{folder, linelit, names, path, succeeded, text};
 use linelit_estimators::Estimator;
 use linelit_samplers::SamplerKind;
 
 fn said(arguments: &[&str]) -> String {
-    let output = linelit(arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(arguments);
     text(&output.stdout)
 }
 
@@ -133,5 +132,4 @@ fn help_shells_and_readers_hear_of_all_commands() {
     }
     // Values of options are completed, too.
     assert!(bash.contains("multijitter") && bash.contains("one:estimate"));
-    std::fs::remove_dir_all(dir).unwrap();
 }
