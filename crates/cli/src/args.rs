@@ -156,10 +156,10 @@ pub struct ReadArgs {
 }
 
 impl ReadArgs {
-    /// Options for the loader.
+    /// Reads scenes so, and says what is strange about them on standard error.
     #[must_use]
-    pub fn options(&self) -> LoadOptions {
-        LoadOptions {
+    pub fn library(&self) -> Library {
+        let options = LoadOptions {
             strict: self.strict,
             root: match &self.root {
                 Some(folder) => Root::Folder(folder.clone()),
@@ -167,16 +167,8 @@ impl ReadArgs {
                 None => Root::SceneFolder,
             },
             ..LoadOptions::default()
-        }
-    }
-
-    /// Reads scenes so, and says what is strange about them on standard error.
-    #[must_use]
-    pub fn library(&self) -> Library {
-        Library {
-            options: self.options(),
-            note,
-        }
+        };
+        Library { options, note }
     }
 }
 

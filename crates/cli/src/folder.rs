@@ -31,8 +31,8 @@ pub struct OutputFolder {
     unfinished: bool,
     /// Held for its drop, which comes after the folder's own.
     _lock: Option<Lock>,
-    /// Whether the folder was made for this study, and goes if that fails.
-    made: Option<RemoveEmpty>,
+    /// The folder, if it was made for this study: it goes if that fails.
+    _made: Option<RemoveEmpty>,
 }
 
 impl OutputFolder {
@@ -58,7 +58,7 @@ impl OutputFolder {
             temporary: None,
             unfinished: false,
             _lock: lock,
-            made,
+            _made: made,
         })
     }
 
@@ -108,7 +108,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// If a file cannot be written or removed.
-    pub fn finish(mut self) -> Result<()> {
+    pub fn finish(self) -> Result<()> {
         let earlier = self.listed();
         // Should the process end between two files, the next study knows of them all.
         let names = || self.files.keys().map(String::as_str);
@@ -127,9 +127,6 @@ impl OutputFolder {
         self.list(&all.iter().copied().filter(|name| stays(name)).collect())?;
         if let Some(path) = self.temporary.as_ref().filter(|_| !self.unfinished) {
             remove_all(path)?;
-        }
-        if let Some(made) = &mut self.made {
-            made.0.clear();
         }
         Ok(())
     }
@@ -177,15 +174,14 @@ pub(crate) fn remove_all(path: &Path) -> Result<()> {
     }
 }
 
-/// An empty folder that goes, unless the path is cleared.
+/// A folder that goes if it is empty.
 #[derive(Debug)]
 struct RemoveEmpty(PathBuf);
 
 impl Drop for RemoveEmpty {
     fn drop(&mut self) {
-        if !self.0.as_os_str().is_empty() {
-            let _ = fs::remove_dir(&self.0);
-        }
+        // Fails, as it should, while anything is in it.
+        let _ = fs::remove_dir(&self.0);
     }
 }
 

@@ -251,12 +251,6 @@ impl FromStr for LightEstimator {
     }
 }
 
-impl fmt::Display for LightEstimator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}={}", self.light, self.estimator)
-    }
-}
-
 /// A crop window in fractions of the image: x0, x1, y0, y1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crop(pub [f64; 4]);

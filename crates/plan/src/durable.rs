@@ -91,10 +91,9 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<String>, PlanError> {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(e) => return Err(failed()(e)),
     };
-    let mut names = Vec::new();
-    for entry in entries {
-        let name = entry.map_err(|e| failed()(e))?.file_name();
-        names.push(name.to_string_lossy().into_owned());
-    }
-    Ok(names)
+    let name = |entry: io::Result<fs::DirEntry>| {
+        let name = entry.map_err(failed())?.file_name();
+        Ok(name.to_string_lossy().into_owned())
+    };
+    entries.map(name).collect()
 }

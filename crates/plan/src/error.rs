@@ -63,31 +63,27 @@ impl PlanError {
     /// full, the file system does not answer, work was stopped. (Programs end with status 75 then.)
     #[must_use]
     pub fn is_temporary(&self) -> bool {
+        use io::ErrorKind as Kind;
         match self {
             Self::Interrupted => true,
-            Self::Io { error, .. } => is_temporary(error),
+            Self::Io { error, .. } => matches!(
+                error.kind(),
+                Kind::StorageFull
+                    | Kind::QuotaExceeded
+                    | Kind::ResourceBusy
+                    | Kind::Interrupted
+                    | Kind::TimedOut
+                    | Kind::WouldBlock
+                    | Kind::StaleNetworkFileHandle
+                    | Kind::HostUnreachable
+                    | Kind::NetworkUnreachable
+                    | Kind::NetworkDown
+                    | Kind::OutOfMemory
+            ),
             Self::Work { error, .. } => {
                 error.downcast_ref::<Self>().is_some_and(Self::is_temporary)
             }
             Self::Broken { .. } | Self::Refused(_) => false,
         }
     }
-}
-
-fn is_temporary(error: &io::Error) -> bool {
-    use io::ErrorKind as Kind;
-    matches!(
-        error.kind(),
-        Kind::StorageFull
-            | Kind::QuotaExceeded
-            | Kind::ResourceBusy
-            | Kind::Interrupted
-            | Kind::TimedOut
-            | Kind::WouldBlock
-            | Kind::StaleNetworkFileHandle
-            | Kind::HostUnreachable
-            | Kind::NetworkUnreachable
-            | Kind::NetworkDown
-            | Kind::OutOfMemory
-    )
 }

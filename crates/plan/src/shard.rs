@@ -10,7 +10,7 @@ use std::str::FromStr;
 /// use linelit_plan::Shard;
 ///
 /// let shard: Shard = "3/16".parse()?;
-/// assert_eq!((shard.index(), shard.count(), shard.to_string()), (2, 16, "3/16".into()));
+/// assert_eq!((Some(shard), shard.to_string()), (Shard::new(2, 16), "3/16".into()));
 /// assert!("0/16".parse::<Shard>().is_err());
 /// # Ok::<(), linelit_plan::PlanError>(())
 /// ```
@@ -26,24 +26,8 @@ impl Shard {
 
     /// The shard of an index below the count.
     #[must_use]
-    pub const fn new(index: u32, count: u32) -> Option<Self> {
-        if index < count {
-            Some(Self { index, count })
-        } else {
-            None
-        }
-    }
-
-    /// Its index, from 0.
-    #[must_use]
-    pub const fn index(self) -> u32 {
-        self.index
-    }
-
-    /// How many there are.
-    #[must_use]
-    pub const fn count(self) -> u32 {
-        self.count
+    pub fn new(index: u32, count: u32) -> Option<Self> {
+        (index < count).then_some(Self { index, count })
     }
 
     /// The shard that a scheduler makes this process by numbering it (Slurm's job arrays, Indexed

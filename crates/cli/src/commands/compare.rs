@@ -1,5 +1,6 @@
 //! `linelit compare`: how far one picture is from another.
 
+use super::render::is_png;
 use crate::args::{CompareArgs, UsageError};
 use crate::output::{Output, note};
 use anyhow::{Context as _, Result, bail};
@@ -304,10 +305,6 @@ fn relative_square(p: [f32; 3], r: [f32; 3]) -> f32 {
 
 fn scalar(image: &Image) -> Vec<f32> {
     image.rgb.iter().map(|[v, ..]| *v).collect()
-}
-
-fn is_png(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "png")
 }
 
 type Metadata = Vec<(String, String)>;

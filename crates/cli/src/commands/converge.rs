@@ -27,9 +27,7 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
     let study = study::resolve(&args.study.what)?;
     match &study {
         Study::Convergence(spec) => {
-            let mut scenes = spec.scenes.iter();
-            scenes.try_for_each(|scene| study::scene_is_there(scene))?;
-            study::refuse_without_files(&spec.scenes, &args.common.read)?;
+            study::check_scenes(&spec.scenes, &args.common.read)?;
         }
         Study::Findings(_) => study::refuse_fixed(name(args), args)?,
     }

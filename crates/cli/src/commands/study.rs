@@ -67,7 +67,7 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
 }
 
 /// That a name is that of a scene, and no misspelt study.
-pub(super) fn scene_is_there(name: &str) -> Result<()> {
+fn scene_is_there(name: &str) -> Result<()> {
     Place::find(name).map(drop).map_err(|error| {
         let studies = studies().map(|(name, _)| name);
         match linelit_formats::nearest(name, studies) {
@@ -123,11 +123,12 @@ fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
     }
 }
 
-/// Refuses flags about the files of scenes where no scene is a file.
+/// Checks that there are such scenes, and refuses flags about their files where none is a file.
 ///
 /// # Errors
-/// A [`UsageError`] that names the flag.
-pub(super) fn refuse_without_files(scenes: &[String], read: &ReadArgs) -> Result<()> {
+/// A [`UsageError`] that names the flag, or the scene that is not there.
+pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
+    scenes.iter().try_for_each(|scene| scene_is_there(scene))?;
     let is_file = |scene: &String| matches!(Place::find(scene), Ok(Place::File(_)));
     if scenes.iter().any(is_file) {
         return Ok(());
@@ -205,10 +206,7 @@ pub(super) fn plan(
 /// The plan that `plan converge` asks for.
 pub(super) fn make(args: &PlanConvergeArgs) -> Result<Packed> {
     let mut spec = spec_of(&args.study)?;
-    spec.scenes
-        .iter()
-        .try_for_each(|scene| scene_is_there(scene))?;
-    refuse_without_files(&spec.scenes, &args.read)?;
+    check_scenes(&spec.scenes, &args.read)?;
     apply_flags(&mut spec, &args.study);
     let sources = Sources::new(&args.read, args.planned.pack);
     let load = |name: &str| sources.load(name);

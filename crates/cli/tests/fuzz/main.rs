@@ -19,7 +19,8 @@ mod watch;
 use corpus::{Case, finds, seeds};
 use linelit_formats::{Format, LoadOptions, Loaded};
 use linelit_integrator::{Estimator, LightChoice, Renderer, Settings, Workspace};
-use mutate::{SplitMix, mutate};
+use linelit_testkit::rng::SplitMix64;
+use mutate::{below, mutate};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use watch::Watch;
@@ -102,7 +103,7 @@ fn draw(loaded: Loaded, turn: usize) {
 fn mutations(name: &str, seed: u64, mut end: impl FnMut(usize) -> bool) -> usize {
     let folder = folder(name);
     let watch = Watch::new();
-    let mut random = SplitMix(seed);
+    let mut random = SplitMix64::new(seed);
     let all: Vec<Case> = seeds()
         .into_iter()
         .chain(finds().into_iter().map(|(_, case)| case))
@@ -110,7 +111,7 @@ fn mutations(name: &str, seed: u64, mut end: impl FnMut(usize) -> bool) -> usize
     let mut problems = Vec::new();
     let mut turn = 0;
     while !end(turn) && problems.len() < 20 {
-        let mut case = all[random.below(all.len())].clone();
+        let mut case = all[below(&mut random, all.len())].clone();
         mutate(&mut case, &mut random);
         problems.extend(watch.run(&case, || attempt(&case, &folder, turn)));
         turn += 1;
@@ -169,17 +170,17 @@ fn every_cut_is_handled() {
 fn random_text_and_shuffled_words_are_handled() {
     let folder = folder("words");
     let watch = Watch::new();
-    let mut random = SplitMix(7);
+    let mut random = SplitMix64::new(7);
     let all = seeds();
     let text = String::from_utf8_lossy(&all[0].files["main.pbrt"]).into_owned();
     let words: Vec<&str> = text.split_inclusive(char::is_whitespace).collect();
     for turn in 0..1000 {
-        let length = random.below(200);
-        let bytes = (0..length).map(|_| random.next().to_le_bytes()[0]);
+        let length = below(&mut random, 200);
+        let bytes = (0..length).map(|_| random.next_u64().to_le_bytes()[0]);
         let case = match turn % 3 {
             0 => {
                 let mut text = "WorldBegin ".to_owned();
-                text.extend((0..length).map(|_| words[random.below(words.len())]));
+                text.extend((0..length).map(|_| words[below(&mut random, words.len())]));
                 Case::new("main.pbrt", text)
             }
             1 => Case::new(&all[turn % 8].main, bytes.collect::<Vec<u8>>()),

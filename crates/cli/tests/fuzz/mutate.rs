@@ -1,23 +1,11 @@
 //! Changes of bytes, from a stream of random numbers.
 
 use super::corpus::Case;
+use linelit_testkit::rng::SplitMix64;
 
-/// The generator of Steele, Lea and Flood, "Fast splittable pseudorandom number generators" (2014).
-#[derive(Clone, Debug)]
-pub(crate) struct SplitMix(pub(crate) u64);
-
-impl SplitMix {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        usize::try_from(self.next() >> 8).unwrap_or(0) % n.max(1)
-    }
+/// A number below `n`, or 0.
+pub(crate) fn below(random: &mut SplitMix64, n: usize) -> usize {
+    usize::try_from(random.next_u64() >> 8).unwrap_or(0) % n.max(1)
 }
 
 /// Numbers at which arithmetic has edges.
@@ -39,29 +27,29 @@ const EDGES: [&str; 14] = [
 ];
 
 /// Changes some bytes of one or two files of a case.
-pub(crate) fn mutate(case: &mut Case, random: &mut SplitMix) {
+pub(crate) fn mutate(case: &mut Case, random: &mut SplitMix64) {
     let names: Vec<String> = case.files.keys().cloned().collect();
-    for _ in 0..=random.below(2) {
-        let name = &names[random.below(names.len())];
+    for _ in 0..=below(random, 2) {
+        let name = &names[below(random, names.len())];
         let Some(bytes) = case.files.get_mut(name) else {
             continue;
         };
-        for _ in 0..=random.below(6) {
+        for _ in 0..=below(random, 6) {
             change(bytes, random);
         }
         // Behind checksums that are wrong nothing more is looked at.
-        if random.below(4) > 0 {
+        if below(random, 4) > 0 {
             mend_checksums(bytes);
         }
     }
 }
 
-fn change(bytes: &mut Vec<u8>, random: &mut SplitMix) {
+fn change(bytes: &mut Vec<u8>, random: &mut SplitMix64) {
     if bytes.is_empty() {
         return;
     }
-    let i = random.below(bytes.len());
-    let [kind, value, ..] = random.next().to_le_bytes();
+    let i = below(random, bytes.len());
+    let [kind, value, ..] = random.next_u64().to_le_bytes();
     let end = (i + usize::from(value)).min(bytes.len());
     match kind % 10 {
         0 => bytes[i] = value,
