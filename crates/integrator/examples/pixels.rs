@@ -12,12 +12,8 @@ use linelit_formats::LoadOptions;
 use linelit_integrator::{LightChoice, Renderer, Settings, Spheres, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
+use linelit_testkit::rooms::{CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE};
 use std::path::Path;
-
-#[path = "../tests/all/common/rooms.rs"]
-mod rooms;
-
-use rooms::{CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE};
 
 /// Pixels across and down, spread evenly over each picture.
 const GRID: [u32; 2] = [24, 16];

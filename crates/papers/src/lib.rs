@@ -11,12 +11,6 @@ mod billen_time;
 mod claims;
 mod costs;
 mod measured;
-#[allow(
-    clippy::disallowed_methods,
-    reason = "as it is printed, and as it was run"
-)]
-#[path = "../../lights/tests/all/peters_as_printed.rs"]
-mod peters_as_printed;
 mod peters_diffuse;
 mod peters_gloss;
 mod peters_inverse;

@@ -1,6 +1,5 @@
 //! Peters 2021, Figs. 4 and 6: a diffuse room under a linear light.
 
-use crate::peters_as_printed::sample_as_printed;
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, logarithmic, render_with, rmse, section, table,
 };
@@ -14,6 +13,7 @@ use linelit_lights::Light;
 use linelit_lights::linear::{LinearTechnique, ProjectedLine};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_study::scene_study;
+use linelit_testkit::peters_as_printed::sample_as_printed;
 
 /// Side of the pictures in pixels.
 const SIZE: u32 = 256;

@@ -2,7 +2,6 @@
 #![allow(clippy::disallowed_methods, reason = "the table is of times")]
 
 use crate::measured::Measured;
-use crate::peters_as_printed;
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use anyhow::{Result, bail};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
@@ -15,6 +14,7 @@ use linelit_lights::{
 };
 use linelit_study::engine::CpuClock;
 use linelit_study::scene_study::{Targets, all_pixels};
+use linelit_testkit::peters_as_printed;
 use std::hint::black_box;
 use std::rc::Rc;
 use std::time::Instant;

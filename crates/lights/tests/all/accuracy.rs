@@ -4,11 +4,11 @@
 //! The backward error of a sample is the change of the random number ξ that explains it:
 //! |CDF(sample) − ξ|, with the CDF evaluated in `f64` for the very same input.
 
-use crate::peters_as_printed::sample_as_printed;
 use crate::precise::{precise_irradiance, precise_solid_angle};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::{ArcPoint, ProjectedLine};
 use linelit_lights::{AngularLines, SolidAngleSampler};
+use linelit_testkit::peters_as_printed::sample_as_printed;
 use std::f64::consts::FRAC_PI_2;
 
 /// A row of the table.

@@ -8,7 +8,6 @@ mod hostile;
 mod laws;
 mod linear;
 mod next_to_the_plane;
-mod peters_as_printed;
 mod precise;
 mod reference;
 mod regions;

@@ -1,9 +1,10 @@
 //! Small scenes and statistics that the tests share.
 
 pub(crate) mod oracle;
-mod rooms;
 
-pub(crate) use rooms::{CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE};
+pub(crate) use linelit_testkit::rooms::{
+    CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE,
+};
 
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;

@@ -1,5 +1,9 @@
 //! Peters' algorithms 1 and 2 as they are printed, in single precision: what `linelit-lights` is
-//! compared with, here and in the table of its accuracy.
+//! compared with in the table of its accuracy, and in the papers' figures.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "as it is printed, and as it was run"
+)]
 
 /// Samples a linear light in proportion to projected solid angle by Peters 2021, algorithms 1 and
 /// 2, word for word in `f32`, two iterations, with the interpolated clip of §3.2. The direction (of
@@ -8,17 +12,14 @@
 /// **Error**: none in exact arithmetic but 1.58e-5 in ξ; in `f32` the antiderivative of eq. 2
 /// cancels for lines that are short, far or nearly collinear with the shading point, until no digit
 /// is left (`docs/accuracy-lights.md`).
-pub(crate) fn sample_as_printed(
-    p0: [f32; 3],
-    p1: [f32; 3],
-    n: [f32; 3],
-    xi: f32,
-) -> Option<[f32; 3]> {
+#[must_use]
+pub fn sample_as_printed(p0: [f32; 3], p1: [f32; 3], n: [f32; 3], xi: f32) -> Option<[f32; 3]> {
     Line::new(p0, p1, n).map(|line| line.sample(xi))
 }
 
 /// The per-light part of algorithm 1.
-pub(crate) struct Line {
+#[derive(Debug)]
+pub struct Line {
     l0: [f32; 3],
     s: [f32; 3],
     along: f32,
@@ -33,7 +34,8 @@ pub(crate) struct Line {
 
 impl Line {
     /// Clips, and computes all that does not depend on ξ.
-    pub(crate) fn new(p0: [f32; 3], p1: [f32; 3], n: [f32; 3]) -> Option<Self> {
+    #[must_use]
+    pub fn new(p0: [f32; 3], p1: [f32; 3], n: [f32; 3]) -> Option<Self> {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let lerp =
             |a: [f32; 3], b: [f32; 3], t: f32| [0, 1, 2].map(|i| a[i] * (1.0 - t) + b[i] * t);
@@ -71,7 +73,8 @@ impl Line {
     }
 
     /// The per-sample part: algorithm 2, and the direction.
-    pub(crate) fn sample(&self, xi: f32) -> [f32; 3] {
+    #[must_use]
+    pub fn sample(&self, xi: f32) -> [f32; 3] {
         let (ns, nt) = (self.ns, self.nt);
         let target = xi * self.total + self.f0;
         let mut ws = (self.l0s + xi * (self.l1s - self.l0s)).clamp(-1.0, 1.0);
