@@ -38,8 +38,7 @@ the workshop:
                             everything that must hold; --long adds the long tests, on new random cases unless
                             N says which; STEP… runs only these:
                             fmt tidy clippy package test doctest doc features long outside
-                            and, by name alone: oldest (all compiles with the oldest Rust that is promised),
-                            publish (cargo publish --dry-run of all crates; asks crates.io)
+                            and, by name alone, publish (cargo publish --dry-run of all crates; asks crates.io)
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
   ratchet                   lower the figures of xtask/ratchet.txt to what they are now
@@ -95,14 +94,18 @@ fn main() -> ExitCode {
                 1
             }
         },
-        "fuzz" => match suite::fuzz(rest) {
-            Ok(status) => status,
-            Err(unknown) => return usage(&unknown),
-        },
-        "test" => match suite::Selection::parse(rest) {
-            Ok(selection) => suite::run(&selection),
-            Err(unknown) => return usage(&unknown),
-        },
+        "fuzz" | "test" => {
+            let fuzz = command == "fuzz";
+            let done = if fuzz {
+                suite::fuzz(rest)
+            } else {
+                suite::run(rest)
+            };
+            match done {
+                Ok(status) => status,
+                Err(unknown) => return usage(&unknown),
+            }
+        }
         other => return usage(&format!("unknown command `{other}`")),
     };
     ExitCode::from(status)

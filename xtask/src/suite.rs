@@ -2,27 +2,26 @@
 
 use crate::tidy::{self, House};
 use crate::{cargo, packages};
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
-const STEPS: [&str; 12] = [
+const STEPS: [&str; 11] = [
     "fmt", "tidy", "clippy", "package", "test", "doctest", "doc", "features", "long", "outside",
-    "oldest", "publish",
+    "publish",
 ];
 
 /// Those that run with `--long`, or when they are named.
 const LONG: [&str; 2] = ["long", "outside"];
 
-/// Those that run only when they are named: they need another toolchain, or crates.io.
-const NAMED: [&str; 2] = ["oldest", "publish"];
+/// The one that runs only when it is named: it needs crates.io.
+const NAMED: &str = "publish";
 
 /// Which steps to run.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Selection {
+struct Selection {
     steps: Vec<&'static str>,
     /// Of the long tests' random cases; a new one each time unless given.
     seed: Option<u64>,
@@ -30,7 +29,7 @@ pub(crate) struct Selection {
 
 impl Selection {
     /// Reads `[--long] [--seed N] [STEP…]`.
-    pub(crate) fn parse(arguments: &[String]) -> Result<Self, String> {
+    fn parse(arguments: &[String]) -> Result<Self, String> {
         let (mut long, mut seed) = (false, None);
         let mut named = Vec::new();
         let mut arguments = arguments.iter();
@@ -46,7 +45,7 @@ impl Selection {
             }
         }
         let chosen = |step: &&&str| {
-            let usual = named.is_empty() && !LONG.contains(step) && !NAMED.contains(step);
+            let usual = named.is_empty() && !LONG.contains(step) && **step != NAMED;
             usual || named.contains(step) || long && LONG.contains(step)
         };
         let steps: Vec<_> = STEPS.iter().filter(chosen).copied().collect();
@@ -64,8 +63,10 @@ struct Outcome {
     time: Duration,
 }
 
-/// Runs the selected steps, all of them whatever fails; 0 if all passed, else 1.
-pub(crate) fn run(selection: &Selection) -> u8 {
+/// Runs the selected steps, all of them whatever fails; 0 if all passed, else 1. An error is one of
+/// the arguments.
+pub(crate) fn run(arguments: &[String]) -> Result<u8, String> {
+    let selection = Selection::parse(arguments)?;
     let mut outcomes = Vec::new();
     let mut beside: Vec<JoinHandle<Outcome>> = Vec::new();
     let seed = selection.seed.unwrap_or_else(new_seed);
@@ -84,7 +85,7 @@ pub(crate) fn run(selection: &Selection) -> u8 {
     if selection.steps.contains(&"long") {
         println!("the long tests again, on the same cases: cargo xtask test --seed {seed} long");
     }
-    status
+    Ok(status)
 }
 
 /// A seed that no run had before.
@@ -180,7 +181,6 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
             packages::outside,
         ),
         "publish" => own("publishing, but for the last step", packages::publish),
-        "oldest" => own("everything compiles with the oldest Rust", oldest),
         _ => Vec::new(),
     }
 }
@@ -188,29 +188,6 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
 /// `cargo test` on some targets of all crates.
 fn tests(targets: &str, after: &str) -> Command {
     quiet(&format!("test --workspace --no-fail-fast {targets}"), after)
-}
-
-/// Compiles everything, tests too, with the Rust that the root manifest names.
-fn oldest() -> Vec<String> {
-    let version = match House::read(&cargo::root()) {
-        Ok(house) => format!("{}.0", house.rust_version()),
-        Err(problem) => return vec![problem],
-    };
-    let mut rustup = Command::new("rustup");
-    rustup.args(["run", &version, "cargo", "check", "--quiet", "--workspace"]);
-    rustup.args(["--all-targets", "--all-features", "--target-dir"]);
-    rustup.arg(cargo::target().join("oldest"));
-    // Or it would be the one that runs us.
-    for variable in ["CARGO", "RUSTC", "RUSTUP_TOOLCHAIN"] {
-        rustup.env_remove(variable);
-    }
-    rustup.current_dir(cargo::root());
-    match cargo::status(&mut rustup) {
-        0 => Vec::new(),
-        _ => vec![format!(
-            "failed with Rust {version}; if it is missing: rustup toolchain install {version} --profile minimal"
-        )],
-    }
 }
 
 /// The variable that proptest takes its seed from.
@@ -272,12 +249,16 @@ fn checked(mut command: Command) -> Work {
         command.current_dir(cargo::root()).stdout(Stdio::piped());
         let mut child = match command.spawn() {
             Ok(child) => child,
-            Err(error) => return vec![format!("cannot start {}: {error}", shown(&command))],
+            Err(error) => return vec![format!("cannot start {command:?}: {error}")],
         };
-        let mut found = vec![format!("failed: {}", shown(&command))];
-        for line in child.stdout.take().into_iter().flat_map(lines) {
+        let mut found = vec![format!("failed: {command:?}")];
+        let lines = child.stdout.take().map(|out| BufReader::new(out).lines());
+        for line in lines.into_iter().flatten().map_while(Result::ok) {
             println!("{line}");
-            found.extend(failure(&line));
+            // Compilers and rustfmt have told the terminal.
+            let test = line.strip_prefix("---- ");
+            let test = test.and_then(|l| l.strip_suffix(" stdout ----"));
+            found.extend(test.map(|name| format!("test {name}")));
         }
         if child.wait().is_ok_and(|status| status.success()) {
             return Vec::new();
@@ -285,29 +266,6 @@ fn checked(mut command: Command) -> Work {
         found.dedup();
         found
     })
-}
-
-fn lines(stream: impl Read) -> impl Iterator<Item = String> {
-    BufReader::new(stream).lines().map_while(Result::ok)
-}
-
-/// The failure that a line of rustfmt or a test names, if any; compilers have told the terminal.
-fn failure(line: &str) -> Option<String> {
-    let test = line
-        .strip_prefix("---- ")
-        .and_then(|l| l.strip_suffix(" stdout ----"));
-    if let Some(test) = test {
-        return Some(format!("test {test}"));
-    }
-    // What rustfmt would change it lists, as bare paths.
-    let path = Path::new(line).strip_prefix(cargo::root()).ok()?;
-    let listed = path.extension().is_some_and(|e| e == "rs") && !line.contains(' ');
-    listed.then(|| format!("not formatted: {}", path.display()))
-}
-
-fn shown(command: &Command) -> String {
-    let words = command.get_args().map(|a| a.to_string_lossy().into_owned());
-    format!("cargo {}", words.collect::<Vec<_>>().join(" "))
 }
 
 /// Each crate with features: none of them, each alone, all of them. Defaults and the absence of
@@ -321,12 +279,11 @@ fn feature_combinations() -> Vec<Part> {
     let mut steps = Vec::new();
     for member in &house.members {
         let features = member.features();
-        let mut sets: Vec<String> = features.iter().map(|f| (*f).to_owned()).collect();
-        match features.len() {
-            0 => continue,
-            1 => sets.push(String::new()),
-            _ => sets.extend([String::new(), features.join(",")]),
+        if features.is_empty() {
+            continue;
         }
+        let mut sets: BTreeSet<String> = features.iter().map(|f| (*f).to_owned()).collect();
+        sets.extend([String::new(), features.join(",")]);
         for set in sets {
             let name = format!("features of {}: [{set}]", member.owner);
             let alone = "clippy --all-targets --no-default-features";
@@ -340,25 +297,29 @@ fn feature_combinations() -> Vec<Part> {
 /// The table of steps, what failed, and the plain line that scripts look for.
 fn summary(outcomes: &[Outcome]) -> u8 {
     println!("\n{:>8}  step", "seconds");
-    for Outcome {
-        name,
-        problems,
-        time,
-    } in outcomes
-    {
-        let verdict = if problems.is_empty() { "" } else { "  FAILED" };
-        println!("{:>8.1}  {name}{verdict}", time.as_secs_f64());
+    for step in outcomes {
+        let verdict = if step.problems.is_empty() {
+            ""
+        } else {
+            "  FAILED"
+        };
+        println!("{:>8.1}  {}{verdict}", step.time.as_secs_f64(), step.name);
     }
-    let failed = outcomes.iter().filter(|o| !o.problems.is_empty());
-    let count = failed.clone().count();
-    if count > 0 {
+    let failed: Vec<_> = outcomes.iter().filter(|o| !o.problems.is_empty()).collect();
+    if !failed.is_empty() {
         println!("\nwhat failed:");
     }
-    for Outcome { name, problems, .. } in failed {
-        problems.iter().for_each(|p| println!("  {name}: {p}"));
+    for step in &failed {
+        step.problems
+            .iter()
+            .for_each(|p| println!("  {}: {p}", step.name));
     }
-    println!("\n{} passed, {count} failed", outcomes.len() - count);
-    u8::from(count > 0)
+    println!(
+        "\n{} passed, {} failed",
+        outcomes.len() - failed.len(),
+        failed.len()
+    );
+    u8::from(!failed.is_empty())
 }
 
 #[cfg(test)]
@@ -371,25 +332,14 @@ mod tests {
     }
 
     #[test]
-    fn failures_are_named() {
-        let named = |line: &str| failure(line).unwrap_or_default();
-        assert_eq!(named("---- a::b stdout ----"), "test a::b");
-        let file = cargo::root().join("x.rs");
-        assert_eq!(named(&file.to_string_lossy()), "not formatted: x.rs");
-        assert_eq!(named("test a ... ok"), "");
-    }
-
-    #[test]
     fn long_runs_are_new_and_can_be_had_again() {
         let command = new_cases(Command::new("cargo"), 12);
         let set = |name: &str| {
-            let found = command.get_envs().find(|(key, _)| *key == name);
-            found
-                .and_then(|(_, value)| value?.to_str())
-                .unwrap_or_default()
-                .to_owned()
+            let mut set = command.get_envs();
+            set.find_map(|(key, value)| (key == name).then_some(value?))
         };
-        assert_eq!([set("PROPTEST_CASES"), set(PROPERTY_SEED)], ["4096", "12"]);
+        assert_eq!(set("PROPTEST_CASES"), Some("4096".as_ref()));
+        assert_eq!(set(PROPERTY_SEED), Some("12".as_ref()));
         let first = new_seed();
         assert!((0..1_000_000).any(|_| new_seed() > first));
     }
@@ -398,7 +348,7 @@ mod tests {
     fn selections() {
         assert_eq!(parse(&[]).unwrap(), STEPS[..8]);
         assert_eq!(parse(&["--long"]).unwrap(), STEPS[..10]);
-        assert_eq!(parse(&["oldest"]).unwrap(), ["oldest"]);
+        assert_eq!(parse(&["publish"]).unwrap(), ["publish"]);
         assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
         assert_eq!(parse(&["--seed", "7", "long"]).unwrap(), ["long"]);
         let words = ["--long", "--seed", "7"].map(str::to_owned);

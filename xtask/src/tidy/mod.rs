@@ -46,22 +46,17 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         Ok(house) => house,
         Err(problem) => return vec![problem],
     };
-    let rules: [Rule; 17] = [
+    let rules: [Rule; 12] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
         sources::lints,
-        sources::exceptions,
-        sources::foreign_types,
         sources::fallibility,
-        sources::unfinished_work,
-        sources::cases_are_scaled,
-        sources::layout,
+        sources::lines,
         sources::crate_pages,
         sources::one_dependency,
         repository::machine_paths,
-        repository::documents,
-        repository::oldest_rust,
+        repository::licences,
         repository::links,
         ratchet::may_only_fall,
     ];
@@ -110,12 +105,6 @@ impl House {
         fs::read_to_string(self.root.join(path)).unwrap_or_default()
     }
 
-    /// Whether crates.io gets the crate with this folder.
-    fn is_published(&self, owner: &str) -> bool {
-        let member = self.members.iter().find(|m| m.owner == owner);
-        member.is_some_and(Member::is_published)
-    }
-
     /// Packages that crates.io would get.
     pub(crate) fn published(&self) -> impl Iterator<Item = &str> {
         let members = self.members.iter().filter(|m| m.is_published());
@@ -130,20 +119,8 @@ impl House {
 
     /// The version of all crates.
     pub(crate) fn version(&self) -> String {
-        self.of_all_crates("version")
-    }
-
-    /// The oldest Rust that compiles all crates.
-    pub(crate) fn rust_version(&self) -> String {
-        self.of_all_crates("rust-version")
-    }
-
-    /// A text that the root manifest gives for all crates.
-    fn of_all_crates(&self, key: &str) -> String {
         let text = self.text("Cargo.toml");
-        let line = section(&text, "workspace.package").find_map(|l| l.strip_prefix(key));
-        let value = line.map(|l| l.trim_start_matches([' ', '=']));
-        value.map_or_else(String::new, |v| v.trim_matches('"').to_owned())
+        quoted(section(&text, "workspace.package"), "version").to_owned()
     }
 
     /// The front pages of libraries.
@@ -166,10 +143,7 @@ impl Member {
 
     /// `package.name`.
     pub(crate) fn package(&self) -> &str {
-        let quoted = self
-            .section("package")
-            .find_map(|l| l.strip_prefix("name = "));
-        quoted.map_or("", |name| name.trim_matches('"'))
+        quoted(self.section("package"), "name")
     }
 
     /// Features, but for `default`.
@@ -178,6 +152,12 @@ impl Member {
         let names = lines.filter_map(|line| Some(line.split_once(" = ")?.0));
         names.filter(|name| *name != "default").collect()
     }
+}
+
+/// The text of a key, none if there is no such line.
+fn quoted<'a>(mut lines: impl Iterator<Item = &'a str>, key: &str) -> &'a str {
+    let of_key = |line: &'a str| line.strip_prefix(key)?.strip_prefix(" = ");
+    lines.find_map(of_key).unwrap_or("").trim_matches('"')
 }
 
 /// The lines of the sections of a manifest whose header ends so, without comments.
@@ -211,9 +191,13 @@ impl Source {
         }
     }
 
-    /// One problem for each line of `text` in which a predicate holds.
-    fn complain(&self, text: &str, holds: impl Fn(&str) -> bool, why: &str) -> Vec<String> {
-        let lines = text.lines().enumerate().filter(|(_, line)| holds(line));
+    /// One problem for each line in which a predicate holds.
+    fn complain(&self, holds: impl Fn(&str) -> bool, why: &str) -> Vec<String> {
+        let lines = self
+            .text
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| holds(line));
         lines
             .map(|(i, _)| format!("{}:{}: {why}", self.path, i + 1))
             .collect()
@@ -223,28 +207,13 @@ impl Source {
 /// A file up to its module of tests (which stands last: clippy's `items_after_test_module`), each
 /// line up to its comment.
 fn code_of(text: &str) -> String {
-    let mut code = String::new();
-    let mut lines = text.lines().peekable();
-    while let Some(line) = lines.next() {
-        let test = line.trim() == "#[cfg(test)]";
-        if test
-            && lines
-                .peek()
-                .is_some_and(|next| next.contains("mod ") && next.ends_with('{'))
-        {
-            break;
-        }
-        code.push_str(line.split("//").next().unwrap_or_default());
-        code.push('\n');
-    }
-    code
-}
-
-/// Whether the word stands in the line, not as part of a longer identifier.
-fn has_word(line: &str, word: &str) -> bool {
-    let inside = |c: char| c.is_alphanumeric() || c == '_';
-    line.match_indices(word)
-        .any(|(i, _)| !line[..i].ends_with(inside) && !line[i + word.len()..].starts_with(inside))
+    let lines: Vec<&str> = text.lines().collect();
+    let is_test = |pair: &[&str]| {
+        pair[0].trim() == "#[cfg(test)]" && pair[1].contains("mod ") && pair[1].ends_with('{')
+    };
+    let end = lines.windows(2).position(is_test).unwrap_or(lines.len());
+    let code = lines[..end].iter().flat_map(|line| line.split("//").next());
+    code.flat_map(|line| [line, "\n"]).collect()
 }
 
 #[cfg(test)]

@@ -98,10 +98,8 @@ fn figures(house: &House) -> Figures {
         add("tuples", tuples(&file.code));
         add("fragments", fragments(file));
         if DECIDE.contains(&file.owner.as_str()) {
-            add(
-                "constants",
-                file.code.lines().filter(|l| is_bare(l)).count(),
-            );
+            let bare = file.code.lines().filter(|line| is_bare(line));
+            add("constants", bare.count());
         }
     }
     let circles = crates.values().map(|files| largest_circle(files));
@@ -112,17 +110,15 @@ fn figures(house: &House) -> Figures {
 
 /// Whether a line names a bare number other than 0, 1 and 2.
 fn is_bare(line: &str) -> bool {
-    let Some((_, rest)) = line.split_once("const ") else {
-        return false;
-    };
-    let Some((kind, value)) = rest.split_once(": ").and_then(|(_, r)| r.split_once(" = ")) else {
+    let typed = line
+        .split_once("const ")
+        .and_then(|(_, l)| l.split_once(": "));
+    let Some((kind, value)) = typed.and_then(|(_, l)| l.split_once(" = ")) else {
         return false;
     };
     let value = value.trim_end().trim_end_matches(';').replace('_', "");
-    ["f64", "f32", "u32", "u64", "usize"].contains(&kind)
-        && value
-            .parse()
-            .is_ok_and(|v: f64| ![0.0, 1.0, 2.0].contains(&v))
+    let value = value.parse().unwrap_or(0.0_f64);
+    ["f64", "f32", "u32", "u64", "usize"].contains(&kind) && ![0.0, 1.0, 2.0].contains(&value)
 }
 
 /// Parameters such as `(a, b): (A, B)`.
@@ -211,13 +207,12 @@ fn exports(code: &str) -> BTreeMap<String, String> {
         .match_indices("pub use ")
         .chain(code.match_indices("pub(crate) use "));
     let names = uses.flat_map(|(at, word)| expand(&code[at + word.len()..]));
-    names
-        .filter_map(|path| {
-            let path = path.trim_start_matches("crate::");
-            let (module, name) = path.rsplit_once("::")?;
-            Some((name.to_owned(), module.to_owned()))
-        })
-        .collect()
+    let split = |path: String| {
+        let path = path.trim_start_matches("crate::");
+        let (module, name) = path.rsplit_once("::")?;
+        Some((name.to_owned(), module.to_owned()))
+    };
+    names.filter_map(split).collect()
 }
 
 /// The paths behind each `start`, those in braces one by one.
@@ -233,26 +228,22 @@ fn expand(text: &str) -> Vec<String> {
     let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     let text = text.trim_start();
     let head = &text[..text.find(|c: char| !is_path(c)).unwrap_or(text.len())];
-    let Some(mut rest) = text[head.len()..].strip_prefix('{') else {
+    let Some(inside) = text[head.len()..].strip_prefix('{') else {
         return vec![head.trim_end_matches(':').to_owned()];
     };
-    let mut all = Vec::new();
-    let mut depth = 0_usize;
-    let mut is_start = true;
-    while let Some(c) = rest.chars().next() {
-        if depth == 0 && is_start && is_path(c) {
-            all.extend(expand(rest).iter().map(|path| format!("{head}{path}")));
-        }
-        match c {
-            '{' => depth += 1,
-            '}' if depth == 0 => break,
-            '}' => depth -= 1,
-            _ => {}
-        }
-        is_start = c == ',' || is_start && c.is_whitespace();
-        rest = &rest[c.len_utf8()..];
-    }
-    all
+    let step = |c: char| i32::from(c == '{') - i32::from(c == '}');
+    let (mut outside, mut depth) = (0, 0);
+    let end = inside.find(|c| {
+        outside -= step(c);
+        outside > 0
+    });
+    let parts = inside[..end.unwrap_or(inside.len())].split(|c| {
+        depth += step(c);
+        c == ',' && depth == 0
+    });
+    let named = parts.filter(|part| !part.trim().is_empty());
+    let branches = named.flat_map(expand);
+    branches.map(|path| format!("{head}{path}")).collect()
 }
 
 impl Source {

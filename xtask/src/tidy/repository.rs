@@ -30,57 +30,8 @@ fn names_root_folder(line: &str, folder: &str) -> bool {
         .any(|(i, _)| !line[..i].ends_with(middle))
 }
 
-/// What a visitor expects to find.
-const EXPECTED: &str = "README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE docs/architecture.md \
-    docs/accuracy.md docs/studies.md docs/performance.md .ci/run Cargo.lock";
-
-pub(super) fn documents(house: &House) -> Vec<String> {
-    let crates = house
-        .members
-        .iter()
-        .filter(|member| member.owner != "xtask");
-    let readmes = crates.map(|member| format!("crates/{}/README.md", member.owner));
-    let expected = EXPECTED
-        .split_whitespace()
-        .map(str::to_owned)
-        .chain(readmes);
-    let missing = expected.filter(|path| !house.root.join(path).is_file());
-    let missing = missing.map(|path| format!("{path} is missing"));
-    missing.chain(licences(house)).collect()
-}
-
-/// Pages that say which Rust is needed say what the root manifest says.
-pub(super) fn oldest_rust(house: &House) -> Vec<String> {
-    let version = house.rust_version();
-    let mut problems = Vec::new();
-    for path in house.files.iter().filter(|p| p.ends_with(".md")) {
-        for (i, line) in house.text(path).lines().enumerate() {
-            problems.extend(
-                rust_versions(line)
-                    .filter(|said| *said != version)
-                    .map(|said| format!("{path}:{}: Rust {said}, not {version}", i + 1)),
-            );
-        }
-    }
-    if !house.text("README.md").contains(&format!("Rust {version}")) {
-        problems.push(format!(
-            "README.md does not say that it takes Rust {version}"
-        ));
-    }
-    problems
-}
-
-/// The versions that a line gives behind the word Rust.
-fn rust_versions(line: &str) -> impl Iterator<Item = &str> {
-    line.split("Rust ").skip(1).filter_map(|rest| {
-        let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.');
-        let number = rest[..end.unwrap_or(rest.len())].trim_end_matches('.');
-        number.contains('.').then_some(number)
-    })
-}
-
 /// Each package has the licences: symbolic links, which cargo packages as what they lead to.
-fn licences(house: &House) -> Vec<String> {
+pub(super) fn licences(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for member in house.members.iter().filter(|m| m.owner != "xtask") {
         for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
@@ -143,13 +94,6 @@ mod tests {
         let named = |text: &str| names_root_folder(&text.replace('@', concat!("/t", "mp/")), "tmp");
         assert!(named("see @main") && named("\"@x\""));
         assert!(!named("docs@x") && !named("https://example.org@x"));
-    }
-
-    #[test]
-    fn versions_of_rust_are_seen() {
-        let found = |line| rust_versions(line).collect::<Vec<_>>();
-        assert_eq!(found("Rust 1.70 or newer. Rust 2.0."), ["1.70", "2.0"]);
-        assert!(found("plain Rust, Rust 2024, trust 1.2").is_empty());
     }
 
     #[test]
