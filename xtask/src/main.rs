@@ -40,7 +40,7 @@ the workshop:
                             fmt tidy clippy package test doctest doc features long outside
                             and, by name alone, publish (cargo publish --dry-run of all crates; asks crates.io)
   bench WHAT [--scene PATH] [--json]
-                            measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
+                            measure speed; WHAT is visibility, equal-time or CRATE/BENCH for a criterion bench
   ratchet                   lower the figures of xtask/ratchet.txt to what they are now
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words

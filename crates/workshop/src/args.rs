@@ -40,13 +40,11 @@ pub(crate) enum Command {
 pub(crate) enum Bench {
     /// Error against time.
     EqualTime(BenchArgs),
-    /// What the densities of one technique at another's samples cost.
-    Mis(BenchArgs),
     /// What rays and lines cost, beside obvhs's rays.
     Visibility(VisibilityArgs),
 }
 
-/// `bench equal-time` and `bench mis`.
+/// `bench equal-time`.
 #[derive(Args, Debug)]
 pub(crate) struct BenchArgs {
     /// Scene file, or the name of a built-in scene, in place of all built-in ones.
@@ -56,7 +54,7 @@ pub(crate) struct BenchArgs {
     /// rest.
     #[arg(long, value_name = "E,E…")]
     pub(crate) estimators: Option<List<Estimator>>,
-    /// Numbers of samples, in ascending order; powers of two unless told. `mis` takes the first.
+    /// Numbers of samples, in ascending order; powers of two unless told.
     #[arg(long, value_name = "N,N…")]
     pub(crate) samples: Option<SampleCounts>,
     /// Resolution of the image whose pixels are measured.

@@ -3,13 +3,13 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod bench;
 mod check_references;
+mod equal_time;
 mod load_all;
 mod pictures;
 mod visibility;
 
-use args::{Cli, Command};
+use args::{Bench, Cli, Command};
 use linelit_cli::program;
 use std::process::ExitCode;
 
@@ -22,7 +22,8 @@ fn main() -> ExitCode {
             Command::CheckReferences(args) => check_references::run(args, out),
             Command::LoadAll(args) => load_all::run(args, out),
             Command::Pictures(args) => pictures::run(args, out),
-            Command::Bench(args) => bench::run(args, out),
+            Command::Bench(Bench::EqualTime(args)) => equal_time::run(args, out),
+            Command::Bench(Bench::Visibility(args)) => visibility::run(args, out),
         }
     })
 }

@@ -45,22 +45,8 @@ pub struct Curve<S> {
 }
 
 impl<S> Curve<S> {
-    /// The error at a given time: between two points along the straight line in logarithms; the
-    /// last point's beyond all of them, `None` before the first. Towards a point without error
-    /// (`NO_ERROR`) nothing is interpolated.
-    #[must_use]
-    pub fn error_at(&self, time: f64) -> Option<f64> {
-        self.points.first().filter(|p| p.time <= time)?;
-        let within = self
-            .points
-            .windows(2)
-            .filter(|w| w[0].time <= time && time < w[1].time && w[1].mse > NO_ERROR)
-            .map(|w| between((w[0].time, w[0].mse), (w[1].time, w[1].mse), time));
-        let passed = self.points.iter().filter(|p| p.time <= time).map(|p| p.mse);
-        within.chain(passed).reduce(f64::min)
-    }
-
-    /// The time to a given error; `None` if no point reaches it.
+    /// The time to a given error: between two points along the straight line in logarithms; `None` if
+    /// no point reaches it. Towards a point without error (`NO_ERROR`) nothing is interpolated.
     #[must_use]
     pub fn time_to(&self, mse: f64) -> Option<f64> {
         let within = self
@@ -200,14 +186,11 @@ mod tests {
     }
 
     #[test]
-    fn curves_are_read_both_ways() {
+    fn times_to_errors_are_interpolated() {
         let c = curve(&[(1.0, 1e-2), (10.0, 1e-4)]);
         let near = |got: Option<f64>, want: f64| (got.unwrap() / want - 1.0).abs() < 1e-12;
-        assert!(near(c.error_at(10f64.sqrt()), 1e-3));
         assert!(near(c.time_to(1e-3), 10f64.sqrt()));
-        assert!(c.error_at(0.5).is_none());
         assert!(c.time_to(1e-5).is_none());
-        assert!(near(c.error_at(100.0), 1e-4));
         // An estimator without error takes its time, whatever is asked.
         let exact = curve(&[(3.0, 1e-24)]);
         assert!(near(exact.time_to(1e-2), 3.0));

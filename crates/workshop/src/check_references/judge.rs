@@ -1,7 +1,6 @@
 //! Pixel against pixel, and why some differ.
 
-use super::replicate::Replicated;
-use super::{Entry, NOISE_REPLICATES};
+use super::{Entry, NOISE_REPLICATES, Replicated};
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, ShadingPoint, Workspace};
@@ -47,13 +46,6 @@ pub(super) struct Row {
     pub(super) ok: bool,
 }
 
-/// Why a pixel differs.
-enum Reason {
-    Edge,
-    Light,
-    Horizon,
-}
-
 /// Compares all pixels.
 pub(super) fn judge(
     entry: &Entry,
@@ -62,7 +54,10 @@ pub(super) fn judge(
     ours: &Replicated,
     theirs: &Replicated,
 ) -> Row {
-    let mut pixels = compared(entry, reference);
+    let (width, stride) = (reference.width as usize, entry.stride as usize);
+    let coordinates = |p: usize| [p % width, p / width];
+    let on_grid = |p: &usize| coordinates(*p).iter().all(|c| c.is_multiple_of(stride));
+    let mut pixels: Vec<usize> = (0..reference.rgb.len()).filter(on_grid).collect();
     let total = pixels.len();
     let value = |p: usize| DVec3::from_array(reference.rgb[p].map(f64::from));
     // How noisy the reference is: its own technique at fewer samples, scaled by the order that
@@ -80,19 +75,27 @@ pub(super) fn judge(
         (ours.mean[*p] - value(*p)).abs().cmpgt(allowed).any()
     };
     let outliers: Vec<usize> = pixels.iter().copied().filter(differs).collect();
-    let width = reference.width as usize;
-    let coordinates = |p: usize| [p % width, p / width].map(|c| u32::try_from(c).unwrap_or(0));
-    let all = ratio(&pixels, |p| (ours.mean[p], value(p)));
-    let mut row = empty_row(entry, total);
+    let coordinates = |p: usize| coordinates(p).map(|c| u32::try_from(c).unwrap_or(0));
+    let ratio = |pixels: &[usize]| {
+        let sums = pixels.iter().fold([0.0; 2], |[a, b], &p| {
+            [a + ours.mean[p].element_sum(), b + value(p).element_sum()]
+        });
+        sums[0] / sums[1]
+    };
+    let mut row = Row {
+        name: entry.name,
+        estimator: entry.ours.estimator,
+        pixels: total,
+        mean_ratio_of_all: ratio(&pixels),
+        ..Row::default()
+    };
     let mut to_decide = Vec::new();
     for &p in &outliers {
         let gap = (ours.mean[p] - value(p)).abs();
         // A sum of N equal numbers in f32 rounds by half a unit of the sum at most, each time.
         let rounded = gap.cmple(value(p) * (entry.samples * 2f64.powi(-25))).all();
-        match visible_reason(renderer, coordinates(p), rounded) {
-            Some(Reason::Edge) => row.edges.push(coordinates(p)),
-            Some(Reason::Light) => row.lights.push(coordinates(p)),
-            Some(Reason::Horizon) => row.horizon.push(coordinates(p)),
+        match row.reason(renderer, coordinates(p), rounded) {
+            Some(pixels) => pixels.push(coordinates(p)),
             None => to_decide.push(p),
         }
     }
@@ -113,33 +116,45 @@ pub(super) fn judge(
     let total_variance: f64 = pixels.iter().map(square).sum();
     let sum: f64 = pixels.iter().map(|&p| value(p).element_sum()).sum();
     row.ratio_error = total_variance.sqrt() / sum;
-    fill(&mut row, &pixels, all, |p| (ours.mean[p], value(p)));
-    row
+    row.mean_ratio = ratio(&pixels);
+    row.finish(pixels.iter().map(|&p| [ours.mean[p], value(p)]).collect())
 }
 
-/// The pixels that are compared.
-fn compared(entry: &Entry, reference: &Image) -> Vec<usize> {
-    let (width, stride) = (reference.width as usize, entry.stride as usize);
-    let on_grid =
-        |p: &usize| (p % width).is_multiple_of(stride) && (p / width).is_multiple_of(stride);
-    (0..reference.rgb.len()).filter(on_grid).collect()
-}
+impl Row {
+    /// Fills in what the values of the pixels that are not left out say, ours and theirs.
+    fn finish(mut self, values: Vec<[DVec3; 2]>) -> Self {
+        let count = 3.0 * values.len() as f64;
+        for [got, want] in values {
+            self.mean += got.element_sum() / count;
+            self.reference_mean += want.element_sum() / count;
+            self.mrse += ((got - want) * (got - want) / (want * want + 1e-6)).element_sum() / count;
+        }
+        self.passing = 1.0 - self.unexplained.len() as f64 / self.pixels as f64;
+        let allowed = 2e-4_f64.max(3.0 * self.ratio_error);
+        self.ok = self.passing >= PASS_SHARE && (self.mean_ratio - 1.0).abs() < allowed;
+        self
+    }
 
-/// A reason that the scene shows by itself.
-fn visible_reason(renderer: &Renderer<'_>, pixel: [u32; 2], rounded: bool) -> Option<Reason> {
-    if renderer.straddles_edge(pixel, 0.01) {
-        return Some(Reason::Edge);
+    /// The pixels that differ for the reason that the scene shows by itself at this one, if any.
+    fn reason(
+        &mut self,
+        renderer: &Renderer<'_>,
+        pixel: [u32; 2],
+        rounded: bool,
+    ) -> Option<&mut Vec<[u32; 2]>> {
+        if renderer.straddles_edge(pixel, 0.01) {
+            return Some(&mut self.edges);
+        }
+        let point = renderer.shading_point(pixel, &mut Workspace::new())?;
+        if rounded && point.emitted != DVec3::ZERO {
+            return Some(&mut self.lights);
+        }
+        let between = renderer.scene().lights.iter().any(|l| match &*l.light {
+            Light::Area(area) => between_horizons(&point, area.polygon.vertices()),
+            _ => false,
+        });
+        between.then_some(&mut self.horizon)
     }
-    let mut workspace = Workspace::new();
-    let point = renderer.shading_point(pixel, &mut workspace)?;
-    if rounded && point.emitted != DVec3::ZERO {
-        return Some(Reason::Light);
-    }
-    let between = renderer.scene().lights.iter().any(|l| match &*l.light {
-        Light::Area(area) => between_horizons(&point, area.polygon.vertices()),
-        _ => false,
-    });
-    between.then_some(Reason::Horizon)
 }
 
 /// Whether part of a light is above the surface and below the shading normal's horizon, or the
@@ -182,39 +197,4 @@ fn brute_force_decides(
     let allowed = spread * 5.0 + (a - b).abs() * 2.0 + brute.abs() * 1e-3;
     let agrees = |value: DVec3| (brute - value).abs().cmple(allowed).all();
     agrees(ours) && !agrees(theirs)
-}
-
-fn empty_row(entry: &Entry, pixels: usize) -> Row {
-    Row {
-        name: entry.name,
-        estimator: entry.ours.estimator,
-        pixels,
-        ..Row::default()
-    }
-}
-
-/// The ratio of two sums over pixels.
-fn ratio(pixels: &[usize], values: impl Fn(usize) -> (DVec3, DVec3)) -> f64 {
-    let sums = pixels.iter().fold([0.0; 2], |[a, b], &p| {
-        let (got, want) = values(p);
-        [a + got.element_sum(), b + want.element_sum()]
-    });
-    sums[0] / sums[1]
-}
-
-/// The numbers over the pixels that are not left out.
-fn fill(row: &mut Row, pixels: &[usize], all: f64, values: impl Fn(usize) -> (DVec3, DVec3)) {
-    let (count, total) = (3.0 * pixels.len() as f64, row.pixels as f64);
-    for &p in pixels {
-        let (got, want) = values(p);
-        row.mean += got.element_sum() / count;
-        row.reference_mean += want.element_sum() / count;
-        row.mrse += ((got - want) * (got - want) / (want * want + 1e-6)).element_sum() / count;
-    }
-    let failing = row.unexplained.len() as f64;
-    row.passing = 1.0 - failing / total;
-    row.mean_ratio = ratio(pixels, values);
-    row.mean_ratio_of_all = all;
-    let allowed = 2e-4_f64.max(3.0 * row.ratio_error);
-    row.ok = row.passing >= PASS_SHARE && (row.mean_ratio - 1.0).abs() < allowed;
 }

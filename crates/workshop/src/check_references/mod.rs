@@ -1,16 +1,17 @@
 //! `linelit check-references`: our renders against those of other renderers.
 
 mod judge;
-mod replicate;
 
 use crate::args::CheckArgs;
 use anyhow::{Context, Result, bail};
 use judge::Row;
-use linelit_cli::commands::pool;
+use linelit_cli::commands::{bar, pool};
 use linelit_cli::output::{Output, OutputError, note};
-use linelit_film::Image;
-use linelit_integrator::{Estimator, Renderer};
-use replicate::replicate;
+use linelit_film::{Image, Tile};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Renderer, Settings};
+use linelit_samplers::SamplerKind;
+use linelit_study::scene_study;
 use std::path::Path;
 
 /// Replicates of points, for the noise of the reference.
@@ -26,8 +27,8 @@ struct Effort {
 
 struct Entry {
     name: &'static str,
-    scene: &'static str,
-    reference: &'static str,
+    scene: String,
+    reference: String,
     hide_lights: bool,
     /// Light samples behind each pixel of the reference.
     samples: f64,
@@ -39,106 +40,66 @@ struct Entry {
     stride: u32,
 }
 
-/// Diffuse scenes: lines in closed form.
-const LINES: Effort = Effort {
-    estimator: "line-analytic",
-    samples: 64,
-    replicates: 8,
-};
-
-/// Glossy scenes: the highlights of mirror-like plates need both.
-const LINES_AND_BSDF: Effort = Effort {
-    estimator: "line-solid-angle+point-bsdf",
-    samples: 256,
-    replicates: 8,
-};
-
-const fn noise(estimator: &'static str, samples: u32) -> Effort {
+fn effort(estimator: &'static str, samples: u32, replicates: u32) -> Effort {
     Effort {
         estimator,
         samples,
-        replicates: NOISE_REPLICATES,
+        replicates,
     }
 }
 
-const fn mitsuba(
-    name: &'static str,
-    scene: &'static str,
-    reference: &'static str,
-    stride: u32,
-) -> Entry {
-    Entry {
+fn entries() -> [Entry; 6] {
+    // Diffuse scenes: lines in closed form.
+    let lines = effort("line-analytic", 64, 8);
+    // Glossy scenes: the highlights of mirror-like plates need both.
+    let lines_and_bsdf = effort("line-solid-angle+point-bsdf", 256, 8);
+    let points = effort("point-solid-angle", 64, NOISE_REPLICATES);
+    let points_and_bsdf = effort("point-solid-angle+point-bsdf", 512, NOISE_REPLICATES);
+    let authors = |name, scene: &str, image: &str, ours, theirs| Entry {
         name,
-        scene,
-        reference,
-        hide_lights: true,
-        samples: 4096.0,
-        ours: LINES,
-        theirs: noise("point-area", 64),
-        stride,
-    }
-}
-
-const fn authors(
-    name: &'static str,
-    scene: &'static str,
-    reference: &'static str,
-    ours: Effort,
-    theirs: Effort,
-) -> Entry {
-    Entry {
-        name,
-        scene,
-        reference,
+        scene: format!("scenes/{scene}.pbrt"),
+        reference: format!("references/authors/{image}.pfm"),
         hide_lights: false,
         samples: 4096.0 * 2.0,
         ours,
         theirs,
         stride: 1,
-    }
+    };
+    let mitsuba = |name: &'static str, stride| Entry {
+        name,
+        scene: format!("references/{name}/{}.pbrt", &name["mitsuba/".len()..]),
+        reference: format!("references/{name}/reference_centre.exr"),
+        hide_lights: true,
+        samples: 4096.0,
+        ours: lines,
+        theirs: effort("point-area", 64, NOISE_REPLICATES),
+        stride,
+    };
+    let glossy = |name, scene, image| authors(name, scene, image, lines_and_bsdf, points_and_bsdf);
+    let cornell = "cornell-box/cornell-box";
+    [
+        authors(
+            "authors/cornell",
+            cornell,
+            "cornell_ptsa4096x2",
+            lines,
+            points,
+        ),
+        glossy(
+            "authors/veach",
+            "op-veach/op-veach-color",
+            "veach_brdf+ptsa4096x2",
+        ),
+        glossy(
+            "authors/kitchen",
+            "kitchen/kitchen-play",
+            "kitchen_brdf+ptsa4096x2",
+        ),
+        mitsuba("mitsuba/a_cornell", 1),
+        mitsuba("mitsuba/b_grid_quad", 1),
+        mitsuba("mitsuba/d_colonnade", 4),
+    ]
 }
-
-const ENTRIES: [Entry; 6] = [
-    authors(
-        "authors/cornell",
-        "scenes/cornell-box/cornell-box.pbrt",
-        "references/authors/cornell_ptsa4096x2.pfm",
-        LINES,
-        noise("point-solid-angle", 64),
-    ),
-    authors(
-        "authors/veach",
-        "scenes/op-veach/op-veach-color.pbrt",
-        "references/authors/veach_brdf+ptsa4096x2.pfm",
-        LINES_AND_BSDF,
-        noise("point-solid-angle+point-bsdf", 512),
-    ),
-    authors(
-        "authors/kitchen",
-        "scenes/kitchen/kitchen-play.pbrt",
-        "references/authors/kitchen_brdf+ptsa4096x2.pfm",
-        LINES_AND_BSDF,
-        noise("point-solid-angle+point-bsdf", 512),
-    ),
-    mitsuba(
-        "mitsuba/a_cornell",
-        "references/mitsuba/a_cornell/a_cornell.pbrt",
-        "references/mitsuba/a_cornell/reference_centre.exr",
-        1,
-    ),
-    mitsuba(
-        "mitsuba/b_grid_quad",
-        "references/mitsuba/b_grid_quad/b_grid_quad.pbrt",
-        "references/mitsuba/b_grid_quad/reference_centre.exr",
-        1,
-    ),
-    mitsuba(
-        "mitsuba/d_colonnade",
-        "references/mitsuba/d_colonnade/d_colonnade.pbrt",
-        "references/mitsuba/d_colonnade/reference_centre.exr",
-        4,
-    ),
-];
 
 /// Renders every scene that has a reference below the folder and compares.
 pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
@@ -147,8 +108,8 @@ pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
         print_header(out)?;
     }
     let wanted = |e: &&Entry| args.only.as_ref().is_none_or(|only| e.name.contains(only));
-    for entry in ENTRIES.iter().filter(wanted) {
-        let scene = args.dir.join(entry.scene);
+    for entry in entries().iter().filter(wanted) {
+        let scene = args.dir.join(&entry.scene);
         if scene.is_file() {
             let found = check(args, entry, &scene)?;
             if !args.common.json {
@@ -176,7 +137,7 @@ pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
 }
 
 fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
-    let reference = Image::read(&args.dir.join(entry.reference))?;
+    let reference = Image::read(&args.dir.join(&entry.reference))?;
     let name = path
         .to_str()
         .with_context(|| format!("{} is not UTF-8", path.display()))?;
@@ -194,8 +155,54 @@ fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
     Ok(judge::judge(entry, &renderer, &reference, &ours, &theirs))
 }
 
-fn estimator(effort: Effort) -> Result<Estimator> {
-    Ok(effort.estimator.parse()?)
+/// Mean and variance of one replicate, per pixel.
+struct Replicated {
+    mean: Vec<DVec3>,
+    variance: Vec<DVec3>,
+    replicates: f64,
+    samples: f64,
+}
+
+/// Renders a scene several times with different random numbers.
+fn replicate(
+    pool: &rayon::ThreadPool,
+    renderer: &Renderer<'_>,
+    entry: &Entry,
+    effort: Effort,
+) -> Result<Replicated> {
+    let film = &renderer.scene().film;
+    let window = Tile::whole(film.width, film.height);
+    let estimator = effort.estimator.parse()?;
+    let render = |seed: u32| {
+        let settings = Settings {
+            estimator,
+            sampler: SamplerKind::Stratified,
+            samples: effort.samples,
+            seed: u64::from(seed) + 77,
+            show_lights: !entry.hide_lights,
+            ..Settings::default()
+        };
+        pool.install(|| scene_study::render(renderer, &settings, window, &bar(entry.name)))
+            .0
+    };
+    let images: Vec<Image> = (0..effort.replicates).map(render).collect();
+    let n = f64::from(effort.replicates);
+    let mut replicated = Replicated {
+        mean: Vec::new(),
+        variance: Vec::new(),
+        replicates: n,
+        samples: f64::from(effort.samples),
+    };
+    for p in 0..images[0].rgb.len() {
+        let values = images
+            .iter()
+            .map(|i| DVec3::from_array(i.rgb[p].map(f64::from)));
+        let mean = values.clone().sum::<DVec3>() / n;
+        let squares = values.map(|value| (value - mean) * (value - mean));
+        replicated.mean.push(mean);
+        replicated.variance.push(squares.sum::<DVec3>() / (n - 1.0));
+    }
+    Ok(replicated)
 }
 
 fn print_header(out: &mut Output) -> Result<(), OutputError> {

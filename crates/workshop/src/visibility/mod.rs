@@ -1,294 +1,161 @@
 //! `bench visibility`: rays and lines side by side, ours and obvhs's.
 
-mod report;
+mod measure;
 mod rivals;
 
-pub(crate) use report::run;
-
-use linelit_geometry::{DVec3, Segment};
-use linelit_scenes::stratified_lines;
-use linelit_visibility::{
-    Counters, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
-};
-use rand::{RngExt as _, SeedableRng as _};
-use rand_pcg::Pcg64Mcg;
+use crate::args::VisibilityArgs;
+use anyhow::Result;
+use linelit_cli::output::Output;
+use linelit_geometry::DVec3;
+use linelit_scenes::VisibilityScene;
+use linelit_visibility::{LightCorners, Occluders};
+use measure::{Timings, Workload, repeat, shading_points, time};
 use rivals::Rivals;
-use std::ops::Range;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
 use std::time::Instant;
 
-/// A light in a scene, and the points to shade.
-#[derive(Clone, Debug)]
-struct Workload<'a> {
-    /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
-    /// that reach beyond them.
-    light: LightCorners<'a>,
-    /// The light's own triangles.
-    exclude: Range<u32>,
-    /// Shading points, off their surfaces.
-    points: &'a [DVec3],
-}
+/// The work counters are taken with the first.
+const LINES: [u32; 5] = [16, 1, 4, 64, 256];
 
-impl<'a> Workload<'a> {
-    /// Some of the points.
-    fn part(&self, range: Range<usize>) -> Workload<'a> {
-        Self {
-            points: &self.points[range],
-            ..self.clone()
-        }
-    }
-}
+/// Measured unless a scene is named.
+const SCENES: [&str; 3] = [
+    "grid-planes-large",
+    "triangle-soup-large",
+    "colonnade-large",
+];
 
-/// Nanoseconds per query, undisturbed: sums over small chunks of the least time in any round.
-#[derive(Clone, Debug, Default)]
-struct Timings {
-    /// Our any-hit ray.
-    ray: f64,
-    /// obvhs's binary hierarchy.
-    bvh2: f64,
-    /// obvhs's compressed wide hierarchy.
-    cwbvh: f64,
-    /// Lines a point, nanoseconds per line, and that ÷ our ray within the same round.
-    lines: Vec<(u32, f64, f64)>,
-    /// Shaft-shared points a shading point, nanoseconds per point.
-    shaft_points: Vec<(u32, f64)>,
-    /// Work of one pass over all points with the first number of lines.
-    counters: Counters,
-    /// Share of rays that meet something.
-    hit_share: f64,
-    /// Mean visible share of the lines.
-    visible_share: f64,
-}
+/// How far a shading point is off its surface.
+const OFFSET: f64 = 2e-5;
 
-/// The shadow rays of every shading point towards one random point of the light each.
-fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
-    let mut random = Pcg64Mcg::seed_from_u64(7);
-    let mut rays = Vec::with_capacity(work.points.len() * per_point);
-    let corners = work.light.corners();
-    for &point in work.points {
-        for _ in 0..per_point {
-            let (mut s, mut t) = (random.random::<f64>(), random.random::<f64>());
-            if corners.len() == 3 && s + t > 1.0 {
-                (s, t) = (1.0 - s, 1.0 - t);
-            }
-            let o = corners[0];
-            let last = corners[corners.len() - 1];
-            if corners.len() == 2 {
-                s = 0.0;
-            }
-            let target = o + (corners[1] - o) * s + (last - o) * t;
-            rays.push(Ray {
-                origin: point,
-                direction: target - point,
-                t_min: 1e-9,
-                t_max: 1.0 - 1e-6,
-            });
-        }
-    }
-    rays
-}
-
-/// Shading points that are timed together at most.
-const CHUNK: usize = 24;
-
-/// Seconds that points timed together may take: so few that the system seldom interrupts them, so
-/// many that looking at the clock is nothing.
-const UNDISTURBED: f64 = 20e-6;
-
-/// The least time of each chunk over all rounds: the sum is what the work takes undisturbed.
-#[derive(Default)]
-struct Fastest {
-    least: Vec<f64>,
-    chunk: usize,
-}
-
-#[allow(clippy::cast_possible_truncation, reason = "counts")]
-impl Fastest {
-    /// Times `f` on every chunk of `0..count`.
-    fn round(&mut self, count: usize, mut f: impl FnMut(Range<usize>)) {
-        if self.chunk == 0 {
-            let start = Instant::now();
-            f(0..count);
-            let taken = start.elapsed().as_secs_f64();
-            let points = (UNDISTURBED / taken * count as f64).clamp(1.0, CHUNK as f64);
-            self.chunk = points as usize;
-            self.least = vec![f64::INFINITY; count.div_ceil(self.chunk)];
-        }
-        for (k, least) in self.least.iter_mut().enumerate() {
-            let start = Instant::now();
-            f(k * self.chunk..count.min((k + 1) * self.chunk));
-            *least = least.min(start.elapsed().as_secs_f64());
-        }
-    }
-
-    /// Nanoseconds for each of `count` queries.
-    fn per_query(&self, count: usize) -> f64 {
-        self.least.iter().sum::<f64>() * 1e9 / count as f64
-    }
-}
-
-/// Times rays and lines in alternation, `rounds` times.
-fn time(
-    occluders: &Occluders,
-    rivals: Option<&Rivals>,
-    work: &Workload<'_>,
-    lines: &[u32],
-    rounds: usize,
-) -> Timings {
-    const RAYS: usize = 8;
-    let rays = shadow_rays(work, RAYS);
-    let points = work.points.len();
-    let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
-    let mut random = Pcg64Mcg::seed_from_u64(11);
-    let sets: Vec<Vec<Segment>> = lines
-        .iter()
-        .map(|&n| stratified_lines(work.light.corners(), n, &mut || random.random()))
-        .collect();
-    let mut ray_times: [Fastest; 3] = Default::default();
-    let mut line_times: Vec<[Fastest; 2]> = lines.iter().map(|_| Default::default()).collect();
-    let mut sink = 0;
-    for _ in 0..rounds {
-        let mut shoot = |k: usize, f: &mut dyn FnMut(&Ray) -> bool| {
-            ray_times[k].round(points, |r| {
-                let rays = &rays[r.start * RAYS..r.end * RAYS];
-                sink += rays.iter().filter(|r| f(r)).count();
-            });
-        };
-        shoot(0, &mut |r| {
-            occluders.any_hit(r, &work.exclude, &mut scratch)
-        });
-        if let Some(rivals) = rivals {
-            shoot(1, &mut |r| rivals.bvh2_any_hit(r, &work.exclude));
-            shoot(2, &mut |r| rivals.cwbvh_any_hit(r, &work.exclude));
-        }
-        for (set, [line_time, point_time]) in sets.iter().zip(&mut line_times) {
-            line_time.round(points, |r| {
-                let part = work.part(r);
-                std::hint::black_box(trace_lines(occluders, &part, set, &mut scratch, &mut out));
-            });
-            let targets: Vec<DVec3> = set.iter().map(|l| l.at(0.37)).collect();
-            point_time.round(points, |r| {
-                sink += trace_points(occluders, &work.part(r), &targets, &mut scratch);
-            });
-        }
-    }
-    std::hint::black_box(sink);
-    let mut result = Timings {
-        ray: ray_times[0].per_query(rays.len()),
-        bvh2: ray_times[1].per_query(rays.len()),
-        cwbvh: ray_times[2].per_query(rays.len()),
-        ..Timings::default()
+/// Measures what rays and lines cost on one scene or on all.
+pub(crate) fn run(args: &VisibilityArgs, out: &mut Output) -> Result<()> {
+    let names = match &args.scene {
+        Some(name) => vec![name.as_str()],
+        None => SCENES.to_vec(),
     };
-    for ((n, set), [line_time, point_time]) in lines.iter().zip(&sets).zip(&line_times) {
-        let ns = line_time.per_query(points * set.len());
-        result.lines.push((*n, ns, ns / result.ray));
-        let ns = point_time.per_query(points * set.len());
-        result.shaft_points.push((*n, ns));
+    let mut all = Vec::new();
+    for name in names {
+        let scene = VisibilityScene::load(&args.read.library(), name)?;
+        rows(&scene, args, out, &mut all)?;
     }
-    scratch.counters = Counters::default();
-    if let Some(set) = sets.first() {
-        result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&all)?)?;
     }
-    result.counters = scratch.counters;
-    let hits = trace_rays(occluders, work, &rays, &mut scratch);
-    result.hit_share = hits as f64 / rays.len() as f64;
-    result
+    Ok(())
 }
 
-/// Answers `count` lines a point (none: eight rays a point) `times` over: nothing but the work, for
-/// profilers.
-#[inline(never)]
-fn repeat(occluders: &Occluders, work: &Workload<'_>, count: u32, times: u32) {
-    let mut random = Pcg64Mcg::seed_from_u64(11);
-    let lines = stratified_lines(work.light.corners(), count, &mut || random.random());
-    let rays = shadow_rays(work, 8);
-    let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
-    for _ in 0..times {
-        if count > 0 {
-            std::hint::black_box(trace_lines(occluders, work, &lines, &mut scratch, &mut out));
+fn rows(
+    scene: &VisibilityScene,
+    args: &VisibilityArgs,
+    out: &mut Output,
+    found: &mut Vec<Value>,
+) -> Result<()> {
+    let start = Instant::now();
+    let occluders = Occluders::build(&scene.positions, &scene.triangles);
+    let build = start.elapsed().as_secs_f64();
+    let rivals = args
+        .only
+        .is_none()
+        .then(|| Rivals::build(&scene.positions, &scene.triangles));
+    let (side, rounds) = if args.quick { (24, 7) } else { (48, 15) };
+    let bytes = occluders.memory() as f64 / occluders.triangle_count().max(1) as f64;
+    if !args.json {
+        writeln!(
+            out,
+            "{}: {} triangles, built in {build:.3} s, {bytes:.0} bytes a triangle, {:?}",
+            scene.name,
+            occluders.triangle_count(),
+            occluders.instruction_set(),
+        )?;
+    }
+    let all = shading_points(&occluders, &scene.view(side * 4 / 3, side), OFFSET);
+    let across = |(_, light): &(String, Vec<DVec3>)| ("linear".to_owned(), across(light).into());
+    let linear = scene.lights.last().map(across);
+    let only = args.light_name.as_ref();
+    let lights = scene.lights.iter().chain(&linear);
+    for (name, light) in lights.filter(|light| only.is_none_or(|only| *only == light.0)) {
+        let crossed = scene.lights.last().map(|(_, area)| &area[..]);
+        let points = beside(light, crossed, &all);
+        let Some(corners) = LightCorners::new(light) else {
+            continue;
+        };
+        let work = Workload {
+            light: corners,
+            exclude: 0..0,
+            points: &points,
+        };
+        if let Some(lines) = args.only {
+            repeat(&occluders, &work, lines, args.repeat);
+            continue;
+        }
+        // A linear light has one line.
+        let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
+        let mut t = time(&occluders, rivals.as_ref(), &work, lines, rounds);
+        t.lines.sort_by_key(|l| l.0);
+        t.shaft_points.sort_by_key(|p| p.0);
+        if args.json {
+            found.extend(t.lines.iter().map(|&(n, ns, ratio)| {
+                json!({
+                    "scene": scene.name, "light": name, "lines": n, "ns_line": ns,
+                    "ns_ray": t.ray, "ratio": ratio, "ns_ray_bvh2": t.bvh2,
+                    "ns_ray_cwbvh": t.cwbvh, "bytes_per_triangle": bytes,
+                    "build_seconds": build,
+                })
+            }));
         } else {
-            std::hint::black_box(trace_rays(occluders, work, &rays, &mut scratch));
+            writeln!(out, "{}", table(name, points.len(), &t))?;
         }
     }
+    Ok(())
 }
 
-/// The number of rays that meet something.
-#[inline(never)]
-fn trace_rays(
-    occluders: &Occluders,
-    work: &Workload<'_>,
-    rays: &[Ray],
-    scratch: &mut Scratch,
-) -> usize {
-    let mut hits = 0;
-    for ray in rays {
-        hits += usize::from(occluders.any_hit(ray, &work.exclude, scratch));
+/// The points that do not lie in a light's plane; of a linear light, in that of the light that it
+/// crosses.
+fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<DVec3> {
+    let polygon = crossed.filter(|_| light.len() == 2).unwrap_or(light);
+    let normal = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
+    let off = |p: &DVec3| normal.dot(*p - light[0]).abs() > 1e-4 * normal.length();
+    points.iter().copied().filter(off).collect()
+}
+
+/// A linear light along the middle of a light.
+fn across(light: &[DVec3]) -> [DVec3; 2] {
+    let last = light.len() - 1;
+    [
+        (light[0] + light[1]) * 0.5,
+        (light[last] + light[last.saturating_sub(1)]) * 0.5,
+    ]
+}
+
+/// One light's part of the table.
+fn table(light: &str, points: usize, t: &Timings) -> String {
+    let c = &t.counters;
+    let share = |n: u64| 100.0 * n as f64 / c.shafts.max(1) as f64;
+    let mut text = format!(
+        "  {light}: ray {:.0} ns (Bvh2 {:.0}, CwBvh {:.0}: {:.2}×), hit {:.0} %; {points} points: \
+         {:.0} % empty, {:.0} % blocked, {:.0} % partial, {:.0} % dense; per partial shaft {:.1} \
+         candidates; per shaft {:.0} boxes, {:.0} triangles; visible {:.4}",
+        t.ray,
+        t.bvh2,
+        t.cwbvh,
+        t.bvh2.min(t.cwbvh) / t.ray,
+        100.0 * t.hit_share,
+        share(c.empty_shafts),
+        share(c.blocked_shafts),
+        share(c.partial_shafts),
+        share(c.dense_shafts),
+        c.candidates as f64 / c.partial_shafts.max(1) as f64,
+        c.node_tests as f64 / c.shafts.max(1) as f64,
+        c.triangle_tests as f64 / c.shafts.max(1) as f64,
+        t.visible_share,
+    );
+    for (&(n, ns, ratio), (_, points)) in t.lines.iter().zip(&t.shaft_points) {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            "\n     N = {n:3}: {ns:9.1} ns/line, {ratio:7.3} rays; shaft-shared point {points:8.1} ns"
+        );
     }
-    hits
-}
-
-/// The mean visible share of lines over all shading points.
-#[inline(never)]
-fn trace_lines(
-    occluders: &Occluders,
-    work: &Workload<'_>,
-    lines: &[Segment],
-    scratch: &mut Scratch,
-    out: &mut VisibleLines,
-) -> f64 {
-    let mut sum = 0.0;
-    for &point in work.points {
-        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
-        let mut shaft = occluders.shaft(query, scratch);
-        match shaft.class() {
-            ShaftClass::Empty => {
-                sum += lines.len() as f64;
-            }
-            ShaftClass::Blocked => {}
-            ShaftClass::Partial => {
-                shaft.visible(lines, out);
-                for i in 0..lines.len() {
-                    sum += out.fraction(i);
-                }
-            }
-        }
-    }
-    let count = (work.points.len() * lines.len()) as f64;
-    sum / count
-}
-
-/// The number of visible points of the light, over all shading points.
-fn trace_points(
-    occluders: &Occluders,
-    work: &Workload<'_>,
-    targets: &[DVec3],
-    scratch: &mut Scratch,
-) -> usize {
-    let mut visible = 0;
-    for &point in work.points {
-        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
-        let mut shaft = occluders.shaft(query, scratch);
-        visible += match shaft.class() {
-            ShaftClass::Empty => targets.len(),
-            ShaftClass::Blocked => 0,
-            ShaftClass::Partial => targets.iter().filter(|t| shaft.point_visible(**t)).count(),
-        };
-    }
-    visible
-}
-
-/// Where the camera's rays first meet the scene, moved off the surface towards the eye.
-fn shading_points(occluders: &Occluders, view: &[[DVec3; 2]], offset: f64) -> Vec<DVec3> {
-    let mut scratch = Scratch::new();
-    let meet = |&[origin, direction]: &[DVec3; 2]| {
-        let ray = Ray {
-            origin,
-            direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        };
-        let hit = occluders.closest_hit(&ray, &mut scratch)?;
-        Some(origin + direction * (hit.t - offset))
-    };
-    view.iter().filter_map(meet).collect()
+    text
 }

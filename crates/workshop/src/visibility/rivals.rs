@@ -19,12 +19,6 @@ pub(super) struct Rivals {
     cwbvh_triangles: Vec<Triangle>,
 }
 
-impl std::fmt::Debug for Rivals {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Rivals").finish_non_exhaustive()
-    }
-}
-
 impl Rivals {
     /// Builds both.
     pub(super) fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
@@ -53,24 +47,30 @@ impl Rivals {
 
     /// Any hit through the binary hierarchy.
     pub(super) fn bvh2_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
-        !self.bvh2.ray_traverse_miss(convert(ray), |ray, k| {
-            let t = self.bvh2_triangles[k].intersect(ray);
-            if t < ray.tmax && exclude.contains(&self.bvh2.primitive_indices[k]) {
-                return f32::INFINITY;
-            }
-            t
-        })
+        let test = test(&self.bvh2_triangles, &self.bvh2.primitive_indices, exclude);
+        !self.bvh2.ray_traverse_miss(convert(ray), test)
     }
 
     /// Any hit through the wide hierarchy.
     pub(super) fn cwbvh_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
-        !self.cwbvh.ray_traverse_miss(convert(ray), |ray, k| {
-            let t = self.cwbvh_triangles[k].intersect(ray);
-            if t < ray.tmax && exclude.contains(&self.cwbvh.primitive_indices[k]) {
-                return f32::INFINITY;
-            }
-            t
-        })
+        let test = test(
+            &self.cwbvh_triangles,
+            &self.cwbvh.primitive_indices,
+            exclude,
+        );
+        !self.cwbvh.ray_traverse_miss(convert(ray), test)
+    }
+}
+
+/// Where a ray meets the triangle at a place of a hierarchy; infinity for an excluded one.
+fn test(
+    triangles: &[Triangle],
+    order: &[u32],
+    exclude: &Range<u32>,
+) -> impl Fn(&obvhs::ray::Ray, usize) -> f32 {
+    move |ray, k| match triangles[k].intersect(ray) {
+        t if t < ray.tmax && exclude.contains(&order[k]) => f32::INFINITY,
+        t => t,
     }
 }
 

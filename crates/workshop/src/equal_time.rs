@@ -3,7 +3,6 @@
 use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
 use linelit_cli::output::{Output, OutputError};
-use linelit_estimators::PointBy;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
@@ -26,10 +25,23 @@ const ESTIMATORS: [&str; 7] = [
     "hybrid",
 ];
 
+/// Measured unless a scene is named.
+const SCENES: [&str; 8] = [
+    "grid-planes-small",
+    "grid-planes-large",
+    "triangle-soup-small",
+    "triangle-soup-large",
+    "cornell-box-small",
+    "cornell-box-large",
+    "colonnade-small",
+    "colonnade-large",
+];
+
 /// Prints the curves, and who wins.
-pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
+pub(crate) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     let mut rows = Vec::new();
-    for name in super::scenes(args) {
+    let scenes = args.scene.as_deref().map(|name| vec![name]);
+    for name in scenes.unwrap_or(SCENES.to_vec()) {
         let curves = measure(name, args)?;
         if args.json {
             rows.extend(json_rows(name, &curves));
@@ -43,34 +55,25 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-fn default_estimators() -> Result<Vec<Estimator>> {
-    let parsed = ESTIMATORS.map(|text| text.parse().context("a built-in name"));
-    parsed.into_iter().collect()
-}
-
 fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
     let mut scene = args.read.library().load_lit(name)?.scene;
     let Resolution { width, height } = args.resolution;
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &all_pixels(width, height));
-    let all = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024];
     let estimators = match &args.estimators {
         Some(list) => list.0.clone(),
-        None => default_estimators()?,
+        None => {
+            let parsed = ESTIMATORS.map(|text| text.parse().context("a built-in name"));
+            parsed.into_iter().collect::<Result<_>>()?
+        }
     };
     let asked = args.samples.as_ref().map(|counts| &counts.0);
     let entry = |estimator: &Estimator| {
-        let most = if estimator.to_string().starts_with("point") {
-            1024
-        } else {
-            256
-        };
-        let samples = match asked {
-            Some(list) => list.clone(),
-            None => all.into_iter().filter(|&n| n <= most).collect(),
-        };
-        (settings(*estimator), samples)
+        let is_points = estimator.to_string().starts_with("point");
+        let last = if is_points { 10 } else { 8 };
+        let usual = || (0..=last).map(|k| 1 << k).collect();
+        (settings(*estimator), asked.cloned().unwrap_or_else(usual))
     };
     let what = Contest {
         entries: estimators.iter().map(entry).collect(),
@@ -130,13 +133,6 @@ fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets<'_>) -> Resul
     Ok(targets.points.iter().map(value).collect())
 }
 
-/// Whether an estimator shoots a ray for each sample.
-fn is_rays(estimator: &Estimator) -> bool {
-    [PointBy::Area, PointBy::SolidAngle]
-        .map(Estimator::points)
-        .contains(estimator)
-}
-
 /// The hybrid's worst time to an error, divided by the best of the others' to the same, and where.
 fn worst(curves: &[Curve]) -> Option<(f64, u32)> {
     let (hybrid, others) = curves.split_last()?;
@@ -155,10 +151,10 @@ fn print(
     curves: &[Curve],
     out: &mut Output,
 ) -> Result<(), OutputError> {
-    let error = if args.reference.is_some() {
-        "mean relative squared error"
-    } else {
-        "relative mean squared error"
+    let is_given = args.reference.is_some();
+    let error = match is_given {
+        true => "mean relative squared error",
+        false => "relative mean squared error",
     };
     writeln!(out, "{name}: microseconds a point and {error}")?;
     let mut counts: Vec<u32> = [1, 4, 16, 64, 256, 1024].to_vec();
@@ -174,32 +170,14 @@ fn print(
         write!(out, "{:38}", curve.settings.estimator.to_string())?;
         for n in &counts {
             match curve.points.iter().find(|p| p.samples == *n) {
-                Some(p) if args.reference.is_some() => {
-                    write!(out, "{:9.2} {:8.1e}", p.time, p.mrse)?
+                Some(p) => {
+                    let error = if is_given { p.mrse } else { p.mse };
+                    write!(out, "{:9.2} {error:8.1e}", p.time)?;
                 }
-                Some(p) => write!(out, "{:9.2} {:8.1e}", p.time, p.mse)?,
                 None => write!(out, "{:>18}", "")?,
             }
         }
         writeln!(out)?;
-    }
-    for samples in [16, 64] {
-        for rays in curves.iter().filter(|c| is_rays(&c.settings.estimator)) {
-            let Some(at) = rays.points.iter().find(|p| p.samples == samples) else {
-                continue;
-            };
-            write!(
-                out,
-                "  in the time of {samples} rays by {} ({:.2} us), error less than theirs by:",
-                rays.settings.estimator, at.time
-            )?;
-            for curve in curves.iter().filter(|c| !is_rays(&c.settings.estimator)) {
-                if let Some(error) = curve.error_at(at.time) {
-                    write!(out, "  {} {:.1e}", curve.settings.estimator, at.mse / error)?;
-                }
-            }
-            writeln!(out)?;
-        }
     }
     if let Some((ratio, samples)) = worst(curves) {
         writeln!(
@@ -217,17 +195,12 @@ fn json_rows(name: &str, curves: &[Curve]) -> Vec<serde_json::Value> {
     };
     let mut rows = Vec::new();
     for curve in curves {
-        for p in &curve.points {
-            rows.push(json!({
-                "scene": scene,
-                "light": light,
-                "estimator": curve.settings.estimator.to_string(),
-                "samples": p.samples,
-                "us_point": p.time,
-                "mse": p.mse,
-                "mrse": p.mrse,
-            }));
-        }
+        rows.extend(curve.points.iter().map(|p| {
+            json!({
+                "scene": scene, "light": light, "estimator": curve.settings.estimator.to_string(),
+                "samples": p.samples, "us_point": p.time, "mse": p.mse, "mrse": p.mrse,
+            })
+        }));
     }
     rows
 }

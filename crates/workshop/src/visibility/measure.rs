@@ -1,0 +1,290 @@
+//! Times of rays and lines.
+
+use super::Rivals;
+use linelit_geometry::{DVec3, Segment};
+use linelit_scenes::stratified_lines;
+use linelit_visibility::{
+    Counters, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
+use std::time::Instant;
+
+/// A light in a scene, and the points to shade.
+#[derive(Clone, Debug)]
+pub(super) struct Workload<'a> {
+    /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
+    /// that reach beyond them.
+    pub(super) light: LightCorners<'a>,
+    /// The light's own triangles.
+    pub(super) exclude: Range<u32>,
+    /// Shading points, off their surfaces.
+    pub(super) points: &'a [DVec3],
+}
+
+impl<'a> Workload<'a> {
+    /// Some of the points.
+    fn part(&self, range: Range<usize>) -> Workload<'a> {
+        Self {
+            points: &self.points[range],
+            ..self.clone()
+        }
+    }
+}
+
+/// Nanoseconds per query, undisturbed: sums over small chunks of the least time in any round.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Timings {
+    /// Our any-hit ray.
+    pub(super) ray: f64,
+    /// obvhs's binary hierarchy.
+    pub(super) bvh2: f64,
+    /// obvhs's compressed wide hierarchy.
+    pub(super) cwbvh: f64,
+    /// Lines a point, nanoseconds per line, and that ÷ our ray within the same round.
+    pub(super) lines: Vec<(u32, f64, f64)>,
+    /// Shaft-shared points a shading point, nanoseconds per point.
+    pub(super) shaft_points: Vec<(u32, f64)>,
+    /// Work of one pass over all points with the first number of lines.
+    pub(super) counters: Counters,
+    /// Share of rays that meet something.
+    pub(super) hit_share: f64,
+    /// Mean visible share of the lines.
+    pub(super) visible_share: f64,
+}
+
+/// The shadow rays of every shading point towards one random point of the light each.
+fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
+    let mut random = Pcg64Mcg::seed_from_u64(7);
+    let mut rays = Vec::with_capacity(work.points.len() * per_point);
+    let corners = work.light.corners();
+    for &point in work.points {
+        for _ in 0..per_point {
+            let (mut s, mut t) = (random.random::<f64>(), random.random::<f64>());
+            if corners.len() == 3 && s + t > 1.0 {
+                (s, t) = (1.0 - s, 1.0 - t);
+            }
+            let o = corners[0];
+            let last = corners[corners.len() - 1];
+            if corners.len() == 2 {
+                s = 0.0;
+            }
+            let target = o + (corners[1] - o) * s + (last - o) * t;
+            rays.push(Ray {
+                origin: point,
+                direction: target - point,
+                t_min: 1e-9,
+                t_max: 1.0 - 1e-6,
+            });
+        }
+    }
+    rays
+}
+
+/// Shading points that are timed together at most.
+const CHUNK: usize = 24;
+
+/// Seconds that points timed together may take: so few that the system seldom interrupts them, so
+/// many that looking at the clock is nothing.
+const UNDISTURBED: f64 = 20e-6;
+
+/// The least time of each chunk over all rounds: the sum is what the work takes undisturbed.
+#[derive(Default)]
+struct Fastest {
+    least: Vec<f64>,
+    chunk: usize,
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "counts")]
+impl Fastest {
+    /// Times `f` on every chunk of `0..count`.
+    fn round(&mut self, count: usize, mut f: impl FnMut(Range<usize>)) {
+        if self.chunk == 0 {
+            let start = Instant::now();
+            f(0..count);
+            let taken = start.elapsed().as_secs_f64();
+            let points = (UNDISTURBED / taken * count as f64).clamp(1.0, CHUNK as f64);
+            self.chunk = points as usize;
+            self.least = vec![f64::INFINITY; count.div_ceil(self.chunk)];
+        }
+        for (k, least) in self.least.iter_mut().enumerate() {
+            let start = Instant::now();
+            f(k * self.chunk..count.min((k + 1) * self.chunk));
+            *least = least.min(start.elapsed().as_secs_f64());
+        }
+    }
+
+    /// Nanoseconds for each of `count` queries.
+    fn per_query(&self, count: usize) -> f64 {
+        self.least.iter().sum::<f64>() * 1e9 / count as f64
+    }
+}
+
+/// Times rays and lines in alternation, `rounds` times.
+pub(super) fn time(
+    occluders: &Occluders,
+    rivals: Option<&Rivals>,
+    work: &Workload<'_>,
+    lines: &[u32],
+    rounds: usize,
+) -> Timings {
+    const RAYS: usize = 8;
+    let rays = shadow_rays(work, RAYS);
+    let points = work.points.len();
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let sets: Vec<Vec<Segment>> = lines
+        .iter()
+        .map(|&n| stratified_lines(work.light.corners(), n, &mut || random.random()))
+        .collect();
+    let mut ray_times: [Fastest; 3] = Default::default();
+    let mut line_times: Vec<[Fastest; 2]> = lines.iter().map(|_| Default::default()).collect();
+    let mut sink = 0;
+    for _ in 0..rounds {
+        let mut shoot = |k: usize, f: &mut dyn FnMut(&Ray) -> bool| {
+            ray_times[k].round(points, |r| {
+                let rays = &rays[r.start * RAYS..r.end * RAYS];
+                sink += rays.iter().filter(|r| f(r)).count();
+            });
+        };
+        shoot(0, &mut |r| {
+            occluders.any_hit(r, &work.exclude, &mut scratch)
+        });
+        if let Some(rivals) = rivals {
+            shoot(1, &mut |r| rivals.bvh2_any_hit(r, &work.exclude));
+            shoot(2, &mut |r| rivals.cwbvh_any_hit(r, &work.exclude));
+        }
+        for (set, [line_time, point_time]) in sets.iter().zip(&mut line_times) {
+            line_time.round(points, |r| {
+                let part = work.part(r);
+                std::hint::black_box(trace_lines(occluders, &part, set, &mut scratch, &mut out));
+            });
+            let targets: Vec<DVec3> = set.iter().map(|l| l.at(0.37)).collect();
+            point_time.round(points, |r| {
+                sink += trace_points(occluders, &work.part(r), &targets, &mut scratch);
+            });
+        }
+    }
+    std::hint::black_box(sink);
+    let mut result = Timings {
+        ray: ray_times[0].per_query(rays.len()),
+        bvh2: ray_times[1].per_query(rays.len()),
+        cwbvh: ray_times[2].per_query(rays.len()),
+        ..Timings::default()
+    };
+    for ((n, set), [line_time, point_time]) in lines.iter().zip(&sets).zip(&line_times) {
+        let ns = line_time.per_query(points * set.len());
+        result.lines.push((*n, ns, ns / result.ray));
+        let ns = point_time.per_query(points * set.len());
+        result.shaft_points.push((*n, ns));
+    }
+    scratch.counters = Counters::default();
+    if let Some(set) = sets.first() {
+        result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
+    }
+    result.counters = scratch.counters;
+    let hits = trace_rays(occluders, work, &rays, &mut scratch);
+    result.hit_share = hits as f64 / rays.len() as f64;
+    result
+}
+
+/// Answers `count` lines a point (none: eight rays a point) `times` over: nothing but the work, for
+/// profilers.
+#[inline(never)]
+pub(super) fn repeat(occluders: &Occluders, work: &Workload<'_>, count: u32, times: u32) {
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let lines = stratified_lines(work.light.corners(), count, &mut || random.random());
+    let rays = shadow_rays(work, 8);
+    let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
+    for _ in 0..times {
+        if count > 0 {
+            std::hint::black_box(trace_lines(occluders, work, &lines, &mut scratch, &mut out));
+        } else {
+            std::hint::black_box(trace_rays(occluders, work, &rays, &mut scratch));
+        }
+    }
+}
+
+/// The number of rays that meet something.
+#[inline(never)]
+fn trace_rays(
+    occluders: &Occluders,
+    work: &Workload<'_>,
+    rays: &[Ray],
+    scratch: &mut Scratch,
+) -> usize {
+    let hit = |ray: &&Ray| occluders.any_hit(ray, &work.exclude, scratch);
+    rays.iter().filter(hit).count()
+}
+
+/// The mean visible share of lines over all shading points.
+#[inline(never)]
+fn trace_lines(
+    occluders: &Occluders,
+    work: &Workload<'_>,
+    lines: &[Segment],
+    scratch: &mut Scratch,
+    out: &mut VisibleLines,
+) -> f64 {
+    let mut sum = 0.0;
+    for &point in work.points {
+        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
+        let mut shaft = occluders.shaft(query, scratch);
+        match shaft.class() {
+            ShaftClass::Empty => {
+                sum += lines.len() as f64;
+            }
+            ShaftClass::Blocked => {}
+            ShaftClass::Partial => {
+                shaft.visible(lines, out);
+                for i in 0..lines.len() {
+                    sum += out.fraction(i);
+                }
+            }
+        }
+    }
+    let count = (work.points.len() * lines.len()) as f64;
+    sum / count
+}
+
+/// The number of visible points of the light, over all shading points.
+fn trace_points(
+    occluders: &Occluders,
+    work: &Workload<'_>,
+    targets: &[DVec3],
+    scratch: &mut Scratch,
+) -> usize {
+    let mut visible = 0;
+    for &point in work.points {
+        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
+        let mut shaft = occluders.shaft(query, scratch);
+        visible += match shaft.class() {
+            ShaftClass::Empty => targets.len(),
+            ShaftClass::Blocked => 0,
+            ShaftClass::Partial => targets.iter().filter(|t| shaft.point_visible(**t)).count(),
+        };
+    }
+    visible
+}
+
+/// Where the camera's rays first meet the scene, moved off the surface towards the eye.
+pub(super) fn shading_points(
+    occluders: &Occluders,
+    view: &[[DVec3; 2]],
+    offset: f64,
+) -> Vec<DVec3> {
+    let mut scratch = Scratch::new();
+    let meet = |&[origin, direction]: &[DVec3; 2]| {
+        let ray = Ray {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = occluders.closest_hit(&ray, &mut scratch)?;
+        Some(origin + direction * (hit.t - offset))
+    };
+    view.iter().filter_map(meet).collect()
+}
