@@ -1,8 +1,6 @@
 //! What all readers share: putting meshes into the scene, reading images, finishing.
 
-use crate::diagnostics::{
-    ErrorKind, Files, Location, Refusal, Result, SceneError, Warnings, shorten,
-};
+use crate::diagnostics::{ErrorKind, Files, Location, Result, SceneError, Warnings, shorten};
 use crate::framing;
 use crate::gzip;
 use crate::options::{LoadOptions, Loaded, Watch};
@@ -121,7 +119,12 @@ impl Assembly {
         what: &str,
         at: Location<'_>,
     ) -> Result<()> {
-        self.warn_about_coordinates(mesh, place, at)?;
+        let alphas = place.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
+        let mut alphas = alphas.into_iter().flatten();
+        if alphas.any(|alpha| self.builder.alpha(alpha).is_beyond(&mesh.uvs)) {
+            let message = "texture coordinates that are too large for holes";
+            self.suspicious(message, "beyond 16777216 pixels of the image", at)?;
+        }
         let total = mesh.triangles.len();
         let added = match self.builder.add_mesh(mesh, place) {
             Ok(added) => added,
@@ -129,76 +132,31 @@ impl Assembly {
                 let message = format!("{what} is flattened by its transform");
                 return self.warn(ErrorKind::BadTransform, message, "left out", at);
             }
-            Err(error) => return Err(self.refused(error, what, Some(total), at)),
+            Err(AddError::Vertex(k)) => {
+                let message =
+                    format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
+                return Err(at.error(ErrorKind::OutOfRange, message, "after its transform"));
+            }
+            Err(AddError::TooManyLights) => return Err(self.too_many_lights(at)),
+            Err(AddError::TooMany) => {
+                let message = format!("more than {} triangles", self.max_triangles);
+                let error = at.error(ErrorKind::Limit, message, "this one is too many");
+                let so_far = self.builder.triangle_count();
+                return Err(error.note(format!(
+                    "the scene has {so_far} triangles so far, this shape has {total}"
+                )));
+            }
         };
-        self.warn_about_degenerate(added.degenerate, total, at)?;
+        if added.degenerate > 0 {
+            let label = format!("{} of {total}", added.degenerate);
+            self.suspicious("triangles without area are left out", &label, at)?;
+        }
         if let Some(why) = added.why_unlit {
             let label = format!("{} of {total}", added.unlit);
             let message = format!("triangles that would emit give no light: {why}");
             self.suspicious(message, &label, at)?;
         }
         Ok(())
-    }
-
-    pub(crate) fn warn_about_coordinates(
-        &mut self,
-        mesh: &MeshData,
-        place: &Placement,
-        at: Location<'_>,
-    ) -> Result<()> {
-        let alphas = place.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
-        let mut alphas = alphas.into_iter().flatten();
-        if !alphas.any(|alpha| self.builder.alpha(alpha).is_beyond(&mesh.uvs)) {
-            return Ok(());
-        }
-        let message = "texture coordinates that are too large for holes";
-        self.suspicious(message, "beyond 16777216 pixels of the image", at)
-    }
-
-    pub(crate) fn warn_about_degenerate(
-        &mut self,
-        degenerate: usize,
-        total: usize,
-        at: Location<'_>,
-    ) -> Result<()> {
-        if degenerate == 0 {
-            return Ok(());
-        }
-        let label = format!("{degenerate} of {total}");
-        self.suspicious("triangles without area are left out", &label, at)
-    }
-
-    /// Why a shape, of so many triangles, is not taken.
-    pub(crate) fn refused(
-        &self,
-        error: AddError,
-        what: &str,
-        triangles: Option<usize>,
-        at: Location<'_>,
-    ) -> SceneError {
-        let label = "after its transform";
-        match error {
-            AddError::Singular => {
-                let message = format!("{what} is flattened by its transform");
-                at.error(ErrorKind::BadTransform, message, "")
-            }
-            AddError::Vertex(k) => {
-                let message =
-                    format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
-                at.error(ErrorKind::OutOfRange, message, label)
-            }
-            AddError::TooManyLights => self.too_many_lights(at),
-            AddError::TooMany => {
-                let message = format!("more than {} triangles", self.max_triangles);
-                let error = at.error(ErrorKind::Limit, message, "this one is too many");
-                let so_far = self.builder.triangle_count();
-                let this = triangles.map(|n| format!(", this shape has {n}"));
-                error.note(format!(
-                    "the scene has {so_far} triangles so far{}",
-                    this.unwrap_or_default()
-                ))
-            }
-        }
     }
 
     /// Adds a linear light between two points of the world.
@@ -227,10 +185,10 @@ impl Assembly {
 
     /// A file that the scene names, read into memory.
     pub fn open(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
-        let refuse = |refusal: Refusal| {
-            let message = format!("cannot read `{name}`: {}", refusal.message);
-            let error = at.error(refusal.kind, message, "named here");
-            if refusal.kind == ErrorKind::Outside {
+        let refuse = |why: SceneError| {
+            let message = format!("cannot read `{name}`: {}", why.message());
+            let error = at.error(why.kind(), message, "named here");
+            if why.kind() == ErrorKind::Outside {
                 return error
                     .help("`--root DIR` or `--allow-outside` lets a scene name such files");
             }
@@ -272,9 +230,9 @@ impl Assembly {
     pub fn open_unpacked(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
         let mut file = self.open(name, at)?;
         if name.ends_with(".gz") {
-            file.bytes = gzip::unpack(&file.bytes).map_err(|refusal| {
-                let message = format!("cannot unpack `{name}`: {}", refusal.message);
-                at.error(refusal.kind, message, "named here")
+            file.bytes = gzip::unpack(&file.bytes).map_err(|why| {
+                let message = format!("cannot unpack `{name}`: {}", why.message());
+                at.error(why.kind(), message, "named here")
             })?;
             self.count_read(name, file.bytes.len() as u64, at)?;
         }

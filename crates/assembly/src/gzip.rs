@@ -1,6 +1,6 @@
 //! Unpacking gzip files (RFC 1952), their checksums verified.
 
-use crate::diagnostics::{ErrorKind, Refusal};
+use crate::diagnostics::{ErrorKind, Result, SceneError};
 use flate2::read::MultiGzDecoder;
 use std::io::Read as _;
 
@@ -12,11 +12,12 @@ const FREE_OUTPUT: usize = 1 << 26;
 const OUTPUT_PER_BYTE: usize = 64;
 
 /// The contents of a gzip file, all its members one after another.
-pub(crate) fn unpack(data: &[u8]) -> Result<Vec<u8>, Refusal> {
+pub(crate) fn unpack(data: &[u8]) -> Result<Vec<u8>> {
     let limit = FREE_OUTPUT.saturating_add(OUTPUT_PER_BYTE.saturating_mul(data.len()));
     let limit = limit.min(MAX_OUTPUT);
+    let broken = |message: &str| Err(SceneError::new(ErrorKind::Syntax, message));
     if !data.starts_with(&[0x1f, 0x8b, 8]) {
-        return Err("it is not gzip data".into());
+        return broken("it is not gzip data");
     }
     let mut out = Vec::new();
     let mut members = MultiGzDecoder::new(data).take(limit as u64 + 1);
@@ -25,16 +26,16 @@ pub(crate) fn unpack(data: &[u8]) -> Result<Vec<u8>, Refusal> {
         Ok(_) => {
             let packed = data.len();
             let message = format!("its {packed} bytes unpack to more than {limit}");
-            Err(Refusal::new(ErrorKind::Limit, message))
+            Err(SceneError::new(ErrorKind::Limit, message))
         }
         Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-            Err("the compressed data end early".into())
+            broken("the compressed data end early")
         }
         // The decoder has one message for both checks.
         Err(error) if error.to_string().contains("checksum") => {
-            Err("its contents do not match the CRC-32 and length at their end".into())
+            broken("its contents do not match the CRC-32 and length at their end")
         }
-        Err(error) => Err(format!("{error} behind {} bytes of contents", out.len()).into()),
+        Err(error) => broken(&format!("{error} behind {} bytes of contents", out.len())),
     }
 }
 
@@ -64,9 +65,9 @@ mod tests {
             .unwrap();
         let packed = packed.finish().unwrap();
         let refusal = unpack(&packed).unwrap_err();
-        assert_eq!(refusal.kind, ErrorKind::Limit);
+        assert_eq!(refusal.kind(), ErrorKind::Limit);
         let limit = FREE_OUTPUT + OUTPUT_PER_BYTE * packed.len();
-        assert!(refusal.message.ends_with(&format!("more than {limit}")));
+        assert!(refusal.message().ends_with(&format!("more than {limit}")));
     }
 
     #[test]
@@ -82,6 +83,6 @@ mod tests {
         }
         let mut changed = ABC;
         changed[18] ^= 1;
-        assert!(unpack(&changed).unwrap_err().message.contains("CRC-32"));
+        assert!(unpack(&changed).unwrap_err().message().contains("CRC-32"));
     }
 }

@@ -3,7 +3,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -35,39 +35,15 @@ const MOST_LINKS: usize = 40;
 /// # Ok::<(), linelit_film::FilmError>(())
 /// ```
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FilmError> {
-    write_atomically_with(path, |file| file.write_all(bytes))
-}
-
-/// Writes what a function writes to a file, as [`write_atomically`] does: for contents that need
-/// not be in memory as a whole.
-///
-/// # Errors
-/// Those of [`write_atomically`], and the function's own.
-///
-/// ```
-/// let path = std::env::temp_dir().join(format!("linelit-doc-with-{}", std::process::id()));
-/// linelit_film::write_atomically_with(&path, |file| {
-///     (0..3).try_for_each(|k| writeln!(file, "line {k}"))
-/// })?;
-/// assert_eq!(std::fs::read(&path).unwrap(), b"line 0\nline 1\nline 2\n");
-/// # std::fs::remove_file(&path).unwrap();
-/// # Ok::<(), linelit_film::FilmError>(())
-/// ```
-pub fn write_atomically_with(
-    path: &Path,
-    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), FilmError> {
     let destination = Destination::find(path)?;
-    let (file, temporary) = destination.temporary()?;
-    let mut file = BufWriter::new(file);
-    let written = content(&mut file)
-        .and_then(|()| file.flush())
-        .and_then(|()| destination.older_permissions(file.get_ref()))
-        .and_then(|()| file.get_ref().sync_all());
+    let (mut file, temporary) = destination.temporary()?;
+    let written = file
+        .write_all(bytes)
+        .and_then(|()| destination.older_permissions(&file))
+        .and_then(|()| file.sync_all());
     written.map_err(|e| FilmError::io(path, "write", e))?;
     fs::rename(&temporary.0, &destination.file)
         .map_err(|e| FilmError::io(path, "rename the temporary file to", e))?;
-    temporary.disarm();
     // Now the name is in the folder, but the folder not yet on the disk.
     sync_folder(&destination.folder)
         .map_err(|e| FilmError::io(&destination.folder, "flush the folder", e))
@@ -253,35 +229,21 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());
     }
+    let unknown = [io::ErrorKind::InvalidInput, io::ErrorKind::Unsupported];
     match File::open(folder)?.sync_all() {
         // Some file systems of networks do not know it.
-        Err(e)
-            if matches!(
-                e.kind(),
-                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
-            ) =>
-        {
-            Ok(())
-        }
+        Err(e) if unknown.contains(&e.kind()) => Ok(()),
         other => other,
     }
 }
 
-/// A file that goes unless [`RemoveOnDrop::disarm`] is called.
+/// A file that goes unless it was renamed.
 struct RemoveOnDrop(PathBuf);
-
-impl RemoveOnDrop {
-    fn disarm(mut self) {
-        self.0.clear();
-    }
-}
 
 impl Drop for RemoveOnDrop {
     fn drop(&mut self) {
-        if !self.0.as_os_str().is_empty() {
-            // Nothing more can be done about a temporary file that refuses to go.
-            let _ = fs::remove_file(&self.0);
-        }
+        // Nothing more can be done about a temporary file that refuses to go.
+        let _ = fs::remove_file(&self.0);
     }
 }
 

@@ -32,23 +32,17 @@ pub fn srgb_decode(encoded: f64) -> f64 {
     }
 }
 
-/// Clamped to [0, 1]; NaN becomes zero, which `f64::clamp` would keep.
-fn unit(value: f64) -> f64 {
+/// A value clamped to [0, 1]; NaN becomes zero, which `f64::clamp` would keep.
+pub(crate) fn unit(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
 /// Brightness of a picture on screen: radiance times 2^`stops`, clamped, then the sRGB transfer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// By default radiance one is white.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exposure {
     /// Doublings of brightness.
     pub stops: f64,
-}
-
-impl Default for Exposure {
-    /// No doubling: radiance one is white.
-    fn default() -> Self {
-        Self { stops: 0.0 }
-    }
 }
 
 impl Exposure {
@@ -226,22 +220,12 @@ impl HeatMap {
     /// The linear scale that spans the finite values; from 0 to 1 if there are none.
     #[must_use]
     pub fn spanning(values: &[f32]) -> Self {
-        let finite = || {
-            values
-                .iter()
-                .copied()
-                .filter(|value| value.is_finite())
-                .map(f64::from)
-        };
-        let low = finite().fold(f64::INFINITY, f64::min);
-        let high = finite().fold(f64::NEG_INFINITY, f64::max);
-        if low > high {
-            return Self {
-                low: 0.0,
-                high: 1.0,
-                logarithmic: false,
-            };
-        }
+        let finite = values.iter().filter(|value| value.is_finite());
+        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+            let value = f64::from(*value);
+            [low.min(value), high.max(value)]
+        });
+        let [low, high] = if ends[0] > ends[1] { [0.0, 1.0] } else { ends };
         Self {
             low,
             high,
@@ -366,10 +350,8 @@ mod tests {
         let stops = Exposure::fitting(&image, 0.9).stops;
         // 0.2·2^2 = 0.8 is below white and 0.2·2^2.5 above.
         assert!((stops - 2.0).abs() < 1e-12, "{stops}");
-        assert_eq!(
-            Exposure::fitting(&Image::new(2, 2), 0.99),
-            Exposure::default()
-        );
+        let black = Image::new(2, 2);
+        assert_eq!(Exposure::fitting(&black, 0.99), Exposure::default());
         assert_eq!(Exposure { stops }.show([100.0; 3]), [255; 3]);
     }
 
@@ -424,18 +406,11 @@ mod tests {
     #[test]
     fn png_bytes_decode_to_what_was_shown() {
         let image = Image::from_fn(3, 2, |x, y| [x as f32 * 0.4, y as f32, -1.0]);
-        let bytes = encode_png(&image, Exposure { stops: -1.0 }).unwrap();
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
-            .read_info()
-            .unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut pixels).unwrap();
-        let want: Vec<u8> = image
-            .rgb
-            .iter()
-            .flat_map(|&p| Exposure { stops: -1.0 }.show(p))
-            .collect();
-        assert_eq!(pixels, want);
+        let exposure = Exposure { stops: -1.0 };
+        let bytes = encode_png(&image, exposure).unwrap();
+        let shown = image.rgb.iter().map(|&p| exposure.show(p)).collect();
+        let want = crate::ByteImage::of([3, 2], shown).unwrap();
+        assert_eq!(crate::png::read(&bytes), Ok(crate::Pixels::Bytes(want)));
         assert!(encode_png(&Image::default(), Exposure::default()).is_err());
     }
 }

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
-use std::str::FromStr;
 
 use crate::image::area;
-use crate::{Compression, FilmError, FormatError, Image, MomentImage, Moments, openexr};
+use crate::{Compression, FilmError, Image, openexr};
 
 /// The values of one channel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,7 +99,7 @@ pub struct Placement {
 /// document.write(&folder.join("a.exr"))?;
 ///
 /// let again = Document::read(&folder.join("a.exr"))?;
-/// assert_eq!(again.get_parsed::<u32>("samples"), Some(64));
+/// assert_eq!(again.get("samples"), Some("64"));
 /// assert_eq!(again.layer("segments").unwrap().channel("Y").unwrap().get(0), Some(3.0));
 /// # std::fs::remove_dir_all(&folder).unwrap();
 /// # Ok::<(), linelit_film::FilmError>(())
@@ -118,12 +117,6 @@ pub struct Document {
     /// Names and values: samples, seed, commit, estimator….
     pub metadata: BTreeMap<String, String>,
 }
-
-/// The layer that holds moments bit for bit, see [`Document::add_moments`].
-const STATE: &str = "moments";
-const STATE_NAMES: [&str; 7] = ["n", "meanR", "meanG", "meanB", "m2R", "m2G", "m2B"];
-/// Names and shifts of the two words of a 64-bit number.
-const WORDS: [(&str, u32); 2] = [("Hi", 32), ("Lo", 0)];
 
 impl Document {
     /// A document without layers.
@@ -207,52 +200,6 @@ impl Document {
         });
     }
 
-    /// Adds what a film has gathered: the main picture (means), the layer `variance` (of the mean),
-    /// and the layer `moments` with count, mean and M2 bit for bit (each 64-bit number as two
-    /// channels of counts, `…Hi` and `…Lo`), from which [`Document::moments`] restores the film.
-    ///
-    /// # Errors
-    /// [`FilmError::Size`] when the film's size is not the document's.
-    pub fn add_moments(&mut self, film: &MomentImage) -> Result<(), FilmError> {
-        self.add_image("", &film.mean_image())?;
-        self.add_image("variance", &film.variance_image())?;
-        let mut channels = Vec::with_capacity(2 * STATE_NAMES.len());
-        for (index, name) in STATE_NAMES.into_iter().enumerate() {
-            for (part, shift) in WORDS {
-                let word = |pixel: &Moments| low_word(pixel.bits()[index] >> shift);
-                channels.push(Channel {
-                    name: format!("{name}{part}"),
-                    samples: Samples::Count(film.pixels().iter().map(word).collect()),
-                });
-            }
-        }
-        self.replace(STATE, channels);
-        Ok(())
-    }
-
-    /// The film that [`Document::add_moments`] stored, bit for bit; `None` if there is none.
-    #[must_use]
-    pub fn moments(&self) -> Option<MomentImage> {
-        let layer = self.layer(STATE)?;
-        let mut pixels = vec![[0; STATE_NAMES.len()]; area(self.width, self.height)];
-        for (index, name) in STATE_NAMES.into_iter().enumerate() {
-            for (part, shift) in WORDS {
-                let words = layer.channel(&format!("{name}{part}"))?;
-                let Samples::Count(words) = words else {
-                    return None;
-                };
-                if words.len() != pixels.len() {
-                    return None;
-                }
-                for (bits, word) in pixels.iter_mut().zip(words) {
-                    bits[index] |= u64::from(*word) << shift;
-                }
-            }
-        }
-        let pixels = pixels.into_iter().map(Moments::from_bits).collect();
-        MomentImage::from_pixels(self.width, self.height, pixels)
-    }
-
     /// The layer of that name.
     #[must_use]
     pub fn layer(&self, name: &str) -> Option<&Layer> {
@@ -301,12 +248,6 @@ impl Document {
         self.metadata.get(name).map(String::as_str)
     }
 
-    /// A piece of metadata as a number or another type; `None` if absent or of another form.
-    #[must_use]
-    pub fn get_parsed<T: FromStr>(&self, name: &str) -> Option<T> {
-        self.get(name)?.parse().ok()
-    }
-
     /// Writes an EXR file (32 bits, [`Compression::default`]); equal documents give equal bytes.
     ///
     /// # Errors
@@ -347,23 +288,10 @@ impl Document {
     /// # Errors
     /// [`FilmError::Io`] or [`FilmError::Format`].
     pub fn read(path: &Path) -> Result<Self, FilmError> {
-        decode(&crate::atomic::read(path)?).map_err(|e| FilmError::format(path, e))
+        openexr::decode(&crate::atomic::read(path)?).map_err(|e| FilmError::format(path, e))
     }
-}
-
-/// A document from the bytes of an EXR file.
-///
-/// # Errors
-/// When the bytes are no EXR file, one that is damaged, or one with a feature this crate does not
-/// read (deep pixels, subsampled channels, parts of several sizes).
-pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
-    openexr::decode(bytes)
 }
 
 fn value(samples: &Samples, index: usize) -> Option<f32> {
     samples.get(index).map(crate::moments::to_f32)
-}
-
-fn low_word(word: u64) -> u32 {
-    u32::try_from(word & 0xffff_ffff).unwrap_or(u32::MAX)
 }

@@ -5,6 +5,7 @@
 //! All its filters are products of a function of x and one of y, so that each is two passes; at the
 //! border the outermost pixels go on.
 
+use crate::display::unit;
 use crate::{FilmError, Image};
 use linelit_elementary::{cbrt, exp, hypot, pow};
 use std::f64::consts::PI;
@@ -29,7 +30,9 @@ pub struct Flip {
 impl Default for Flip {
     /// The paper's: 3840 pixels over a screen 0.7 m wide, 0.7 m away, which is 67.02.
     fn default() -> Self {
-        Self::on_screen(0.7, 0.7, 3840.0)
+        Self {
+            pixels_per_degree: 0.7 * 3840.0 / 0.7 * (PI / 180.0),
+        }
     }
 }
 
@@ -51,14 +54,6 @@ const SENSITIVITY: [&[[f64; 2]]; 3] = [
 const WIDEST: f64 = 0.04;
 
 impl Flip {
-    /// For a screen seen from a distance, both in metres, with so many pixels across.
-    #[must_use]
-    pub fn on_screen(distance: f64, width: f64, pixels: f64) -> Self {
-        Self {
-            pixels_per_degree: distance * pixels / width * (PI / 180.0),
-        }
-    }
-
     /// The difference at each pixel, row by row. Pictures are linear, of Rec. 709's primaries, as a
     /// screen shows them: values are clamped to [0, 1], and NaN is black.
     ///
@@ -145,30 +140,18 @@ impl Seen {
     }
 }
 
-/// Clamped to [0, 1]; NaN becomes zero.
-fn unit(value: f64) -> f64 {
-    if value > 0.0 { value.min(1.0) } else { 0.0 }
-}
-
 /// Linear RGB to CIE XYZ, as the paper's program has it: rationals of the primaries of Rec. 709
 /// and its white, so that white has Y = 1.
 const TO_XYZ: [[f64; 3]; 3] = [
-    [
-        10_135_552.0 / 24_577_794.0,
-        8_788_810.0 / 24_577_794.0,
-        4_435_075.0 / 24_577_794.0,
-    ],
-    [
-        2_613_072.0 / 12_288_897.0,
-        8_788_810.0 / 12_288_897.0,
-        887_015.0 / 12_288_897.0,
-    ],
-    [
-        1_425_312.0 / 73_733_382.0,
-        8_788_810.0 / 73_733_382.0,
-        70_074_185.0 / 73_733_382.0,
-    ],
+    over(24_577_794.0, [10_135_552.0, 8_788_810.0, 4_435_075.0]),
+    over(12_288_897.0, [2_613_072.0, 8_788_810.0, 887_015.0]),
+    over(73_733_382.0, [1_425_312.0, 8_788_810.0, 70_074_185.0]),
 ];
+
+const fn over(denominator: f64, [a, b, c]: [f64; 3]) -> [f64; 3] {
+    [a / denominator, b / denominator, c / denominator]
+}
+
 /// Its inverse.
 const FROM_XYZ: [[f64; 3]; 3] = [
     [
@@ -278,16 +261,9 @@ fn features(luminance: &[f64], size: [usize; 2], density: f64) -> Vec<[f64; 2]> 
     }));
     let [edges, points] = [edge, point].map(|along| {
         let [x, y] = [[&along, &smooth], [&smooth, &along]].map(|k| filter(luminance, size, k));
-        x.into_iter()
-            .zip(y)
-            .map(|(x, y)| hypot(x, y))
-            .collect::<Vec<_>>()
+        x.into_iter().zip(y).map(|(x, y)| hypot(x, y))
     });
-    edges
-        .into_iter()
-        .zip(points)
-        .map(<[f64; 2]>::from)
-        .collect()
+    edges.zip(points).map(<[f64; 2]>::from).collect()
 }
 
 /// Pixels to either side, at least the next: below one there is nothing to compare with.
@@ -307,30 +283,19 @@ fn sampled(radius: i32, value: impl Fn(f64) -> f64) -> Vec<f64> {
 
 /// Correlation with a product of kernels along x and along y.
 fn filter(values: &[f64], [width, height]: [usize; 2], [x, y]: [&Vec<f64>; 2]) -> Vec<f64> {
-    let pass = |from: &[f64],
-                kernel: &[f64],
-                count: usize,
-                stride: usize,
-                start: usize,
-                to: &mut [f64]| {
-        let radius = kernel.len() / 2;
-        for k in 0..count {
-            let taps = kernel.iter().enumerate().map(|(tap, weight)| {
-                let at = (k + tap).saturating_sub(radius).min(count - 1);
-                weight * from[start + at * stride]
-            });
-            to[start + k * stride] = taps.sum();
-        }
+    // Pixel k of a row or column that begins at a place and goes on by a stride.
+    let weighted = |from: &[f64], kernel: &[f64], k: usize, [count, start, stride]: [usize; 3]| {
+        let taps = kernel.iter().enumerate().map(|(tap, weight)| {
+            let at = (k + tap).saturating_sub(kernel.len() / 2).min(count - 1);
+            weight * from[start + at * stride]
+        });
+        taps.sum()
     };
-    let mut rows = vec![0.0; values.len()];
-    for row in 0..height {
-        pass(values, x, width, 1, row * width, &mut rows);
-    }
-    let mut both = vec![0.0; values.len()];
-    for column in 0..width {
-        pass(&rows, y, height, width, column, &mut both);
-    }
-    both
+    let all = 0..values.len();
+    let across = |i: usize| weighted(values, x, i % width, [width, i - i % width, 1]);
+    let rows: Vec<f64> = all.clone().map(across).collect();
+    let down = |i: usize| weighted(&rows, y, i / width, [height, i % width, width]);
+    all.map(down).collect()
 }
 
 #[cfg(test)]
@@ -434,11 +399,9 @@ mod tests {
     fn it_answers_whatever_it_is_given() {
         let odd = picture(|x, y| [f32::NAN, x - y, if x > y { f32::INFINITY } else { -1.0 }]);
         let grey = picture(|_, _| [0.5; 3]);
-        for density in [0.0, -1.0, 1e-9, 1.0, 500.0, f64::NAN, f64::INFINITY] {
+        for pixels_per_degree in [0.0, -1.0, 1e-9, 1.0, 500.0, f64::NAN, f64::INFINITY] {
             let one = Image::new(1, 1);
-            let flip = Flip {
-                pixels_per_degree: density,
-            };
+            let (flip, density) = (Flip { pixels_per_degree }, pixels_per_degree);
             for (a, b) in [(&odd, &grey), (&grey, &odd), (&one, &one)] {
                 if density.is_finite() || a.width == 1 {
                     let map = flip.map(a, b).unwrap();
@@ -447,10 +410,7 @@ mod tests {
             }
         }
         assert!(Flip::default().map(&grey, &Image::new(2, 2)).is_err());
-        assert!(
-            Flip::default()
-                .map(&Image::default(), &Image::default())
-                .is_err()
-        );
+        let none = Image::default();
+        assert!(Flip::default().map(&none, &none).is_err());
     }
 }

@@ -14,19 +14,18 @@
 //! panic. This crate knows nothing of scenes, lights or samples.
 //!
 //! ```
-//! use linelit_film::{Document, MomentImage};
+//! use linelit_film::{Document, MomentImage, Moments};
 //!
-//! let mut film = MomentImage::new(1, 1);
+//! let mut pixel = Moments::default();
 //! for radiance in [1.0, 2.0, 6.0] {
-//!     film.push(0, 0, [radiance; 3]);
+//!     pixel.push([radiance; 3]);
 //! }
-//! assert_eq!(film.mean_image().get(0, 0), [3.0; 3]);
-//!
+//! let film = MomentImage::from_pixels(1, 1, vec![pixel]).unwrap();
 //! let mut document = Document::new(1, 1);
-//! document.add_moments(&film)?; // main picture, `variance`, and the exact state `moments`
+//! document.add_image("variance", &film.variance_image())?;
 //! document.set("seed", 7);
 //! let bytes = document.encode()?;
-//! assert_eq!(linelit_film::decode_exr(&bytes)?.moments(), Some(film));
+//! assert_eq!(linelit_film::decode_exr(&bytes)?, document);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -55,7 +54,7 @@ mod read;
 mod tga;
 mod tiles;
 
-pub use atomic::{check_writable, write_atomically, write_atomically_with};
+pub use atomic::{check_writable, write_atomically};
 pub use compression::Compression;
 pub use decode::{
     ByteImage, DecodeError, Decoded, IntegerImage, Pixels, WordImage, decode_alpha, decode_picture,
@@ -63,11 +62,12 @@ pub use decode::{
 pub use display::{
     Exposure, HeatMap, ToneCurve, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
 };
-pub use document::{Channel, Document, Layer, Placement, Samples, decode as decode_exr};
+pub use document::{Channel, Document, Layer, Placement, Samples};
 pub use error::{FilmError, FormatError};
 pub use flip::Flip;
 pub use image::Image;
 pub use moments::{MomentImage, Moments};
+pub use openexr::decode as decode_exr;
 pub use pfm::write_pfm;
 pub use tga::encode_tga;
 pub use tiles::{Tile, tiles};

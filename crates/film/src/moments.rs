@@ -1,6 +1,6 @@
 //! Running mean and spread, one value or a whole film.
 
-use crate::{FilmError, Image, Tile, image::area};
+use crate::{Image, image::area};
 
 /// Count, mean and sum of squared deviations (M2) of colours, per channel.
 ///
@@ -61,22 +61,6 @@ impl Moments {
         self.count = total;
     }
 
-    /// Count, means and M2 as bits, for files.
-    pub(crate) fn bits(&self) -> [u64; 7] {
-        let ([a, b, c], [d, e, f]) = (self.mean, self.m2);
-        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map(f64::to_bits);
-        [self.count, a, b, c, d, e, f]
-    }
-
-    /// The inverse of [`Moments::bits`].
-    pub(crate) fn from_bits([count, a, b, c, d, e, f]: [u64; 7]) -> Self {
-        Self {
-            count,
-            mean: [a, b, c].map(f64::from_bits),
-            m2: [d, e, f].map(f64::from_bits),
-        }
-    }
-
     /// Unbiased variance of one value, M2/(n − 1); NaN below two values, which say nothing of it.
     #[must_use]
     pub fn variance(&self) -> [f64; 3] {
@@ -105,16 +89,6 @@ pub struct MomentImage {
 }
 
 impl MomentImage {
-    /// A film that has seen nothing.
-    #[must_use]
-    pub fn new(width: u32, height: u32) -> Self {
-        Self {
-            width,
-            height,
-            pixels: vec![Moments::default(); area(width, height)],
-        }
-    }
-
     /// A film from its pixels; `None` when their number is not `width · height`.
     #[must_use]
     pub fn from_pixels(width: u32, height: u32, pixels: Vec<Moments>) -> Option<Self> {
@@ -125,97 +99,20 @@ impl MomentImage {
         })
     }
 
-    /// Pixels in a row.
-    #[must_use]
-    pub fn width(&self) -> u32 {
-        self.width
-    }
-
-    /// Rows.
-    #[must_use]
-    pub fn height(&self) -> u32 {
-        self.height
-    }
-
     /// All pixels, row by row.
     #[must_use]
     pub fn pixels(&self) -> &[Moments] {
         &self.pixels
     }
 
-    /// The pixel in column `x` of row `y`, or `None` outside.
-    #[must_use]
-    pub fn get(&self, x: u32, y: u32) -> Option<&Moments> {
-        if x >= self.width {
-            return None;
-        }
-        self.pixels
-            .get(y as usize * self.width as usize + x as usize)
-    }
-
-    /// Adds one value to one pixel; values outside of the film fall off.
-    pub fn push(&mut self, x: u32, y: u32, value: [f64; 3]) {
-        if x < self.width && y < self.height {
-            self.pixels[y as usize * self.width as usize + x as usize].push(value);
-        }
-    }
-
-    /// Merges a film of the same size, pixel by pixel.
-    ///
-    /// # Errors
-    /// [`FilmError::Size`] when the sizes differ.
-    pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        if (self.width, self.height) != (other.width, other.height) {
-            return Err(FilmError::Size {
-                expected: [self.width, self.height],
-                found: [other.width, other.height],
-            });
-        }
-        for (ours, theirs) in self.pixels.iter_mut().zip(&other.pixels) {
-            ours.merge(theirs);
-        }
-        Ok(())
-    }
-
-    /// Merges the pixels of one tile, given row by row.
-    ///
-    /// # Errors
-    /// [`FilmError::Size`] when the tile leaves the film or the number of pixels is not its area.
-    pub fn merge_tile(&mut self, tile: Tile, pixels: &[Moments]) -> Result<(), FilmError> {
-        if tile.x1 > self.width || tile.y1 > self.height || pixels.len() != tile.area() {
-            return Err(FilmError::Size {
-                expected: [self.width, self.height],
-                found: [tile.x1, tile.y1],
-            });
-        }
-        for ([x, y], theirs) in tile.pixels().zip(pixels) {
-            self.pixels[y as usize * self.width as usize + x as usize].merge(theirs);
-        }
-        Ok(())
-    }
-
-    /// The means, rounded to `f32`.
-    #[must_use]
-    pub fn mean_image(&self) -> Image {
-        self.map(|moments| moments.mean)
-    }
-
     /// The variances of the means ([`Moments::variance_of_mean`]), rounded to `f32`.
     #[must_use]
     pub fn variance_image(&self) -> Image {
-        self.map(Moments::variance_of_mean)
-    }
-
-    fn map(&self, value: impl Fn(&Moments) -> [f64; 3]) -> Image {
-        let rgb = self
-            .pixels
-            .iter()
-            .map(|moments| value(moments).map(to_f32))
-            .collect();
+        let variances = self.pixels.iter().map(Moments::variance_of_mean);
         Image {
             width: self.width,
             height: self.height,
-            rgb,
+            rgb: variances.map(|variance| variance.map(to_f32)).collect(),
         }
     }
 }
@@ -305,41 +202,16 @@ mod tests {
     }
 
     #[test]
-    fn tiles_merge_to_the_whole_film() {
-        let (width, height) = (13, 9);
-        let value = |x: u32, y: u32, k: u32| [f64::from(x * 7 + y * 3 + k).sin(); 3];
-        let mut whole = MomentImage::new(width, height);
-        let mut pieces = MomentImage::new(width, height);
-        let window = Tile::whole(width, height);
-        for [x, y] in window.pixels() {
-            (0..5).for_each(|k| whole.push(x, y, value(x, y, k)));
-        }
-        for tile in crate::tiles(window, 4) {
-            let pixels: Vec<Moments> = tile
-                .pixels()
-                .map(|[x, y]| {
-                    let mut moments = Moments::default();
-                    (0..5).for_each(|k| moments.push(value(x, y, k)));
-                    moments
-                })
-                .collect();
-            pieces.merge_tile(tile, &pixels).unwrap();
-        }
-        assert_eq!(whole, pieces);
-        assert!(whole.merge(&MomentImage::new(9, 13)).is_err());
-        assert!(
-            pieces
-                .merge_tile(
-                    Tile {
-                        x0: 10,
-                        y0: 0,
-                        x1: 14,
-                        y1: 1
-                    },
-                    &[Moments::default(); 4]
-                )
-                .is_err()
+    fn the_variance_of_a_film_is_that_of_its_means() {
+        let pixels = [gather(&[1.0, 3.0]), gather(&[5.0])];
+        assert!(MomentImage::from_pixels(2, 2, pixels.into()).is_none());
+        let film = MomentImage::from_pixels(2, 1, pixels.into()).unwrap();
+        // M2 = 2, and a quarter of it for half the channel.
+        let [two, one] = [0, 1].map(|x| film.variance_image().get(x, 0));
+        assert_eq!(
+            two.map(f32::to_bits),
+            [1.0_f32, 1.0, 0.25].map(f32::to_bits)
         );
-        assert!(whole.get(13, 0).is_none() && whole.get(0, 9).is_none());
+        assert!(one[0].is_nan());
     }
 }

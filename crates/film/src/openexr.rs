@@ -180,7 +180,12 @@ pub(crate) fn check_magic(bytes: &[u8]) -> Result<(), FormatError> {
     ))
 }
 
-pub(crate) fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
+/// A document from the bytes of an EXR file.
+///
+/// # Errors
+/// When the bytes are no EXR file, one that is damaged, or one with a feature this crate does not
+/// read (deep pixels, subsampled channels, parts of several sizes).
+pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
     check_magic(bytes)?;
     let chunks = exr::block::read(Cursor::new(bytes), false).map_err(|e| broken(&e))?;
     check_headers(chunks.headers())?;

@@ -186,7 +186,7 @@ mod tests {
             mapping,
             filter: TextureFilter::Point,
             invert: true,
-            ..ImageTexture::new(data, String::new())
+            ..ImageTexture::new(data)
         };
         let image = Arc::new(Texture::Image(Arc::new(image)));
         let half = Arc::new(Texture::number(0.5));
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn what_is_no_grid_is_none() {
         let data = Arc::new(ImageData::new(1, 1, vec![[9; 3]], false).unwrap());
-        let mut image = ImageTexture::new(data, String::new());
+        let mut image = ImageTexture::new(data);
         let two = [(); 2].map(|()| Arc::new(Texture::Image(Arc::new(image.clone()))));
         let [a, b] = two;
         let cutoff = Alpha::ABOVE_ZERO;

@@ -183,19 +183,15 @@ pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ImageData, ImageTexture, TextureFilter, UvMapping, Wrap};
+    use crate::{ImageData, ImageTexture, Wrap};
 
     #[test]
     fn the_mean_of_a_ramp_is_its_middle() {
         let pixels = (0..=255).map(|i| [i; 3]).collect();
+        let data = ImageData::new(256, 1, pixels, false).unwrap();
         let ramp = Texture::Image(Arc::new(ImageTexture {
-            data: ImageData::new(256, 1, pixels, false).unwrap().into(),
-            mapping: UvMapping::IDENTITY,
             wrap: [Wrap::Clamp; 2],
-            filter: TextureFilter::default(),
-            scale: 1.0,
-            invert: false,
-            filename: String::new(),
+            ..ImageTexture::new(data.into())
         }));
         // Linear inside: (256 u − 1/2)/255, whose mean is that at the centroid, u = 0.4.
         let uv = [

@@ -169,7 +169,7 @@ fn whole(number: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ImageData, ImageTexture, PlaneUv, Texture, TextureFilter, UvMapping, Wrap};
+    use crate::{ImageData, ImageTexture, PlaneUv, Texture, UvMapping};
     use linelit_geometry::DVec2;
     use linelit_lights::PointTechnique;
     use std::sync::Arc;
@@ -189,14 +189,10 @@ mod tests {
             scale: DVec2::splat(times),
             ..UvMapping::IDENTITY
         };
+        let data = ImageData::new(side, side, pixels, false).unwrap();
         let texture = Texture::Image(Arc::new(ImageTexture {
-            data: ImageData::new(side, side, pixels, false).unwrap().into(),
             mapping,
-            wrap: [Wrap::Repeat; 2],
-            filter: TextureFilter::default(),
-            scale: 1.0,
-            invert: false,
-            filename: String::new(),
+            ..ImageTexture::new(data.into())
         }));
         EmissionMap {
             radiance: DVec3::ONE,

@@ -153,18 +153,13 @@ impl ImageData {
         }
     }
 
-    /// The bytes, row by row, the top row first; `None` of [numbers](Self::is_linear).
+    /// The bytes, row by row, the top row first; `None` of an image of numbers.
     #[must_use]
     pub fn bytes(&self) -> Option<&[[u8; 3]]> {
         match &self.pixels {
             Pixels::Bytes(rgb) => Some(rgb),
             Pixels::Linear(_) => None,
         }
-    }
-
-    /// Whether the pixels are linear numbers, which no file of bytes can hold.
-    pub const fn is_linear(&self) -> bool {
-        matches!(self.pixels, Pixels::Linear(_))
     }
 
     /// The linear value of a pixel; row 0 is the top. Zero outside.

@@ -306,16 +306,7 @@ impl Material {
             MaterialKind::Dielectric { roughness, .. } => [&roughness.u, &roughness.v]
                 .iter()
                 .all(|r| r.as_constant() == Some(DVec3::ZERO)),
-            MaterialKind::Matte { .. }
-            | MaterialKind::Plastic { .. }
-            | MaterialKind::Substrate { .. }
-            | MaterialKind::Conductor { .. }
-            | MaterialKind::ColoredConductor { .. }
-            | MaterialKind::Uber { .. }
-            | MaterialKind::Mirror { .. }
-            | MaterialKind::Mix { .. }
-            | MaterialKind::Phong { .. }
-            | MaterialKind::Frostbite { .. } => true,
+            _ => true,
         }
     }
 }

@@ -382,14 +382,11 @@ mod tests {
     fn a_ramp_tilts_the_normal_by_its_slope() {
         // A ramp of height u over a square of two by two: its slope is one half.
         let pixels = (0..=255).map(|i| [i; 3]).collect();
+        let data = crate::ImageData::new(256, 1, pixels, false).unwrap();
         let ramp = crate::ImageTexture {
-            data: crate::ImageData::new(256, 1, pixels, false).unwrap().into(),
-            mapping: crate::UvMapping::IDENTITY,
             wrap: [crate::Wrap::Clamp; 2],
-            filter: crate::TextureFilter::default(),
             scale: 255.0 / 256.0,
-            invert: false,
-            filename: String::new(),
+            ..crate::ImageTexture::new(data.into())
         };
         let speed = [2.0 * DVec3::X, 2.0 * DVec3::Y];
         let ramp = Texture::Image(ramp.into());

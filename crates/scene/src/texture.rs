@@ -105,15 +105,12 @@ pub struct ImageTexture {
     pub scale: f64,
     /// One minus the value instead of the value.
     pub invert: bool,
-    /// Where it was read from, relative to the scene file, for export; empty for an image that
-    /// has no file of its own.
-    pub filename: String,
 }
 
 impl ImageTexture {
     /// All of the image once over the unit square, repeated beyond, as it is.
     #[must_use]
-    pub fn new(data: Arc<ImageData>, filename: String) -> Self {
+    pub fn new(data: Arc<ImageData>) -> Self {
         Self {
             data,
             mapping: UvMapping::IDENTITY,
@@ -121,7 +118,6 @@ impl ImageTexture {
             filter: TextureFilter::default(),
             scale: 1.0,
             invert: false,
-            filename,
         }
     }
 }
@@ -272,7 +268,6 @@ impl ImageTexture {
             && (self.mapping, self.wrap, self.filter) == (other.mapping, other.wrap, other.filter)
             && self.scale == other.scale
             && self.invert == other.invert
-            && self.filename == other.filename
     }
 
     /// What a value of the image stands for.

@@ -5,6 +5,6 @@ mod source;
 mod suggest;
 
 pub use error::{ErrorKind, Result, SceneError, Warning, Warnings};
-pub(crate) use source::{Files, Refusal};
+pub(crate) use source::Files;
 pub use source::{Location, Source, Span};
 pub use suggest::{nearest, shorten};

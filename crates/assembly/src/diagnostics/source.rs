@@ -4,7 +4,7 @@
     reason = "the files that scenes are read from"
 )]
 
-use super::error::{ErrorKind, SceneError};
+use super::error::{ErrorKind, Result, SceneError};
 use crate::options::{LoadOptions, Root};
 use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata};
@@ -12,80 +12,53 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-/// Why a file was not read; the place is for those to add who know who names it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Refusal {
-    pub(crate) kind: ErrorKind,
-    pub(crate) message: String,
-}
-
-impl Refusal {
-    fn io(error: &io::Error) -> Self {
-        let message = match error.kind() {
-            io::ErrorKind::NotFound => "there is no such file".into(),
-            io::ErrorKind::PermissionDenied => "permission denied".into(),
-            _ => error.to_string(),
-        };
-        let kind = ErrorKind::Io;
-        Self { kind, message }
-    }
-
-    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
-        let message = message.into();
-        Self { kind, message }
-    }
-}
-
-/// The message of a reader about what is wrong with the bytes.
-impl From<String> for Refusal {
-    fn from(message: String) -> Self {
-        Self::new(ErrorKind::Syntax, message)
-    }
-}
-
-impl From<&str> for Refusal {
-    fn from(message: &str) -> Self {
-        Self::new(ErrorKind::Syntax, message)
-    }
+/// Why the system did not read a file; the place is for those to add who know who names it.
+fn refused(error: &io::Error) -> SceneError {
+    let message = match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".into(),
+        io::ErrorKind::PermissionDenied => "permission denied".into(),
+        _ => error.to_string(),
+    };
+    SceneError::new(ErrorKind::Io, message)
 }
 
 /// The bytes of a regular file of at most `limit` bytes.
-fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Refusal> {
+fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let check = |found: &Metadata| {
         if found.is_dir() {
-            return Err(Refusal::new(ErrorKind::Io, "it is a folder"));
+            return Err(SceneError::new(ErrorKind::Io, "it is a folder"));
         }
         if !found.is_file() {
             let message = "it is a pipe, a socket or a device, not a regular file";
-            return Err(Refusal::new(ErrorKind::Io, message));
+            return Err(SceneError::new(ErrorKind::Io, message));
         }
         within(found.len(), limit)
     };
     // Asked before the file is opened, because opening a pipe waits for its writer; and again of
     // what has been opened, because names can change hands.
-    check(&fs::metadata(path).map_err(|e| Refusal::io(&e))?)?;
-    let file = File::open(path).map_err(|e| Refusal::io(&e))?;
-    let found = file.metadata().map_err(|e| Refusal::io(&e))?;
+    check(&fs::metadata(path).map_err(|e| refused(&e))?)?;
+    let file = File::open(path).map_err(|e| refused(&e))?;
+    let found = file.metadata().map_err(|e| refused(&e))?;
     check(&found)?;
     let mut bytes = Vec::new();
     let size = usize::try_from(found.len()).unwrap_or(usize::MAX);
     if bytes.try_reserve_exact(size).is_err() {
         let message = format!("its {size} bytes do not fit into memory");
-        return Err(Refusal::new(ErrorKind::Limit, message));
+        return Err(SceneError::new(ErrorKind::Limit, message));
     }
     // Some files are longer than they say.
     let mut file = file.take(limit.saturating_add(1));
-    file.read_to_end(&mut bytes).map_err(|e| Refusal::io(&e))?;
+    file.read_to_end(&mut bytes).map_err(|e| refused(&e))?;
     within(bytes.len() as u64, limit)?;
     Ok(bytes)
 }
 
-fn within(bytes: u64, limit: u64) -> Result<(), Refusal> {
+fn within(bytes: u64, limit: u64) -> Result<()> {
     if bytes <= limit {
         return Ok(());
     }
     let message = format!("it has {bytes} bytes or more, {limit} are allowed");
-    Err(Refusal::new(ErrorKind::Limit, message))
+    Err(SceneError::new(ErrorKind::Limit, message))
 }
 
 /// The files that a scene names: where they are looked up, where they must lie, how long they may
@@ -136,7 +109,7 @@ impl Files {
     /// The path of a file by its name in the scene, and the same with links followed; refused
     /// outside of the root, whether or not there is such a file. The backslashes of a name that is
     /// not there are those of Windows: slashes.
-    pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
+    pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf)> {
         let found = self.find_exactly(name);
         if found.is_err() && name.contains('\\') {
             return self.find_exactly(&name.replace('\\', "/"));
@@ -144,10 +117,10 @@ impl Files {
         found
     }
 
-    fn find_exactly(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
+    fn find_exactly(&self, name: &str) -> Result<(PathBuf, PathBuf)> {
         if let Some(files) = &self.memory {
             let there = files.contains_key(name).then(|| PathBuf::from(name));
-            let absent = || Refusal::io(&io::ErrorKind::NotFound.into());
+            let absent = || refused(&io::ErrorKind::NotFound.into());
             return there.map(|p| (p.clone(), p)).ok_or_else(absent);
         }
         let path = self.folder.join(name);
@@ -159,20 +132,20 @@ impl Files {
             };
             if !inside {
                 let message = format!("it lies outside of {shown}");
-                return Err(Refusal::new(ErrorKind::Outside, message));
+                return Err(SceneError::new(ErrorKind::Outside, message));
             }
         }
-        let whole = found.map_err(|e| Refusal::io(&e))?;
+        let whole = found.map_err(|e| refused(&e))?;
         Ok((path, whole))
     }
 
     /// The bytes of a file that [`Files::find`] has found.
-    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, Refusal> {
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>> {
         let Some(files) = &self.memory else {
             return read(path, self.max_bytes);
         };
         let found = path.to_str().and_then(|name| files.get(name));
-        let bytes = found.ok_or_else(|| Refusal::io(&io::ErrorKind::NotFound.into()))?;
+        let bytes = found.ok_or_else(|| refused(&io::ErrorKind::NotFound.into()))?;
         within(bytes.len() as u64, self.max_bytes)?;
         Ok(bytes.clone())
     }
@@ -314,13 +287,13 @@ impl Source {
     ///
     /// # Errors
     /// When it is no regular file, longer than allowed, or cannot be read.
-    pub fn open(path: &Path, options: &LoadOptions) -> super::Result<Arc<Self>> {
+    pub fn open(path: &Path, options: &LoadOptions) -> Result<Arc<Self>> {
         let name = path.display().to_string();
         match read(path, options.max_file_bytes) {
             Ok(bytes) => Ok(Self::new(name, bytes)),
-            Err(refusal) => {
-                let message = format!("cannot read the scene: {}", refusal.message);
-                Err(SceneError::new(refusal.kind, message).in_file(&name))
+            Err(error) => {
+                let message = format!("cannot read the scene: {}", error.message());
+                Err(SceneError::new(error.kind(), message).in_file(&name))
             }
         }
     }

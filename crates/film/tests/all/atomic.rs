@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::PathBuf;
 
-use linelit_film::{check_writable, write_atomically, write_atomically_with};
+use linelit_film::{check_writable, write_atomically};
 
 /// A folder that is gone after the test.
 struct Folder(PathBuf);
@@ -131,22 +131,4 @@ fn what_killed_writers_left_is_removed() {
     drop(locked);
     check_writable(&folder.join("a.exr")).unwrap();
     assert!(!folder.join(&kept[3]).exists());
-}
-
-#[test]
-fn a_writer_that_fails_leaves_the_older_file() {
-    let folder = Folder::new("failing");
-    let path = folder.join("a.pbrt");
-    fs::write(&path, "old").unwrap();
-    let error = write_atomically_with(&path, |file| {
-        file.write_all(&[b'x'; 100_000])?;
-        Err(std::io::Error::other("the source is exhausted"))
-    });
-    let error = error.unwrap_err().to_string();
-    assert!(
-        error.ends_with("cannot write: the source is exhausted"),
-        "{error}"
-    );
-    assert_eq!(fs::read(&path).unwrap(), b"old");
-    assert_eq!(folder.names(), ["a.pbrt"]);
 }

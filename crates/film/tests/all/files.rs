@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use linelit_film::{
-    Channel, Compression, Document, FilmError, Image, MomentImage, Placement, Samples, decode_exr,
+    Channel, Compression, Document, FilmError, Image, Placement, Samples, decode_exr,
     decode_picture, write_atomically, write_pfm,
 };
 use linelit_testkit::cases::cases;
@@ -40,22 +40,16 @@ impl Drop for Folder {
     }
 }
 
-fn film() -> MomentImage {
-    let mut film = MomentImage::new(7, 5);
-    for y in 0..5 {
-        for x in 0..7 {
-            for k in 0..=(x + y) % 4 {
-                let value = f64::from(x * 31 + y * 17 + k * 5).sin();
-                film.push(x, y, [value, value / 3.0, 1e9 * value]);
-            }
-        }
-    }
-    film
+fn picture() -> Image {
+    Image::from_fn(7, 5, |x, y| {
+        let value = (x * 31 + y * 17) as f32 / 7.0;
+        [value, value / 3.0, 1e9 * value]
+    })
 }
 
 fn document() -> Document {
     let mut document = Document::new(7, 5);
-    document.add_moments(&film()).unwrap();
+    document.add_image("", &picture()).unwrap();
     document
         .add_scalar("depth", (0..35_u8).map(f32::from).collect())
         .unwrap();
@@ -85,15 +79,9 @@ fn an_exr_document_comes_back_bit_for_bit() {
     });
     document.write(&path).unwrap();
     let again = Document::read(&path).unwrap();
-    assert_eq!(again.moments(), Some(film()));
     assert_eq!(again.metadata, document.metadata);
     assert_eq!(again.placement, document.placement);
-    assert_eq!(again.get_parsed::<u64>("seed"), Some(u64::MAX));
-    for layer in document
-        .layers
-        .iter()
-        .filter(|layer| layer.name != "variance")
-    {
+    for layer in &document.layers {
         let found = again.layer(&layer.name).unwrap();
         for channel in &layer.channels {
             assert_eq!(
@@ -104,14 +92,17 @@ fn an_exr_document_comes_back_bit_for_bit() {
             );
         }
     }
-    assert_eq!(Image::read(&path).unwrap(), film().mean_image());
+    assert_eq!(Image::read(&path).unwrap(), picture());
     let segments = Image::read_layer(&path, Some("segments")).unwrap();
     // 246 913 578 to the nearest f32, whose neighbours are 16 apart.
     assert!((segments.get(2, 0)[1] - 246_913_578.0).abs() <= 8.0);
     let error = Image::read_layer(&path, Some("nothing")).unwrap_err();
-    assert!(error.to_string().ends_with(
-        "expected a layer named `nothing`, found the unnamed layer, `depth`, `moments`, `segments`, `variance`"
-    ), "{error}");
+    assert!(
+        error.to_string().ends_with(
+            "expected a layer named `nothing`, found the unnamed layer, `depth`, `segments`"
+        ),
+        "{error}"
+    );
 }
 
 /// The layers that a file without a picture of its own has are named.
@@ -278,7 +269,7 @@ fn what_cannot_be_stored_is_refused() {
 #[test]
 fn a_pfm_comes_back_bit_for_bit() {
     let folder = Folder::new("pfm");
-    let image = film().mean_image();
+    let image = picture();
     write_pfm(&folder.join("a.pfm"), &image).unwrap();
     assert_eq!(Image::read(&folder.join("a.pfm")).unwrap(), image);
     assert_eq!(Image::read(&folder.join("a.pfm")).unwrap(), image);

@@ -19,13 +19,13 @@ use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded, Result, Source,
 use linelit_elementary::{atan, tan};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
-use linelit_scene::{Camera, FilmSettings, Projection};
+use linelit_scene::{Camera, FilmSettings, ImageData, Projection};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
-use textures::{Channel, NamedImage};
+use textures::Channel;
 
 /// Extensions that we read.
 const EXTENSIONS: &[&str] = &[
@@ -229,8 +229,8 @@ struct Reader<'a> {
     camera: Option<(Camera, FilmSettings)>,
     /// Index and emission of each material.
     materials: Vec<materials::Entry>,
-    /// Images and the names of their files, by index and use.
-    images: HashMap<(usize, Channel), Option<NamedImage>>,
+    /// Images by index and use.
+    images: HashMap<(usize, Channel), Option<Arc<ImageData>>>,
     meshes: Vec<Option<Rc<meshes::Mesh>>>,
     shapes: usize,
     /// Indices read so far.

@@ -14,9 +14,6 @@ use serde::Deserialize;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Pixels, and the name of their file if they have one.
-pub(super) type NamedImage = (Arc<ImageData>, String);
-
 /// How a material names a texture.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -95,20 +92,19 @@ impl<'a> Reader<'a> {
         };
         let mapping = transform.map_or(UvMapping::IDENTITY, |t| mapping(&t));
         let data = self.image(image, channel)?;
-        Ok(data.map(|(data, filename)| {
+        Ok(data.map(|data| {
             Texture::Image(Arc::new(ImageTexture {
                 mapping,
                 wrap,
                 filter,
                 scale,
-                ..ImageTexture::new(data, filename)
+                ..ImageTexture::new(data)
             }))
         }))
     }
 
-    /// The pixels of an image, decoded once, and the name of its file if it is the file's own
-    /// pixels.
-    fn image(&mut self, index: usize, channel: Channel) -> Result<Option<NamedImage>> {
+    /// The pixels of an image, decoded once.
+    fn image(&mut self, index: usize, channel: Channel) -> Result<Option<Arc<ImageData>>> {
         if let Some(known) = self.images.get(&(index, channel)) {
             return Ok(known.clone());
         }
@@ -116,7 +112,7 @@ impl<'a> Reader<'a> {
             Channel::Green | Channel::Blue => {
                 let component = if channel == Channel::Green { 1 } else { 2 };
                 let whole = self.image(index, Channel::Linear)?;
-                whole.map(|(image, _)| (Arc::new(image.component(component)), String::new()))
+                whole.map(|image| Arc::new(image.component(component)))
             }
             Channel::Colour | Channel::Linear => self.decode(index, channel == Channel::Colour)?,
             Channel::Alpha => self.alpha_channel(index)?,
@@ -125,14 +121,11 @@ impl<'a> Reader<'a> {
         Ok(image)
     }
 
-    fn decode(&mut self, index: usize, srgb: bool) -> Result<Option<NamedImage>> {
+    fn decode(&mut self, index: usize, srgb: bool) -> Result<Option<Arc<ImageData>>> {
         let raw = self.doc.known(List::Images, index);
         let at = self.doc.at(raw);
         match self.image_bytes(raw) {
-            Ok((name, filename, bytes)) => {
-                let data = self.base.decode(&name, &bytes, srgb, at)?;
-                Ok(data.map(|data| (data, filename)))
-            }
+            Ok((name, bytes)) => self.base.decode(&name, &bytes, srgb, at),
             // A missing image is common; the shapes are still worth seeing.
             Err(error) if error.kind() == ErrorKind::Io => {
                 self.base
@@ -144,18 +137,17 @@ impl<'a> Reader<'a> {
     }
 
     /// Of an image that cannot be read, the colour says so.
-    fn alpha_channel(&mut self, index: usize) -> Result<Option<NamedImage>> {
+    fn alpha_channel(&mut self, index: usize) -> Result<Option<Arc<ImageData>>> {
         let raw = self.doc.known(List::Images, index);
         let at = self.doc.at(raw);
-        let Ok((name, _, bytes)) = self.image_bytes(raw) else {
+        let Ok((name, bytes)) = self.image_bytes(raw) else {
             return Ok(None);
         };
-        let data = self.base.alpha_channel(&name, &bytes, at)?;
-        Ok(data.map(|data| (data, String::new())))
+        self.base.alpha_channel(&name, &bytes, at)
     }
 
-    /// The bytes of an image file, a name that ends in its type, and its file name if it has one.
-    fn image_bytes(&mut self, raw: Raw<'a>) -> Result<(String, String, Vec<u8>)> {
+    /// A name of an image file that ends in its type, and its bytes.
+    fn image_bytes(&mut self, raw: Raw<'a>) -> Result<(String, Vec<u8>)> {
         let doc = self.doc;
         let node: image::Image = doc.read(raw)?;
         let by_type = |mime: &str| match mime {
@@ -168,18 +160,17 @@ impl<'a> Reader<'a> {
         };
         if let Some(uri) = &node.uri {
             let bytes = self.load_uri(uri, doc.find(raw, &["uri"]))?;
-            let Some(data) = uri.strip_prefix("data:") else {
-                let name = percent_decode(uri);
-                return Ok((name.clone(), name, bytes));
+            let name = match uri.strip_prefix("data:") {
+                Some(data) => by_type(&data.chars().take(40).collect::<String>()),
+                None => percent_decode(uri),
             };
-            let start: String = data.chars().take(40).collect();
-            return Ok((by_type(&start), String::new(), bytes));
+            return Ok((name, bytes));
         }
         let mime = node.mime_type.as_ref().map_or("", |mime| &mime.0);
         let index = doc.require(node.buffer_view, raw, "uri")?.value();
         let view = doc.element(List::BufferViews, index, raw, "bufferView")?;
         let view = self.view(view)?;
-        Ok((by_type(mime), String::new(), view.bytes().to_vec()))
+        Ok((by_type(mime), view.bytes().to_vec()))
     }
 }
 

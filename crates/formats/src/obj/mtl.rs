@@ -224,7 +224,7 @@ fn map(
         Texture::Image(Arc::new(ImageTexture {
             mapping,
             wrap: [wrap; 2],
-            ..ImageTexture::new(data, name)
+            ..ImageTexture::new(data)
         }))
     }))
 }

@@ -17,16 +17,11 @@ const KEPT: f64 = 10.0 * 0.5 * f32::EPSILON as f64;
 fn image(size: [u32; 2], filter: TextureFilter, value: impl Fn(u32, u32) -> f32) -> ImageTexture {
     let [w, h] = size;
     let pixel = |k: u32| [value(k % w, k / w); 3];
+    let pixels = (0..w * h).map(pixel).collect();
+    let data = ImageData::linear(w, h, pixels).unwrap();
     ImageTexture {
-        data: ImageData::linear(w, h, (0..w * h).map(pixel).collect())
-            .unwrap()
-            .into(),
-        mapping: UvMapping::IDENTITY,
-        wrap: [Wrap::Repeat; 2],
         filter,
-        scale: 1.0,
-        invert: false,
-        filename: String::new(),
+        ..ImageTexture::new(data.into())
     }
 }
 

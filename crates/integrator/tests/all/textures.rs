@@ -54,14 +54,10 @@ fn image() -> Texture {
         }
     };
     let pixels = (0..64).map(pixel).collect();
+    let data = ImageData::new(8, 8, pixels, false).unwrap();
     Texture::Image(Arc::new(ImageTexture {
-        data: ImageData::new(8, 8, pixels, false).unwrap().into(),
-        mapping: UvMapping::IDENTITY,
         wrap: [Wrap::Clamp; 2],
-        filter: TextureFilter::default(),
-        scale: 1.0,
-        invert: false,
-        filename: String::new(),
+        ..ImageTexture::new(data.into())
     }))
 }
 

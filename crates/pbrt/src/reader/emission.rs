@@ -72,8 +72,8 @@ impl Loader {
         let Some(param) = params.text("filename")? else {
             return Ok(None);
         };
-        let name = param.strings()[0].clone();
-        let Some(data) = self.base.image(&name, true, param.at_value(0))? else {
+        let name = &param.strings()[0];
+        let Some(data) = self.base.image(name, true, param.at_value(0))? else {
             return Ok(None);
         };
         // How a view of the light filters it is ours to say: pbrt-v4 does not.
@@ -84,7 +84,7 @@ impl Loader {
         Ok(Some(Arc::new(ImageTexture {
             wrap: [Wrap::Clamp; 2],
             filter,
-            ..ImageTexture::new(data, name)
+            ..ImageTexture::new(data)
         })))
     }
 

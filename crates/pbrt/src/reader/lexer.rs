@@ -139,12 +139,8 @@ impl Lexer {
                 Some(b'\\') => i += 2,
                 None | Some(b'\n') => {
                     let span = Span::new(start, i.min(bytes.len()));
-                    return Err(self.source.error(
-                        ErrorKind::Syntax,
-                        "unterminated string",
-                        span,
-                        "no closing `\"` before the end of the line",
-                    ));
+                    let label = "no closing `\"` before the end of the line";
+                    return Err(self.error(ErrorKind::Syntax, "unterminated string", span, label));
                 }
                 Some(_) => i += 1,
             }
@@ -160,12 +156,8 @@ impl Lexer {
     pub(crate) fn unquote(&self, token: Token) -> Result<String> {
         let inner = &self.source.bytes()[token.span.start + 1..token.span.end - 1];
         let text = std::str::from_utf8(inner).map_err(|_| {
-            self.source.error(
-                ErrorKind::Syntax,
-                "a string is not UTF-8",
-                token.span,
-                "these bytes are no UTF-8 text",
-            )
+            let (message, label) = ("a string is not UTF-8", "these bytes are no UTF-8 text");
+            self.error(ErrorKind::Syntax, message, token.span, label)
         })?;
         if !text.contains('\\') {
             return Ok(text.to_owned());
@@ -196,30 +188,15 @@ impl Lexer {
         let starts_like_one = word
             .first()
             .is_some_and(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b'.'));
-        let value = std::str::from_utf8(word)
-            .ok()
-            .and_then(|t| t.parse::<f64>().ok());
-        match value {
-            Some(value) if value.is_finite() && starts_like_one => Ok(value),
-            Some(_) => Err(self.source.error(
-                ErrorKind::OutOfRange,
-                format!(
-                    "`{}` is not a finite number",
-                    shorten(&self.source.text(token.span))
-                ),
-                token.span,
-                "expected a finite number",
-            )),
-            None => Err(self.source.error(
-                ErrorKind::Syntax,
-                format!(
-                    "`{}` is not a number",
-                    shorten(&self.source.text(token.span))
-                ),
-                token.span,
-                "expected a number",
-            )),
-        }
+        let value = std::str::from_utf8(word).ok();
+        let (kind, what) = match value.and_then(|t| t.parse::<f64>().ok()) {
+            Some(value) if value.is_finite() && starts_like_one => return Ok(value),
+            Some(_) => (ErrorKind::OutOfRange, "a finite number"),
+            None => (ErrorKind::Syntax, "a number"),
+        };
+        let shown = shorten(&self.source.text(token.span));
+        let message = format!("`{shown}` is not {what}");
+        Err(self.error(kind, message, token.span, format!("expected {what}")))
     }
 }
 

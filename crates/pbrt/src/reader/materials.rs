@@ -179,10 +179,10 @@ impl Loader {
         let Some(param) = params.text("normalmap")? else {
             return Ok(None);
         };
-        let name = param.strings()[0].clone();
-        let data = self.base.image(&name, false, param.at_value(0))?;
+        let name = &param.strings()[0];
+        let data = self.base.image(name, false, param.at_value(0))?;
         Ok(data.map(|data| NormalMap {
-            texture: Texture::Image(Arc::new(ImageTexture::new(data, name))),
+            texture: Texture::Image(Arc::new(ImageTexture::new(data))),
             scale: 1.0,
         }))
     }

@@ -162,10 +162,8 @@ impl Params {
             }
             lexer.next()?;
             let param = parse_param(lexer, token)?;
-            if list
-                .iter()
-                .any(|p| p.name == param.name && p.ty == param.ty)
-            {
+            let is_same = |p: &Rc<Param>| p.name == param.name && p.ty == param.ty;
+            if list.iter().any(is_same) {
                 let message = format!("parameter `{}` is given twice", param.name);
                 return Err(param.bad(message, "second time"));
             }
@@ -468,22 +466,28 @@ fn parse_values(
     name: &str,
     declaration: Token,
 ) -> Result<(Values, Span)> {
+    let syntax = |lexer: &Lexer, message: String, span, label: &str| {
+        Err(lexer.error(ErrorKind::Syntax, message, span, label))
+    };
     let missing = |lexer: &Lexer| {
-        lexer.error(
-            ErrorKind::Syntax,
-            format!("parameter `{name}` has no value"),
+        let message = format!("parameter `{name}` has no value");
+        syntax(
+            lexer,
+            message,
             declaration.span,
             "expected a value or `[` behind it",
         )
     };
-    let first = lexer.next()?.ok_or_else(|| missing(lexer))?;
+    let Some(first) = lexer.next()? else {
+        return missing(lexer);
+    };
     let mut values = match ty {
         Type::Bool => Values::Bools(Vec::new()),
         Type::String | Type::Texture => Values::Strings(Vec::new()),
         _ => Values::Numbers(Vec::new()),
     };
     match first.kind {
-        TokenKind::Close => return Err(missing(lexer)),
+        TokenKind::Close => return missing(lexer),
         TokenKind::Word | TokenKind::Quoted => {
             push_value(lexer, ty, name, &mut values, first)?;
             return Ok((values, first.span));
@@ -492,22 +496,14 @@ fn parse_values(
     }
     loop {
         let Some(token) = lexer.next()? else {
-            return Err(lexer.error(
-                ErrorKind::Syntax,
-                format!("the values of `{name}` are not closed by `]`"),
-                first.span,
-                "opened here",
-            ));
+            let message = format!("the values of `{name}` are not closed by `]`");
+            return syntax(lexer, message, first.span, "opened here");
         };
         match token.kind {
             TokenKind::Close => return Ok((values, first.span.to(token.span))),
             TokenKind::Open => {
-                return Err(lexer.error(
-                    ErrorKind::Syntax,
-                    "`[` inside `[ ]`",
-                    token.span,
-                    "expected a value or `]`",
-                ));
+                let message = "`[` inside `[ ]`".to_owned();
+                return syntax(lexer, message, token.span, "expected a value or `]`");
             }
             TokenKind::Word | TokenKind::Quoted => {
                 push_value(lexer, ty, name, &mut values, token)?;
@@ -538,13 +534,11 @@ fn push_value(
             } else {
                 lexer.source().text(token.span)
             };
-            match text.parse() {
-                Ok(value) => {
-                    list.push(value);
-                    return Ok(());
-                }
-                Err(_) => "expected `true` or `false`",
+            if let Ok(value) = text.parse() {
+                list.push(value);
+                return Ok(());
             }
+            "expected `true` or `false`"
         }
         Values::Strings(list) if quoted => {
             list.push(lexer.unquote(token)?);

@@ -6,8 +6,7 @@ use super::state::Target;
 use super::{Geometry, Loader, ObjectShape, is_one_of};
 use crate::tessellate::{self, Kind, Round};
 use linelit_assembly::{ErrorKind, Result, Source, ply};
-use linelit_geometry::{ConvexPolygon, DVec3, PolygonError, Segment};
-use linelit_lights::{Cylinder, Disk, Sphere};
+use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
 use linelit_scene::{EmissionSpec, MeshData, Placement, RoundShape};
 use std::rc::Rc;
 
@@ -167,27 +166,6 @@ impl Loader {
         };
         mesh.triangles = corners.as_chunks::<3>().0.to_vec();
         self.attributes(params, &mut mesh)?;
-        // Ours, for emissive spheres that were written as their facets: a negative radius is one
-        // that emits inwards.
-        if let Some([x, y, z, radius]) = params.fixed::<4>("sphere", &[Type::Float])? {
-            let center = DVec3::new(x, y, z);
-            mesh.round = Some(RoundShape::Sphere(Sphere { center, radius }));
-        }
-        // The same of emissive disks.
-        if let Some([x, y, z, a, b, c, radius]) = params.fixed::<7>("disk", &[Type::Float])? {
-            mesh.round = DVec3::new(a, b, c).try_normalize().map(|normal| {
-                RoundShape::Disk(Disk {
-                    center: DVec3::new(x, y, z),
-                    normal,
-                    radius,
-                })
-            });
-        }
-        // And of emissive cylinders: the ends of the axis, and a radius as of spheres.
-        if let Some([x, y, z, a, b, c, radius]) = params.fixed::<7>("cylinder", &[Type::Float])? {
-            let axis = Segment::new(DVec3::new(x, y, z), DVec3::new(a, b, c));
-            mesh.round = Some(RoundShape::Cylinder(Cylinder { axis, radius }));
-        }
         Ok(mesh)
     }
 
@@ -201,10 +179,8 @@ impl Loader {
         }
         let count = mesh.positions.len();
         if let Some(param) = params.array("N", &[Type::Normal, Type::Vector3], 3)? {
-            let normals: Vec<[f32; 3]> = to_points(param.numbers())
-                .iter()
-                .map(|n| n.as_vec3().to_array())
-                .collect();
+            let normals = to_points(param.numbers());
+            let normals: Vec<_> = normals.iter().map(|n| n.as_vec3().to_array()).collect();
             if normals.len() == count {
                 mesh.normals = normals;
             } else {
@@ -220,12 +196,13 @@ impl Loader {
                 clippy::cast_possible_truncation,
                 reason = "texture coordinates are f32"
             )]
-            let uvs: Vec<[f32; 2]> = param
+            let narrow = |uv: &[f64; 2]| uv.map(|v| v as f32);
+            let uvs: Vec<_> = param
                 .numbers()
                 .as_chunks::<2>()
                 .0
                 .iter()
-                .map(|c| c.map(|v| v as f32))
+                .map(narrow)
                 .collect();
             if uvs.len() == count {
                 mesh.uvs = uvs;
@@ -411,25 +388,12 @@ fn line(params: &Params) -> Result<Geometry> {
 /// show exactly. So is one of no area, or too small for `f32`, of which adding the mesh says so,
 /// as it says of vertices that are too far away.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
-    match ConvexPolygon::try_new(&[p00, p10, p11, p01]) {
-        Ok(_)
-        | Err(
-            PolygonError::Degenerate
-            | PolygonError::TooSmall
-            | PolygonError::TooLarge(_)
-            | PolygonError::NotFinite(_),
-        ) => true,
-        Err(PolygonError::Count(_) | PolygonError::NotPlanar(_) | PolygonError::NotConvex(_)) => {
-            false
-        }
-    }
+    use PolygonError::{Count, NotConvex, NotPlanar};
+    let polygon = ConvexPolygon::try_new(&[p00, p10, p11, p01]);
+    !matches!(polygon, Err(Count(_) | NotPlanar(_) | NotConvex(_)))
 }
 
 fn to_points(numbers: &[f64]) -> Vec<DVec3> {
-    numbers
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .map(|c| DVec3::from_array(*c))
-        .collect()
+    let triples = numbers.as_chunks::<3>().0.iter();
+    triples.map(|c| DVec3::from_array(*c)).collect()
 }

@@ -138,7 +138,7 @@ impl Loader {
 
     fn image_map(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
         let param = params.require("filename", params.text("filename")?)?;
-        let name = param.strings()[0].clone();
+        let name = &param.strings()[0];
         let mapping = self.mapping(params)?;
         let filter = self.texture_filter(params)?;
         // What lies beyond the edges; `vwrap` and `mirror` are ours.
@@ -163,9 +163,9 @@ impl Loader {
         let invert = params.bool_or("invert", false)?;
         let at = param.at_value(0);
         let data = if is_number {
-            self.base.luminance(&name, srgb, at)?
+            self.base.luminance(name, srgb, at)?
         } else {
-            self.base.image(&name, srgb, at)?
+            self.base.image(name, srgb, at)?
         };
         let Some(data) = data else {
             return Ok(Texture::number(0.5 * scale));
@@ -177,7 +177,6 @@ impl Loader {
             filter,
             scale,
             invert,
-            filename: name,
         })))
     }
 
