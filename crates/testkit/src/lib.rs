@@ -6,6 +6,7 @@ pub mod cases;
 pub mod chi2;
 pub mod close;
 pub mod dd;
+pub mod folder;
 pub mod laws;
 pub mod peters_as_printed;
 pub mod precise;

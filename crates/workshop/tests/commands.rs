@@ -1,6 +1,6 @@
 //! The workshop's commands, as `cargo xtask` starts them.
 
-use std::path::PathBuf;
+use linelit_testkit::folder::Folder;
 use std::process::{Command, Output};
 
 fn workshop(arguments: &[&str]) -> Output {
@@ -8,12 +8,6 @@ fn workshop(arguments: &[&str]) -> Output {
         .args(arguments)
         .output()
         .unwrap()
-}
-
-fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
-    dir
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -47,7 +41,7 @@ fn benches_print_their_tables() {
 
 #[test]
 fn every_file_of_a_folder_is_loaded_and_rendered() {
-    let dir = folder("load-all");
+    let dir = Folder::new("load-all");
     let inner = dir.join("inner");
     std::fs::create_dir_all(&inner).unwrap();
     let (good, bad) = (dir.join("good.obj"), inner.join("bad.ply"));
@@ -67,5 +61,4 @@ fn every_file_of_a_folder_is_loaded_and_rendered() {
     let output = workshop(&["load-all", dir.to_str().unwrap(), "--seconds", "1e-9"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stdout).contains("FAILED: took more than "));
-    std::fs::remove_dir_all(&dir).unwrap();
 }

@@ -3,47 +3,16 @@
 
 use std::fs::{self, File};
 use std::os::unix::fs::{PermissionsExt as _, symlink};
-use std::path::PathBuf;
 
 use linelit_film::{check_writable, write_atomically};
-
-/// A folder that is gone after the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("linelit-atomic-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn join(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        let names = fs::read_dir(&self.0).unwrap();
-        let mut names: Vec<String> = names
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
+use linelit_testkit::folder::Folder;
 
 /// More than the largest number that Linux gives a process, 2²².
 const NO_PROCESS: u32 = (1 << 22) + 7;
 
 #[test]
 fn a_link_stays_and_its_file_is_replaced() {
-    let folder = Folder::new("link");
+    let folder = Folder::new("atomic-link");
     fs::create_dir(folder.join("far")).unwrap();
     fs::write(folder.join("far/picture"), "old").unwrap();
     symlink("far/picture", folder.join("one")).unwrap();
@@ -68,7 +37,7 @@ fn a_link_stays_and_its_file_is_replaced() {
 
 #[test]
 fn a_read_only_file_is_refused_and_permissions_stay() {
-    let folder = Folder::new("permissions");
+    let folder = Folder::new("atomic-permissions");
     let path = folder.join("x");
     fs::write(&path, "kept").unwrap();
     for (mode, writable) in [(0o600, true), (0o444, false), (0o400, false), (0o640, true)] {
@@ -92,7 +61,7 @@ fn a_read_only_file_is_refused_and_permissions_stay() {
 
 #[test]
 fn what_is_no_regular_file_is_refused() {
-    let folder = Folder::new("special");
+    let folder = Folder::new("atomic-special");
     symlink("/dev/full", folder.join("device")).unwrap();
     fs::create_dir(folder.join("folder")).unwrap();
     for name in ["device", "folder", "device/below"] {
@@ -107,7 +76,7 @@ fn what_is_no_regular_file_is_refused() {
 
 #[test]
 fn what_killed_writers_left_is_removed() {
-    let folder = Folder::new("swept");
+    let folder = Folder::new("atomic-swept");
     let own = std::process::id();
     let stale = format!(".a.exr.{NO_PROCESS}-0.tmp");
     let kept = [

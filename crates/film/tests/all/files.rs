@@ -1,44 +1,15 @@
 //! Whole files: round trips, and damage that must not panic.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use linelit_film::{
     Channel, Compression, Document, FilmError, Image, Placement, Samples, decode_exr,
     decode_picture, write_atomically, write_pfm,
 };
 use linelit_testkit::cases::cases;
+use linelit_testkit::folder::Folder;
 use proptest::prelude::*;
-
-/// A folder that is gone after the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("linelit-film-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn join(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = fs::read_dir(&self.0)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 fn picture() -> Image {
     Image::from_fn(7, 5, |x, y| {
@@ -69,7 +40,7 @@ fn document() -> Document {
 
 #[test]
 fn an_exr_document_comes_back_bit_for_bit() {
-    let folder = Folder::new("round");
+    let folder = Folder::new("film-round");
     let path = folder.join("a.exr");
     let mut document = document();
     document.placement = Some(Placement {
@@ -108,7 +79,7 @@ fn an_exr_document_comes_back_bit_for_bit() {
 /// The layers that a file without a picture of its own has are named.
 #[test]
 fn a_file_of_several_layers_has_no_picture_by_itself() {
-    let folder = Folder::new("layers");
+    let folder = Folder::new("film-layers");
     let path = folder.join("a.exr");
     let mut document = Document::new(2, 1);
     for (name, value) in [("diffuse", 0.5), ("specular", 0.25)] {
@@ -268,7 +239,7 @@ fn what_cannot_be_stored_is_refused() {
 
 #[test]
 fn a_pfm_comes_back_bit_for_bit() {
-    let folder = Folder::new("pfm");
+    let folder = Folder::new("film-pfm");
     let image = picture();
     write_pfm(&folder.join("a.pfm"), &image).unwrap();
     assert_eq!(Image::read(&folder.join("a.pfm")).unwrap(), image);
@@ -277,7 +248,7 @@ fn a_pfm_comes_back_bit_for_bit() {
 
 #[test]
 fn writing_replaces_whole_files_and_leaves_nothing_behind() {
-    let folder = Folder::new("atomic");
+    let folder = Folder::new("film-atomic");
     let path = folder.join("x.txt");
     write_atomically(&path, b"old and long").unwrap();
     write_atomically(&path, b"new").unwrap();
@@ -296,7 +267,7 @@ fn writing_replaces_whole_files_and_leaves_nothing_behind() {
 
 #[test]
 fn errors_name_the_file() {
-    let folder = Folder::new("errors");
+    let folder = Folder::new("film-errors");
     let missing = folder.join("none.exr");
     let error = Image::read(&missing).unwrap_err().to_string();
     assert!(
@@ -383,7 +354,7 @@ proptest! {
         let mut exr = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
         exr.extend(&noise);
         prop_assert!(decode_exr(&exr).is_err());
-        let folder = Folder::new("noise");
+        let folder = Folder::new("film-noise");
         let path = folder.join("n.pfm");
         let mut pfm = b"PF\n".to_vec();
         pfm.extend(&noise);

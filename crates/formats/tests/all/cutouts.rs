@@ -4,13 +4,12 @@ use crate::common::{load, world};
 use linelit_formats::{LoadOptions, Loaded};
 use linelit_geometry::DVec2;
 use linelit_scene::{Alpha, Cutout, Scene};
-use std::path::PathBuf;
+use linelit_testkit::folder::Folder;
 
 /// A folder of this process with `leaf.tga`, 2 × 2 pixels of one colour whose alphas are 0, 100
 /// above 200, 255.
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
     let mut file = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 32, 0x28];
     for alpha in [0, 100, 200, 255] {
         file.extend([10, 20, 30, alpha]);
@@ -71,7 +70,6 @@ fn holes_are_those_of_the_file() {
     let cutoffs: Vec<_> = scene.alphas.iter().map(|a| a.cutoff.to_bits()).collect();
     let zero = Alpha::ABOVE_ZERO.to_bits();
     assert_eq!(cutoffs, [0.3_f32.to_bits(), zero, zero]);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 fn read(folder: &std::path::Path, name: &str, text: &str) -> Loaded {
@@ -104,7 +102,6 @@ fn obj_cuts_by_the_alpha_channel() {
         "{:?}",
         messages(&loaded)
     );
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// A square, by two materials of those after it.
@@ -149,5 +146,4 @@ fn gltf_masks_cut_at_their_cutoff() {
         let scene = read(&folder, "a.gltf", &gltf(&material)).scene;
         assert_eq!(scene.meshes.len(), want);
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }

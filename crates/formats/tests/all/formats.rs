@@ -9,6 +9,7 @@ use crate::common::{area, line};
 use linelit_formats::{Format, LoadOptions};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::Scene;
+use linelit_testkit::folder::Folder;
 use std::fmt::Write as _;
 
 type Quad = [[f32; 3]; 4];
@@ -260,8 +261,7 @@ fn four_formats_one_scene() {
     }
 
     // OBJ names its library, so it needs files.
-    let folder = std::env::temp_dir().join(format!("linelit-formats-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("formats");
     let (text, library) = obj();
     std::fs::create_dir_all(folder.join("a b")).unwrap();
     std::fs::write(folder.join("room.mtl"), &library).unwrap();
@@ -283,7 +283,6 @@ fn four_formats_one_scene() {
     // Which leads out of the scene's folder no more than slashes do.
     std::fs::write(folder.join("a b/room.obj"), "mtllib ..\\room.mtl\n").unwrap();
     let loaded = linelit_formats::load(folder.join("a b/room.obj"), &LoadOptions::default());
-    std::fs::remove_dir_all(&folder).unwrap();
     let error = loaded.unwrap_err().to_string();
     assert!(
         error.contains("it lies outside of the scene's folder"),

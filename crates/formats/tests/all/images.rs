@@ -3,6 +3,7 @@
 use linelit_formats::{ErrorKind, LoadOptions, Root};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{MaterialKind, Texture};
+use linelit_testkit::folder::Folder;
 
 /// Images of the system's temporary folder may be named.
 fn anywhere() -> LoadOptions {
@@ -104,8 +105,7 @@ fn lit_by(image: &std::path::Path) -> String {
 #[test]
 fn exr_and_pfm_files_are_read_exactly() {
     use linelit_film::{Document, Image, write_pfm};
-    let folder = std::env::temp_dir().join(format!("linelit-hdr-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("hdr");
     let image = Image::from_fn(17, 9, |x, y| {
         [x, 31 * y, 128].map(|v| f32::from(u16::try_from(v).unwrap()) / 8.0)
     });
@@ -140,8 +140,7 @@ fn exr_and_pfm_files_are_read_exactly() {
 #[test]
 fn values_below_zero_are_zero() {
     use linelit_film::{Image, write_pfm};
-    let folder = std::env::temp_dir().join(format!("linelit-ringing-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("ringing");
     let path = folder.join("a.pfm");
     let text = lit_by(&path);
     let load = |value: f32| {
@@ -168,7 +167,6 @@ fn values_below_zero_are_zero() {
             "{error}"
         );
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -184,8 +182,7 @@ fn srgb_is_decoded() {
 /// A cut image, or one with a changed byte, is an image or an error.
 #[test]
 fn broken_images_are_errors() {
-    let folder = std::env::temp_dir().join(format!("linelit-images-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("images");
     for name in [
         "ramp.png",
         "interlaced.png",
@@ -218,7 +215,6 @@ fn broken_images_are_errors() {
             assert_eq!(error.unwrap().kind(), ErrorKind::Syntax, "{name}");
         }
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -228,14 +224,14 @@ fn sizes_beyond_reason_are_refused() {
         0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x60, 0xea, 0x60, 0xea, 24, 0,
     ];
     tga.extend([0x81; 4000]);
-    let file = std::env::temp_dir().join(format!("linelit-large-{}.tga", std::process::id()));
+    let folder = Folder::new("large");
+    let file = folder.join("a.tga");
     std::fs::write(&file, tga).unwrap();
     let text = format!(
         "Camera \"perspective\" WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" {:?}",
         file.to_str().unwrap()
     );
     let error = linelit_formats::from_pbrt_str(&text, "image.pbrt", &anywhere()).unwrap_err();
-    std::fs::remove_file(&file).unwrap();
     assert!(
         error
             .message()
@@ -277,8 +273,7 @@ fn exr_table(bytes: &[u8]) -> usize {
 #[test]
 fn primaries_of_exr_files_are_converted() {
     use linelit_film::{Document, Image};
-    let folder = std::env::temp_dir().join(format!("linelit-primaries-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("primaries");
     let xyz = [
         [0.950_456, 1.0, 1.089_058],
         [0.412_391, 0.212_639, 0.019_331],
@@ -301,5 +296,4 @@ fn primaries_of_exr_files_are_converted() {
         // The values above have six digits, the matrix enlarges them by at most 3.3.
         assert!((got - want).abs().max_element() < 4e-6, "{got}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }

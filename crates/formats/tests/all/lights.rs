@@ -4,6 +4,7 @@ use crate::common::{area, assert_near, line, load, world};
 use linelit_formats::Loaded;
 use linelit_geometry::DVec3;
 use linelit_scene::Scene;
+use linelit_testkit::folder::Folder;
 use std::f64::consts::PI;
 
 fn emissive(indices: &str, points: &str) -> Scene {
@@ -229,7 +230,8 @@ fn lines_are_linear_lights() {
 
 #[test]
 fn images_on_lines_are_named() {
-    let path = std::env::temp_dir().join(format!("linelit-line-{}.tga", std::process::id()));
+    let folder = Folder::new("line");
+    let path = folder.join("a.tga");
     crate::common::write_tga(&path, [1, 1], vec![[128; 3]]);
     let text = format!(
         "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" \"string filename\" \"{}\"
@@ -249,7 +251,8 @@ fn images_on_lines_are_named() {
 /// luminance of the pixels, whatever part of it lies there.
 #[test]
 fn the_power_of_a_light_with_an_image_is_the_images() {
-    let path = std::env::temp_dir().join(format!("linelit-power-{}.tga", std::process::id()));
+    let folder = Folder::new("power");
+    let path = folder.join("a.tga");
     let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 0], [0, 0, 0]];
     let luminance = [0.212_671, 0.715_160];
     let whole = (luminance[0] + luminance[1]) / 4.0;
@@ -310,7 +313,6 @@ fn the_power_of_a_light_with_an_image_is_the_images() {
     assert!(
         loaded.scene.lights.is_empty() && said(&loaded, "left out, as its `power` is the image's")
     );
-    std::fs::remove_file(path).unwrap();
 }
 
 #[test]

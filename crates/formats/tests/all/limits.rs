@@ -2,8 +2,8 @@
 //! is done soon.
 
 use linelit_formats::{ErrorKind, Format, LoadOptions, SceneError};
+use linelit_testkit::folder::Folder;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// Runs an attempt, which must be over within the five seconds that are a hang: on the processor,
@@ -36,15 +36,9 @@ fn pbrt(text: &str) -> Result<linelit_formats::Loaded, SceneError> {
     linelit_formats::from_pbrt_str(text, "limits.pbrt", &LoadOptions::default())
 }
 
-fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("linelit-limits-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
-    dir
-}
-
 #[test]
 fn files_that_are_read_again_and_again() {
-    let dir = folder("again");
+    let dir = Folder::new("limits-again");
     std::fs::write(dir.join("long.part"), "# nothing\n".repeat(100_000)).unwrap();
     let main = dir.join("main.pbrt");
     std::fs::write(&main, "Include \"long.part\"\n".repeat(9_000)).unwrap();
@@ -59,7 +53,6 @@ fn files_that_are_read_again_and_again() {
     std::fs::write(&main, "Include \"0.part\"").unwrap();
     let result = soon(|| linelit_formats::load(&main, &LoadOptions::default()));
     refused(result, "more than 10000 files are included");
-    std::fs::remove_dir_all(&dir).unwrap();
 }
 
 /// A world with an object of many triangles, and many instances of it.
@@ -119,7 +112,7 @@ fn blocks_and_textures_without_end() {
 
 #[test]
 fn suggestions_take_no_time() {
-    let dir = folder("names");
+    let dir = Folder::new("limits-names");
     let mut library = String::new();
     let mut text = "mtllib many.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     for k in 0..50_000 {
@@ -140,7 +133,6 @@ fn suggestions_take_no_time() {
         soon(|| linelit_formats::load(dir.join("many.obj"), &LoadOptions::default())).unwrap();
     assert_eq!(loaded.scene.triangles.len(), 50_000);
     assert!(loaded.warnings.len() <= 201);
-    std::fs::remove_dir_all(&dir).unwrap();
 }
 
 #[test]

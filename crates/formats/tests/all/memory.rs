@@ -4,6 +4,7 @@ use linelit_film::{ByteImage, encode_tga};
 use linelit_formats::{
     ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, Watch, from_bytes,
 };
+use linelit_testkit::folder::Folder;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
@@ -56,8 +57,8 @@ fn what_a_scene_in_memory_names_is_found_there_and_nowhere_else() {
 
 #[test]
 fn who_is_told_of_the_files_can_read_the_scene_again() {
-    let folder = std::env::temp_dir().join(format!("linelit-watch-{}", std::process::id()));
-    std::fs::create_dir_all(folder.join("sub")).unwrap();
+    let folder = Folder::new("watch");
+    std::fs::create_dir(folder.join("sub")).unwrap();
     let main = "WorldBegin Include \"sub/part.pbrt\" Include \"sub/part.pbrt\"";
     std::fs::write(folder.join("a.pbrt"), main).unwrap();
     std::fs::write(folder.join("sub/part.pbrt"), "Shape \"sphere\"").unwrap();
@@ -71,7 +72,6 @@ fn who_is_told_of_the_files_can_read_the_scene_again() {
     };
     let scene = linelit_formats::load(folder.join("a.pbrt"), &options);
     let triangles = scene.unwrap().scene.triangles;
-    std::fs::remove_dir_all(folder).unwrap();
     let seen = seen.lock().unwrap().clone();
     let names: Vec<&str> = seen.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["a.pbrt", "sub/part.pbrt", "sub/part.pbrt"]);

@@ -4,6 +4,7 @@ use crate::common::{area, assert_near, load, world};
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{FilterKind, MaterialKind, Mesh, Projection, Scene};
+use linelit_testkit::folder::Folder;
 
 const TRIANGLE: &str =
     "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
@@ -569,8 +570,7 @@ fn both_versions_of_one_scene_are_the_same() {
 
 #[test]
 fn imports_keep_their_state_and_includes_do_not() {
-    let dir = std::env::temp_dir().join(format!("linelit-import-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
+    let dir = Folder::new("import");
     let part = "Translate 5 0 0 MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"rgb reflectance\" [ 0.25 0.5 1 ]";
     std::fs::write(dir.join("part.pbrt"), part).unwrap();
     for (word, x) in [("Include", 5.0), ("Import", 0.0)] {
@@ -588,5 +588,4 @@ fn imports_keep_their_state_and_includes_do_not() {
         let kd = scene.diffuse_reflectance(scene.material_of(0), uv);
         assert_eq!(kd, DVec3::new(0.25, 0.5, 1.0), "{word}");
     }
-    std::fs::remove_dir_all(&dir).unwrap();
 }
