@@ -254,7 +254,7 @@ impl<'s> Renderer<'s> {
 
     /// Offset of a camera sample in the pixel's filter, uniform over the filter's support.
     fn film_offset(&self, jitter: [f64; 2]) -> [f64; 2] {
-        let radius = self.scene().film.filter.radius;
+        let radius = self.scene().film.filter_radius;
         [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
     }
 

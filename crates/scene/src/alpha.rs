@@ -42,13 +42,7 @@ impl Alpha {
     /// The cutoff below which is nothing but zero: pbrt-v3's rule.
     pub const ABOVE_ZERO: f32 = f32::MIN_POSITIVE;
 
-    /// Whether the surface is there, at texture coordinates.
-    #[must_use]
-    pub fn is_there(&self, uv: DVec2) -> bool {
-        self.texture.evaluate_number(uv) >= f64::from(self.cutoff)
-    }
-
-    /// The same as a grid; `None` of textures that are no grid: products and mixtures of several
+    /// The numbers as a grid; `None` of textures that are no grid: products and mixtures of several
     /// images, inverted images that end in black.
     #[must_use]
     pub fn grid(&self) -> Option<AlphaGrid> {

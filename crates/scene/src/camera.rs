@@ -37,10 +37,8 @@ pub struct CameraRay {
 /// right-handed in the world depends on the placement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// From camera space to world space: exactly the inverse, as computed, of `world_to_camera`.
+    /// From camera space to world space.
     pub camera_to_world: DAffine3,
-    /// From world space to camera space, which is what scene files hold.
-    pub world_to_camera: DAffine3,
     projection: Projection,
     /// The tangent of half the angle of view, of a perspective camera.
     tangent: f64,
@@ -88,7 +86,6 @@ impl Camera {
         };
         let mut camera = Self {
             camera_to_world: world_to_camera.inverse(),
-            world_to_camera,
             projection,
             tangent,
             screen_window,

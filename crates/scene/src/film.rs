@@ -1,40 +1,6 @@
 //! What the file says about the picture.
 
-/// Reconstruction filters that pbrt knows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FilterKind {
-    /// Constant over its support.
-    Box,
-    /// Falls linearly to zero.
-    Triangle,
-    /// A truncated Gaussian.
-    Gaussian,
-    /// Mitchell and Netravali.
-    Mitchell,
-    /// Lanczos-windowed sinc.
-    Sinc,
-}
-
-/// A reconstruction filter and its support.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Filter {
-    /// Its shape.
-    pub kind: FilterKind,
-    /// Half its width in pixels, across and down.
-    pub radius: [f64; 2],
-}
-
-impl Default for Filter {
-    /// A box of one pixel.
-    fn default() -> Self {
-        Self {
-            kind: FilterKind::Box,
-            radius: [0.5, 0.5],
-        }
-    }
-}
-
-/// Size, crop, file name, filter and scale of the picture.
+/// Size, crop, filter and scale of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
     /// Pixels across.
@@ -43,24 +9,21 @@ pub struct FilmSettings {
     pub height: u32,
     /// Pixels to render, `[x0, x1, y0, y1]`, half open, from the top left corner.
     pub crop: [u32; 4],
-    /// Where the file wants the picture written, if it says so.
-    pub filename: Option<String>,
-    /// The reconstruction filter.
-    pub filter: Filter,
+    /// Half the width in pixels, across and down, of the reconstruction filter.
+    pub filter_radius: [f64; 2],
     /// Factor from radiance to the values of the picture: pbrt-v3's `scale` of a film, pbrt-v4's
     /// imaging ratio.
     pub scale: f64,
 }
 
 impl FilmSettings {
-    /// A film without crop, with a box filter.
+    /// A film without crop, with a filter of one pixel.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
             height,
             crop: [0, width, 0, height],
-            filename: None,
-            filter: Filter::default(),
+            filter_radius: [0.5; 2],
             scale: 1.0,
         }
     }

@@ -153,15 +153,6 @@ impl ImageData {
         }
     }
 
-    /// The bytes, row by row, the top row first; `None` of an image of numbers.
-    #[must_use]
-    pub fn bytes(&self) -> Option<&[[u8; 3]]> {
-        match &self.pixels {
-            Pixels::Bytes(rgb) => Some(rgb),
-            Pixels::Linear(_) => None,
-        }
-    }
-
     /// The linear value of a pixel; row 0 is the top. Zero outside.
     pub fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let index = y as usize * self.width as usize + x as usize;

@@ -26,7 +26,7 @@ pub use builder::{AddError, Added, MAX_COORDINATE, MeshData, Placement, RoundSha
 pub use camera::{Camera, CameraRay, Projection};
 pub use emission::{EmissionMap, EmissionSpec, PlaneUv};
 pub use emission_texture::EmissionTexture;
-pub use film::{FilmSettings, Filter, FilterKind};
+pub use film::FilmSettings;
 pub use footprint::{Footprint, RayDifferential};
 pub use image::{ImageData, LUMINANCE};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};

@@ -188,8 +188,6 @@ pub enum MaterialKind {
         roughness: Roughness,
         /// Index of refraction of the coat.
         eta: Texture,
-        /// Thickness of the coat.
-        thickness: f64,
     },
     /// v4 `diffusetransmission`.
     DiffuseTransmission {

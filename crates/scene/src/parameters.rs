@@ -11,8 +11,6 @@ pub enum Parameter<'a> {
     Colour(&'static str, &'a mut Texture),
     /// A number.
     Number(&'static str, &'a mut Texture),
-    /// A number that is the same everywhere.
-    Value(&'static str, &'a mut f64),
     /// Something that pbrt does not have and that is false there.
     Own(&'static str, &'a mut bool),
     /// `eta` of a dielectric, pbrt-v3's `index`.
@@ -24,7 +22,7 @@ pub enum Parameter<'a> {
     /// The two parts of a mixture, by their names.
     Parts(&'a mut [u32; 2]),
 }
-use Parameter::{Colour, Index, Metal, Number, Own, Parts, Rough, Value};
+use Parameter::{Colour, Index, Metal, Number, Own, Parts, Rough};
 
 /// Makes, of a table with each model's fields, its type in pbrt text and the parameters where some
 /// condition holds or else, the list of types and what gives the parameters.
@@ -83,9 +81,8 @@ impl MaterialKind {
             if *thin => "thindielectric" [Colour("Kr", kr), Colour("Kt", kt), Index(eta)],
             if v4 => "dielectric" [Index(eta), Rough(roughness)],
             "glass" [Colour("Kr", kr), Colour("Kt", kt), Index(eta), Rough(roughness)];
-        CoatedDiffuse(reflectance, roughness, eta, thickness):
-            "coateddiffuse" [Colour("reflectance", reflectance), Index(eta), Rough(roughness),
-                Value("thickness", thickness)];
+        CoatedDiffuse(reflectance, roughness, eta):
+            "coateddiffuse" [Colour("reflectance", reflectance), Index(eta), Rough(roughness)];
         DiffuseTransmission(reflectance, transmittance):
             "diffusetransmission" [Colour("reflectance", reflectance),
                 Colour("transmittance", transmittance)];
@@ -112,7 +109,7 @@ impl MaterialKind {
             match parameter {
                 Colour(_, t) | Number(_, t) | Metal(_, t) | Index(t) => all.push(t.clone()),
                 Rough(roughness) => all.extend([roughness.u.clone(), roughness.v.clone()]),
-                Value(..) | Own(..) | Parts(_) => {}
+                Own(..) | Parts(_) => {}
             }
         }
         all

@@ -147,7 +147,7 @@ pub struct Scene {
     pub cylinders: Vec<EmissiveCylinder>,
     /// The camera.
     pub camera: Camera,
-    /// Size, crop, name and filter of the picture.
+    /// Size, crop and filter of the picture.
     pub film: FilmSettings,
     /// First and last triangle and index of each area light, in ascending order.
     pub(crate) light_ranges: Vec<(u32, u32, u32)>,

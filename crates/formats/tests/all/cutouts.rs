@@ -26,7 +26,7 @@ const TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0
 fn there(scene: &Scene, alpha: u32) -> [bool; 4] {
     let alpha = &scene.alphas[alpha as usize];
     [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]
-        .map(|uv| alpha.is_there(DVec2::from_array(uv)))
+        .map(|uv| alpha.texture.evaluate_number(DVec2::from_array(uv)) >= f64::from(alpha.cutoff))
 }
 
 fn seen(scene: &Scene) -> u32 {

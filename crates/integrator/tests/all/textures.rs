@@ -5,9 +5,7 @@ use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_integrator::Renderer;
 use linelit_lights::Light;
-use linelit_scene::{
-    EmissionMap, ImageData, ImageTexture, PlaneUv, Scene, Texture, TextureFilter, UvMapping, Wrap,
-};
+use linelit_scene::{EmissionMap, ImageData, ImageTexture, PlaneUv, Scene, Texture, Wrap};
 use std::sync::Arc;
 
 const ESTIMATORS: [&str; 21] = [

@@ -79,7 +79,6 @@ fn with_defaults(kind: &str) -> Option<MaterialKind> {
             reflectance: number(0.5),
             roughness: rough(0.0),
             eta: number(1.5),
-            thickness: 0.01,
         },
         "diffusetransmission" => MaterialKind::DiffuseTransmission {
             reflectance: number(0.25),
@@ -204,7 +203,7 @@ impl Loader {
         }
         // What a coat holds and how often its inside is sampled are not drawn.
         if matches!(model, MaterialKind::CoatedDiffuse { .. }) {
-            params.ignore(&["maxdepth", "nsamples", "g", "albedo"]);
+            params.ignore(&["maxdepth", "nsamples", "g", "albedo", "thickness"]);
         }
         for parameter in model.parameters(is_one_of(kind, OF_V4)).1 {
             match parameter {
@@ -214,7 +213,6 @@ impl Loader {
                 Parameter::Number(name, texture) => {
                     *texture = self.texture_param(params, name, texture.clone(), true)?;
                 }
-                Parameter::Value(name, value) => *value = params.float_or(name, *value)?,
                 Parameter::Own(name, value) => *value = params.bool_or(name, *value)?,
                 Parameter::Index(eta) => *eta = self.index_of_refraction(params)?,
                 Parameter::Metal(name, texture) => *texture = self.metal(params, name)?,

@@ -8,7 +8,7 @@ use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use linelit_assembly::{ErrorKind, Result, Source, Span, Warnings, shorten};
 use linelit_geometry::glam::DAffine3;
-use linelit_scene::{Camera, FilmSettings, Filter, FilterKind, Projection};
+use linelit_scene::{Camera, FilmSettings, Projection};
 use std::sync::Arc;
 
 /// Most pixels along a side.
@@ -21,9 +21,18 @@ const MAX_PIXELS: i64 = 1 << 28;
 pub(super) struct View {
     camera: Option<CameraSettings>,
     film: Option<FilmSettings>,
-    filter: Option<(FilterKind, [Option<f64>; 2])>,
+    filter: Option<PixelFilter>,
     /// The film is one that only pbrt-v4 knows.
     pub(super) is_v4: bool,
+}
+
+/// Half the width of a filter.
+#[derive(Debug)]
+struct PixelFilter {
+    /// As the file says, across and down.
+    radius: [Option<f64>; 2],
+    /// Unless the file says so, in pbrt-v3 and in pbrt-v4.
+    usual: [f64; 2],
 }
 
 #[derive(Debug)]
@@ -45,15 +54,9 @@ impl View {
     ) -> Result<(Camera, FilmSettings)> {
         let has_film = self.film.is_some();
         let mut film = self.film.unwrap_or_default();
-        if let Some((kind, radius)) = self.filter {
-            let default = match kind {
-                FilterKind::Box => 0.5,
-                FilterKind::Gaussian if self.is_v4 => 1.5,
-                FilterKind::Triangle | FilterKind::Gaussian | FilterKind::Mitchell => 2.0,
-                FilterKind::Sinc => 4.0,
-            };
-            let radius = radius.map(|radius| radius.unwrap_or(default));
-            film.filter = Filter { kind, radius };
+        if let Some(PixelFilter { radius, usual }) = self.filter {
+            let usual = usual[usize::from(self.is_v4)];
+            film.filter_radius = radius.map(|radius| radius.unwrap_or(usual));
         }
         let settings = match self.camera {
             Some(settings) => settings,
@@ -224,7 +227,6 @@ impl Loader {
             return Err(params.error(ErrorKind::Limit, message, "too many pixels"));
         }
         let mut film = FilmSettings::new(width.cast_unsigned(), height.cast_unsigned());
-        film.filename = params.string("filename")?.map(str::to_owned);
         if self.view.is_v4
             && let Some(bounds) = params.fixed::<4>("pixelbounds", &[Type::Integer])?
         {
@@ -248,7 +250,7 @@ impl Loader {
     /// What a film multiplies radiance by; what else it does to the picture is named.
     fn film_scale(&mut self, name: &str, params: &Params) -> Result<f64> {
         // The size of the sensor matters to realistic cameras only, and that of numbers to none.
-        params.ignore(&["diagonal"]);
+        params.ignore(&["diagonal", "filename"]);
         if !self.view.is_v4 {
             self.unclamped(params, "maxsampleluminance")?;
             return params.positive_or("scale", 1.0);
@@ -292,16 +294,20 @@ impl Loader {
     pub(super) fn pixel_filter(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "filter")?;
         self.before_world(&params, "PixelFilter")?;
-        let (none, of_gaussian, of_mitchell) = (&[][..], &["alpha", "sigma"][..], &["B", "C"][..]);
         let filters = [
-            ("box", (FilterKind::Box, none)),
-            ("triangle", (FilterKind::Triangle, none)),
-            ("gaussian", (FilterKind::Gaussian, of_gaussian)),
-            ("mitchell", (FilterKind::Mitchell, of_mitchell)),
-            ("sinc", (FilterKind::Sinc, &["tau"][..])),
+            ("box", [0.5, 0.5]),
+            ("triangle", [2.0, 2.0]),
+            ("gaussian", [2.0, 1.5]),
+            ("mitchell", [2.0, 2.0]),
+            ("sinc", [4.0, 4.0]),
         ];
-        let (kind, of_shape) = params.pick("filter", &name, &filters)?;
-        params.ignore(of_shape);
+        let usual = params.pick("filter", &name, &filters)?;
+        match name.as_str() {
+            "gaussian" => params.ignore(&["alpha", "sigma"]),
+            "mitchell" => params.ignore(&["B", "C"]),
+            "sinc" => params.ignore(&["tau"]),
+            _ => {}
+        }
         let mut radius = [None; 2];
         for (slot, names) in radius
             .iter_mut()
@@ -311,14 +317,14 @@ impl Loader {
                 *slot = Some(params.positive_or(name, 1.0)?);
             }
         }
-        if kind != FilterKind::Box {
+        if name != "box" {
             let message = format!("the filter `{name}` is not supported");
             let label = "camera samples are spread evenly over its width";
             self.base.unsupported(message, label, params.at())?;
         }
         params.ignore(&["xwidth", "xradius", "ywidth", "yradius"]);
         self.warn_unused(&params)?;
-        self.view.filter = Some((kind, radius));
+        self.view.filter = Some(PixelFilter { radius, usual });
         Ok(())
     }
 }
