@@ -52,3 +52,16 @@ pub(crate) fn assert_near(got: DVec3, want: DVec3) {
         "{got} is not {want}"
     );
 }
+
+/// Bytes as the text of a data URI.
+pub(crate) fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digits = |chunk: &[u8]| {
+        let word = chunk.iter().fold(0_u32, |w, b| (w << 8) | u32::from(*b));
+        let word = word << (8 * (3 - chunk.len()));
+        let digit = |k: usize| char::from(DIGITS[(word >> (18 - 6 * k)) as usize & 63]);
+        let text: String = (0..=chunk.len()).map(digit).collect();
+        format!("{text:=<4}")
+    };
+    bytes.chunks(3).map(digits).collect()
+}

@@ -5,6 +5,7 @@
     allow(dead_code, unused_imports, reason = "what is for glTF")
 )]
 
+use crate::common::base64;
 use crate::common::{area, line};
 use linelit_formats::{Format, LoadOptions};
 use linelit_geometry::{DVec2, DVec3};
@@ -148,20 +149,6 @@ fn obj() -> (String, String) {
     )
     .unwrap();
     (text, library)
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::new();
-    for chunk in bytes.chunks(3) {
-        let word =
-            chunk.iter().fold(0_u32, |w, b| (w << 8) | u32::from(*b)) << (8 * (3 - chunk.len()));
-        for k in 0..=chunk.len() {
-            out.push(char::from(DIGITS[(word >> (18 - 6 * k)) as usize & 63]));
-        }
-        out.extend(std::iter::repeat_n('=', 3 - chunk.len()));
-    }
-    out
 }
 
 fn gltf() -> String {

@@ -1,21 +1,9 @@
 //! The corners of glTF that collections of test files look into.
 
-use crate::common::assert_near;
+use crate::common::{assert_near, base64};
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{MaterialKind, Projection, Scene, Texture};
-
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let digits = |chunk: &[u8]| {
-        let word = chunk.iter().fold(0_u32, |w, b| (w << 8) | u32::from(*b));
-        let word = word << (8 * (3 - chunk.len()));
-        let digit = |k: usize| char::from(DIGITS[(word >> (18 - 6 * k)) as usize & 63]);
-        let text: String = (0..=chunk.len()).map(digit).collect();
-        format!("{text:=<4}")
-    };
-    bytes.chunks(3).map(digits).collect()
-}
 
 /// A document around a buffer that is one view from end to end; `rest` goes on at the top.
 fn document(buffer: &[u8], rest: &str) -> String {

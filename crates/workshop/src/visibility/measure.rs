@@ -17,8 +17,6 @@ pub(super) struct Workload<'a> {
     /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
     /// that reach beyond them.
     pub(super) light: LightCorners<'a>,
-    /// The light's own triangles.
-    pub(super) exclude: Range<u32>,
     /// Shading points, off their surfaces.
     pub(super) points: &'a [DVec3],
 }
@@ -42,16 +40,25 @@ pub(super) struct Timings {
     pub(super) bvh2: f64,
     /// obvhs's compressed wide hierarchy.
     pub(super) cwbvh: f64,
-    /// Lines a point, nanoseconds per line, and that ÷ our ray within the same round.
-    pub(super) lines: Vec<(u32, f64, f64)>,
-    /// Shaft-shared points a shading point, nanoseconds per point.
-    pub(super) shaft_points: Vec<(u32, f64)>,
+    /// By the number of lines, or of points, for each shading point.
+    pub(super) shared: Vec<Shared>,
     /// Work of one pass over all points with the first number of lines.
     pub(super) counters: Counters,
     /// Share of rays that meet something.
     pub(super) hit_share: f64,
     /// Mean visible share of the lines.
     pub(super) visible_share: f64,
+}
+
+/// What lines, and points by the same shaft, take.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shared {
+    pub(super) count: u32,
+    /// Nanoseconds per line, and that ÷ our ray within the same round.
+    pub(super) line: f64,
+    pub(super) in_rays: f64,
+    /// Nanoseconds per point.
+    pub(super) point: f64,
 }
 
 /// The shadow rays of every shading point towards one random point of the light each.
@@ -81,6 +88,9 @@ fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     }
     rays
 }
+
+/// No triangle is left out of a ray's way.
+const NONE: Range<u32> = 0..0;
 
 /// Shading points that are timed together at most.
 const CHUNK: usize = 24;
@@ -124,7 +134,7 @@ impl Fastest {
 /// Times rays and lines in alternation, `rounds` times.
 pub(super) fn time(
     occluders: &Occluders,
-    rivals: Option<&Rivals>,
+    rivals: &Rivals,
     work: &Workload<'_>,
     lines: &[u32],
     rounds: usize,
@@ -149,13 +159,9 @@ pub(super) fn time(
                 sink += rays.iter().filter(|r| f(r)).count();
             });
         };
-        shoot(0, &mut |r| {
-            occluders.any_hit(r, &work.exclude, &mut scratch)
-        });
-        if let Some(rivals) = rivals {
-            shoot(1, &mut |r| rivals.bvh2_any_hit(r, &work.exclude));
-            shoot(2, &mut |r| rivals.cwbvh_any_hit(r, &work.exclude));
-        }
+        shoot(0, &mut |r| occluders.any_hit(r, &NONE, &mut scratch));
+        shoot(1, &mut |r| rivals.bvh2_any_hit(r));
+        shoot(2, &mut |r| rivals.cwbvh_any_hit(r));
         for (set, [line_time, point_time]) in sets.iter().zip(&mut line_times) {
             line_time.round(points, |r| {
                 let part = work.part(r);
@@ -174,18 +180,22 @@ pub(super) fn time(
         cwbvh: ray_times[2].per_query(rays.len()),
         ..Timings::default()
     };
-    for ((n, set), [line_time, point_time]) in lines.iter().zip(&sets).zip(&line_times) {
-        let ns = line_time.per_query(points * set.len());
-        result.lines.push((*n, ns, ns / result.ray));
-        let ns = point_time.per_query(points * set.len());
-        result.shaft_points.push((*n, ns));
+    for ((&count, set), times) in lines.iter().zip(&sets).zip(&line_times) {
+        let [line, point] = times.each_ref().map(|t| t.per_query(points * set.len()));
+        let in_rays = line / result.ray;
+        result.shared.push(Shared {
+            count,
+            line,
+            in_rays,
+            point,
+        });
     }
     scratch.counters = Counters::default();
     if let Some(set) = sets.first() {
         result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
     }
     result.counters = scratch.counters;
-    let hits = trace_rays(occluders, work, &rays, &mut scratch);
+    let hits = trace_rays(occluders, &rays, &mut scratch);
     result.hit_share = hits as f64 / rays.len() as f64;
     result
 }
@@ -202,20 +212,15 @@ pub(super) fn repeat(occluders: &Occluders, work: &Workload<'_>, count: u32, tim
         if count > 0 {
             std::hint::black_box(trace_lines(occluders, work, &lines, &mut scratch, &mut out));
         } else {
-            std::hint::black_box(trace_rays(occluders, work, &rays, &mut scratch));
+            std::hint::black_box(trace_rays(occluders, &rays, &mut scratch));
         }
     }
 }
 
 /// The number of rays that meet something.
 #[inline(never)]
-fn trace_rays(
-    occluders: &Occluders,
-    work: &Workload<'_>,
-    rays: &[Ray],
-    scratch: &mut Scratch,
-) -> usize {
-    let hit = |ray: &&Ray| occluders.any_hit(ray, &work.exclude, scratch);
+fn trace_rays(occluders: &Occluders, rays: &[Ray], scratch: &mut Scratch) -> usize {
+    let hit = |ray: &&Ray| occluders.any_hit(ray, &NONE, scratch);
     rays.iter().filter(hit).count()
 }
 
@@ -230,7 +235,7 @@ fn trace_lines(
 ) -> f64 {
     let mut sum = 0.0;
     for &point in work.points {
-        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
+        let query = ShaftQuery::new(point, work.light);
         let mut shaft = occluders.shaft(query, scratch);
         match shaft.class() {
             ShaftClass::Empty => {
@@ -258,7 +263,7 @@ fn trace_points(
 ) -> usize {
     let mut visible = 0;
     for &point in work.points {
-        let query = ShaftQuery::new(point, work.light).excluding(work.exclude.clone());
+        let query = ShaftQuery::new(point, work.light);
         let mut shaft = occluders.shaft(query, scratch);
         visible += match shaft.class() {
             ShaftClass::Empty => targets.len(),

@@ -82,23 +82,21 @@ fn rows(
         };
         let work = Workload {
             light: corners,
-            exclude: 0..0,
             points: &points,
         };
-        if let Some(lines) = args.only {
-            repeat(&occluders, &work, lines, args.repeat);
+        let Some(rivals) = &rivals else {
+            repeat(&occluders, &work, args.only.unwrap_or(0), args.repeat);
             continue;
-        }
+        };
         // A linear light has one line.
         let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
-        let mut t = time(&occluders, rivals.as_ref(), &work, lines, rounds);
-        t.lines.sort_by_key(|l| l.0);
-        t.shaft_points.sort_by_key(|p| p.0);
+        let mut t = time(&occluders, rivals, &work, lines, rounds);
+        t.shared.sort_by_key(|row| row.count);
         if args.json {
-            found.extend(t.lines.iter().map(|&(n, ns, ratio)| {
+            found.extend(t.shared.iter().map(|row| {
                 json!({
-                    "scene": scene.name, "light": name, "lines": n, "ns_line": ns,
-                    "ns_ray": t.ray, "ratio": ratio, "ns_ray_bvh2": t.bvh2,
+                    "scene": scene.name, "light": name, "lines": row.count, "ns_line": row.line,
+                    "ns_ray": t.ray, "ratio": row.in_rays, "ns_ray_bvh2": t.bvh2,
                     "ns_ray_cwbvh": t.cwbvh, "bytes_per_triangle": bytes,
                     "build_seconds": build,
                 })
@@ -150,11 +148,12 @@ fn table(light: &str, points: usize, t: &Timings) -> String {
         c.triangle_tests as f64 / c.shafts.max(1) as f64,
         t.visible_share,
     );
-    for (&(n, ns, ratio), (_, points)) in t.lines.iter().zip(&t.shaft_points) {
+    for row in &t.shared {
         // Writing to a string cannot fail.
         let _ = write!(
             text,
-            "\n     N = {n:3}: {ns:9.1} ns/line, {ratio:7.3} rays; shaft-shared point {points:8.1} ns"
+            "\n     N = {:3}: {:9.1} ns/line, {:7.3} rays; shaft-shared point {:8.1} ns",
+            row.count, row.line, row.in_rays, row.point
         );
     }
     text

@@ -8,7 +8,7 @@ use obvhs::{
     cwbvh::{CwBvh, builder::build_cwbvh_from_tris},
     triangle::Triangle,
 };
-use std::{ops::Range, time::Duration};
+use std::time::Duration;
 
 /// obvhs's binary and its compressed eight-wide hierarchy over the same triangles, with its own
 /// triangle test; triangles are laid out in the order of the leaves, as its documentation advises.
@@ -46,31 +46,15 @@ impl Rivals {
     }
 
     /// Any hit through the binary hierarchy.
-    pub(super) fn bvh2_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
-        let test = test(&self.bvh2_triangles, &self.bvh2.primitive_indices, exclude);
+    pub(super) fn bvh2_any_hit(&self, ray: &Ray) -> bool {
+        let test = |ray: &_, k: usize| self.bvh2_triangles[k].intersect(ray);
         !self.bvh2.ray_traverse_miss(convert(ray), test)
     }
 
     /// Any hit through the wide hierarchy.
-    pub(super) fn cwbvh_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
-        let test = test(
-            &self.cwbvh_triangles,
-            &self.cwbvh.primitive_indices,
-            exclude,
-        );
+    pub(super) fn cwbvh_any_hit(&self, ray: &Ray) -> bool {
+        let test = |ray: &_, k: usize| self.cwbvh_triangles[k].intersect(ray);
         !self.cwbvh.ray_traverse_miss(convert(ray), test)
-    }
-}
-
-/// Where a ray meets the triangle at a place of a hierarchy; infinity for an excluded one.
-fn test(
-    triangles: &[Triangle],
-    order: &[u32],
-    exclude: &Range<u32>,
-) -> impl Fn(&obvhs::ray::Ray, usize) -> f32 {
-    move |ray, k| match triangles[k].intersect(ray) {
-        t if t < ray.tmax && exclude.contains(&order[k]) => f32::INFINITY,
-        t => t,
     }
 }
 
