@@ -271,18 +271,8 @@ impl SceneBuilder {
         if let Some(emission) = &place.emission {
             self.add_lights(first, emission, mesh.one_shape, &mut added)?;
             // As they are, round shapes know no texture.
-            if emission.map.is_none() {
-                let lights = added.lights;
-                match &mesh.round {
-                    Some(RoundShape::Sphere(s)) => {
-                        self.note_sphere(first, lights, s, place, emission);
-                    }
-                    Some(RoundShape::Disk(d)) => self.note_disk(first, lights, d, place, emission),
-                    Some(RoundShape::Cylinder(c)) => {
-                        self.note_cylinder(first, lights, c, place, emission);
-                    }
-                    None => {}
-                }
+            if let Some(shape) = mesh.round.as_ref().filter(|_| emission.map.is_none()) {
+                self.note_round(first, added.lights, shape, place, emission);
             }
         }
         Ok(added)

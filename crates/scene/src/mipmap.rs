@@ -415,12 +415,7 @@ impl Mipmap<'_> {
         if level <= 0.0 {
             return on(0);
         }
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "positive, and saturating"
-        )]
-        let lower = level as usize;
+        let lower = whole(level);
         if lower >= top {
             return on(top);
         }
@@ -430,13 +425,7 @@ impl Mipmap<'_> {
     /// The coarsest whole level whose texels are no wider than the footprint.
     fn below(&self, at: &Footprint) -> usize {
         let level = self.level(2.0 * at.reach().max_element());
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "saturates at zero, which is meant"
-        )]
-        let whole = level as usize;
-        whole.min(self.pyramid.top().1)
+        whole(level).min(self.pyramid.top().1)
     }
 
     /// Bilinear on a level.
@@ -465,6 +454,16 @@ impl Mipmap<'_> {
     }
 }
 
+/// The whole part of a positive number; zero of others.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, which is meant"
+)]
+fn whole(number: f64) -> usize {
+    number as usize
+}
+
 /// Linear in both directions between the values at whole numbers.
 pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec3 {
     let (x0, y0) = (x.floor(), y.floor());
@@ -477,13 +476,9 @@ pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec
 /// The whole numbers within a distance: finitely many even where their spacing is above one.
 fn whole_numbers(centre: f64, distance: f64) -> impl Iterator<Item = f64> {
     let first = (centre - distance).ceil();
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the reach of an ellipse: at most the texels of a level times the anisotropy"
-    )]
-    let count = ((centre + distance).floor() - first) as u32;
-    (0..=count).map(move |k| first + f64::from(k))
+    // At most the texels of a level times the anisotropy.
+    let count = whole((centre + distance).floor() - first);
+    (0..=count).map(move |k| first + k as f64)
 }
 
 /// exp(−2 r²) − exp(−2) for squares of radii within [0, 1), from pbrt's table of 128 values.
@@ -495,11 +490,6 @@ fn gaussian(square: f64) -> f64 {
             exp(-2.0 * square) - exp(-2.0f64)
         })
     });
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "within [0, 128]"
-    )]
-    let index = (square * COUNT as f64) as usize;
+    let index = whole(square * COUNT as f64);
     TABLE[index.min(COUNT - 1)]
 }
