@@ -26,6 +26,28 @@ pub struct Opened {
     pub bytes: Vec<u8>,
 }
 
+/// Where a surface is not there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Holes {
+    /// Nowhere.
+    #[default]
+    None,
+    /// Where the alpha of this index in the scene says so.
+    Some(u32),
+    /// Everywhere.
+    All,
+}
+
+impl Holes {
+    /// The alpha, if there is one.
+    pub fn alpha(self) -> Option<u32> {
+        match self {
+            Self::Some(alpha) => Some(alpha),
+            Self::None | Self::All => None,
+        }
+    }
+}
+
 /// A scene in the making.
 #[derive(Debug)]
 pub struct Assembly {
@@ -366,22 +388,18 @@ impl Assembly {
         Ok(Some(Arc::new(image)))
     }
 
-    /// What cuts holes into a shape: where a number over it is below the cutoff. `None` if it cuts
-    /// none, after a warning if it should.
-    pub fn alpha(
-        &mut self,
-        texture: Texture,
-        cutoff: f32,
-        at: Location<'_>,
-    ) -> Result<Option<u32>> {
+    /// What a texture cuts into a shape: where its number is below the cutoff. None, after a
+    /// warning, if it cannot be asked that.
+    pub fn alpha(&mut self, texture: Texture, cutoff: f64, at: Location<'_>) -> Result<Holes> {
+        #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
+        let cutoff = cutoff as f32;
         let alpha = Alpha { texture, cutoff };
-        if alpha.grid().is_none() {
-            let message = "an alpha that is a mixture or a product of textures is not supported";
-            return self
-                .unsupported(message, "taken as opaque", at)
-                .map(|()| None);
+        if alpha.grid().is_some() {
+            return Ok(Holes::Some(self.builder.add_alpha(alpha)));
         }
-        Ok(Some(self.builder.add_alpha(alpha)))
+        let message = "an alpha that is a mixture or a product of textures is not supported";
+        self.unsupported(message, "taken as opaque", at)?;
+        Ok(Holes::None)
     }
 
     /// The finished scene with its warnings; without a camera it gets one that frames it.

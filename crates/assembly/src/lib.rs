@@ -11,7 +11,7 @@ mod options;
 pub mod ply;
 mod polygon;
 
-pub use assembly::{Assembly, Opened};
+pub use assembly::{Assembly, Holes, Opened};
 pub use diagnostics::{
     ErrorKind, Location, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
 };

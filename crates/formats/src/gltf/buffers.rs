@@ -146,6 +146,7 @@ impl<'a> Reader<'a> {
         offset: usize,
         layout: Layout,
     ) -> Result<Vec<f64>> {
+        let doc = self.doc;
         let View {
             data,
             range,
@@ -170,34 +171,23 @@ impl<'a> Reader<'a> {
                 "an accessor of {count} elements leaves its view of {} bytes",
                 bytes.len()
             );
-            let error = self
-                .doc
-                .error(ErrorKind::BadMesh, message, node, "out of range");
-            return Err(error);
+            return Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"));
         }
         let Some(left) = self.numbers_left.checked_sub(count * width) else {
             let message = "the accessors ask for far more numbers than the buffers hold";
-            let error = self
-                .doc
-                .error(ErrorKind::Limit, message, node, "one too many");
-            return Err(error);
+            return Err(doc.error(ErrorKind::Limit, message, node, "one too many"));
         };
         self.numbers_left = left;
         let mut values = Vec::with_capacity(count * width);
         for k in 0..count {
             let element = &bytes[offset + k * stride..][..size];
-            values.extend(
-                element
-                    .chunks_exact(component.size())
-                    .map(|b| value(component, b))
-                    .map(|v| {
-                        if normalized {
-                            fraction(component, v)
-                        } else {
-                            v
-                        }
-                    }),
-            );
+            let numbers = element.chunks_exact(component.size());
+            let numbers = numbers.map(|b| value(component, b));
+            if normalized {
+                values.extend(numbers.map(|v| fraction(component, v)));
+            } else {
+                values.extend(numbers);
+            }
         }
         Ok(values)
     }

@@ -7,7 +7,7 @@
 use super::Reader;
 use super::document::Raw;
 use super::textures::Channel;
-use linelit_assembly::{ErrorKind, Result};
+use linelit_assembly::{ErrorKind, Holes, Result};
 use linelit_geometry::DVec3;
 use linelit_scene::{Material, MaterialKind, NormalMap, Remap, Roughness, Texture};
 use serde::Deserialize;
@@ -26,18 +26,6 @@ pub(super) struct Entry {
     pub(super) holes: Holes,
     /// The set of texture coordinates that its textures are for.
     pub(super) uv_set: u32,
-}
-
-/// Where what has a material is there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Holes {
-    /// Everywhere.
-    #[default]
-    None,
-    /// Where the alpha of this index says so.
-    Some(u32),
-    /// Nowhere.
-    All,
 }
 
 /// Extensions of materials that change more than a detail, and what is drawn instead.
@@ -179,13 +167,11 @@ impl<'a> Reader<'a> {
             let kind = ErrorKind::OutOfRange;
             return Err(doc.error(kind, message, mode, "its material"));
         }
-        #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
-        let alpha = match texture {
-            Some(texture) => self.base.alpha(texture, cutoff as f32, doc.at(mode))?,
-            None if is_mask && factor < cutoff => return Ok(Holes::All),
-            None => None,
-        };
-        Ok(alpha.map_or(Holes::None, Holes::Some))
+        match texture {
+            Some(texture) => self.base.alpha(texture, cutoff, doc.at(mode)),
+            None if is_mask && factor < cutoff => Ok(Holes::All),
+            None => Ok(Holes::None),
+        }
     }
 
     /// Names what is not drawn.

@@ -3,10 +3,9 @@
 use super::Reader;
 use super::buffers::Numbers;
 use super::document::{Document, List, Raw};
-use super::materials::Holes;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use linelit_assembly::{ErrorKind, Result};
+use linelit_assembly::{ErrorKind, Holes, Result};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Cutout, EmissionSpec, MeshData, Placement};

@@ -5,7 +5,7 @@
 //! named in a warning: their heights have no unit.
 
 use super::lines::{Lines, number, numbers};
-use linelit_assembly::{Assembly, ErrorKind, Location, Result, Source, Span, shorten};
+use linelit_assembly::{Assembly, ErrorKind, Holes, Location, Result, Source, Span, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
     Cutout, EmissionSpec, ImageData, ImageTexture, Material, MaterialKind, NormalMap, Texture,
@@ -193,7 +193,8 @@ fn alpha(
         base.alpha_image(name, at)
     })?;
     let at = source.at(keyword);
-    texture.map_or(Ok(None), |texture| base.alpha(texture, 0.5, at))
+    let holes = texture.map(|texture| base.alpha(texture, 0.5, at));
+    Ok(holes.transpose()?.and_then(Holes::alpha))
 }
 
 /// `[options] name` as a texture of what is read of that file.

@@ -3,7 +3,7 @@
 use super::Loader;
 use super::params::Params;
 use super::textures::NUMBER;
-use linelit_assembly::Result;
+use linelit_assembly::{Holes, Result};
 use linelit_scene::{Alpha, Cutout, Texture};
 
 /// What a shape's parameters say beside what it is.
@@ -11,15 +11,6 @@ use linelit_scene::{Alpha, Cutout, Texture};
 pub(super) struct Extent {
     pub(super) cutout: Option<Cutout>,
     pub(super) casts_no_shadow: bool,
-}
-
-/// What an alpha comes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Holes {
-    None,
-    Some(u32),
-    /// Nothing is there.
-    All,
 }
 
 impl Loader {
@@ -41,12 +32,8 @@ impl Loader {
                 .suspicious(message, "nothing is there", params.at())?;
             return Ok(None);
         }
-        let index = |holes| match holes {
-            Holes::Some(alpha) => Some(alpha),
-            Holes::None | Holes::All => None,
-        };
         let casts_no_shadow = shadow == Holes::All;
-        let (seen, shadow) = (index(seen), index(shadow));
+        let (seen, shadow) = (seen.alpha(), shadow.alpha());
         let cutout = (seen.is_some() || shadow.is_some()).then_some(Cutout { seen, shadow });
         Ok(Some(Extent {
             cutout,
@@ -87,8 +74,6 @@ impl Loader {
                 Holes::All
             });
         }
-        #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
-        let alpha = self.base.alpha(texture, cutoff as f32, at)?;
-        Ok(alpha.map_or(Holes::None, Holes::Some))
+        self.base.alpha(texture, cutoff, at)
     }
 }
