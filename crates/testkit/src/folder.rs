@@ -9,7 +9,7 @@ use std::fs;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-/// A folder among the system's temporary ones, which goes with all that is in it when it is dropped.
+/// A folder among the system's temporary ones, which goes when it is dropped, with all in it.
 #[derive(Debug)]
 pub struct Folder(PathBuf);
 

@@ -45,8 +45,8 @@ pub struct Curve<S> {
 }
 
 impl<S> Curve<S> {
-    /// The time to a given error: between two points along the straight line in logarithms; `None` if
-    /// no point reaches it. Towards a point without error (`NO_ERROR`) nothing is interpolated.
+    /// The time to a given error: between two points along the straight line in logarithms; `None`
+    /// if no point reaches it. Towards a point without error (`NO_ERROR`) nothing is interpolated.
     #[must_use]
     pub fn time_to(&self, mse: f64) -> Option<f64> {
         let within = self
