@@ -236,20 +236,3 @@ fn processor_seconds(folder: &Path) -> Option<f64> {
     let mut ticks = || numbers.next()?.parse::<f64>().ok();
     Some((ticks()? + ticks()?) / TICKS)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_say_what_and_where() {
-        let counts = Counts {
-            triangles: 12,
-            lights: 1,
-            warnings: 0,
-        };
-        assert_eq!(line(&Ok(counts)), "ok, 12 triangles, 1 light, 0 warnings");
-        let error = "error: it is odd\n --> a.obj:3:1\n  |\n3 | f 1\n";
-        assert_eq!(line(&Err(error.into())), "error: it is odd (a.obj:3:1)");
-    }
-}
