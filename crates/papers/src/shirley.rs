@@ -258,7 +258,6 @@ fn line(name: String, points: Vec<PlotPoint>) -> Series {
         estimator: name,
         sampler: "independent".to_owned(),
         points,
-        noiseless: Vec::new(),
     }
 }
 

@@ -54,8 +54,11 @@ impl StudyRecord {
         scene.reference_mse = results.reference.mse;
         scene.reference.clone_from(&results.reference.source);
         self.scenes.push(scene);
-        let cells = results.cells.iter();
-        self.rows.extend(cells.map(|cell| row(&name, pixels, cell)));
+        self.rows.extend(results.cells.iter().map(|cell| ResultRow {
+            scene: name.clone(),
+            pixels: pixels.to_owned(),
+            ..cell.row.clone()
+        }));
         if let processors @ [_, ..] = self.processors().as_slice() {
             self.cpu = processors.join("; ");
         }
@@ -111,33 +114,6 @@ impl StudyRecord {
     }
 }
 
-fn row(scene: &str, pixels: &str, cell: &CellResult) -> ResultRow {
-    let counts = &cell.counts;
-    ResultRow {
-        scene: scene.to_owned(),
-        pixels: pixels.to_owned(),
-        estimator: cell.estimator.clone(),
-        sampler: cell.sampler.clone(),
-        samples: cell.samples,
-        trials: cell.trials,
-        mse: cell.score.mse,
-        mse_stderr: cell.score.mse_stderr,
-        mrse: cell.score.mrse,
-        variance: cell.score.variance,
-        bias: cell.score.bias,
-        bias_stderr: cell.score.bias_stderr,
-        cpu_seconds: cell.times.seconds(),
-        cpu_error: cell.times.error(),
-        wall_seconds: cell.times.wall_seconds(),
-        rays: counts.rays,
-        line_queries: counts.line_queries,
-        node_tests: counts.node_tests,
-        triangle_tests: counts.triangle_tests,
-        intervals: counts.intervals,
-        processor: cell.processor.clone(),
-    }
-}
-
 /// The fewest numbers of samples with noise that an order is fitted to where others have none.
 const LEAST_NOISY: usize = 3;
 
@@ -149,26 +125,32 @@ fn slope(
     results: &Results,
     papers: &[PaperOrder],
 ) -> Option<SlopeRow> {
-    let of = |cell: &&CellResult| (&cell.estimator, &cell.sampler) == (estimator, sampler);
-    let all = results.cells.iter().filter(of).count();
-    let cells = results.cells.iter().filter(of);
-    let points: Vec<SlopePoint> = cells
-        .filter(|cell| cell.score.variance > 0.0)
-        .map(|cell| SlopePoint {
-            samples: f64::from(cell.samples),
-            trial_variances: cell.score.trial_variance.clone(),
-        })
-        .collect();
-    if points.len() < all && points.len() < LEAST_NOISY {
+    let of = |cell: &&CellResult| (&cell.row.estimator, &cell.row.sampler) == (estimator, sampler);
+    let (noisy, noiseless): (Vec<_>, Vec<_>) =
+        (results.cells.iter().filter(of)).partition(|cell| cell.row.variance > 0.0);
+    if !noiseless.is_empty() && noisy.len() < LEAST_NOISY {
         return None;
     }
+    let point = |cell: &CellResult| SlopePoint {
+        samples: f64::from(cell.row.samples),
+        trial_variances: cell.score.trial_variance.clone(),
+    };
+    let points: Vec<SlopePoint> = noisy.into_iter().map(point).collect();
     let fit = fit_trials(&points, 0.95)?;
-    let mut row = SlopeRow::new(scene, estimator, sampler, &fit);
     let paper = papers
         .iter()
         .find(|p| (&p.scene, p.estimator, &p.sampler) == (scene, estimator, sampler));
-    if let Some(paper) = paper {
-        row = row.with_paper(paper.order, paper.source);
-    }
-    Some(row)
+    Some(SlopeRow {
+        scene: scene.clone(),
+        estimator: estimator.clone(),
+        sampler: sampler.clone(),
+        n_min: fit.n_min,
+        n_max: fit.n_max,
+        order: fit.order,
+        ci_low: fit.ci_low,
+        ci_high: fit.ci_high,
+        lack_of_fit: fit.lack_of_fit,
+        paper_order: paper.map(|p| p.order),
+        paper_source: paper.map(|p| p.source.to_owned()),
+    })
 }

@@ -11,8 +11,6 @@ use linelit_film::FilmError;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::stats::slopes::Order;
-
 /// The columns of `results.csv`, in order.
 pub const RESULT_COLUMNS: &str = "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,\
     variance,bias,bias_stderr,cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,\
@@ -108,33 +106,6 @@ pub struct SlopeRow {
     /// Figure or table of that paper (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
-}
-
-impl SlopeRow {
-    /// A row from a fit.
-    #[must_use]
-    pub fn new(scene: &str, estimator: &str, sampler: &str, fit: &Order) -> Self {
-        Self {
-            scene: scene.to_owned(),
-            estimator: estimator.to_owned(),
-            sampler: sampler.to_owned(),
-            n_min: fit.n_min,
-            n_max: fit.n_max,
-            order: fit.order,
-            ci_low: fit.ci_low,
-            ci_high: fit.ci_high,
-            lack_of_fit: fit.lack_of_fit,
-            ..Self::default()
-        }
-    }
-
-    /// Sets the paper's order beside ours.
-    #[must_use]
-    pub fn with_paper(mut self, order: f64, source: &str) -> Self {
-        self.paper_order = Some(order);
-        self.paper_source = Some(source.to_owned());
-        self
-    }
 }
 
 /// Size, set-up times and reference of a scene.
@@ -239,50 +210,42 @@ impl StudyRecord {
         ])
     }
 
-    /// One sentence on the measurements of a scene that the time budget left out.
-    #[must_use]
-    pub fn left_out_of(&self, scene: &str) -> Option<String> {
-        let left_out: Vec<&LeftOutRow> = self
-            .left_out
-            .iter()
-            .filter(|cell| cell.scene == scene)
-            .collect();
-        let measured = self.rows.iter().filter(|row| row.scene == scene).count();
-        let mut series: Vec<(String, Vec<String>)> = Vec::new();
-        for cell in &left_out {
-            let name = format!("{} ({})", cell.estimator, cell.sampler);
-            let samples = cell.samples.to_string();
-            match series.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, list)) => list.push(samples),
-                None => series.push((name, vec![samples])),
-            }
-        }
-        let list = series
-            .iter()
-            .map(|(name, samples)| format!("{name} with {} samples", samples.join(", ")))
-            .collect::<Vec<_>>()
-            .join("; ");
-        (!left_out.is_empty()).then(|| {
-            let why = if self.unfinished {
-                "The study is unfinished: it was interrupted"
-            } else {
-                "The time budget was spent"
-            };
-            format!(
-                "{why} before {} of {} measurements on {scene}, which are left out: {list}.",
-                left_out.len(),
-                left_out.len() + measured
-            )
-        })
-    }
-
-    /// A sentence for each scene of which the time budget left out measurements.
+    /// A sentence for each scene of which measurements were left out.
     #[must_use]
     pub fn left_out_sentences(&self) -> Vec<String> {
         let scenes = self.scenes.iter();
         scenes
             .filter_map(|scene| self.left_out_of(&scene.scene))
             .collect()
+    }
+
+    /// The measurements of a scene that were left out, in a sentence.
+    pub(crate) fn left_out_of(&self, scene: &str) -> Option<String> {
+        let mut series: Vec<(String, String)> = Vec::new();
+        for cell in self.left_out.iter().filter(|cell| cell.scene == scene) {
+            let name = format!("{} ({}) with ", cell.estimator, cell.sampler);
+            match series.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, list)) => *list += &format!(", {}", cell.samples),
+                None => series.push((name, cell.samples.to_string())),
+            }
+        }
+        let of = |name: &str| name == scene;
+        let left_out = self.left_out.iter().filter(|cell| of(&cell.scene)).count();
+        let all = left_out + self.rows.iter().filter(|row| of(&row.scene)).count();
+        let list: Vec<String> = (series.into_iter())
+            .map(|(name, samples)| format!("{name}{samples} samples"))
+            .collect();
+        let why = if self.unfinished {
+            "The study is unfinished: it was interrupted"
+        } else {
+            "The time budget was spent"
+        };
+        (left_out > 0).then(|| {
+            format!(
+                "{why} before {left_out} of {all} measurements on {scene}, which are left out: {}.",
+                list.join("; ")
+            )
+        })
     }
 
     /// The text of `results.json`.
@@ -301,20 +264,23 @@ fn csv<T: Serialize>(columns: &str, rows: &[T]) -> Result<String, FilmError> {
     let mut text = columns.to_owned() + "\n";
     for row in rows {
         let row = serde_json::to_value(row).map_err(invalid)?;
-        let fields: Vec<String> = columns
-            .split(',')
-            .map(|column| field(&row[column]))
-            .collect();
+        let fields: Vec<String> = columns.split(',').map(|c| field(&row[c])).collect();
         text += &(fields.join(",") + "\n");
     }
     Ok(text)
 }
 
+/// A CSV field after RFC 4180, in quotes where it needs them; a real number as the shortest decimal
+/// that reads back as the same.
 fn field(value: &Value) -> String {
     match value {
-        Value::String(text) => quote(text),
+        Value::String(text) if text.contains([',', '"', '\n', '\r']) => {
+            format!("\"{}\"", text.replace('"', "\"\""))
+        }
+        Value::String(text) => text.clone(),
         Value::Number(n) => match n.as_f64().filter(|_| n.is_f64()) {
-            Some(real) => number(real),
+            Some(v) if v.abs() <= 0.0 || (1e-4..1e9).contains(&v.abs()) => format!("{v}"),
+            Some(v) => format!("{v:e}"),
             None => n.to_string(),
         },
         // What is no number is null.
@@ -324,26 +290,6 @@ fn field(value: &Value) -> String {
 
 fn invalid(error: serde_json::Error) -> FilmError {
     FilmError::Invalid(error.to_string())
-}
-
-/// The shortest decimal that reads back as the same number.
-fn number(value: f64) -> String {
-    let magnitude = value.abs();
-    let plain = magnitude <= 0.0 || (1e-4..1e9).contains(&magnitude);
-    if plain {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
-}
-
-/// A CSV field after RFC 4180: in quotes where it needs them.
-fn quote(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
 }
 
 /// The processor's name where the system tells it (Linux), with the number of logical cores.
@@ -436,7 +382,7 @@ mod tests {
             -0.0,
         ] {
             assert_eq!(
-                number(value).parse::<f64>().unwrap().to_bits(),
+                field(&value.into()).parse::<f64>().unwrap().to_bits(),
                 value.to_bits()
             );
         }
@@ -448,7 +394,11 @@ mod tests {
         let record = StudyRecord {
             seed: 7,
             rows: vec![row()],
-            slopes: vec![SlopeRow::default().with_paper(-1.15, "Fig. 9")],
+            slopes: vec![SlopeRow {
+                paper_order: Some(-1.15),
+                paper_source: Some("Fig. 9".to_owned()),
+                ..SlopeRow::default()
+            }],
             ..StudyRecord::default()
         };
         let value: Value = serde_json::from_str(&record.to_json().unwrap()).unwrap();

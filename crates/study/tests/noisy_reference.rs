@@ -58,7 +58,7 @@ fn study(key: u64, trials: u32) -> Results {
         ..Design::new(vec![method(trials, SIGMA)], vec![4])
     };
     let truth = Truth::Computed(method(4, REFERENCE_SIGMA));
-    measure(&Noise { key }, &truth, &design, || {})
+    measure(&Noise { key }, &truth, &design)
 }
 
 /// Mean and standard error.
@@ -121,7 +121,7 @@ fn what_the_reference_cannot_tell_is_zero() {
             ..Design::new(vec![method(4, 1e-3)], vec![4])
         };
         let truth = Truth::Computed(method(4, REFERENCE_SIGMA));
-        let results = measure(&Noise { key }, &truth, &design, || {});
+        let results = measure(&Noise { key }, &truth, &design);
         let score = &results.cells[0].score;
         assert!(score.mse >= 0.0 && score.mrse >= 0.0);
         // √(2 · 4/5 · 60) · 0.0025 / 60 of the square of a colour, if s⁴ is what it is on average.

@@ -1,9 +1,10 @@
 //! A study in pieces: whatever computes them, in any order, the results are those of one call.
 
+use anyhow::{Context as _, bail};
 use linelit_geometry::DVec3;
 use linelit_study::engine::{
-    Broken, Counts, Design, Gathering, Job, Method, Part, Planned, Problem, Reference, Results,
-    Truth, Unit, from_bytes, measure, to_bytes,
+    Counts, Design, Gathering, Job, Method, Part, Problem, Results, Truth, Unit, from_bytes,
+    measure, to_bytes,
 };
 use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
@@ -73,77 +74,94 @@ fn bits(results: &Results) -> Vec<u64> {
         all.extend(numbers.map(f64::to_bits));
         all.extend(s.trial_mse.iter().map(|v| v.to_bits()));
         all.extend(s.trial_variance.iter().map(|v| v.to_bits()));
-        all.extend([cell.counts.rays, cell.samples.into(), cell.trials.into()]);
+        all.extend([
+            cell.row.rays,
+            cell.row.samples.into(),
+            cell.row.trials.into(),
+        ]);
     }
     all
 }
 
-/// The reference from parts, in the order of their units.
-fn reference(
-    job: Job<'_, Steps>,
-    units: &[Planned],
-    parts: &BTreeMap<usize, Vec<u8>>,
-) -> Reference {
-    let mut gathering = Gathering::new(job);
-    for (k, planned) in units.iter().enumerate() {
-        if matches!(planned.unit, Unit::Reference { .. }) {
-            gathering.add(&planned.unit, from_bytes(&parts[&k]).unwrap());
+/// A problem, what it is held to, and what is measured on it.
+struct Study {
+    problem: Steps,
+    truth: Truth<u64>,
+    design: Design<u64>,
+}
+
+impl Study {
+    /// A computed reference, and samples that are said to take so many rays each.
+    fn new(rays: u64) -> Self {
+        let problem = Steps {
+            integrals: 50,
+            rays,
+        };
+        Self {
+            problem,
+            truth: Truth::Computed(method("reference", 9)),
+            design: design(),
         }
     }
-    gathering.reference()
-}
 
-/// Computes the units in a random order, references first, each in a pool of its own.
-fn in_pieces(job: Job<'_, Steps>, seed: u64) -> BTreeMap<usize, Vec<u8>> {
-    let units = job.units();
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut order: Vec<usize> = (0..units.len()).collect();
-    order.shuffle(&mut random);
-    order.sort_by_key(|&k| matches!(units[k].unit, Unit::Cells { .. }));
-    let mut parts = BTreeMap::new();
-    for k in order {
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(random.random_range(1..4));
-        let reference = match units[k].unit {
-            Unit::Reference { .. } => Err(Broken::of("no reference")),
-            Unit::Cells { .. } => Ok(reference(job, &units, &parts)),
-        };
-        let compute = || job.compute(&units[k].unit, || reference.as_ref().map_err(|e| *e));
-        let part = threads.build().unwrap().install(compute).unwrap();
-        parts.insert(k, to_bytes(&part));
+    fn job(&self) -> Job<'_, Steps> {
+        Job {
+            problem: &self.problem,
+            truth: &self.truth,
+            design: &self.design,
+        }
     }
-    parts
-}
 
-fn gathered(job: Job<'_, Steps>, parts: &BTreeMap<usize, Vec<u8>>) -> Results {
-    let units = job.units();
-    let mut gathering = Gathering::new(job);
-    for (k, bytes) in parts {
-        gathering.add(&units[*k].unit, from_bytes(bytes).unwrap());
+    fn measure(&self) -> Results {
+        measure(&self.problem, &self.truth, &self.design)
     }
-    gathering.results()
+
+    /// What there is of the parts, put together in the order of the units.
+    fn gathered(&self, parts: &BTreeMap<usize, Vec<u8>>) -> Gathering<'_, Steps> {
+        let units = self.job().units();
+        let mut gathering = Gathering::new(self.job());
+        for (k, bytes) in parts {
+            gathering.add(&units[*k].unit, from_bytes(bytes).unwrap());
+        }
+        gathering
+    }
+
+    /// Computes the units in a random order, references first, each in a pool of its own.
+    fn in_pieces(&self, seed: u64) -> BTreeMap<usize, Vec<u8>> {
+        let units = self.job().units();
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut order: Vec<usize> = (0..units.len()).collect();
+        order.shuffle(&mut random);
+        let is_cells = |k: usize| matches!(units[k].unit, Unit::Cells { .. });
+        order.sort_by_key(|&k| is_cells(k));
+        let mut parts = BTreeMap::new();
+        for k in order {
+            let threads = rayon::ThreadPoolBuilder::new().num_threads(random.random_range(1..4));
+            let reference = is_cells(k).then(|| self.gathered(&parts).reference());
+            let known = || reference.as_ref().context("no reference");
+            let compute = || self.job().compute(&units[k].unit, known);
+            let part = threads.build().unwrap().install(compute).unwrap();
+            parts.insert(k, to_bytes(&part));
+        }
+        parts
+    }
 }
 
 #[test]
 fn pieces_in_any_order_are_one_study() {
-    let design = design();
     let known = (0..50).map(|k| DVec3::splat(f64::from(k))).collect();
     for truth in [Truth::Computed(method("reference", 9)), Truth::Known(known)] {
         let mut uncut: Option<Vec<f64>> = None;
         for rays in [0, 100_000] {
-            let problem = Steps {
-                integrals: 50,
-                rays,
+            let study = Study {
+                truth: truth.clone(),
+                ..Study::new(rays)
             };
-            let job = Job {
-                problem: &problem,
-                truth: &truth,
-                design: &design,
-            };
-            let results = measure(&problem, &truth, &design, || {});
+            let results = study.measure();
             let whole = bits(&results);
             // However it is cut, the sums are those of all integrals and trials.
             for cell in &results.cells {
-                assert_eq!(cell.counts.rays, 50 * 5 * u64::from(cell.samples) * rays);
+                assert_eq!(cell.row.rays, 50 * 5 * u64::from(cell.row.samples) * rays);
             }
             let errors = |r: &Results| -> Vec<f64> {
                 let scores = r.cells.iter().map(|c| &c.score);
@@ -159,8 +177,9 @@ fn pieces_in_any_order_are_one_study() {
                 assert!((a - b).abs() <= 1e-11 * b.abs().max(1e-3), "{a} {b}");
             }
             for seed in 0..3 {
-                let parts = in_pieces(job, seed);
-                assert_eq!(bits(&gathered(job, &parts)), whole, "{rays} {seed}");
+                let parts = study.in_pieces(seed);
+                let gathered = study.gathered(&parts).results();
+                assert_eq!(bits(&gathered), whole, "{rays} {seed}");
             }
         }
     }
@@ -169,21 +188,11 @@ fn pieces_in_any_order_are_one_study() {
 /// Every integral of every measurement is in one unit and one only, and none is long.
 #[test]
 fn units_cover_a_study_and_are_short() {
-    let truth = Truth::Computed(method("reference", 9));
-    let design = design();
     for rays in [0, 20_000, 1_000_000] {
-        let problem = Steps {
-            integrals: 50,
-            rays,
-        };
-        let job = Job {
-            problem: &problem,
-            truth: &truth,
-            design: &design,
-        };
-        let units = job.units();
-        assert_eq!(units, job.units());
-        let mut seen = vec![0; 50 * design.cells().len()];
+        let study = Study::new(rays);
+        let units = study.job().units();
+        assert_eq!(units, study.job().units());
+        let mut seen = vec![0; 50 * study.design.cells().len()];
         let mut rounds: BTreeMap<u32, usize> = BTreeMap::new();
         for planned in &units {
             match &planned.unit {
@@ -211,11 +220,6 @@ fn units_cover_a_study_and_are_short() {
 /// The pilot finds rounds enough, and no more than are allowed.
 #[test]
 fn the_reference_is_a_tenth_of_the_smallest_error() {
-    let problem = Steps {
-        integrals: 50,
-        rays: 0,
-    };
-    let truth = Truth::Computed(method("reference", 9));
     // Replicates have 256 samples: 5 of them a variance of 1/80 of that with 16, which is enough.
     // With 4,096 samples beside 4,096 four rounds of five replicates are needed for a twentieth.
     for (samples, rounds, enough) in [(16, 32, true), (4096, 32, true), (4096, 1, false)] {
@@ -223,7 +227,11 @@ fn the_reference_is_a_tenth_of_the_smallest_error() {
             reference_rounds: rounds,
             ..Design::new(vec![method("m", 0)], vec![1, samples])
         };
-        let results = measure(&problem, &truth, &design, || {});
+        let results = Study {
+            design,
+            ..Study::new(0)
+        }
+        .measure();
         let smallest = results.cells[1].score.variance;
         let share = results.reference.mse / smallest;
         assert_eq!(share < 0.1, enough, "{samples} {rounds}: {share}");
@@ -233,23 +241,16 @@ fn the_reference_is_a_tenth_of_the_smallest_error() {
 
 #[test]
 fn what_is_missing_is_left_out_and_strange_units_are_refused() {
-    let problem = Steps {
-        integrals: 50,
-        rays: 1_000_000,
-    };
-    let truth = Truth::Computed(method("reference", 9));
-    let design = design();
-    let job = Job {
-        problem: &problem,
-        truth: &truth,
-        design: &design,
-    };
-    let mut parts = in_pieces(job, 0);
-    let whole = gathered(job, &parts);
+    let study = Study::new(1_000_000);
+    let mut parts = study.in_pieces(0);
+    let whole = study.gathered(&parts).results();
     // One block of several.
     let (_, last) = parts.pop_last().unwrap();
     assert!(matches!(from_bytes(&last), Ok(Part::Cells(cells)) if cells.len() == 1));
-    let most = gathered(job, &parts);
+    // A part that is cut short or goes on is none.
+    assert!(from_bytes::<Part>(&last[..last.len() - 1]).is_err());
+    assert!(from_bytes::<Part>(&[&last[..], b"more"].concat()).is_err());
+    let most = study.gathered(&parts).results();
     assert_eq!(whole.left_out.len(), 0);
     assert_eq!(most.left_out.len() + most.cells.len(), 12);
     assert_eq!(most.left_out.last().unwrap().samples, 16);
@@ -257,12 +258,11 @@ fn what_is_missing_is_left_out_and_strange_units_are_refused() {
     let there = |r: &Results| {
         r.cells
             .iter()
-            .map(|c| c.score.mse.to_bits())
+            .map(|c| c.row.mse.to_bits())
             .collect::<Vec<_>>()
     };
     assert_eq!(there(&most), there(&whole)[..most.cells.len()]);
 
-    let none = || Err(Broken::of("no reference"));
     for unit in [
         Unit::Cells {
             cells: 0..13,
@@ -277,6 +277,8 @@ fn what_is_missing_is_left_out_and_strange_units_are_refused() {
             integrals: 49..51,
         },
     ] {
-        assert!(job.compute(&unit, none).is_err(), "{unit:?}");
+        let none = || bail!("no reference");
+        let why = study.job().compute(&unit, none).unwrap_err().to_string();
+        assert_eq!(why, "a unit of another study", "{unit:?}");
     }
 }

@@ -333,11 +333,7 @@ pub(super) fn gather(
     complete: bool,
     record: &mut StudyRecord,
 ) -> Result<Exhibits> {
-    let mut exhibits = Exhibits {
-        compared: work.spec().compared(),
-        ..Exhibits::default()
-    };
-    let mut part = |k: usize| {
+    let part = |k: usize| {
         let number = u32::try_from(k).context("too many units")?;
         match folder.part(number) {
             Err(PlanError::Broken { .. }) => Ok(None),
@@ -345,8 +341,7 @@ pub(super) fn gather(
         }
     };
     let units = units(folder.plan())?;
-    work.gather(&units, &mut part, complete, record, &mut exhibits)?;
-    Ok(exhibits)
+    work.gather(&units, &part, complete, record)
 }
 
 /// Writes the files of a study, and says what is in them.

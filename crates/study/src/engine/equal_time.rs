@@ -2,8 +2,8 @@
 #![allow(clippy::disallowed_methods, reason = "compares times")]
 
 use super::Problem;
+use crate::stats::least;
 use crate::stats::metrics::MRSE_EPSILON;
-use linelit_elementary::{exp, ln};
 use linelit_geometry::DVec3;
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
@@ -16,9 +16,6 @@ const CHUNK: usize = 16;
 /// Samples that are timed together at most, but for those of one integral: so few that the system
 /// seldom interrupts them.
 const TOGETHER: u32 = 256;
-
-/// Relative mean squared error below which there is only rounding.
-const NO_ERROR: f64 = 1e-18;
 
 /// One estimator at one number of samples.
 #[derive(Clone, Copy, Debug)]
@@ -46,25 +43,11 @@ pub struct Curve<S> {
 
 impl<S> Curve<S> {
     /// The time to a given error: between two points along the straight line in logarithms; `None`
-    /// if no point reaches it. Towards a point without error (`NO_ERROR`) nothing is interpolated.
+    /// if no point reaches it. Towards a point without error but rounding nothing is interpolated.
     #[must_use]
     pub fn time_to(&self, mse: f64) -> Option<f64> {
-        let within = self
-            .points
-            .windows(2)
-            .filter(|w| w[0].mse > mse && mse >= w[1].mse && w[0].time < w[1].time)
-            .filter(|w| w[1].mse > NO_ERROR)
-            .map(|w| between((w[0].mse, w[0].time), (w[1].mse, w[1].time), mse));
-        let reached = self.points.iter().filter(|p| p.mse <= mse).map(|p| p.time);
-        within.chain(reached).reduce(f64::min)
+        least(self.points.iter().map(|p| [p.mse, p.time]), mse)
     }
-}
-
-/// y at x on the straight line in logarithms through two points.
-fn between((x0, y0): (f64, f64), (x1, y1): (f64, f64), x: f64) -> f64 {
-    let tiny = 1e-60;
-    let [x0, y0, x1, y1, x] = [x0, y0, x1, y1, x].map(|v| ln(v.max(tiny)));
-    exp(y0 + (y1 - y0) * (x - x0) / (x1 - x0))
 }
 
 /// The estimators of a contest, and the values that they are held to.

@@ -1,9 +1,9 @@
 //! What a study measures, told by whoever brings it: integrals, and ways to estimate them.
 
-#[cfg(doc)]
-use super::Design;
+use super::CELL_SECONDS;
 use linelit_geometry::DVec3;
 use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
 use std::ops::AddAssign;
 
 /// Integrals that estimators are compared on: the pixels of a scene for a renderer, or any others.
@@ -12,7 +12,7 @@ use std::ops::AddAssign;
 /// follow from those. See the example on the page of this crate.
 pub trait Problem: Sync {
     /// The choice of an estimator and its parameters, but for samples and seed.
-    type Settings: Clone + Sync;
+    type Settings: Clone + Debug + Sync;
     /// Buffers and counters that a thread reuses from one estimate to the next, or `()`.
     type Workspace: Default;
 
@@ -95,4 +95,50 @@ pub enum Truth<S> {
     /// many that a pilot says the error of their mean is small enough, or
     /// [`Design::reference_rounds`].
     Computed(Method<S>),
+}
+
+/// Rounds that the reference of a study may take, unless told.
+pub const REFERENCE_ROUNDS: u32 = 32;
+
+/// Methods, numbers of samples and limits of a study.
+#[derive(Clone, Debug)]
+pub struct Design<S> {
+    /// The methods to compare.
+    pub methods: Vec<Method<S>>,
+    /// Numbers of samples, ascending.
+    pub samples: Vec<u32>,
+    /// Seed of each method's first trial.
+    pub seed: u64,
+    /// The most rounds of a computed reference, at least one.
+    pub reference_rounds: u32,
+    /// Processor seconds that each method is measured for at least, at each number of samples.
+    pub cell_seconds: f64,
+}
+
+impl<S> Design<S> {
+    /// All methods at these numbers of samples, with seed 1.
+    #[must_use]
+    pub const fn new(methods: Vec<Method<S>>, samples: Vec<u32>) -> Self {
+        Self {
+            methods,
+            samples,
+            seed: 1,
+            reference_rounds: REFERENCE_ROUNDS,
+            cell_seconds: CELL_SECONDS,
+        }
+    }
+
+    /// What is measured: all methods with the least samples first.
+    pub fn cells(&self) -> impl ExactSizeIterator<Item = (&Method<S>, u32)> {
+        let count = self.methods.len();
+        let cell = move |k| (&self.methods[k % count], self.samples[k / count]);
+        (0..count * self.samples.len()).map(cell)
+    }
+
+    /// Samples of each replicate of the reference.
+    #[must_use]
+    pub(super) fn reference_samples(&self) -> u32 {
+        let most = self.samples.last().copied().unwrap_or(1);
+        most.saturating_mul(4).clamp(256, 4096)
+    }
 }

@@ -31,11 +31,31 @@ pub struct Cell<S> {
     pub trials: u32,
 }
 
+/// Some integrals of a problem: `first`, `first + step`, ….
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    pub(super) first: usize,
+    pub(super) step: usize,
+    pub(super) count: usize,
+}
+
+impl From<Range<usize>> for Span {
+    fn from(integrals: Range<usize>) -> Self {
+        Self {
+            first: integrals.start,
+            step: 1,
+            count: integrals.len(),
+        }
+    }
+}
+
 /// The estimates, times and counts of a [`Cell`].
 #[derive(Clone, Debug)]
 pub struct CellRun<S> {
     /// The cell that was run.
     pub cell: Cell<S>,
+    /// The integrals that it was run on.
+    pub(super) span: Span,
     /// Estimates: `values[integral * trials + trial]`.
     pub values: Vec<DVec3>,
     /// Time of the trials, without any set-up.
@@ -57,14 +77,14 @@ impl<S> CellRun<S> {
     /// that each is measured in good and in bad times of the machine. Whether the time is known
     /// now.
     pub fn time_again(&mut self, problem: &impl Problem<Settings = S>, enough: f64) -> bool {
-        if self.times.total() >= enough && self.times.passes().len() > 1 {
+        let (seconds, passes) = self.times.total();
+        if seconds >= enough && passes > 1 {
             return true;
         }
         let whole = self.times.seconds() * f64::from(self.cell.trials);
         let repeats = times_into(PASS_SECONDS, whole);
-        let pass = pass(problem, &self.cell, 0..self.cell.trials, repeats);
-        let trials = f64::from(self.cell.trials) * f64::from(repeats);
-        self.times.add(pass.time(trials));
+        let pass = pass(problem, &self.cell, self.span, 0..self.cell.trials, repeats);
+        self.times.add(pass.time);
         false
     }
 }
@@ -85,23 +105,33 @@ fn times_into(seconds: f64, one: f64) -> u32 {
     times.max(1)
 }
 
-/// Runs a cell. The values do not depend on the number of threads, nor on how the trials are
-/// timed: in passes over all integrals, of so many trials that each takes a while.
+/// Runs a cell on all integrals. The values do not depend on the number of threads, nor on how the
+/// trials are timed: in passes over all integrals, of so many trials that each takes a while.
 #[must_use]
 pub fn run_cell<P: Problem>(problem: &P, cell: Cell<P::Settings>) -> CellRun<P::Settings> {
+    run_span(problem, cell, (0..problem.integrals()).into())
+}
+
+/// Runs a cell on some integrals.
+pub(super) fn run_span<P: Problem>(
+    problem: &P,
+    cell: Cell<P::Settings>,
+    span: Span,
+) -> CellRun<P::Settings> {
     let n = cell.trials as usize;
     let mut run = CellRun {
-        values: vec![DVec3::ZERO; problem.integrals() * n],
+        values: vec![DVec3::ZERO; span.count * n],
         times: Times::default(),
         counts: Counts::default(),
         cell,
+        span,
     };
     let mut first = 0;
     let mut group = 1;
     while first < run.cell.trials {
         let trials = first..run.cell.trials.min(first.saturating_add(group));
         let taken = trials.len();
-        let pass = pass(problem, &run.cell, trials.clone(), 1);
+        let pass = pass(problem, &run.cell, span, trials.clone(), 1);
         let rows = run.values.chunks_exact_mut(n);
         for (row, values) in rows.zip(pass.values.chunks_exact(taken)) {
             row[first as usize..][..taken].copy_from_slice(values);
@@ -109,52 +139,41 @@ pub fn run_cell<P: Problem>(problem: &P, cell: Cell<P::Settings>) -> CellRun<P::
         run.counts += pass.counts;
         // The first pass warms up: it counts where it is long enough for that not to show, or
         // there is no other.
-        if first > 0 || pass.cpu >= PASS_SECONDS || n == 1 {
-            let trials = f64::from(trials.end - trials.start);
-            run.times.add(pass.time(trials));
+        if first > 0 || pass.time.cpu >= PASS_SECONDS || n == 1 {
+            run.times.add(pass.time);
         }
-        group = times_into(PASS_SECONDS, pass.cpu / taken as f64);
+        group = times_into(PASS_SECONDS, pass.time.cpu / taken as f64);
         first = trials.end;
     }
     run
 }
 
-/// Some trials of all integrals.
+/// Some trials of all integrals of a span.
 struct Pass {
     /// `values[integral * trials + trial]`, of the last repetition.
     values: Vec<DVec3>,
-    cpu: f64,
-    wall: f64,
+    time: PassTime,
     counts: Counts,
-}
-
-impl Pass {
-    fn time(&self, trials: f64) -> PassTime {
-        PassTime {
-            trials,
-            cpu: self.cpu,
-            wall: self.wall,
-        }
-    }
 }
 
 fn pass<P: Problem>(
     problem: &P,
     cell: &Cell<P::Settings>,
+    span: Span,
     trials: Range<u32>,
     repeats: u32,
 ) -> Pass {
     let wall = Instant::now();
-    let count = problem.integrals();
-    let chunks: Vec<_> = (0..count.div_ceil(CHUNK))
+    let chunks: Vec<_> = (0..span.count.div_ceil(CHUNK))
         .into_par_iter()
         .map_init(P::Workspace::default, |workspace, chunk| {
-            let integrals = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            let mut values = Vec::with_capacity(integrals.len() * trials.len());
+            let places = chunk * CHUNK..span.count.min((chunk + 1) * CHUNK);
+            let mut values = Vec::with_capacity(places.len() * trials.len());
             let clock = CpuClock::start();
             for _ in 0..repeats {
                 values.clear();
-                for integral in integrals.clone() {
+                for k in places.clone() {
+                    let integral = span.first + k * span.step;
                     values.extend(trials.clone().map(|trial| {
                         let seed = trial_seed(cell.seed, trial);
                         problem.estimate(&cell.settings, cell.samples, seed, integral, workspace)
@@ -165,14 +184,17 @@ fn pass<P: Problem>(
         })
         .collect();
     let mut pass = Pass {
-        values: Vec::with_capacity(count * trials.len()),
-        cpu: 0.0,
-        wall: wall.elapsed().as_secs_f64(),
+        values: Vec::with_capacity(span.count * trials.len()),
+        time: PassTime {
+            trials: f64::from(trials.end - trials.start) * f64::from(repeats),
+            cpu: 0.0,
+            wall: wall.elapsed().as_secs_f64(),
+        },
         counts: Counts::default(),
     };
     for (values, seconds, counts) in chunks {
         pass.values.extend(values);
-        pass.cpu += seconds;
+        pass.time.cpu += seconds;
         pass.counts += counts;
     }
     pass

@@ -1,6 +1,5 @@
 //! From estimates and a reference to errors.
 
-use super::reference::Values;
 use super::{CellRun, Reference};
 use crate::stats::metrics::{MRSE_EPSILON, MeanError};
 use linelit_elementary::hypot;
@@ -47,7 +46,7 @@ const ROUNDING: f64 = 1e-18;
 /// Scores a run against a reference; sums are divided by a number of `pixels`.
 #[must_use]
 pub fn score<S>(run: &CellRun<S>, reference: &Reference, pixels: usize) -> Score {
-    TrialSums::of(run, reference.all()).score(pixels)
+    TrialSums::of(run, reference).score(pixels)
 }
 
 /// Sums over integrals, trial by trial: what scores are made of. Sums over blocks of integrals are
@@ -64,8 +63,8 @@ pub(super) struct TrialSums {
 }
 
 impl TrialSums {
-    /// Sums of a run, of integrals that have these values.
-    pub(super) fn of<S>(run: &CellRun<S>, values: Values<'_>) -> Self {
+    /// Sums of a run on some integrals of those that the reference is of.
+    pub(super) fn of<S>(run: &CellRun<S>, reference: &Reference) -> Self {
         let trials = run.cell.trials as usize;
         let mut sums = Self {
             mse: vec![0.0; trials],
@@ -75,11 +74,12 @@ impl TrialSums {
             power: 0.0,
             reference: 0.0,
         };
-        for (integral, want) in values.values.iter().enumerate() {
-            let own = values.variances.get(integral).copied();
+        for k in 0..run.span.count {
+            let integral = run.span.first + k * run.span.step;
+            let own = reference.variances.get(integral).copied();
             let own = own.unwrap_or(DVec3::ZERO);
-            sums.add(run.trials_of(integral), *want, own);
-            sums.reference += values.variance_of_square(own);
+            sums.add(run.trials_of(k), reference.values[integral], own);
+            sums.reference += reference.variance_of_square(own);
         }
         sums
     }

@@ -137,6 +137,36 @@ pub(crate) fn short(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
+/// A number with a true minus sign; a dash for none.
+pub(crate) fn signed(value: f64, digits: usize) -> String {
+    if value.is_finite() {
+        format!("{value:.digits$}").replace('-', "−")
+    } else {
+        "–".to_owned()
+    }
+}
+
+/// A number in three digits and a power of ten, as text: `1.25·10⁻⁷`; a dash for none.
+#[must_use]
+pub fn scientific(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    if value.abs() <= 0.0 {
+        return "0".to_owned();
+    }
+    let text = format!("{value:.2e}");
+    let Some((mantissa, exponent)) = text.split_once('e') else {
+        return text;
+    };
+    let digit = |d: u32| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(d as usize);
+    let superscript: String = exponent
+        .chars()
+        .map(|c| c.to_digit(10).and_then(digit).unwrap_or('⁻'))
+        .collect();
+    format!("{}·10{superscript}", mantissa.replace('-', "−"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,6 +210,16 @@ mod tests {
         assert_eq!(
             label(0.2, Unit::Number),
             r#"2·10<tspan dy="-4" font-size="9">−1</tspan>"#
+        );
+    }
+
+    #[test]
+    fn numbers_for_people() {
+        assert_eq!(scientific(1.25e-7), "1.25·10⁻⁷");
+        assert_eq!(scientific(-32.0), "−3.20·10¹");
+        assert_eq!(
+            (scientific(0.0), scientific(f64::NAN)),
+            ("0".into(), "–".into())
         );
     }
 }

@@ -1,9 +1,8 @@
 //! Error over samples or time: one panel for each sampler, one line for each estimator.
 
-use super::axis::{self, LogAxis, Unit};
+use super::axis::{self, LogAxis, Unit, scientific};
 use super::palette::Palette;
 use super::svg::{Anchor, Canvas, text_width};
-use crate::report::scientific;
 use crate::tables::ResultRow;
 use linelit_elementary::pow;
 
@@ -18,6 +17,17 @@ pub struct PlotPoint {
     pub y: f64,
     /// Standard error of `y`, for the bar.
     pub y_error: f64,
+    /// Whether there is no noise, whatever `y` is: an open mark on the edge towards which better
+    /// ones lie.
+    pub noiseless: bool,
+}
+
+impl PlotPoint {
+    /// Whether it has a place on the axes; what has none is left out.
+    fn is_noisy(&self) -> bool {
+        let drawable = |v: f64| v > 0.0 && v.is_finite();
+        !self.noiseless && drawable(self.x) && drawable(self.y)
+    }
 }
 
 /// The measurements of one estimator with one sampler.
@@ -27,11 +37,8 @@ pub struct Series {
     pub estimator: String,
     /// The pattern, which chooses the panel.
     pub sampler: String,
-    /// The measurements, in the order in which a line joins them.
+    /// The measurements, in the order in which a line joins those with noise.
     pub points: Vec<PlotPoint>,
-    /// Samples or seconds at which there is no noise, with their standard deviations: open marks on
-    /// the edge towards which better ones lie.
-    pub noiseless: Vec<[f64; 2]>,
 }
 
 /// A log–log plot.
@@ -66,9 +73,15 @@ const WIDTH: f64 = 900.0;
 const LEGEND_ROW: f64 = 20.0;
 
 /// Root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
-#[must_use]
-pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
-    let series = gather(scene, rows, samples, rmse);
+pub(crate) fn error_over_samples(
+    scene: &str,
+    rows: &[ResultRow],
+    palette: &Palette,
+) -> ConvergencePlot {
+    let series = gather(scene, rows, |row| PlotPoint {
+        x: row.samples.into(),
+        ..rmse(row)
+    });
     ConvergencePlot {
         title: format!("{scene}: error over samples"),
         x_label: "light samples of a shading point".to_owned(),
@@ -81,74 +94,69 @@ pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) ->
     }
 }
 
-/// The number of samples, which has no error.
-fn samples(row: &ResultRow) -> [f64; 2] {
-    [row.samples.into(), 0.0]
-}
-
-/// The rows whose time is known.
-fn timed(rows: &[ResultRow]) -> Vec<ResultRow> {
-    let known = rows.iter().filter(|row| row.cpu_seconds > 0.0);
-    known.cloned().collect()
-}
-
 /// Root mean squared error over processor seconds; horizontal bars are the standard deviation of
 /// the times of passes, how far another run may be.
-#[must_use]
-pub fn error_over_time(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
-    let rows = &timed(rows);
+pub(crate) fn error_over_time(
+    scene: &str,
+    rows: &[ResultRow],
+    palette: &Palette,
+) -> ConvergencePlot {
+    let series = gather(scene, rows.iter().filter(|r| r.cpu_seconds > 0.0), |row| {
+        PlotPoint {
+            x: row.cpu_seconds,
+            x_error: row.cpu_error,
+            ..rmse(row)
+        }
+    });
     ConvergencePlot {
         title: format!("{scene}: error over time"),
         x_label: "processor time of one trial, without set-up".to_owned(),
-        y_label: "root mean squared error".to_owned(),
         x_ticks: None,
-        more_is_better: false,
         guides: Vec::new(),
-        series: gather(scene, rows, |row| [row.cpu_seconds, row.cpu_error], rmse),
-        palette: palette.clone(),
+        series,
+        ..error_over_samples(scene, &[], palette)
     }
 }
 
 /// Efficiency, 1/(mean squared error · processor time), over the number of samples, the least on
 /// the scene being one: level for independent samples, rising where stratification pays.
-#[must_use]
-pub fn efficiency_over_samples(
+pub(crate) fn efficiency_over_samples(
     scene: &str,
     rows: &[ResultRow],
     palette: &Palette,
 ) -> ConvergencePlot {
-    let rows = &timed(rows);
+    let timed = || rows.iter().filter(|r| r.cpu_seconds > 0.0);
     let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
-    let noisy = rows
-        .iter()
-        .filter(|r| r.scene == scene && !r.is_noiseless());
-    let most = noisy
-        .map(cost)
-        .filter(|c| c.is_finite())
-        .fold(0.0, f64::max);
-    let efficiency = |row: &ResultRow| {
-        let value = most / cost(row);
+    let noisy = timed().filter(|r| r.scene == scene && !r.is_noiseless());
+    let costs = noisy.map(cost).filter(|c| c.is_finite());
+    let most = costs.fold(0.0, f64::max);
+    let series = gather(scene, timed(), |row| PlotPoint {
+        x: row.samples.into(),
+        y: most / cost(row),
         // The time's error belongs to all measurements of a moment: it is left to the tables.
-        (value, value * row.mse_stderr / row.mse)
-    };
-    let series = gather(scene, rows, samples, efficiency);
+        y_error: most / cost(row) * row.mse_stderr / row.mse,
+        ..PlotPoint::default()
+    });
     ConvergencePlot {
         title: format!("{scene}: efficiency over samples"),
-        x_label: "light samples of a shading point".to_owned(),
         y_label: "efficiency".to_owned(),
         x_ticks: Some(counts(&series)),
         more_is_better: true,
         guides: Vec::new(),
         series,
-        palette: palette.clone(),
+        ..error_over_samples(scene, &[], palette)
     }
 }
 
 /// The root mean squared error and its standard error.
-fn rmse(row: &ResultRow) -> (f64, f64) {
+fn rmse(row: &ResultRow) -> PlotPoint {
     let rmse = row.mse.sqrt();
-    // d√m = dm/(2√m).
-    (rmse, 0.5 * row.mse_stderr / rmse)
+    PlotPoint {
+        y: rmse,
+        // d√m = dm/(2√m).
+        y_error: 0.5 * row.mse_stderr / rmse,
+        ..PlotPoint::default()
+    }
 }
 
 /// All abscissae, ascending.
@@ -161,46 +169,35 @@ fn counts(series: &[Series]) -> Vec<f64> {
 
 impl Series {
     fn abscissae(&self) -> impl Iterator<Item = f64> + '_ {
-        let noisy = self.points.iter().filter(|p| drawable(p)).map(|p| p.x);
-        noisy.chain(self.noiseless.iter().map(|[x, _]| *x))
+        let drawn = self.points.iter().filter(|p| p.noiseless || p.is_noisy());
+        drawn.map(|p| p.x)
     }
 }
 
-fn gather(
+/// The series of a scene.
+fn gather<'a>(
     scene: &str,
-    rows: &[ResultRow],
-    x: impl Fn(&ResultRow) -> [f64; 2],
-    y: impl Fn(&ResultRow) -> (f64, f64),
+    rows: impl IntoIterator<Item = &'a ResultRow>,
+    point: impl Fn(&ResultRow) -> PlotPoint,
 ) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
-    for row in rows.iter().filter(|row| row.scene == scene) {
-        let same = |s: &Series| s.estimator == row.estimator && s.sampler == row.sampler;
-        let index = all.iter().position(same).unwrap_or(all.len());
-        if index == all.len() {
-            all.push(Series {
+    for row in rows.into_iter().filter(|row| row.scene == scene) {
+        let point = PlotPoint {
+            noiseless: row.is_noiseless(),
+            ..point(row)
+        };
+        let same = |s: &&mut Series| s.estimator == row.estimator && s.sampler == row.sampler;
+        match all.iter_mut().find(same) {
+            Some(series) => series.points.push(point),
+            None => all.push(Series {
                 estimator: row.estimator.clone(),
                 sampler: row.sampler.clone(),
-                points: Vec::new(),
-                noiseless: Vec::new(),
-            });
+                points: vec![point],
+            }),
         }
-        if row.is_noiseless() {
-            all[index].noiseless.push(x(row));
-            continue;
-        }
-        let ([x, x_error], (y, y_error)) = (x(row), y(row));
-        all[index].points.push(PlotPoint {
-            x,
-            x_error,
-            y,
-            y_error,
-        });
     }
     all
 }
-
-/// Position, alignment and text of a guide's order.
-type GuideLabel = ([f64; 2], Anchor, String);
 
 /// A panel's two axes.
 #[derive(Clone, Copy)]
@@ -225,12 +222,10 @@ impl ConvergencePlot {
         let rows = samplers.len().div_ceil(columns).max(1);
         let room = WIDTH - LEFT - RIGHT - GAP * (columns - 1) as f64;
         let panel_width = room / columns as f64;
-        let legend_rows = self.legend_rows(&estimators);
-        let legend_height = LEGEND_ROW * legend_rows.len() as f64 + 6.0;
+        let mut canvas = Canvas::new(WIDTH);
+        let legend_height = self.draw_legend(&mut canvas, &estimators);
         let row_height = PANEL_HEAD + PANEL_HEIGHT + TICKS;
         let height = legend_height + row_height * rows as f64 + X_LABEL;
-        let mut canvas = Canvas::new(WIDTH, height);
-        self.draw_legend(&mut canvas, &legend_rows);
         let (x_axis, y_axis) = self.axes();
         for (index, sampler) in samplers.iter().enumerate() {
             let (column, row) = (index % columns, index / columns);
@@ -246,22 +241,15 @@ impl ConvergencePlot {
             for series in self.series.iter().filter(|s| s.sampler == *sampler) {
                 self.draw_series(&mut canvas, panel, series);
             }
-            for (point, anchor, text) in labels {
-                canvas.text("ll-halo", point, anchor, &text);
+            for (end, order) in labels {
+                canvas.text("ll-halo", end, Anchor::End, &order);
             }
         }
         let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
         canvas.text("", [middle, height - 7.0], Anchor::Middle, &self.x_label);
         let centre = legend_height + 0.5 * (row_height * rows as f64) + 2.0;
         canvas.upright("", [15.0, centre], &self.y_label);
-        canvas.finish(&self.title)
-    }
-
-    fn points(&self) -> impl Iterator<Item = &PlotPoint> {
-        self.series
-            .iter()
-            .flat_map(|series| &series.points)
-            .filter(|point| drawable(point))
+        canvas.finish(height, &self.title)
     }
 
     fn axes(&self) -> (LogAxis, LogAxis) {
@@ -271,38 +259,26 @@ impl ConvergencePlot {
             // Room beyond the last point, where the guides' orders stand.
             x.high *= pow(x.high / x.low, 0.1).max(1.2);
         }
-        let y = LogAxis::spanning(self.points().map(|p| p.y), 1.6);
-        (x, y)
+        let points = self.series.iter().flat_map(|series| &series.points);
+        let noisy = points.filter(|point| point.is_noisy());
+        (x, LogAxis::spanning(noisy.map(|p| p.y), 1.6))
     }
 
-    /// Which estimators stand in each row of the legend.
-    fn legend_rows<'a>(&self, estimators: &[&'a str]) -> Vec<Vec<(f64, &'a str)>> {
-        let mut rows: Vec<Vec<(f64, &str)>> = vec![Vec::new()];
-        let mut at = LEFT;
-        for &estimator in estimators {
+    /// Draws each estimator with its mark, row by row; gives the height.
+    fn draw_legend(&self, canvas: &mut Canvas, estimators: &[&str]) -> f64 {
+        let (mut x, mut y) = (LEFT, 14.0);
+        for estimator in estimators {
             let width = 30.0 + text_width(estimator, 12.0) + 22.0;
-            if at + width > WIDTH && at > LEFT {
-                rows.push(Vec::new());
-                at = LEFT;
+            if x + width > WIDTH && x > LEFT {
+                (x, y) = (LEFT, y + LEGEND_ROW);
             }
-            if let Some(row) = rows.last_mut() {
-                row.push((at, estimator));
-            }
-            at += width;
+            let colour = self.palette.index(estimator);
+            canvas.line(&format!("ll-l{colour}"), [x, y - 4.0], [x + 22.0, y - 4.0]);
+            canvas.mark(&format!("ll-m{colour}"), colour, [x + 11.0, y - 4.0], "");
+            canvas.text("", [x + 29.0, y], Anchor::Start, estimator);
+            x += width;
         }
-        rows
-    }
-
-    fn draw_legend(&self, canvas: &mut Canvas, rows: &[Vec<(f64, &str)>]) {
-        for (index, row) in rows.iter().enumerate() {
-            let y = 14.0 + LEGEND_ROW * index as f64;
-            for &(x, estimator) in row {
-                let colour = self.palette.index(estimator);
-                canvas.line(&format!("ll-l{colour}"), [x, y - 4.0], [x + 22.0, y - 4.0]);
-                canvas.mark(&format!("ll-m{colour}"), colour, [x + 11.0, y - 4.0], "");
-                canvas.text("", [x + 29.0, y], Anchor::Start, estimator);
-            }
-        }
+        y + 12.0
     }
 
     fn draw_frame(&self, canvas: &mut Canvas, panel: Panel, labelled: bool) {
@@ -328,81 +304,76 @@ impl ConvergencePlot {
         canvas.rect("ll-panel", [x.from, y.to], [x.to - x.from, y.from - y.to]);
     }
 
-    /// Dashed slopes from the first point of the worst estimator in the panel; their orders, to
-    /// stand where they leave it, come back, as they must be drawn above the data.
-    fn draw_guides(&self, canvas: &mut Canvas, panel: Panel, sampler: &str) -> Vec<GuideLabel> {
-        let start = self
-            .series
-            .iter()
-            .filter(|series| series.sampler == sampler)
-            .filter_map(|series| series.points.iter().find(|point| drawable(point)))
-            .max_by(|a, b| a.y.total_cmp(&b.y));
-        let mut labels = Vec::new();
-        let Some(start) = start else { return labels };
-        for &slope in &self.guides {
-            let at = |x: f64| start.y * pow(x / start.x, slope);
-            let right = at(panel.x.high);
+    /// Dashed slopes from the first point of the worst estimator in the panel. Their orders, with
+    /// the places where they stand, come back, as they must be drawn above the data.
+    fn draw_guides(
+        &self,
+        canvas: &mut Canvas,
+        panel: Panel,
+        sampler: &str,
+    ) -> Vec<([f64; 2], String)> {
+        let own = self.series.iter().filter(|s| s.sampler == sampler);
+        let firsts = own.filter_map(|s| s.points.iter().find(|point| point.is_noisy()));
+        let Some(start) = firsts.max_by(|a, b| a.y.total_cmp(&b.y)) else {
+            return Vec::new();
+        };
+        let mut draw = |&slope: &f64| {
+            let right = start.y * pow(panel.x.high / start.x, slope);
             let leaves_right = right >= panel.y.low;
-            let (x, y) = if leaves_right {
-                (panel.x.high, right)
+            let end = if leaves_right {
+                panel.pixel(panel.x.high, right)
             } else {
                 let x = start.x * pow(panel.y.low / start.y, slope.recip());
-                (x, panel.y.low)
+                panel.pixel(x, panel.y.low)
             };
-            let end = panel.pixel(x, y);
             canvas.line("ll-guide", panel.pixel(start.x, start.y), end);
-            let text = format!("−{}", axis::short(-slope));
             // Below, on the steep side of the guide, where no data are expected.
             let aside = if leaves_right { 5.0 } else { 12.0 };
-            labels.push(([end[0] - aside, end[1] - 7.0], Anchor::End, text));
-        }
-        labels
+            let order = format!("−{}", axis::short(-slope));
+            ([end[0] - aside, end[1] - 7.0], order)
+        };
+        self.guides.iter().map(&mut draw).collect()
     }
 
     fn draw_series(&self, canvas: &mut Canvas, panel: Panel, series: &Series) {
         let colour = self.palette.index(&series.estimator);
-        let points: Vec<&PlotPoint> = series.points.iter().filter(|p| drawable(p)).collect();
-        let pixels: Vec<[f64; 2]> = points.iter().map(|p| panel.pixel(p.x, p.y)).collect();
-        canvas.polyline(&format!("ll-l{colour}"), &pixels);
-        for (point, pixel) in points.iter().zip(&pixels) {
-            let (y, class) = ([point.y, point.y_error], format!("ll-e{colour}"));
-            if let Some([low, high]) = bar(y, panel.y) {
-                let x = pixel[0];
-                canvas.line(&class, [x, high], [x, low]);
-                for y in [high, low] {
-                    canvas.line(&class, [x - 3.0, y], [x + 3.0, y]);
-                }
-            }
-            draw_spread(canvas, panel, colour, [point.x, point.x_error], pixel[1]);
-            let hover = format!(
-                "{} · {} · {}: {} ± {}",
-                series.estimator,
-                series.sampler,
-                self.abscissa([point.x, point.x_error]),
-                scientific(point.y),
-                scientific(point.y_error)
-            );
-            canvas.mark(&format!("ll-m{colour}"), colour, *pixel, &hover);
-        }
+        let noisy = series.points.iter().filter(|p| p.is_noisy());
+        let line: Vec<[f64; 2]> = noisy.map(|p| panel.pixel(p.x, p.y)).collect();
+        canvas.polyline(&format!("ll-l{colour}"), &line);
         let edge = if self.more_is_better {
             panel.y.high
         } else {
             panel.y.low
         };
-        for &x in &series.noiseless {
-            let at = panel.pixel(x[0], edge);
-            draw_spread(canvas, panel, colour, x, at[1]);
+        let drawn = series.points.iter().filter(|p| p.noiseless || p.is_noisy());
+        for point in drawn {
+            let [x, y] = panel.pixel(point.x, if point.noiseless { edge } else { point.y });
+            let bars = format!("ll-e{colour}");
+            if let Some([low, high]) = bar([point.y, point.y_error], panel.y)
+                && !point.noiseless
+            {
+                canvas.bar(&bars, [x, high], [x, low]);
+            }
+            if let Some([low, high]) = bar([point.x, point.x_error], panel.x) {
+                canvas.bar(&bars, [low, y], [high, y]);
+            }
+            let (shape, found) = if point.noiseless {
+                ('o', "no noise".to_owned())
+            } else {
+                let [y, error] = [point.y, point.y_error].map(scientific);
+                ('m', format!("{y} ± {error}"))
+            };
+            let (estimator, sampler) = (&series.estimator, &series.sampler);
             let hover = format!(
-                "{} · {} · {}: no noise",
-                series.estimator,
-                series.sampler,
-                self.abscissa(x)
+                "{estimator} · {sampler} · {}: {found}",
+                self.abscissa(point)
             );
-            canvas.mark(&format!("ll-o{colour}"), colour, at, &hover);
+            canvas.mark(&format!("ll-{shape}{colour}"), colour, [x, y], &hover);
         }
     }
 
-    fn abscissa(&self, [x, error]: [f64; 2]) -> String {
+    fn abscissa(&self, point: &PlotPoint) -> String {
+        let [x, error] = [point.x, point.x_error];
         if self.x_ticks.is_some() {
             format!("{x} samples")
         } else if error > 0.0 {
@@ -413,29 +384,14 @@ impl ConvergencePlot {
     }
 }
 
-/// The horizontal bar of an abscissa with its standard deviation, at a height.
-fn draw_spread(canvas: &mut Canvas, panel: Panel, colour: usize, x: [f64; 2], y: f64) {
-    let Some([low, high]) = bar(x, panel.x) else {
-        return;
-    };
-    let class = format!("ll-e{colour}");
-    canvas.line(&class, [low, y], [high, y]);
-    for x in [low, high] {
-        canvas.line(&class, [x, y - 3.0], [x, y + 3.0]);
-    }
-}
-
 /// The ends of an error bar along an axis, which end where the axis does; `None` for no error.
 fn bar([value, error]: [f64; 2], axis: LogAxis) -> Option<[f64; 2]> {
     let ends = [(value - error).max(axis.low), value + error];
     (error > 0.0).then(|| ends.map(|end| axis.pixel(end)))
 }
 
-fn drawable(point: &PlotPoint) -> bool {
-    point.x > 0.0 && point.x.is_finite() && point.y > 0.0 && point.y.is_finite()
-}
-
-pub(crate) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+/// Names in the order in which they come first.
+pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut all = Vec::new();
     for name in names {
         if !all.contains(&name) {
@@ -447,23 +403,12 @@ pub(crate) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 
 /// Leaves out ticks whose labels would touch: every second, every third….
 fn thin(ticks: &[f64], axis: LogAxis) -> Vec<f64> {
-    let inside: Vec<f64> = ticks
-        .iter()
-        .copied()
-        .filter(|&tick| axis.holds(tick))
-        .collect();
-    let enough_room = |step: usize| {
-        let kept: Vec<f64> = inside
-            .iter()
-            .step_by(step)
-            .map(|&tick| axis.pixel(tick))
-            .collect();
-        kept.windows(2).all(|pair| pair[1] - pair[0] >= 38.0)
-    };
-    let step = (1..=inside.len().max(1))
-        .find(|&step| enough_room(step))
-        .unwrap_or(1);
-    inside.into_iter().step_by(step).collect()
+    let inside: Vec<f64> = ticks.iter().copied().filter(|t| axis.holds(*t)).collect();
+    let kept = |step: usize| inside.iter().copied().step_by(step).collect::<Vec<f64>>();
+    let apart = |pair: &[f64]| axis.pixel(pair[1]) - axis.pixel(pair[0]) >= 38.0;
+    let mut some = (1..=inside.len()).map(kept);
+    let found = some.find(|ticks| ticks.windows(2).all(apart));
+    found.unwrap_or(inside)
 }
 
 #[cfg(test)]
@@ -471,20 +416,21 @@ mod tests {
     use super::*;
 
     fn plot(points: &[[f64; 3]]) -> ConvergencePlot {
-        let points = points
-            .iter()
-            .map(|&[x, y, y_error]| PlotPoint {
-                x,
-                y,
-                y_error,
-                ..PlotPoint::default()
-            })
-            .collect();
+        let noisy = points.iter().map(|&[x, y, y_error]| PlotPoint {
+            x,
+            y,
+            y_error,
+            ..PlotPoint::default()
+        });
+        let noiseless = PlotPoint {
+            x: 4.0,
+            noiseless: true,
+            ..PlotPoint::default()
+        };
         let series = Series {
             estimator: "a<b".to_owned(),
             sampler: "sobol".to_owned(),
-            points,
-            noiseless: vec![[4.0, 0.0]],
+            points: noisy.chain([noiseless]).collect(),
         };
         ConvergencePlot {
             title: "t".to_owned(),
@@ -532,7 +478,10 @@ mod tests {
         let plot = error_over_time("s", &rows, &Palette::default());
         let errors = plot.series[0].points.iter().map(|p| p.x_error);
         assert_eq!(errors.take(2).collect::<Vec<_>>(), [1e-4, 9.0]);
-        assert_eq!(plot.series[0].noiseless, [[64e-3, 8e-3]]);
+        let last = plot.series[0].points[3];
+        assert!(last.noiseless);
+        assert_eq!(last.x.to_bits(), 64e-3_f64.to_bits());
+        assert_eq!(last.x_error.to_bits(), 8e-3_f64.to_bits());
         // Each of the three that are known is a line and its two ends; no error of the error is.
         let svg = plot.render();
         assert_eq!(svg.matches(r#"class="ll-e"#).count(), 9, "{svg}");
@@ -588,14 +537,14 @@ mod tests {
         let rows = [row(1, 4.0), other, row(4, 1.0), closed];
         let plot = error_over_samples("s", &rows, &Palette::default());
         assert_eq!(plot.series.len(), 1);
-        assert_eq!(plot.series[0].noiseless, [[16.0, 0.0]]);
+        assert!(plot.series[0].points[2].noiseless);
         let efficiency = efficiency_over_samples("s", &rows, &Palette::default());
         let values = efficiency.series[0].points.iter().map(|p| p.y);
-        assert_eq!(values.collect::<Vec<_>>(), [1.0, 4.0]);
+        assert_eq!(values.take(2).collect::<Vec<_>>(), [1.0, 4.0]);
         let points = &plot.series[0].points;
         assert_eq!(
             (points.len(), points[0].y.to_bits()),
-            (2, 2.0_f64.to_bits())
+            (3, 2.0_f64.to_bits())
         );
         // 10 % of the square is 5 % of the root.
         assert!((points[0].y_error - 0.1).abs() < 1e-15);

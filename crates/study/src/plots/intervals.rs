@@ -1,10 +1,12 @@
 //! Figures with their intervals, one below the other, on a scale that they share.
 
-use super::svg::{Anchor, Canvas};
+use super::axis::signed;
+use super::convergence::unique;
+use super::palette::Palette;
+use super::svg::{Anchor, Canvas, text_width};
+use crate::tables::SlopeRow;
 
 const WIDTH: f64 = 900.0;
-const LEFT: f64 = 330.0;
-const RIGHT: f64 = 24.0;
 const ROW: f64 = 20.0;
 const TOP: f64 = 34.0;
 
@@ -13,12 +15,18 @@ const TOP: f64 = 34.0;
 pub struct IntervalRow {
     /// What stands at the left.
     pub label: String,
+    /// Whether the label is a heading, of rows that follow.
+    pub heading: bool,
     /// The figure.
     pub value: f64,
     /// Its interval.
     pub interval: [f64; 2],
     /// Where it is expected, if that is a band.
     pub band: Option<[f64; 2]>,
+    /// What others report, if they do: an open diamond.
+    pub other: Option<f64>,
+    /// What stands at the right.
+    pub figures: String,
     /// Colour and shape of the mark, by a number.
     pub kind: usize,
     /// Shown on hovering.
@@ -44,45 +52,148 @@ pub fn intervals(
     title: &str,
     rows: &[IntervalRow],
     guides: &[(f64, &str)],
-    [low, high]: [f64; 2],
+    range: [f64; 2],
 ) -> String {
-    let height = TOP + ROW * rows.len() as f64 + 12.0;
-    let mut canvas = Canvas::new(WIDTH, height);
-    let place = |v: f64| {
-        let t = (v.clamp(low, high) - low) / (high - low);
-        LEFT + t * (WIDTH - RIGHT - LEFT)
+    let widest = |of: fn(&IntervalRow) -> &str| {
+        let widths = rows.iter().map(|row| text_width(of(row), 12.0));
+        widths.fold(0.0, f64::max)
     };
+    let scale = Scale {
+        range,
+        left: widest(|row| &row.label) + 20.0,
+        right: WIDTH - widest(|row| &row.figures) - 24.0,
+    };
+    let height = TOP + ROW * rows.len() as f64 + 12.0;
+    let mut canvas = Canvas::new(WIDTH);
     for (value, name) in guides {
-        let x = place(*value);
+        let x = scale.pixel(*value);
         canvas.line("ll-strong", [x, TOP - 8.0], [x, height - 8.0]);
         canvas.text("ll-small", [x, 16.0], Anchor::Middle, name);
     }
     for (k, row) in rows.iter().enumerate() {
-        let y = TOP + ROW * (k as f64 + 0.5);
-        canvas.text("", [LEFT - 14.0, y + 4.0], Anchor::End, &row.label);
-        if let Some(band) = row.band.filter(|b| b.iter().all(|v| v.is_finite())) {
-            let [a, b] = [place(band[0].min(band[1])), place(band[0].max(band[1]))];
-            canvas.rect(
-                "ll-panel",
-                [a, y - 0.3 * ROW],
-                [(b - a).max(1.0), 0.6 * ROW],
-            );
-        }
-        if !row.value.is_finite() {
-            continue;
-        }
-        if row.interval.iter().all(|v| v.is_finite()) {
-            let [a, b] = row.interval.map(place);
-            let class = format!("ll-e{}", row.kind);
-            canvas.line(&class, [a, y], [b, y]);
-            for x in [a, b] {
-                canvas.line(&class, [x, y - 4.0], [x, y + 4.0]);
-            }
-        }
-        let class = format!("ll-m{}", row.kind);
-        canvas.mark(&class, row.kind, [place(row.value), y], &row.hover);
+        scale.draw(&mut canvas, row, TOP + ROW * (k as f64 + 0.5));
     }
-    canvas.finish(title)
+    canvas.finish(height, title)
+}
+
+/// A linear scale between two pixels.
+struct Scale {
+    range: [f64; 2],
+    left: f64,
+    right: f64,
+}
+
+impl Scale {
+    fn pixel(&self, value: f64) -> f64 {
+        let [low, high] = self.range;
+        let t = (value.clamp(low, high) - low) / (high - low);
+        self.left + t * (self.right - self.left)
+    }
+
+    fn draw(&self, canvas: &mut Canvas, row: &IntervalRow, y: f64) {
+        if row.heading {
+            canvas.text("ll-head", [8.0, y + 4.0], Anchor::Start, &row.label);
+            return;
+        }
+        let label = [self.left - 14.0, y + 4.0];
+        canvas.text("", label, Anchor::End, &row.label);
+        let figures = [self.right + 16.0, y + 4.0];
+        canvas.text("", figures, Anchor::Start, &row.figures);
+        if let Some(band) = row.band.filter(|b| b.iter().all(|v| v.is_finite())) {
+            let [a, b] = [band[0].min(band[1]), band[0].max(band[1])].map(|v| self.pixel(v));
+            let size = [(b - a).max(1.0), 0.6 * ROW];
+            canvas.rect("ll-panel", [a, y - 0.3 * ROW], size);
+        }
+        if let Some(other) = row.other {
+            canvas.mark("ll-paperdot", 3, [self.pixel(other), y], "");
+        }
+        if row.value.is_finite() {
+            if row.interval.iter().all(|v| v.is_finite()) {
+                let [a, b] = row.interval.map(|v| self.pixel(v));
+                canvas.bar(&format!("ll-e{}", row.kind), [a, y], [b, y]);
+            }
+            let class = format!("ll-m{}", row.kind);
+            canvas.mark(&class, row.kind, [self.pixel(row.value), y], &row.hover);
+        }
+    }
+}
+
+/// Orders of convergence on a scene, grouped by sampler: ours as a mark with its 95 % interval, the
+/// paper's as an open diamond, both in figures at the right.
+pub(crate) fn orders(scene: &str, slopes: &[SlopeRow], palette: &Palette) -> String {
+    let own: Vec<&SlopeRow> = slopes.iter().filter(|row| row.scene == scene).collect();
+    let mut rows = Vec::new();
+    for sampler in unique(own.iter().map(|row| row.sampler.as_str())) {
+        rows.push(IntervalRow {
+            label: sampler.to_owned(),
+            heading: true,
+            ..IntervalRow::default()
+        });
+        let ours = own.iter().filter(|row| row.sampler == sampler);
+        rows.extend(ours.map(|row| order(row, palette)));
+    }
+    let values = || {
+        let all = |r: &&SlopeRow| {
+            [
+                Some(r.order),
+                Some(r.ci_low),
+                Some(r.ci_high),
+                r.paper_order,
+            ]
+        };
+        let all = own.iter().flat_map(all).flatten();
+        all.filter(|v| v.is_finite())
+    };
+    // Absurdly wide intervals are clamped, not followed.
+    let low = values().fold(-1.0, f64::min).max(-3.0) - 0.06;
+    let high = values().fold(-0.5, f64::max).min(0.5) + 0.06;
+    let guides = [
+        (-2.0, "−2"),
+        (-1.5, "−1.5"),
+        (-1.0, "−1"),
+        (-0.5, "−0.5"),
+        (0.0, "0"),
+    ];
+    let inside: Vec<(f64, &str)> = (guides.into_iter())
+        .filter(|(value, _)| (low..high).contains(value))
+        .collect();
+    let title = format!("{scene}: orders of convergence");
+    intervals(&title, &rows, &inside, [low, high])
+}
+
+fn order(row: &SlopeRow, palette: &Palette) -> IntervalRow {
+    let ours = format!(
+        "{}  {}",
+        signed(row.order, 3),
+        interval(row).unwrap_or_default()
+    );
+    let paper = row
+        .paper_order
+        .map(|order| format!("  paper {}", signed(order, 3)));
+    let SlopeRow {
+        estimator,
+        sampler,
+        n_min,
+        n_max,
+        ..
+    } = row;
+    IntervalRow {
+        label: estimator.clone(),
+        value: row.order,
+        interval: [row.ci_low, row.ci_high],
+        other: row.paper_order,
+        hover: format!("{estimator} · {sampler} · N = {n_min} to {n_max}: {ours}"),
+        figures: ours + &paper.unwrap_or_default(),
+        kind: palette.index(estimator),
+        ..IntervalRow::default()
+    }
+}
+
+/// The interval of an order, if there is one.
+pub(crate) fn interval(row: &SlopeRow) -> Option<String> {
+    let known = row.ci_low.is_finite() && row.ci_high.is_finite();
+    let [low, high] = [row.ci_low, row.ci_high].map(|end| signed(end, 3));
+    known.then(|| format!("[{low}, {high}]"))
 }
 
 #[cfg(test)]
@@ -109,5 +220,27 @@ mod tests {
         // The far one is at the right edge: 900 − 24.
         assert!(svg.contains(r#"cx="876""#), "{svg}");
         assert!(svg.contains("unknown"));
+    }
+
+    #[test]
+    fn every_order_is_drawn_with_the_papers() {
+        let row = |estimator: &str, order: f64, paper_order| SlopeRow {
+            scene: "s".to_owned(),
+            estimator: estimator.to_owned(),
+            sampler: "stratified".to_owned(),
+            order,
+            ci_low: order - 0.02,
+            ci_high: order + 0.02,
+            paper_order,
+            ..SlopeRow::default()
+        };
+        let rows = [
+            row("line-area", -1.1, Some(-1.152)),
+            row("x", f64::NAN, None),
+        ];
+        let svg = orders("s", &rows, &Palette::new(["line-area", "x"]));
+        assert!(svg.contains("−1.100  [−1.120, −1.080]") && svg.contains("−1.152"));
+        assert!(!svg.contains("NaN"), "{svg}");
+        assert!(orders("none", &rows, &Palette::default()).contains("</svg>"));
     }
 }

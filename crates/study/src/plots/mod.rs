@@ -8,16 +8,13 @@
 mod axis;
 mod convergence;
 mod intervals;
-mod orders;
 mod palette;
 mod svg;
 
-pub(crate) use axis::{seconds, short};
-pub use convergence::{
-    ConvergencePlot, PlotPoint, Series, efficiency_over_samples, error_over_samples,
-    error_over_time,
-};
+pub use axis::scientific;
+pub(crate) use axis::{seconds, short, signed};
+pub use convergence::{ConvergencePlot, PlotPoint, Series};
+pub(crate) use convergence::{efficiency_over_samples, error_over_samples, error_over_time};
 pub use intervals::{IntervalRow, intervals};
-pub use orders::orders;
-pub(crate) use orders::{interval, signed};
+pub(crate) use intervals::{interval, orders};
 pub use palette::Palette;

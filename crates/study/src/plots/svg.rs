@@ -9,7 +9,6 @@ use super::palette;
 #[derive(Debug)]
 pub(crate) struct Canvas {
     width: f64,
-    height: f64,
     body: String,
 }
 
@@ -32,109 +31,94 @@ impl Anchor {
 }
 
 impl Canvas {
-    pub(crate) fn new(width: f64, height: f64) -> Self {
+    pub(crate) fn new(width: f64) -> Self {
         Self {
             width,
-            height,
             body: String::new(),
         }
     }
 
-    pub(crate) fn raw(&mut self, element: &str) {
+    fn raw(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
-    pub(crate) fn line(&mut self, class: &str, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) {
-        let element = format!(
-            r#"<line class="{class}" x1="{}" y1="{}" x2="{}" y2="{}"/>"#,
-            num(x0),
-            num(y0),
-            num(x1),
-            num(y1)
-        );
-        self.raw(&element);
+    pub(crate) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+        let ([x1, y1], [x2, y2]) = (from.map(num), to.map(num));
+        self.raw(&format!(
+            r#"<line class="{class}" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#
+        ));
     }
 
-    pub(crate) fn rect(&mut self, class: &str, [x, y]: [f64; 2], [width, height]: [f64; 2]) {
-        let element = format!(
-            r#"<rect class="{class}" x="{}" y="{}" width="{}" height="{}"/>"#,
-            num(x),
-            num(y),
-            num(width),
-            num(height)
-        );
-        self.raw(&element);
+    /// An error bar along one of the axes, with its ends across.
+    pub(crate) fn bar(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+        self.line(class, from, to);
+        let level = (from[1] - to[1]).abs() <= 0.0;
+        let [dx, dy] = if level { [0.0, 3.0] } else { [3.0, 0.0] };
+        for [x, y] in [from, to] {
+            self.line(class, [x - dx, y - dy], [x + dx, y + dy]);
+        }
+    }
+
+    pub(crate) fn rect(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
+        let ([x, y], [width, height]) = (corner.map(num), size.map(num));
+        self.raw(&format!(
+            r#"<rect class="{class}" x="{x}" y="{y}" width="{width}" height="{height}"/>"#
+        ));
     }
 
     pub(crate) fn polyline(&mut self, class: &str, points: &[[f64; 2]]) {
-        let list: Vec<String> = points
-            .iter()
-            .map(|[x, y]| format!("{},{}", num(*x), num(*y)))
-            .collect();
-        let element = format!(r#"<polyline class="{class}" points="{}"/>"#, list.join(" "));
-        self.raw(&element);
+        let list = list(points, [0.0, 0.0]);
+        self.raw(&format!(r#"<polyline class="{class}" points="{list}"/>"#));
     }
 
-    pub(crate) fn text(&mut self, class: &str, [x, y]: [f64; 2], anchor: Anchor, text: &str) {
-        self.markup(class, [x, y], anchor, &escape(text));
+    pub(crate) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
+        self.markup(class, at, anchor, &escape(text));
     }
 
     /// Text whose content is already markup.
-    pub(crate) fn markup(&mut self, class: &str, [x, y]: [f64; 2], anchor: Anchor, markup: &str) {
-        let element = format!(
-            r#"<text class="{class}" x="{}" y="{}" text-anchor="{}">{markup}</text>"#,
-            num(x),
-            num(y),
-            anchor.name()
-        );
-        self.raw(&element);
+    pub(crate) fn markup(&mut self, class: &str, at: [f64; 2], anchor: Anchor, markup: &str) {
+        let ([x, y], anchor) = (at.map(num), anchor.name());
+        self.raw(&format!(
+            r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{markup}</text>"#
+        ));
     }
 
-    pub(crate) fn upright(&mut self, class: &str, [x, y]: [f64; 2], text: &str) {
-        let (x, y) = (num(x), num(y));
-        let element = format!(
-            r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{}</text>"#,
-            escape(text)
-        );
-        self.raw(&element);
+    pub(crate) fn upright(&mut self, class: &str, at: [f64; 2], text: &str) {
+        let ([x, y], text) = (at.map(num), escape(text));
+        self.raw(&format!(
+            r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{text}</text>"#
+        ));
     }
 
     /// A mark of one of [`palette::MARK_COUNT`] shapes; `hover` is shown as a tooltip.
-    pub(crate) fn mark(&mut self, class: &str, shape: usize, [x, y]: [f64; 2], hover: &str) {
+    pub(crate) fn mark(&mut self, class: &str, shape: usize, at: [f64; 2], hover: &str) {
         let title = if hover.is_empty() {
             String::new()
         } else {
             format!("<title>{}</title>", escape(hover))
         };
-        let polygon = |corners: &[[f64; 2]]| {
-            let list: Vec<String> = corners
-                .iter()
-                .map(|[dx, dy]| format!("{},{}", num(x + dx), num(y + dy)))
-                .collect();
-            format!(
-                r#"<polygon class="{class}" points="{}">{title}</polygon>"#,
-                list.join(" ")
-            )
+        let star = star();
+        let corners: &[[f64; 2]] = match shape % palette::MARK_COUNT {
+            0 => &[],
+            1 => &[[-3.2, -3.2], [3.2, -3.2], [3.2, 3.2], [-3.2, 3.2]],
+            2 => &[[0.0, -4.3], [4.0, 3.0], [-4.0, 3.0]],
+            3 => &[[0.0, -4.6], [4.6, 0.0], [0.0, 4.6], [-4.6, 0.0]],
+            4 => &[[0.0, 4.3], [4.0, -3.0], [-4.0, -3.0]],
+            _ => &star,
         };
-        let element = match shape % palette::MARK_COUNT {
-            0 => format!(
-                r#"<circle class="{class}" cx="{}" cy="{}" r="3.6">{title}</circle>"#,
-                num(x),
-                num(y)
-            ),
-            1 => polygon(&[[-3.2, -3.2], [3.2, -3.2], [3.2, 3.2], [-3.2, 3.2]]),
-            2 => polygon(&[[0.0, -4.3], [4.0, 3.0], [-4.0, 3.0]]),
-            3 => polygon(&[[0.0, -4.6], [4.6, 0.0], [0.0, 4.6], [-4.6, 0.0]]),
-            4 => polygon(&[[0.0, 4.3], [4.0, -3.0], [-4.0, -3.0]]),
-            _ => polygon(&star()),
-        };
-        self.raw(&element);
+        let ([x, y], list) = (at.map(num), list(corners, at));
+        self.raw(&if corners.is_empty() {
+            format!(r#"<circle class="{class}" cx="{x}" cy="{y}" r="3.6">{title}</circle>"#)
+        } else {
+            format!(r#"<polygon class="{class}" points="{list}">{title}</polygon>"#)
+        });
     }
 
-    pub(crate) fn finish(self, label: &str) -> String {
+    /// The picture, of this height.
+    pub(crate) fn finish(self, height: f64, label: &str) -> String {
         let mut out = String::new();
-        let (width, height) = (num(self.width), num(self.height));
+        let [width, height] = [self.width, height].map(num);
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
@@ -150,6 +134,14 @@ impl Canvas {
         out.push_str("</svg>\n");
         out
     }
+}
+
+/// Points about a place, as attributes list them.
+fn list(points: &[[f64; 2]], [x, y]: [f64; 2]) -> String {
+    let texts = points
+        .iter()
+        .map(|[dx, dy]| [x + dx, y + dy].map(num).join(","));
+    texts.collect::<Vec<_>>().join(" ")
 }
 
 /// A five-pointed star.
@@ -202,9 +194,9 @@ mod tests {
     #[test]
     fn text_cannot_break_out() {
         assert_eq!(escape("a<b>&\"c\"\u{1}"), "a&lt;b&gt;&amp;&quot;c&quot; ");
-        let mut canvas = Canvas::new(10.0, 20.5);
+        let mut canvas = Canvas::new(10.0);
         canvas.text("t", [1.0, 2.0], Anchor::End, "</text><script>");
-        let svg = canvas.finish("x\" onload=\"y");
+        let svg = canvas.finish(20.5, "x\" onload=\"y");
         assert!(!svg.contains("<script>") && !svg.contains("onload=\"y\""));
         assert!(svg.contains(r#"viewBox="0 0 10 20.5""#));
     }

@@ -9,11 +9,11 @@
 mod comparison;
 mod page;
 mod study;
-mod summary;
 
 pub use comparison::{Comparison, Named};
 pub use study::{Exhibits, plot_files};
 
+pub use crate::plots::scientific;
 use crate::tables::{commit, cpu_name};
 use linelit_film::{Exposure, FilmError, HeatMap, Image, encode_png};
 
@@ -240,40 +240,9 @@ impl Cell {
     }
 }
 
-/// A number in three digits and a power of ten, as text: `1.25·10⁻⁷`; a dash for none.
-#[must_use]
-pub fn scientific(value: f64) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    if value.abs() <= 0.0 {
-        return "0".to_owned();
-    }
-    let text = format!("{value:.2e}");
-    let Some((mantissa, exponent)) = text.split_once('e') else {
-        return text;
-    };
-    let digit = |d: u32| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(d as usize);
-    let superscript: String = exponent
-        .chars()
-        .map(|c| c.to_digit(10).and_then(digit).unwrap_or('⁻'))
-        .collect();
-    format!("{}·10{superscript}", mantissa.replace('-', "−"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_for_people() {
-        assert_eq!(scientific(1.25e-7), "1.25·10⁻⁷");
-        assert_eq!(scientific(-32.0), "−3.20·10¹");
-        assert_eq!(
-            (scientific(0.0), scientific(f64::NAN)),
-            ("0".into(), "–".into())
-        );
-    }
 
     #[test]
     fn numbers_are_sorted_by_what_they_are() {

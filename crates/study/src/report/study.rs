@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::summary::{bias, bias_test, curve, reference_share, time_to};
 use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, scientific};
 use crate::plots::{self, Palette, interval, seconds, short, signed};
+use crate::stats::least;
+use crate::stats::student::central_probability;
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
+use linelit_elementary::pow;
 
 /// What a page shows beside the numbers of its record.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +24,7 @@ impl Report {
     /// The page of a convergence study.
     #[must_use]
     pub fn of_study(record: &StudyRecord, mut exhibits: Exhibits) -> Self {
-        let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
+        let palette = palette(record);
         let processors = record.processors();
         let first = processors.first().copied().unwrap_or_default();
         let timed = &record.timed_on(first);
@@ -43,13 +45,11 @@ impl Report {
         } else {
             ""
         };
+        let mut summary = record.left_out_sentences();
+        summary.extend(bias(timed));
         Self {
             title: format!("{}{unfinished}", record.title),
-            summary: record
-                .left_out_sentences()
-                .into_iter()
-                .chain(bias(timed))
-                .collect(),
+            summary,
             compared: exhibits.compared,
             sections,
             facts: facts(record),
@@ -58,40 +58,37 @@ impl Report {
     }
 }
 
+fn palette(record: &StudyRecord) -> Palette {
+    Palette::new(record.rows.iter().map(|row| row.estimator.as_str()))
+}
+
 /// What was timed on a processor that is not the one of most measurements.
 fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<Section> {
-    let own: Vec<&ResultRow> = record
-        .rows
-        .iter()
-        .filter(|row| row.processor == processor)
-        .collect();
-    let timed = own.iter().any(|row| row.cpu_seconds > 0.0);
-    let record = record.timed_on(processor);
-    let plots = record.scenes.iter().flat_map(|scene| {
-        let plots = scene_plots(&record, &scene.scene, palette).into_iter();
-        let there = own.iter().any(|row| row.scene == scene.scene);
-        plots.filter_map(move |(kind, plot)| (there && kind == "time").then_some(plot))
-    });
-    let lead = format!(
-        "{} of {} measurements were timed there, and are not compared with the others in time.",
-        own.len(),
-        record.rows.len()
-    );
+    let mut own = record.timed_on(processor);
+    own.rows.retain(|row| row.processor == processor);
+    own.rows.iter().find(|row| row.cpu_seconds > 0.0)?;
+    let names: Vec<&str> = own.rows.iter().map(|row| row.scene.as_str()).collect();
+    let scenes = || {
+        own.scenes
+            .iter()
+            .filter(|s| names.contains(&s.scene.as_str()))
+    };
+    let plot = |scene: &SceneRecord| {
+        let mut all = scene_plots(&own, &scene.scene, palette).into_iter();
+        all.find(|(kind, _)| *kind == "time").map(|(_, plot)| plot)
+    };
+    let table = |scene: &SceneRecord| all_rows(&rows_of(&own, scene), scene);
     Some(Section {
         title: format!("Times on {processor}"),
-        lead,
-        plots: plots.collect(),
-        tables: record
-            .scenes
-            .iter()
-            .map(|scene| {
-                let rows = own.iter().copied().filter(|row| row.scene == scene.scene);
-                all_rows(&rows.collect::<Vec<_>>(), scene)
-            })
-            .collect(),
+        lead: format!(
+            "{} of {} measurements were timed there, and are not compared with the others in time.",
+            own.rows.len(),
+            record.rows.len()
+        ),
+        plots: scenes().filter_map(plot).collect(),
+        tables: scenes().map(table).collect(),
         ..Section::default()
     })
-    .filter(|_| timed)
 }
 
 /// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
@@ -100,12 +97,11 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     let first = record.processors().first().copied().unwrap_or_default();
-    let record = &record.timed_on(first);
-    let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
+    let (palette, record) = (palette(record), record.timed_on(first));
     let mut files = Vec::new();
     for scene in &record.scenes {
         let name = &scene.scene;
-        for (kind, plot) in scene_plots(record, name, &palette) {
+        for (kind, plot) in scene_plots(&record, name, &palette) {
             files.push((format!("{}-{kind}.svg", file_name(name)), plot.svg));
         }
     }
@@ -125,76 +121,63 @@ fn file_name(name: &str) -> String {
 }
 
 fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'static str, Plot)> {
+    let rows = &record.rows;
+    let plot = |svg: String, caption: &str| Plot {
+        svg,
+        caption: caption.to_owned(),
+    };
+    let samples = plot(
+        plots::error_over_samples(scene, rows, palette).render(),
+        "Error over samples. Dashed: the orders −0.5, −1 and −1.5 from the worst estimator's first \
+         point. Bars: one standard error over the trials. Open marks on the lower edge: no noise.",
+    );
+    let time = plot(
+        plots::error_over_time(scene, rows, palette).render(),
+        "Equal time: the same errors over the processor time that they cost. What is lower at the \
+         same place is better; open marks have no noise from that time on. Bars along the axis: one \
+         standard deviation over passes.",
+    );
+    let efficiency = plot(
+        plots::efficiency_over_samples(scene, rows, palette).render(),
+        "Efficiency, 1/(MSE · time), over the least of the scene. Open marks on the upper edge: no \
+         noise.",
+    );
     let mut all = vec![
-        (
-            "samples",
-            Plot {
-                svg: plots::error_over_samples(scene, &record.rows, palette).render(),
-                caption: "Error over samples. Dashed: the orders −0.5, −1 and −1.5 from the worst \
-                          estimator's first point. Bars: one standard error over the trials. Open \
-                          marks on the lower edge: no noise."
-                    .to_owned(),
-            },
-        ),
-        (
-            "time",
-            Plot {
-                svg: plots::error_over_time(scene, &record.rows, palette).render(),
-                caption: "Equal time: the same errors over the processor time that they cost. What is \
-                          lower at the same place is better; open marks have no noise from that time \
-                          on. Bars along the axis: one standard deviation over passes."
-                    .to_owned(),
-            },
-        ),
-        (
-            "efficiency",
-            Plot {
-                svg: plots::efficiency_over_samples(scene, &record.rows, palette).render(),
-                caption: "Efficiency, 1/(MSE · time), over the least of the scene. Open marks on the \
-                          upper edge: no noise."
-                    .to_owned(),
-            },
-        ),
+        ("samples", samples),
+        ("time", time),
+        ("efficiency", efficiency),
     ];
-    if record.slopes.iter().any(|row| row.scene == scene) {
-        let papers = record.slopes.iter().filter(|row| row.scene == scene);
-        let sources: Vec<&str> = papers
-            .filter_map(|row| row.paper_source.as_deref())
-            .collect();
-        let paper = sources.first().map_or(String::new(), |source| {
+    let mut slopes = record
+        .slopes
+        .iter()
+        .filter(|row| row.scene == scene)
+        .peekable();
+    if slopes.peek().is_some() {
+        let source = slopes.find_map(|row| row.paper_source.as_deref());
+        let paper = source.map_or(String::new(), |source| {
             format!(" Open diamonds: the order that the paper reports ({source}).")
         });
-        all.push((
-            "orders",
-            Plot {
-                svg: plots::orders(scene, &record.slopes, palette),
-                caption: format!("Order of the standard deviation with its 95 % interval.{paper}"),
-            },
-        ));
+        let caption = format!("Order of the standard deviation with its 95 % interval.{paper}");
+        let orders = plots::orders(scene, &record.slopes, palette);
+        all.push(("orders", plot(orders, &caption)));
     }
     all
 }
 
+fn rows_of<'a>(record: &'a StudyRecord, scene: &SceneRecord) -> Vec<&'a ResultRow> {
+    let rows = record.rows.iter();
+    rows.filter(|row| row.scene == scene.scene).collect()
+}
+
 fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Section {
-    let rows: Vec<&ResultRow> = record
-        .rows
-        .iter()
-        .filter(|r| r.scene == scene.scene)
-        .collect();
-    let slopes: Vec<&SlopeRow> = record
-        .slopes
-        .iter()
-        .filter(|r| r.scene == scene.scene)
-        .collect();
+    let rows = rows_of(record, scene);
+    let plots = scene_plots(record, &scene.scene, palette);
     Section {
         title: scene.scene.clone(),
         lead: lead(scene),
-        plots: scene_plots(record, &scene.scene, palette)
-            .into_iter()
-            .map(|(_, plot)| plot)
-            .collect(),
+        plots: plots.into_iter().map(|(_, plot)| plot).collect(),
         tables: vec![
-            at_most_samples(&rows, &slopes, scene),
+            at_most_samples(&rows, &record.slopes, scene),
             all_rows(&rows, scene),
         ],
         notes: notes(record, scene),
@@ -232,14 +215,10 @@ fn grouped(number: usize) -> String {
 
 /// One row for each estimator and sampler at its largest number of samples, with its order. What
 /// has no noise by any sampler has one row.
-fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow], scene: &SceneRecord) -> Table {
+fn at_most_samples(rows: &[&ResultRow], slopes: &[SlopeRow], scene: &SceneRecord) -> Table {
     let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
     let last = || rows.iter().copied().filter(|row| row.samples == most);
-    let of = |row: &ResultRow| {
-        let name = row.estimator.clone();
-        last().filter(move |other| other.estimator == name)
-    };
-    let least = COMPARED.map(|value| {
+    let smallest = COMPARED.map(|value| {
         let noisy = last().filter(|row| !row.is_noiseless());
         let positive = noisy.map(value).filter(|v| *v > 0.0);
         positive.reduce(f64::min).unwrap_or(f64::NAN)
@@ -247,27 +226,25 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow], scene: &SceneRecor
     let target = PERCENT * scene.power.sqrt();
     let mut body: Vec<Vec<Cell>> = Vec::new();
     for row in last() {
-        let alike = of(row).all(ResultRow::is_noiseless);
-        let first = of(row).next().is_some_and(|r| r.sampler == row.sampler);
-        if alike && !first {
+        let own: Vec<&ResultRow> = last().filter(|r| r.estimator == row.estimator).collect();
+        let alike = own.iter().all(|r| r.is_noiseless());
+        if alike && own[0].sampler != row.sampler {
             continue;
         }
-        let sampler = if alike && of(row).count() > 1 {
-            "any"
-        } else {
-            &row.sampler
-        };
-        let names = [&row.estimator, sampler].map(Cell::text);
+        let any = alike && own.len() > 1;
+        let sampler = if any { "any" } else { &row.sampler };
         // An order belongs to one pattern, and to what has noise.
-        let mut own = slopes.iter().filter(|_| !alike);
-        let slope = own.find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
-        let time_to = time_to(&curve(rows, row), target);
-        let reached = match time_to {
+        let mut slopes = slopes.iter().filter(|s| !alike && s.scene == row.scene);
+        let slope = slopes.find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
+        let reached = match time_to(rows, row, target) {
             Some(time) => Cell::number(seconds(time)).sorted_by(time),
             None => Cell::number("–").hover("not reached"),
         };
-        let numbers = errors(row, least);
-        body.push([&names[..], &numbers[..], &[reached], &order(slope.copied())].concat());
+        let mut cells = vec![Cell::text(&row.estimator), Cell::text(sampler)];
+        cells.extend(errors(row, smallest));
+        cells.push(reached);
+        cells.extend(order(slope));
+        body.push(cells);
     }
     let columns =
         "estimator,sampler,RMSE,MRSE,time,efficiency,time to 1 %,order,95 %,lack of fit,paper";
@@ -282,6 +259,24 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow], scene: &SceneRecor
 
 /// The relative error whose time is told.
 const PERCENT: f64 = 0.01;
+
+/// The least time to a root mean squared error by the estimator and pattern of a row. Before the
+/// reference's own error is taken off, no mean of squares is below its standard error: what is says
+/// more of the reference.
+fn time_to(rows: &[&ResultRow], of: &ResultRow, error: f64) -> Option<f64> {
+    let own = rows
+        .iter()
+        .filter(|r| r.estimator == of.estimator && r.sampler == of.sampler);
+    let point = |r: &&ResultRow| {
+        let measured = r.mse > 0.0 && !(r.mse < r.mse_stderr);
+        let error = if r.is_noiseless() { 0.0 } else { r.mse.sqrt() };
+        let known = r.cpu_seconds > 0.0 && (measured || r.is_noiseless());
+        known.then_some([error, r.cpu_seconds])
+    };
+    let mut curve: Vec<[f64; 2]> = own.filter_map(point).collect();
+    curve.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    least(curve, error)
+}
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
 const COMPARED: [fn(&ResultRow) -> f64; 3] = [
@@ -317,21 +312,17 @@ fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
 }
 
 /// The cells from the order on.
-fn order(slope: Option<&SlopeRow>) -> Vec<Cell> {
+fn order(slope: Option<&SlopeRow>) -> [Cell; 4] {
     let dash = || "–".to_owned();
     let Some(s) = slope else {
-        return [dash(), String::new(), dash(), dash()]
-            .map(Cell::number)
-            .to_vec();
+        return [dash(), String::new(), dash(), dash()].map(Cell::number);
     };
-    let ends = interval(s).unwrap_or_else(dash);
-    let paper = s.paper_order.map_or_else(dash, |p| signed(p, 3));
     let fit = Some(s.lack_of_fit).filter(|fit| fit.is_finite());
-    let fit = fit.map_or_else(dash, short);
-    vec![
+    let paper = s.paper_order.map_or_else(dash, |p| signed(p, 3));
+    [
         Cell::number(signed(s.order, 3)),
-        Cell::number(ends),
-        Cell::number(fit).sorted_by(s.lack_of_fit),
+        Cell::number(interval(s).unwrap_or_else(dash)),
+        Cell::number(fit.map_or_else(dash, short)).sorted_by(s.lack_of_fit),
         Cell::number(paper).hover(s.paper_source.clone().unwrap_or_default()),
     ]
 }
@@ -365,8 +356,8 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
             Cell::scientific(row.mrse),
             Cell::scientific(row.variance),
             Cell::scientific(row.bias),
-            Cell::number(test.map_or("–".to_owned(), |(z, _)| signed(z, 1)))
-                .hover(test.map_or(String::new(), |(_, p)| format!("p = {}", scientific(p)))),
+            Cell::number(test.map_or("–".to_owned(), |[z, _]| signed(z, 1)))
+                .hover(test.map_or(String::new(), |[_, p]| format!("p = {}", scientific(p)))),
             time(row),
             Cell::number(error_of_time(row)).sorted_by(row.cpu_error),
             Cell::scientific(row.rays as f64),
@@ -384,17 +375,52 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
     }
 }
 
+/// One row's bias over its standard error, in which the reference's error is included, and the
+/// probability of one as large without bias: Student's, as the error is itself from few trials.
+fn bias_test(row: &ResultRow, scene: Option<&SceneRecord>) -> Option<[f64; 2]> {
+    if row.bias.abs() <= 0.0 {
+        return Some([0.0, 1.0]);
+    }
+    let reference = scene.map_or(0.0, |s| s.reference_mse / s.shading_points.max(1) as f64);
+    let error = (row.bias_stderr * row.bias_stderr + reference).sqrt();
+    let z = row.bias / error;
+    let freedom = row.trials.checked_sub(1).filter(|&f| f > 0)?;
+    let p = 1.0 - central_probability(z.abs(), freedom);
+    z.is_finite().then_some([z, p])
+}
+
+/// The least likely of all biases of a study, in a sentence; none where nothing was tested.
+fn bias(record: &StudyRecord) -> Option<String> {
+    let tests = record.rows.iter().filter_map(|row| {
+        let scene = record.scenes.iter().find(|s| s.scene == row.scene);
+        Some((bias_test(row, scene)?, row))
+    });
+    let tests: Vec<([f64; 2], &ResultRow)> = tests.collect();
+    let least_likely = tests.iter().min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
+    let ([z, p], row) = least_likely;
+    // Šidák: the smallest of `count` independent p values is below p by chance this often.
+    let count = tests.len();
+    let chance = 1.0 - pow(1.0 - p, count as f64);
+    Some(format!(
+        "The least likely of {count} biases is {} standard errors, by {} ({}), N = {}, on {}: \
+         estimators without bias have one as large in {} % of such studies (Šidák).",
+        signed(*z, 1),
+        row.estimator,
+        row.sampler,
+        row.samples,
+        row.scene,
+        short(100.0 * chance)
+    ))
+}
+
 fn notes(record: &StudyRecord, scene: &SceneRecord) -> Vec<String> {
-    let mut notes = record
-        .left_out_of(&scene.scene)
-        .into_iter()
-        .collect::<Vec<_>>();
+    let mut notes: Vec<String> = record.left_out_of(&scene.scene).into_iter().collect();
     if !scene.reference.is_empty() {
-        let share = reference_share(record, scene).map_or(String::new(), |share| {
-            format!(
-                ", {} % of the smallest variance scored, and taken off",
-                short((100.0 * share).max(0.01))
-            )
+        let variances = rows_of(record, scene).into_iter().map(|row| row.variance);
+        let smallest = variances.filter(|v| *v > 0.0).reduce(f64::min);
+        let share = smallest.map_or(String::new(), |smallest| {
+            let percent = short((100.0 * scene.reference_mse / smallest).max(0.01));
+            format!(", {percent} % of the smallest variance scored, and taken off")
         });
         notes.push(format!(
             "Reference: {}; its own mean squared error is {}{share}.",
@@ -406,20 +432,16 @@ fn notes(record: &StudyRecord, scene: &SceneRecord) -> Vec<String> {
 }
 
 fn facts(record: &StudyRecord) -> Vec<(String, String)> {
-    let mut facts = vec![
-        ("version".to_owned(), record.version.clone()),
-        ("commit".to_owned(), record.commit.clone()),
-        ("processor".to_owned(), record.cpu.clone()),
-        ("threads".to_owned(), record.threads.to_string()),
-        ("seed".to_owned(), record.seed.to_string()),
-        ("run time".to_owned(), seconds(record.seconds.max(1e-9))),
+    let own = [
+        ("version", record.version.clone()),
+        ("commit", record.commit.clone()),
+        ("processor", record.cpu.clone()),
+        ("threads", record.threads.to_string()),
+        ("seed", record.seed.to_string()),
+        ("run time", seconds(record.seconds.max(1e-9))),
     ];
-    facts.extend(
-        record
-            .settings
-            .iter()
-            .map(|(name, value)| (name.clone(), value.clone())),
-    );
+    let own = own.map(|(name, value)| (name.to_owned(), value));
+    let mut facts: Vec<_> = own.into_iter().chain(record.settings.clone()).collect();
     facts.retain(|(_, value)| !value.is_empty());
     facts
 }
@@ -428,15 +450,87 @@ fn facts(record: &StudyRecord) -> Vec<(String, String)> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn numbers_are_grouped_by_thousands() {
-        assert_eq!(grouped(7), "7");
-        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
-        assert_eq!(grouped(100), "100");
+    fn row(samples: u32, mse: f64, cpu_seconds: f64) -> ResultRow {
+        ResultRow {
+            scene: "room".to_owned(),
+            samples,
+            trials: 8,
+            mse,
+            variance: mse,
+            cpu_seconds,
+            bias: 1e-4,
+            bias_stderr: 1e-4,
+            ..ResultRow::default()
+        }
     }
 
     #[test]
-    fn files_have_safe_names() {
+    fn times_are_read_at_an_error() {
+        let closed = ResultRow {
+            variance: 0.0,
+            ..row(64, 1e-30, 100.0)
+        };
+        // Below its standard error: nothing is read from it.
+        let vague = ResultRow {
+            mse_stderr: 1.0,
+            ..row(1, 1e-20, 0.1)
+        };
+        let rows = [row(4, 1e-2, 1.0), row(16, 1e-4, 10.0), closed, vague];
+        let rows: Vec<&ResultRow> = rows.iter().collect();
+        let near = |error, want: f64| {
+            let time = time_to(&rows, rows[0], error).unwrap();
+            assert!((time / want - 1.0).abs() < 1e-12, "{error}: {time}");
+        };
+        near(1e-1, 1.0);
+        near(0.1 / 10f64.sqrt(), 10f64.sqrt());
+        near(1e-3, 100.0);
+        near(1.0, 1.0);
+        assert!(time_to(&rows[..2], rows[0], 1e-3).is_none());
+    }
+
+    #[test]
+    fn the_bias_test_uses_few_trials_and_the_references_error() {
+        let scene = SceneRecord {
+            scene: "room".to_owned(),
+            reference_mse: 3e-6,
+            shading_points: 100,
+            ..SceneRecord::default()
+        };
+        let [z, p] = bias_test(&row(1, 1.0, 1.0), Some(&scene)).unwrap();
+        // √(1e-8 + 3e-8) = 2e-4.
+        assert!((z - 0.5).abs() < 1e-12);
+        assert!((p - (1.0 - central_probability(0.5, 7))).abs() < 1e-12);
+        let single = ResultRow {
+            trials: 1,
+            bias: 1.0,
+            ..ResultRow::default()
+        };
+        assert!(bias_test(&single, None).is_none());
+        let mut record = StudyRecord {
+            scenes: vec![scene],
+            rows: vec![row(4, 4e-4, 1.0), row(16, 1e-6, 8.0)],
+            ..StudyRecord::default()
+        };
+        // p = .632 for t = .5 with 7 degrees of freedom, and 1 − (1 − p)² = .865.
+        let text = bias(&record).unwrap();
+        assert!(
+            text.contains("of 2 biases is 0.5 standard errors"),
+            "{text}"
+        );
+        assert!(text.contains("in 86.5 % of"), "{text}");
+        record.rows[1].bias = -0.1;
+        let text = bias(&record).unwrap();
+        assert!(
+            text.contains("−500.0 standard errors, by  (), N = 16"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn names_and_numbers_are_for_people() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(grouped(100), "100");
         assert_eq!(file_name("a/b c:ü.x"), "a-b-c-ü.x");
     }
 

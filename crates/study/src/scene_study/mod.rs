@@ -1,8 +1,6 @@
 //! Convergence studies of scenes: our integrator as what `linelit-study` measures.
 
-mod duel;
-mod gallery;
-mod shown;
+mod pictures;
 mod spec;
 mod stage;
 mod words;

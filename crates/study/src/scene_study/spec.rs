@@ -1,10 +1,8 @@
 //! What a convergence study of scenes is made of.
 
-use super::words;
 use crate::engine::{CELL_SECONDS, Design, Method, REFERENCE_ROUNDS};
 use crate::pixels::{Pixels, Resolution};
 use crate::record::PaperOrder;
-use crate::report::Entry;
 use crate::tables::StudyRecord;
 use linelit_estimators::{LineBy, PointBy};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
@@ -106,28 +104,24 @@ impl StudySpec {
     /// The views of all scenes, in order.
     #[must_use]
     pub fn views(&self) -> Vec<View> {
-        let mut views = Vec::new();
-        for scene in &self.scenes {
+        let views = self.scenes.iter().flat_map(|scene| {
             let name = crate::short_name(scene);
+            let view = |label, pixels, with_gallery| View {
+                scene: scene.clone(),
+                label,
+                pixels,
+                with_gallery,
+            };
             if self.spots.is_empty() {
-                views.push(View {
-                    scene: scene.clone(),
-                    label: name,
-                    pixels: self.pixels.clone(),
-                    with_gallery: true,
-                });
-                continue;
+                return vec![view(name, self.pixels.clone(), true)];
             }
-            for (k, spot) in self.spots.iter().enumerate() {
-                views.push(View {
-                    scene: scene.clone(),
-                    label: format!("{name}, {}", spot.label),
-                    pixels: Pixels::List(vec![spot.pixel]),
-                    with_gallery: k == 0,
-                });
-            }
-        }
-        views
+            let spots = self.spots.iter().enumerate().map(|(k, spot)| {
+                let label = format!("{name}, {}", spot.label);
+                view(label, Pixels::List(vec![spot.pixel]), k == 0)
+            });
+            spots.collect()
+        });
+        views.collect()
     }
 
     /// The same steps at the smallest size: two numbers of samples, two trials, few pixels,
@@ -186,20 +180,14 @@ impl StudySpec {
         }
     }
 
-    /// The estimators in words, for the report.
-    #[must_use]
-    pub fn compared(&self) -> Vec<Entry> {
-        self.estimators.iter().map(words::entry).collect()
-    }
-
     /// A record without results; `command` is the one that repeats the study.
     #[must_use]
     pub fn record(&self, command: String) -> StudyRecord {
         let budget = self.time_budget.map(|s| format!("{s} s"));
-        let spots: Vec<[u32; 2]> = self.spots.iter().map(|spot| spot.pixel).collect();
-        let pixels = match spots.as_slice() {
-            [] => self.pixels.to_string(),
-            _ => Pixels::List(spots).to_string(),
+        let pixels = if self.spots.is_empty() {
+            self.pixels.to_string()
+        } else {
+            Pixels::List(self.spots.iter().map(|spot| spot.pixel).collect()).to_string()
         };
         let trials = match self.independent_trials {
             Some(more) => format!("{}, {more} of independent", self.trials),

@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::{StudySpec, Targets, View, all_pixels};
-use crate::engine::{BLOCK_ESTIMATES, Design, Gathering, Job, Reference, Truth};
+use crate::engine::{BLOCK_ESTIMATES, Design, Job, Reference, Truth};
 use crate::memory;
 use crate::pixels::Pixels;
 use anyhow::{Context as _, Result, bail};
@@ -16,7 +16,6 @@ use std::time::Instant;
 pub type Load<'a> = &'a (dyn Fn(&str) -> Result<Scene> + Sync);
 
 /// A view whose scene is in memory.
-#[derive(Debug)]
 pub(super) struct Opened {
     pub(super) scene: Scene,
     pixels: Vec<[u32; 2]>,
@@ -43,14 +42,12 @@ impl Opened {
 }
 
 /// A renderer, and how long it took to build.
-#[derive(Debug)]
 pub(super) struct Built<'o> {
     pub(super) renderer: Renderer<'o>,
     pub(super) seconds: f64,
 }
 
 /// What is measured on a view, and what it is held to.
-#[derive(Debug)]
 pub(super) struct Seen<'r> {
     pub(super) targets: Targets<'r>,
     truth: Truth<Settings>,
@@ -58,7 +55,7 @@ pub(super) struct Seen<'r> {
 
 /// A study of scenes while it is planned, run or merged: each scene is opened when its first unit
 /// is computed, and kept.
-#[derive(Debug)]
+#[allow(missing_debug_implementations, reason = "a function reads scenes")]
 pub struct Work<'w, 'r, 'o> {
     pub(super) spec: &'w StudySpec,
     pub(super) design: Design<Settings>,
@@ -67,15 +64,7 @@ pub struct Work<'w, 'r, 'o> {
     built: &'r [OnceLock<Built<'o>>],
     seen: &'w [OnceLock<Seen<'r>>],
     references: Vec<OnceLock<Reference>>,
-    load: Loader<'w>,
-}
-
-struct Loader<'a>(Load<'a>);
-
-impl std::fmt::Debug for Loader<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Loader")
-    }
+    load: Load<'w>,
 }
 
 /// Calls a function with the work of a study whose scenes are read by `load`.
@@ -96,7 +85,7 @@ pub fn with_work<T>(
         opened: &opened,
         built: &built,
         seen: &seen,
-        load: Loader(load),
+        load,
     })
 }
 
@@ -129,7 +118,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
     pub(super) fn opened(&self, view: usize) -> Result<&'o Opened> {
         let about = self.view(view)?;
         kept(Self::place(self.opened, view)?, || {
-            Opened::open(self.spec, about, self.load.0)
+            Opened::open(self.spec, about, self.load)
         })
     }
 
@@ -168,18 +157,13 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         })
     }
 
-    /// The reference of a view, put together from its parts the first time.
+    /// The reference of a view, made the first time.
     pub(super) fn reference(
         &self,
         view: usize,
-        add_parts: impl FnOnce(&mut Gathering<'_, Targets<'r>>) -> Result<()>,
+        make: impl FnOnce() -> Result<Reference>,
     ) -> Result<&Reference> {
-        let job = self.job(view)?;
-        kept(Self::place(&self.references, view)?, || {
-            let mut gathering = Gathering::new(job);
-            add_parts(&mut gathering)?;
-            Ok(gathering.reference())
-        })
+        kept(Self::place(&self.references, view)?, make)
     }
 
     /// The scene of a view at another resolution.

@@ -1,14 +1,14 @@
 //! A study of scenes in units, each computed by itself, and what they make together.
 
-use super::duel::{comparison, duel};
-use super::shown::{self, Shown};
+use super::pictures::{self, Shown, comparison, duel};
 use super::spec::{Budget, Gallery};
 use super::stage::Work;
-use super::{Targets, gallery, render};
-use crate::engine::{Broken, Gathering, Part, Results, Unit, from_bytes, to_bytes};
+use super::words::entry;
+use super::{Targets, all_pixels, render};
+use crate::engine::{Design, Gathering, Job, Part, Planned, Results, Unit, from_bytes, to_bytes};
 use crate::report::{Exhibits, Picture, scientific};
 use crate::tables::{GalleryRow, SceneRecord, StudyRecord};
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use indicatif::ProgressBar;
 use linelit_film::{Exposure, FilmError, Image, Tile};
 use linelit_integrator::{Renderer, Settings};
@@ -50,6 +50,17 @@ pub struct PlannedUnit {
     pub needs: Range<usize>,
 }
 
+impl SceneUnit {
+    fn planned(self, name: String, seconds: f64, needs: Range<usize>) -> PlannedUnit {
+        PlannedUnit {
+            unit: self,
+            name,
+            seconds,
+            needs,
+        }
+    }
+}
+
 /// Hands on numbers and parts of units, in the order of their numbers.
 pub type EachPart<'a> = &'a dyn Fn(&mut dyn FnMut(usize, Vec<u8>) -> Result<()>) -> Result<()>;
 
@@ -67,28 +78,64 @@ impl Work<'_, '_, '_> {
         (0..self.views.len()).try_for_each(|view| self.job(view).map(drop))?;
         let mut units = Vec::new();
         for view in 0..self.views.len() {
+            let first = units.len();
             self.plan_errors(view, &mut units)?;
-            let first = units.iter().position(|u: &PlannedUnit| u.unit.view == view);
-            let needs = first.unwrap_or(0)..units.len();
-            if let Some(gallery) = self.gallery(view) {
-                self.plan_gallery(view, gallery, &mut units)?;
-            }
-            units.push(PlannedUnit {
-                name: format!("{}: picture", self.view(view)?.label),
-                unit: SceneUnit {
-                    view,
-                    piece: Piece::Exhibit,
-                },
-                seconds: EXHIBIT_SECONDS,
-                // What is for the same time goes by the times found.
-                needs: if self.spec.duel.is_some() {
-                    needs
-                } else {
-                    0..0
-                },
-            });
+            // What is for the same time goes by the times found.
+            let timed = self.spec.duel.is_some();
+            let needs = if timed { first..units.len() } else { 0..0 };
+            self.plan_gallery(view, &mut units)?;
+            let name = format!("{}: picture", self.view(view)?.label);
+            let piece = Piece::Exhibit;
+            units.push(SceneUnit { view, piece }.planned(name, EXHIBIT_SECONDS, needs));
         }
         Ok(units)
+    }
+
+    fn plan_errors(&self, view: usize, units: &mut Vec<PlannedUnit>) -> Result<()> {
+        let label = &self.view(view)?.label;
+        let first = units.len();
+        let mut reference = first..first;
+        for Planned { unit, seconds } in self.job(view)?.units() {
+            let (name, needs) = match &unit {
+                Unit::Reference { round, integrals } => {
+                    reference.end += 1;
+                    (format!("{label}: reference {round} of {integrals:?}"), 0..0)
+                }
+                Unit::Cells { cells, integrals } => {
+                    let name = format!("{label}: measurements {cells:?} of {integrals:?}");
+                    (name, reference.clone())
+                }
+            };
+            let piece = Piece::Errors(unit);
+            units.push(SceneUnit { view, piece }.planned(name, seconds, needs));
+        }
+        Ok(())
+    }
+
+    fn plan_gallery(&self, view: usize, units: &mut Vec<PlannedUnit>) -> Result<()> {
+        if !self.view(view)?.with_gallery || self.spec.gallery.is_none() {
+            return Ok(());
+        }
+        let label = &self.view(view)?.label;
+        let first = units.len();
+        self.with_gallery(view, |wanted, job| {
+            for Planned { unit, seconds } in job.reference_units(wanted.reference_rounds) {
+                let name = format!("{label}: reference of the gallery");
+                let piece = Piece::GalleryReference(unit);
+                units.push(SceneUnit { view, piece }.planned(name, seconds, 0..0));
+            }
+            let needs = first..units.len();
+            let seconds = match wanted.budget {
+                Budget::Seconds(seconds) => 1.5 * seconds,
+                Budget::Samples(_) => 1.0,
+            };
+            for (k, estimator) in wanted.estimators.iter().enumerate() {
+                let name = format!("{label}: {estimator}");
+                let piece = Piece::GalleryPicture(k);
+                units.push(SceneUnit { view, piece }.planned(name, seconds, needs.clone()));
+            }
+            Ok(())
+        })
     }
 
     /// Computes all units, one after the other in memory, and adds to `record` what they make
@@ -97,12 +144,7 @@ impl Work<'_, '_, '_> {
     /// # Errors
     /// As [`Work::plan`].
     pub fn whole(&self, record: &mut StudyRecord) -> Result<Exhibits> {
-        let mut exhibits = Exhibits {
-            compared: self.spec.compared(),
-            ..Exhibits::default()
-        };
-        self.compute_some(|_| true, record, &mut exhibits)?;
-        Ok(exhibits)
+        self.compute_some(|_| true, record)
     }
 
     /// As [`Work::whole`], without pictures: references and measurements alone.
@@ -111,15 +153,14 @@ impl Work<'_, '_, '_> {
     /// As [`Work::plan`].
     pub fn whole_without_pictures(&self, record: &mut StudyRecord) -> Result<()> {
         let wanted = |piece: &Piece| matches!(piece, Piece::Errors(_));
-        self.compute_some(wanted, record, &mut Exhibits::default())
+        self.compute_some(wanted, record).map(drop)
     }
 
     fn compute_some(
         &self,
         wanted: impl Fn(&Piece) -> bool,
         record: &mut StudyRecord,
-        exhibits: &mut Exhibits,
-    ) -> Result<()> {
+    ) -> Result<Exhibits> {
         let planned = self.plan()?;
         let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
         let mut parts: Vec<Option<Vec<u8>>> = Vec::new();
@@ -132,83 +173,27 @@ impl Work<'_, '_, '_> {
             let part = is_wanted.then(|| self.compute(&units, k, &needed));
             parts.push(part.transpose()?);
         }
-        let complete = parts.iter().all(Option::is_some);
-        let mut part = |k: usize| Ok(parts.get(k).cloned().flatten());
-        self.gather(&units, &mut part, complete, record, exhibits)
+        self.gather(&units, &|k| Ok(parts[k].clone()), false, record)
     }
 
-    fn gallery(&self, view: usize) -> Option<&Gallery> {
-        let wanted = self.views.get(view)?.with_gallery;
-        self.spec.gallery.as_ref().filter(|_| wanted)
-    }
-
-    fn plan_errors(&self, view: usize, units: &mut Vec<PlannedUnit>) -> Result<()> {
-        let label = &self.view(view)?.label;
-        let job = self.job(view)?;
-        let first = units.len();
-        let mut reference = first..first;
-        for planned in job.units() {
-            let (name, needs) = match &planned.unit {
-                Unit::Reference { round, integrals } => {
-                    reference.end = units.len() + 1;
-                    (format!("{label}: reference {round} of {integrals:?}"), 0..0)
-                }
-                Unit::Cells { cells, integrals } => (
-                    format!("{label}: measurements {cells:?} of {integrals:?}"),
-                    reference.clone(),
-                ),
-            };
-            units.push(PlannedUnit {
-                unit: SceneUnit {
-                    view,
-                    piece: Piece::Errors(planned.unit),
-                },
-                name,
-                seconds: planned.seconds,
-                needs,
-            });
-        }
-        Ok(())
-    }
-
-    fn plan_gallery(
+    /// Calls a function with the gallery of a view and a job that measures nothing but what its
+    /// pictures are held to.
+    fn with_gallery<T>(
         &self,
         view: usize,
-        wanted: &Gallery,
-        units: &mut Vec<PlannedUnit>,
-    ) -> Result<()> {
-        let label = &self.view(view)?.label;
+        call: impl FnOnce(&Gallery, Job<'_, Targets<'_>>) -> Result<T>,
+    ) -> Result<T> {
+        let wanted = self.spec.gallery.as_ref();
+        let wanted = wanted.context("a study without a gallery")?;
         let scene = self.resized(view, [wanted.width, wanted.height])?;
-        let first = units.len();
-        gallery::with_job(self.spec, wanted, &scene, |job| {
-            for planned in job.reference_units(wanted.reference_rounds) {
-                units.push(PlannedUnit {
-                    name: format!("{label}: reference of the gallery"),
-                    unit: SceneUnit {
-                        view,
-                        piece: Piece::GalleryReference(planned.unit),
-                    },
-                    seconds: planned.seconds,
-                    needs: 0..0,
-                });
-            }
-        });
-        let needs = first..units.len();
-        let seconds = match wanted.budget {
-            Budget::Seconds(seconds) => 1.5 * seconds,
-            Budget::Samples(_) => 1.0,
+        let renderer = Renderer::new(&scene);
+        let targets = Targets::find(&renderer, &all_pixels(wanted.width, wanted.height));
+        let job = Job {
+            problem: &targets,
+            truth: &targets.truth(self.spec.spheres),
+            design: &Design::new(Vec::new(), Vec::new()),
         };
-        let pictures = wanted.estimators.iter().enumerate();
-        units.extend(pictures.map(|(k, estimator)| PlannedUnit {
-            name: format!("{label}: {estimator}"),
-            unit: SceneUnit {
-                view,
-                piece: Piece::GalleryPicture(k),
-            },
-            seconds,
-            needs: needs.clone(),
-        }));
-        Ok(())
+        call(wanted, job)
     }
 
     /// Computes a unit on the threads of the rayon pool that it is called in. `needed` hands on the
@@ -224,95 +209,126 @@ impl Work<'_, '_, '_> {
         number: usize,
         needed: EachPart<'_>,
     ) -> Result<Vec<u8>> {
-        let unit = units.get(number).context("no such unit")?;
-        let view = unit.view;
-        match &unit.piece {
-            Piece::Errors(errors) => {
-                let reference = || {
-                    self.reference(view, |gathering| {
-                        needed(&mut |k, bytes| add(gathering, units, k, &bytes))
-                    })
-                };
-                let part = self.job(view)?.compute(errors, reference)?;
+        let SceneUnit { view, piece } = units.get(number).context("no such unit")?;
+        match piece {
+            Piece::Errors(unit) => {
+                let job = self.job(*view)?;
+                let gathered = || Ok(gathered(self.job(*view)?, units, needed)?.reference());
+                let part = job.compute(unit, || self.reference(*view, gathered))?;
                 Ok(to_bytes(&part))
             }
-            Piece::GalleryReference(round) => {
-                let wanted = self.gallery(view).context("a study without a gallery")?;
-                let scene = self.resized(view, [wanted.width, wanted.height])?;
-                gallery::with_job(self.spec, wanted, &scene, |job| {
-                    let none = || Err(Broken::of("a reference").into());
-                    Ok(to_bytes(&job.compute::<anyhow::Error>(round, none)?))
-                })
+            Piece::GalleryReference(unit) => self.with_gallery(*view, |_, job| {
+                let part = job.compute(unit, || bail!("the gallery has no measurements"))?;
+                Ok(to_bytes(&part))
+            }),
+            Piece::GalleryPicture(k) => self.with_gallery(*view, |wanted, job| {
+                let estimator = *wanted.estimators.get(*k).context("no such picture")?;
+                let targets = job.problem;
+                let reference = gathered(job, units, needed)?.reference();
+                let picture = pictures::picture(self.spec, wanted, targets, &reference, estimator);
+                Ok(to_bytes(&[picture].as_slice()))
+            }),
+            Piece::Exhibit => {
+                let results = gathered(self.job(*view)?, units, needed)?.results();
+                Ok(to_bytes(&self.exhibit(*view, &results)?))
             }
-            Piece::GalleryPicture(k) => {
-                let picture = self.gallery_picture(view, *k, |gathering| {
-                    needed(&mut |k, bytes| add(gathering, units, k, &bytes))
-                })?;
-                Ok(shown::to_bytes(vec![picture]))
-            }
-            Piece::Exhibit if self.spec.duel.is_some() => {
-                let mut gathering = Gathering::new(self.job(view)?);
-                needed(&mut |k, bytes| add(&mut gathering, units, k, &bytes))?;
-                let pictures = self.exhibit(view, &gathering.results())?;
-                Ok(shown::to_bytes(pictures))
-            }
-            Piece::Exhibit => Ok(shown::to_bytes(vec![self.picture(view)?])),
         }
-    }
-
-    fn gallery_picture(
-        &self,
-        view: usize,
-        number: usize,
-        add_parts: impl FnOnce(&mut Gathering<'_, Targets<'_>>) -> Result<()>,
-    ) -> Result<Shown> {
-        let wanted = self.gallery(view).context("a study without a gallery")?;
-        let estimator = *wanted.estimators.get(number).context("no such picture")?;
-        let scene = self.resized(view, [wanted.width, wanted.height])?;
-        gallery::with_job(self.spec, wanted, &scene, |job| {
-            let mut gathering = Gathering::new(job);
-            add_parts(&mut gathering)?;
-            let reference = gathering.reference();
-            Ok(gallery::picture(
-                self.spec,
-                wanted,
-                job.problem,
-                &reference,
-                estimator,
-            ))
-        })
     }
 
     /// Points and lines for the same time, if the study wants them and has both; else the scene.
     fn exhibit(&self, view: usize, results: &Results) -> Result<Vec<Shown>> {
+        let aspect = self.opened(view)?.aspect;
         if let Some(wanted) = &self.spec.duel {
-            let size = fitted(self.opened(view)?.aspect, wanted.side);
+            let size = fitted(aspect, wanted.side);
             let scene = self.resized(view, size)?;
-            let mut record = StudyRecord::default();
-            self.add_rows(view, results, &mut record)?;
-            if let Some(shown) = duel(self.spec, wanted, &record.rows, &scene, size) {
+            let rows: Vec<_> = results.cells.iter().map(|cell| &cell.row).collect();
+            if let Some(shown) = duel(self.spec, wanted, &rows, &scene, size) {
                 return Ok(shown);
             }
         }
-        Ok(vec![self.picture(view)?])
-    }
-
-    /// The scene.
-    fn picture(&self, view: usize) -> Result<Shown> {
-        let size = fitted(self.opened(view)?.aspect, self.spec.picture_side);
+        let size = fitted(aspect, self.spec.picture_side);
         let scene = self.resized(view, size)?;
         let window = Tile::whole(size[0], size[1]);
         let (renderer, settings) = (Renderer::new(&scene), Settings::default());
-        Ok(Shown {
-            name: format!(
-                "{}: line-analytic, 16 stratified lines a point",
-                self.view(view)?.label
-            ),
+        let label = &self.view(view)?.label;
+        Ok(vec![Shown {
+            name: format!("{label}: line-analytic, 16 stratified lines a point"),
             samples: settings.samples,
             seconds: f64::NAN,
             mrse: f64::NAN,
             image: render(&renderer, &settings, window, &ProgressBar::hidden()).0,
-        })
+        }])
+    }
+
+    /// Puts parts together: adds what was found to `record`, and gives what the report shows of it.
+    /// `part` reads the part of a unit, `None` where it is missing. Measurements that lack one are
+    /// left out. Pictures that do are made from what there is, here and now, if `complete` says so;
+    /// else they are left out, too.
+    ///
+    /// # Errors
+    /// If a scene cannot be opened, what `part` fails with, and for parts that are none.
+    pub fn gather(
+        &self,
+        units: &[SceneUnit],
+        part: &dyn Fn(usize) -> Result<Option<Vec<u8>>>,
+        complete: bool,
+        record: &mut StudyRecord,
+    ) -> Result<Exhibits> {
+        let mut exhibits = Exhibits {
+            compared: self.spec.estimators.iter().map(entry).collect(),
+            ..Exhibits::default()
+        };
+        for view in 0..self.views.len() {
+            let mut gathering = Gathering::new(self.job(view)?);
+            let (mut gallery, mut exhibit) = (Vec::new(), Vec::new());
+            for (k, unit) in units.iter().enumerate().filter(|(_, u)| u.view == view) {
+                let missing = || self.missing(units, k, part);
+                let made = |there: Option<Vec<u8>>| match there {
+                    None if complete => missing().map(Some),
+                    there => Ok(there),
+                };
+                match &unit.piece {
+                    Piece::Errors(_) => {
+                        let bytes = part(k)?;
+                        bytes.map_or(Ok(()), |bytes| add(&mut gathering, units, k, &bytes))?;
+                    }
+                    Piece::GalleryReference(_) => {}
+                    Piece::GalleryPicture(_) => gallery.extend(shown(made(part(k)?)?)?),
+                    Piece::Exhibit => exhibit = shown(made(part(k)?)?)?,
+                }
+            }
+            self.add_rows(view, &gathering.results(), record)?;
+            let label = &self.view(view)?.label;
+            show(label, &exhibit, &gallery, record, &mut exhibits)?;
+        }
+        Ok(exhibits)
+    }
+
+    /// Computes the picture of a unit from what there is of others: all measurements for what is
+    /// shown of the scene, and of the gallery's reference what is missing as well.
+    fn missing(
+        &self,
+        units: &[SceneUnit],
+        number: usize,
+        part: &dyn Fn(usize) -> Result<Option<Vec<u8>>>,
+    ) -> Result<Vec<u8>> {
+        let own = &units[number];
+        let exhibit = own.piece == Piece::Exhibit;
+        let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
+            for (k, unit) in units.iter().enumerate().filter(|(_, u)| u.view == own.view) {
+                let bytes = match &unit.piece {
+                    Piece::Errors(_) if exhibit => part(k)?,
+                    Piece::GalleryReference(_) if !exhibit => match part(k)? {
+                        None => Some(self.compute(units, k, &|_| Ok(()))?),
+                        there => there,
+                    },
+                    _ => None,
+                };
+                bytes.map_or(Ok(()), |bytes| each(k, bytes))?;
+            }
+            Ok(())
+        };
+        self.compute(units, number, &needed)
     }
 
     fn add_rows(&self, view: usize, results: &Results, record: &mut StudyRecord) -> Result<()> {
@@ -329,75 +345,17 @@ impl Work<'_, '_, '_> {
         record.add(scene, &pixels, methods, results, &self.spec.papers);
         Ok(())
     }
+}
 
-    /// Puts parts together: adds what was found to `record`, and what the report shows of it to
-    /// `exhibits`. `part` reads the part of a unit, `None` where it is missing. Measurements that
-    /// lack one are left out. Pictures that do are made from what there is, here and now, if
-    /// `complete` says so; else they are left out, too.
-    ///
-    /// # Errors
-    /// If a scene cannot be opened, what `part` fails with, and for parts that are none.
-    pub fn gather(
-        &self,
-        units: &[SceneUnit],
-        part: &mut dyn FnMut(usize) -> Result<Option<Vec<u8>>>,
-        complete: bool,
-        record: &mut StudyRecord,
-        exhibits: &mut Exhibits,
-    ) -> Result<()> {
-        for view in 0..self.views.len() {
-            let mut gathering = Gathering::new(self.job(view)?);
-            let (mut gallery, mut exhibit) = (Vec::new(), None);
-            let own = units.iter().enumerate().filter(|(_, u)| u.view == view);
-            for (k, unit) in own {
-                let bytes = part(k)?;
-                match (&unit.piece, bytes) {
-                    (Piece::Errors(_), Some(bytes)) => add(&mut gathering, units, k, &bytes)?,
-                    (Piece::GalleryPicture(_), Some(bytes)) => {
-                        gallery.extend(shown::from_bytes(&bytes)?);
-                    }
-                    (Piece::GalleryPicture(number), None) if complete => {
-                        let reference =
-                            |g: &mut Gathering<'_, Targets<'_>>| self.gallery_rounds(view, g);
-                        gallery.push(self.gallery_picture(view, *number, reference)?);
-                    }
-                    (Piece::Exhibit, Some(bytes)) => exhibit = Some(shown::from_bytes(&bytes)?),
-                    _ => {}
-                }
-            }
-            let results = gathering.results();
-            self.add_rows(view, &results, record)?;
-            if exhibit.is_none() && complete {
-                exhibit = Some(self.exhibit(view, &results)?);
-            }
-            let label = &self.view(view)?.label;
-            show(
-                label,
-                &exhibit.unwrap_or_default(),
-                &gallery,
-                record,
-                exhibits,
-            )?;
-        }
-        Ok(())
-    }
-
-    /// All rounds of the gallery's reference, computed here.
-    fn gallery_rounds(
-        &self,
-        view: usize,
-        gathering: &mut Gathering<'_, Targets<'_>>,
-    ) -> Result<()> {
-        let wanted = self.gallery(view).context("a study without a gallery")?;
-        for planned in gathering.job().reference_units(wanted.reference_rounds) {
-            let none = || Err(Broken::of("a reference").into());
-            let part = gathering
-                .job()
-                .compute::<anyhow::Error>(&planned.unit, none)?;
-            gathering.add(&planned.unit, part);
-        }
-        Ok(())
-    }
+/// The parts of a job that are handed on, put together.
+fn gathered<'a, 'r>(
+    job: Job<'a, Targets<'r>>,
+    units: &[SceneUnit],
+    needed: EachPart<'_>,
+) -> Result<Gathering<'a, Targets<'r>>> {
+    let mut gathering = Gathering::new(job);
+    needed(&mut |k, bytes| add(&mut gathering, units, k, &bytes))?;
+    Ok(gathering)
 }
 
 /// Adds the part of a unit.
@@ -413,6 +371,19 @@ fn add(
     };
     gathering.add(unit, from_bytes::<Part>(bytes)?);
     Ok(())
+}
+
+/// The pictures of a unit; none of a missing one.
+fn shown(bytes: Option<Vec<u8>>) -> Result<Vec<Shown>> {
+    let Some(bytes) = bytes else {
+        return Ok(Vec::new());
+    };
+    let pictures: Vec<Shown> = from_bytes(&bytes)?;
+    for Image { width, height, rgb } in pictures.iter().map(|p| &p.image) {
+        let pixels = *width as usize * *height as usize;
+        ensure!(rgb.len() == pixels, "a picture lacks pixels");
+    }
+    Ok(pictures)
 }
 
 /// Adds pictures to what the report shows of a scene.

@@ -4,6 +4,36 @@ pub mod metrics;
 pub mod slopes;
 pub mod student;
 
+use linelit_elementary::{exp, ln};
+
+/// The y at x on the straight line through two points, both axes logarithmic.
+pub(crate) fn between(a: [f64; 2], b: [f64; 2], x: f64) -> f64 {
+    let ([x0, y0], [x1, y1]) = (a.map(ln), b.map(ln));
+    exp(y0 + (y1 - y0) * (ln(x) - x0) / (x1 - x0))
+}
+
+/// Squared errors, and times, below which there is only rounding.
+const NOTHING: f64 = 1e-18;
+
+/// The least y that a curve of points reaches with an x of this or less: where its x falls and its
+/// y rises from one point to the next, along the straight line in logarithms. Towards a point that
+/// is nothing but rounding there is no line. `None` if the curve stays above this x.
+pub(crate) fn least(curve: impl IntoIterator<Item = [f64; 2]>, x: f64) -> Option<f64> {
+    let mut least: Option<f64> = None;
+    let mut before: Option<[f64; 2]> = None;
+    for point in curve {
+        let from = before.filter(|from| from[0] > x && from[1] < point[1]);
+        let reached = match from {
+            _ if point[0] > x => None,
+            Some(from) if point[0] > NOTHING && from[1] > NOTHING => Some(between(from, point, x)),
+            _ => Some(point[1]),
+        };
+        least = [least, reached].into_iter().flatten().reduce(f64::min);
+        before = Some(point);
+    }
+    least
+}
+
 /// A standard normal deviate (Box & Muller 1958).
 #[cfg(test)]
 pub(crate) fn normal(random: &mut impl rand::RngExt) -> f64 {

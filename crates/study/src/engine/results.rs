@@ -1,0 +1,185 @@
+//! The results of a study, put together from the parts of its units.
+
+use super::reference::Replicates;
+use super::units::{CellPart, Job, Part, Planned, Unit};
+use super::{Design, Method, Problem, Reference, Score, Truth};
+use crate::tables::{LeftOutRow, ResultRow};
+use anyhow::Context as _;
+
+/// Errors and times of all methods on one problem.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// Number of integrals.
+    pub integrals: usize,
+    /// Number of pixels, by which sums of errors are divided ([`Problem::pixels`]).
+    pub pixels: usize,
+    /// The reference.
+    pub reference: Reference,
+    /// Mean over pixels and channels of the reference's square: what squared errors are relative
+    /// to.
+    pub power: f64,
+    /// All measurements, in the order of [`Design::cells`].
+    pub cells: Vec<CellResult>,
+    /// Measurements that lack a part; the scene's name is still empty.
+    pub left_out: Vec<LeftOutRow>,
+}
+
+/// Error and time of one method at one number of samples.
+#[derive(Clone, Debug)]
+pub struct CellResult {
+    /// What tables say of it; the names of scene and pixels are still empty.
+    pub row: ResultRow,
+    /// Errors, trial by trial.
+    pub score: Score,
+}
+
+impl CellResult {
+    fn new<S>(part: CellPart, method: &Method<S>, samples: u32, pixels: usize) -> Self {
+        let (score, counts) = (part.sums.score(pixels), part.counts);
+        let row = ResultRow {
+            scene: String::new(),
+            pixels: String::new(),
+            estimator: method.estimator.clone(),
+            sampler: method.sampler.clone(),
+            samples,
+            trials: method.trials,
+            mse: score.mse,
+            mse_stderr: score.mse_stderr,
+            mrse: score.mrse,
+            variance: score.variance,
+            bias: score.bias,
+            bias_stderr: score.bias_stderr,
+            cpu_seconds: part.times.seconds(),
+            cpu_error: part.times.error(),
+            wall_seconds: part.times.wall_seconds(),
+            rays: counts.rays,
+            line_queries: counts.line_queries,
+            node_tests: counts.node_tests,
+            triangle_tests: counts.triangle_tests,
+            intervals: counts.intervals,
+            processor: part.processor,
+        };
+        Self { row, score }
+    }
+}
+
+/// The results of a study, put together from parts: the same bits whatever computed them, if the
+/// parts are handed over in the order of their units. What is missing is left out.
+#[derive(Debug)]
+pub struct Gathering<'a, P: Problem> {
+    /// What the parts are of.
+    pub job: Job<'a, P>,
+    replicates: Vec<Replicates>,
+    cells: Vec<Option<CellPart>>,
+}
+
+impl<'a, P: Problem> Gathering<'a, P> {
+    /// Nothing yet.
+    #[must_use]
+    pub fn new(job: Job<'a, P>) -> Self {
+        Self {
+            replicates: vec![Replicates::default(); job.problem.integrals()],
+            cells: vec![None; job.design.cells().len()],
+            job,
+        }
+    }
+
+    /// Adds a unit's part.
+    pub fn add(&mut self, unit: &Unit, part: Part) {
+        match (unit, part) {
+            (Unit::Cells { cells, .. }, Part::Cells(parts)) => {
+                for (own, part) in self.cells.iter_mut().skip(cells.start).zip(parts) {
+                    match own {
+                        Some(own) => own.join(part),
+                        none => *none = Some(part),
+                    }
+                }
+            }
+            (_, Part::Reference(part)) => part.add_to(&mut self.replicates),
+            (Unit::Reference { .. }, Part::Cells(_)) => {}
+        }
+    }
+
+    /// The reference, once all its parts are there. Known values need none.
+    ///
+    /// # Panics
+    /// If known values are not one for each integral.
+    #[must_use]
+    pub fn reference(&self) -> Reference {
+        let (problem, samples) = (self.job.problem, self.job.design.reference_samples());
+        match self.job.truth {
+            Truth::Known(values) => {
+                assert_eq!(values.len(), problem.integrals(), "a value per integral");
+                Reference::known(values.clone())
+            }
+            Truth::Computed(method) => {
+                Reference::new(&self.replicates, method, samples, problem.pixels())
+            }
+        }
+    }
+
+    /// The results; measurements that lack a part are left out.
+    ///
+    /// # Panics
+    /// If known values are not one for each integral.
+    #[must_use]
+    pub fn results(self) -> Results {
+        let reference = self.reference();
+        let problem = self.job.problem;
+        let (integrals, pixels) = (problem.integrals(), problem.pixels());
+        let (mut cells, mut left_out) = (Vec::new(), Vec::new());
+        for ((method, samples), own) in self.job.design.cells().zip(self.cells) {
+            match own.filter(|part| part.integrals == integrals) {
+                Some(part) => cells.push(CellResult::new(part, method, samples, pixels)),
+                None => left_out.push(LeftOutRow {
+                    scene: String::new(),
+                    estimator: method.estimator.clone(),
+                    sampler: method.sampler.clone(),
+                    samples,
+                }),
+            }
+        }
+        let squares: f64 = reference.values.iter().map(|v| v.length_squared()).sum();
+        Results {
+            integrals,
+            pixels,
+            power: squares / (3.0 * pixels.max(1) as f64),
+            reference,
+            cells,
+            left_out,
+        }
+    }
+}
+
+/// Measures all methods on a problem, on the threads of the rayon pool that it is called in: the
+/// units of [`Job::units`], one after the other. The error of a computed reference is below a tenth
+/// of the smallest variance found, as far as a pilot can tell and [`Design::reference_rounds`]
+/// allow; what has none but rounding ([`Score::variance`]) does not count.
+///
+/// Only times depend on how many threads there are.
+///
+/// # Panics
+/// If known values are not one for each integral.
+pub fn measure<P: Problem>(
+    problem: &P,
+    truth: &Truth<P::Settings>,
+    design: &Design<P::Settings>,
+) -> Results {
+    let mut gathering = Gathering::new(Job {
+        problem,
+        truth,
+        design,
+    });
+    let mut reference = None;
+    for Planned { unit, .. } in gathering.job.units() {
+        if matches!(unit, Unit::Cells { .. }) {
+            reference.get_or_insert_with(|| gathering.reference());
+        }
+        let known = || reference.as_ref().context("the reference comes first");
+        // Units of the study itself are refused by nobody.
+        if let Ok(part) = gathering.job.compute(&unit, known) {
+            gathering.add(&unit, part);
+        }
+    }
+    gathering.results()
+}
