@@ -267,7 +267,7 @@ fn plot(series: Vec<Series>) -> Plot {
         title: "error over shadow rays".to_owned(),
         x_label: "shadow rays of a shading point".to_owned(),
         y_label: "root mean squared error".to_owned(),
-        x_ticks: Some(vec![1.0, 4.0, 16.0, 64.0]),
+        x_is_time: false,
         more_is_better: false,
         guides: vec![-0.5],
         series,

@@ -2,7 +2,9 @@
 
 use crate::engine::{CellResult, Method, Results};
 use crate::report::{Exhibits, Report, plot_files};
+use crate::stats::least;
 use crate::stats::slopes::{SlopePoint, fit_trials};
+use crate::stats::student::central_probability;
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
 use linelit_film::FilmError;
 
@@ -97,6 +99,38 @@ impl StudyRecord {
         record
     }
 
+    /// The least time to a root mean squared error by scene, estimator and pattern of a row. Before
+    /// the reference's own error is taken off, no mean of squares is below its standard error: what
+    /// is says more of the reference.
+    pub(crate) fn time_to(&self, of: &ResultRow, error: f64) -> Option<f64> {
+        let own = self.rows.iter().filter(|r| {
+            (&r.scene, &r.estimator, &r.sampler) == (&of.scene, &of.estimator, &of.sampler)
+        });
+        let point = |r: &ResultRow| {
+            let measured = r.mse > 0.0 && !(r.mse < r.mse_stderr);
+            let error = if r.is_noiseless() { 0.0 } else { r.mse.sqrt() };
+            let known = r.cpu_seconds > 0.0 && (measured || r.is_noiseless());
+            known.then_some([error, r.cpu_seconds])
+        };
+        let mut curve: Vec<[f64; 2]> = own.filter_map(point).collect();
+        curve.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        least(curve, error)
+    }
+
+    /// One row's bias over its standard error, in which the reference's error is included, and the
+    /// probability of one as large without bias: Student's, as the error is itself from few trials.
+    pub(crate) fn bias_test(&self, row: &ResultRow) -> Option<[f64; 2]> {
+        if row.bias.abs() <= 0.0 {
+            return Some([0.0, 1.0]);
+        }
+        let scene = self.scenes.iter().find(|s| s.scene == row.scene);
+        let reference = scene.map_or(0.0, |s| s.reference_mse / s.shading_points.max(1) as f64);
+        let z = row.bias / (row.bias_stderr * row.bias_stderr + reference).sqrt();
+        let freedom = row.trials.checked_sub(1).filter(|&f| f > 0)?;
+        let p = 1.0 - central_probability(z.abs(), freedom);
+        z.is_finite().then_some([z, p])
+    }
+
     /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`, which shows the
     /// exhibits.
     ///
@@ -153,4 +187,74 @@ fn slope(
         paper_order: paper.map(|p| p.order),
         paper_source: paper.map(|p| p.source.to_owned()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(samples: u32, mse: f64, cpu_seconds: f64) -> ResultRow {
+        ResultRow {
+            scene: "room".to_owned(),
+            samples,
+            trials: 8,
+            mse,
+            variance: mse,
+            cpu_seconds,
+            bias: 1e-4,
+            bias_stderr: 1e-4,
+            ..ResultRow::default()
+        }
+    }
+
+    #[test]
+    fn times_are_read_at_an_error() {
+        let closed = ResultRow {
+            variance: 0.0,
+            ..row(64, 1e-30, 100.0)
+        };
+        // Below its standard error: nothing is read from it.
+        let vague = ResultRow {
+            mse_stderr: 1.0,
+            ..row(1, 1e-20, 0.1)
+        };
+        let mut record = StudyRecord {
+            rows: vec![row(4, 1e-2, 1.0), row(16, 1e-4, 10.0), vague, closed],
+            ..StudyRecord::default()
+        };
+        let near = |error, want: f64| {
+            let time = record.time_to(&record.rows[0], error).unwrap();
+            assert!((time / want - 1.0).abs() < 1e-12, "{error}: {time}");
+        };
+        near(1e-1, 1.0);
+        near(0.1 / 10f64.sqrt(), 10f64.sqrt());
+        near(1e-3, 100.0);
+        near(1.0, 1.0);
+        record.rows.pop();
+        assert!(record.time_to(&record.rows[0], 1e-3).is_none());
+    }
+
+    #[test]
+    fn the_bias_test_uses_few_trials_and_the_references_error() {
+        let scene = SceneRecord {
+            scene: "room".to_owned(),
+            reference_mse: 3e-6,
+            shading_points: 100,
+            ..SceneRecord::default()
+        };
+        let record = StudyRecord {
+            scenes: vec![scene],
+            ..StudyRecord::default()
+        };
+        let [z, p] = record.bias_test(&row(1, 1.0, 1.0)).unwrap();
+        // √(1e-8 + 3e-8) = 2e-4.
+        assert!((z - 0.5).abs() < 1e-12);
+        assert!((p - (1.0 - central_probability(0.5, 7))).abs() < 1e-12);
+        let single = ResultRow {
+            trials: 1,
+            bias: 1.0,
+            ..ResultRow::default()
+        };
+        assert!(record.bias_test(&single).is_none());
+    }
 }

@@ -1,7 +1,7 @@
 //! Errors against a reference that is as wrong as what is held to it.
 
 use linelit_geometry::DVec3;
-use linelit_study::engine::{Design, Method, Problem, Results, Truth, measure};
+use linelit_study::engine::{Design, Job, Method, Problem, Results, Truth, measure};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
@@ -51,14 +51,18 @@ const SIGMA: f64 = 0.1;
 const REFERENCE_SIGMA: f64 = 1.6;
 const VARIANCE: f64 = SIGMA * SIGMA / 4.0;
 
-fn study(key: u64, trials: u32) -> Results {
+/// A study by so many trials of a method with this standard deviation.
+fn study(key: u64, trials: u32, sigma: f64) -> Results {
     let design = Design {
         reference_rounds: 1,
         cell_seconds: 0.0,
-        ..Design::new(vec![method(trials, SIGMA)], vec![4])
+        ..Design::new(vec![method(trials, sigma)], vec![4])
     };
-    let truth = Truth::Computed(method(4, REFERENCE_SIGMA));
-    measure(&Noise { key }, &truth, &design)
+    measure(Job {
+        problem: &Noise { key },
+        truth: &Truth::Computed(method(4, REFERENCE_SIGMA)),
+        design: &design,
+    })
 }
 
 /// Mean and standard error.
@@ -74,7 +78,7 @@ const STUDIES: u64 = 400;
 /// The mean of many studies is the true error, not that of the reference on top of it.
 #[test]
 fn the_references_own_error_is_taken_off() {
-    let studies: Vec<Results> = (0..STUDIES).map(|key| study(key, 8)).collect();
+    let studies: Vec<Results> = (0..STUDIES).map(|key| study(key, 8, SIGMA)).collect();
     let score = |of: fn(&Results) -> f64| mean(&studies.iter().map(of).collect::<Vec<f64>>());
     let colour = COLOUR.length_squared() / 3.0;
     let relative = |k| VARIANCE / f64::powi(value(k), 2);
@@ -97,7 +101,7 @@ fn the_standard_error_knows_of_the_reference() {
     // With 64 trials the spread over them is a fifth of it, so that its own t-distribution, of
     // variance 63/61, does not show.
     let z = |key| {
-        let score = &study(key, 64).cells[0].score;
+        let score = &study(key, 64, SIGMA).cells[0].score;
         let want = COLOUR.length_squared() / 3.0 * VARIANCE;
         let trials = mean(&score.trial_mse).1;
         let error = score.mse - want;
@@ -115,13 +119,7 @@ fn the_standard_error_knows_of_the_reference() {
 #[test]
 fn what_the_reference_cannot_tell_is_zero() {
     let tiny = |key| {
-        let design = Design {
-            reference_rounds: 1,
-            cell_seconds: 0.0,
-            ..Design::new(vec![method(4, 1e-3)], vec![4])
-        };
-        let truth = Truth::Computed(method(4, REFERENCE_SIGMA));
-        let results = measure(&Noise { key }, &truth, &design);
+        let results = study(key, 4, 1e-3);
         let score = &results.cells[0].score;
         assert!(score.mse >= 0.0 && score.mrse >= 0.0);
         // √(2 · 4/5 · 60) · 0.0025 / 60 of the square of a colour, if s⁴ is what it is on average.

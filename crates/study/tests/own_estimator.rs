@@ -1,7 +1,9 @@
 //! Somebody's own estimator is measured, fitted and reported.
 
 use linelit_geometry::DVec3;
-use linelit_study::engine::{Contest, Counts, Design, Method, Problem, Truth, contest, measure};
+use linelit_study::engine::{
+    Contest, Counts, Design, Job, Method, Problem, Truth, contest, measure,
+};
 use linelit_study::report::Exhibits;
 use linelit_study::tables::{SceneRecord, StudyRecord};
 use rand::{RngExt as _, SeedableRng as _};
@@ -67,7 +69,11 @@ fn design() -> Design<bool> {
 /// The record of a study, and its files by name.
 fn study(truth: &Truth<bool>) -> (StudyRecord, BTreeMap<String, Vec<u8>>) {
     let design = design();
-    let results = measure(&Powers, truth, &design);
+    let results = measure(Job {
+        problem: &Powers,
+        truth,
+        design: &design,
+    });
     assert_eq!(results.cells.len(), 6);
     let mut record = StudyRecord::new("Powers");
     let scene = SceneRecord {

@@ -112,10 +112,6 @@ impl Study {
         }
     }
 
-    fn measure(&self) -> Results {
-        measure(&self.problem, &self.truth, &self.design)
-    }
-
     /// What there is of the parts, put together in the order of the units.
     fn gathered(&self, parts: &BTreeMap<usize, Vec<u8>>) -> Gathering<'_, Steps> {
         let units = self.job().units();
@@ -157,7 +153,7 @@ fn pieces_in_any_order_are_one_study() {
                 truth: truth.clone(),
                 ..Study::new(rays)
             };
-            let results = study.measure();
+            let results = measure(study.job());
             let whole = bits(&results);
             // However it is cut, the sums are those of all integrals and trials.
             for cell in &results.cells {
@@ -227,11 +223,11 @@ fn the_reference_is_a_tenth_of_the_smallest_error() {
             reference_rounds: rounds,
             ..Design::new(vec![method("m", 0)], vec![1, samples])
         };
-        let results = Study {
+        let study = Study {
             design,
             ..Study::new(0)
-        }
-        .measure();
+        };
+        let results = measure(study.job());
         let smallest = results.cells[1].score.variance;
         let share = results.reference.mse / smallest;
         assert_eq!(share < 0.1, enough, "{samples} {rounds}: {share}");

@@ -1,8 +1,10 @@
 //! The results of a study, put together from the parts of its units.
 
+#[cfg(doc)]
+use super::Design;
 use super::reference::Replicates;
 use super::units::{CellPart, Job, Part, Planned, Unit};
-use super::{Design, Method, Problem, Reference, Score, Truth};
+use super::{Method, Problem, Reference, Score, Truth};
 use crate::tables::{LeftOutRow, ResultRow};
 use anyhow::Context as _;
 
@@ -160,16 +162,8 @@ impl<'a, P: Problem> Gathering<'a, P> {
 ///
 /// # Panics
 /// If known values are not one for each integral.
-pub fn measure<P: Problem>(
-    problem: &P,
-    truth: &Truth<P::Settings>,
-    design: &Design<P::Settings>,
-) -> Results {
-    let mut gathering = Gathering::new(Job {
-        problem,
-        truth,
-        design,
-    });
+pub fn measure<P: Problem>(job: Job<'_, P>) -> Results {
+    let mut gathering = Gathering::new(job);
     let mut reference = None;
     for Planned { unit, .. } in gathering.job.units() {
         if matches!(unit, Unit::Cells { .. }) {

@@ -24,9 +24,13 @@ pub struct PlotPoint {
 
 impl PlotPoint {
     /// Whether it has a place on the axes; what has none is left out.
+    fn is_drawn(&self) -> bool {
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        self.noiseless || (positive(self.x) && positive(self.y))
+    }
+
     fn is_noisy(&self) -> bool {
-        let drawable = |v: f64| v > 0.0 && v.is_finite();
-        !self.noiseless && drawable(self.x) && drawable(self.y)
+        !self.noiseless && self.is_drawn()
     }
 }
 
@@ -50,8 +54,8 @@ pub struct ConvergencePlot {
     pub x_label: String,
     /// Label of the vertical axis.
     pub y_label: String,
-    /// Ticks of the horizontal axis, else powers of ten (as seconds).
-    pub x_ticks: Option<Vec<f64>>,
+    /// Whether the horizontal axis is of seconds; else of samples, with a tick at each number.
+    pub x_is_time: bool,
     /// Whether more is better: where open marks stand above, not below.
     pub more_is_better: bool,
     /// Slopes drawn as dashed lines from the first point of the worst estimator.
@@ -86,7 +90,7 @@ pub(crate) fn error_over_samples(
         title: format!("{scene}: error over samples"),
         x_label: "light samples of a shading point".to_owned(),
         y_label: "root mean squared error".to_owned(),
-        x_ticks: Some(counts(&series)),
+        x_is_time: false,
         more_is_better: false,
         guides: vec![-0.5, -1.0, -1.5],
         series,
@@ -111,7 +115,7 @@ pub(crate) fn error_over_time(
     ConvergencePlot {
         title: format!("{scene}: error over time"),
         x_label: "processor time of one trial, without set-up".to_owned(),
-        x_ticks: None,
+        x_is_time: true,
         guides: Vec::new(),
         series,
         ..error_over_samples(scene, &[], palette)
@@ -140,7 +144,6 @@ pub(crate) fn efficiency_over_samples(
     ConvergencePlot {
         title: format!("{scene}: efficiency over samples"),
         y_label: "efficiency".to_owned(),
-        x_ticks: Some(counts(&series)),
         more_is_better: true,
         guides: Vec::new(),
         series,
@@ -156,21 +159,6 @@ fn rmse(row: &ResultRow) -> PlotPoint {
         // d√m = dm/(2√m).
         y_error: 0.5 * row.mse_stderr / rmse,
         ..PlotPoint::default()
-    }
-}
-
-/// All abscissae, ascending.
-fn counts(series: &[Series]) -> Vec<f64> {
-    let mut ticks: Vec<f64> = series.iter().flat_map(Series::abscissae).collect();
-    ticks.sort_by(f64::total_cmp);
-    ticks.dedup();
-    ticks
-}
-
-impl Series {
-    fn abscissae(&self) -> impl Iterator<Item = f64> + '_ {
-        let drawn = self.points.iter().filter(|p| p.noiseless || p.is_noisy());
-        drawn.map(|p| p.x)
     }
 }
 
@@ -252,15 +240,22 @@ impl ConvergencePlot {
         canvas.finish(height, &self.title)
     }
 
+    fn points(&self) -> impl Iterator<Item = &PlotPoint> {
+        let points = self.series.iter().flat_map(|series| &series.points);
+        points.filter(|point| point.is_drawn())
+    }
+
+    fn abscissae(&self) -> impl Iterator<Item = f64> {
+        self.points().map(|point| point.x)
+    }
+
     fn axes(&self) -> (LogAxis, LogAxis) {
-        let abscissae = self.series.iter().flat_map(Series::abscissae);
-        let mut x = LogAxis::spanning(abscissae, 1.35);
+        let mut x = LogAxis::spanning(self.abscissae(), 1.35);
         if !self.guides.is_empty() {
             // Room beyond the last point, where the guides' orders stand.
             x.high *= pow(x.high / x.low, 0.1).max(1.2);
         }
-        let points = self.series.iter().flat_map(|series| &series.points);
-        let noisy = points.filter(|point| point.is_noisy());
+        let noisy = self.points().filter(|point| point.is_noisy());
         (x, LogAxis::spanning(noisy.map(|p| p.y), 1.6))
     }
 
@@ -291,11 +286,15 @@ impl ConvergencePlot {
                 canvas.markup("ll-small", [x.from - 7.0, at + 4.0], Anchor::End, &text);
             }
         }
-        let (ticks, unit) = match &self.x_ticks {
-            Some(ticks) => (thin(ticks, x), Unit::Count),
-            None => (thin(&x.ticks(), x), Unit::Seconds),
+        let (ticks, unit) = if self.x_is_time {
+            (x.ticks(), Unit::Seconds)
+        } else {
+            let mut counts: Vec<f64> = self.abscissae().collect();
+            counts.sort_by(f64::total_cmp);
+            counts.dedup();
+            (counts, Unit::Count)
         };
-        for tick in ticks {
+        for tick in thin(&ticks, x) {
             let at = x.pixel(tick);
             canvas.line("ll-grid", [at, y.from], [at, y.to]);
             let text = axis::label(tick, unit);
@@ -345,8 +344,7 @@ impl ConvergencePlot {
         } else {
             panel.y.low
         };
-        let drawn = series.points.iter().filter(|p| p.noiseless || p.is_noisy());
-        for point in drawn {
+        for point in series.points.iter().filter(|p| p.is_drawn()) {
             let [x, y] = panel.pixel(point.x, if point.noiseless { edge } else { point.y });
             let bars = format!("ll-e{colour}");
             if let Some([low, high]) = bar([point.y, point.y_error], panel.y)
@@ -374,7 +372,7 @@ impl ConvergencePlot {
 
     fn abscissa(&self, point: &PlotPoint) -> String {
         let [x, error] = [point.x, point.x_error];
-        if self.x_ticks.is_some() {
+        if !self.x_is_time {
             format!("{x} samples")
         } else if error > 0.0 {
             format!("{} ± {}", axis::seconds(x), axis::seconds(error))
@@ -415,84 +413,70 @@ fn thin(ticks: &[f64], axis: LogAxis) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn plot(points: &[[f64; 3]]) -> ConvergencePlot {
-        let noisy = points.iter().map(|&[x, y, y_error]| PlotPoint {
-            x,
-            y,
-            y_error,
-            ..PlotPoint::default()
-        });
-        let noiseless = PlotPoint {
-            x: 4.0,
-            noiseless: true,
-            ..PlotPoint::default()
-        };
-        let series = Series {
+    /// A row with an error of a tenth of its own; without noise at 64 samples.
+    fn row(samples: u32, mse: f64) -> ResultRow {
+        ResultRow {
+            scene: "s".to_owned(),
             estimator: "a<b".to_owned(),
-            sampler: "sobol".to_owned(),
-            points: noisy.chain([noiseless]).collect(),
-        };
-        ConvergencePlot {
-            title: "t".to_owned(),
-            x_label: "x".to_owned(),
-            y_label: "y".to_owned(),
-            x_ticks: Some(vec![1.0, 4.0, 16.0]),
-            more_is_better: false,
-            guides: vec![-0.5, -1.5],
-            series: vec![series],
-            palette: Palette::new(["a<b"]),
+            samples,
+            trials: 8,
+            mse,
+            mse_stderr: 0.1 * mse,
+            variance: f64::from(u32::from(samples < 64)),
+            cpu_seconds: 1e-3 * f64::from(samples),
+            ..ResultRow::default()
         }
     }
 
     #[test]
     fn impossible_values_are_left_out_and_all_numbers_are_finite() {
-        let svg = plot(&[
-            [1.0, 0.5, 9.0],
-            [4.0, 0.0, 0.0],
-            [16.0, f64::NAN, 1.0],
-            [64.0, 1e-3, f64::NAN],
-        ])
-        .render();
+        let vague = ResultRow {
+            mse_stderr: f64::NAN,
+            ..row(32, 1e-3)
+        };
+        let rows = [
+            row(1, 0.5),
+            row(4, 0.0),
+            row(16, f64::NAN),
+            vague,
+            row(64, 1e-9),
+        ];
+        let svg = error_over_samples("s", &rows, &Palette::default()).render();
         // Two with noise, and one without on the lower edge.
         assert_eq!(svg.matches("<title>").count(), 3);
         assert_eq!(svg.matches(r#"class="ll-o"#).count(), 1);
         assert!(!svg.contains("inf") && !svg.contains("\"NaN"), "{svg}");
         assert!(svg.contains("a&lt;b") && !svg.contains("a<b"));
-        assert_eq!(svg.matches("ll-guide\"").count(), 2);
+        assert_eq!(svg.matches("ll-guide\"").count(), 3);
+        for rows in [&rows[1..2], &[]] {
+            let empty = error_over_samples("s", rows, &Palette::default()).render();
+            assert!(empty.ends_with("</svg>\n") && !empty.contains("<title>"));
+        }
     }
 
     /// A bar along the axis, one across it, and none for an error that is not known.
     #[test]
     fn bars_say_how_sure_times_are() {
-        let row = |samples: u32, cpu_error| ResultRow {
-            scene: "s".to_owned(),
-            samples,
-            trials: 8,
-            mse: 1.0 / f64::from(samples),
-            variance: f64::from(u32::from(samples < 64)),
-            cpu_seconds: 1e-3 * f64::from(samples),
+        let timed = |samples, cpu_error| ResultRow {
             cpu_error,
-            ..ResultRow::default()
+            mse_stderr: 0.0,
+            ..row(samples, 1.0 / f64::from(samples))
         };
-        let rows = [row(1, 1e-4), row(4, 9.0), row(16, f64::NAN), row(64, 8e-3)];
-        let plot = error_over_time("s", &rows, &Palette::default());
-        let errors = plot.series[0].points.iter().map(|p| p.x_error);
-        assert_eq!(errors.take(2).collect::<Vec<_>>(), [1e-4, 9.0]);
-        let last = plot.series[0].points[3];
-        assert!(last.noiseless);
-        assert_eq!(last.x.to_bits(), 64e-3_f64.to_bits());
-        assert_eq!(last.x_error.to_bits(), 8e-3_f64.to_bits());
+        let rows = [
+            timed(1, 1e-4),
+            timed(4, 9.0),
+            timed(16, f64::NAN),
+            timed(64, 8e-3),
+        ];
+        let svg = error_over_time("s", &rows, &Palette::default()).render();
         // Each of the three that are known is a line and its two ends; no error of the error is.
-        let svg = plot.render();
         assert_eq!(svg.matches(r#"class="ll-e"#).count(), 9, "{svg}");
-        assert!(svg.contains("1 ms ± 100 µs"), "{svg}");
+        assert!(
+            svg.contains("1 ms ± 100 µs") && svg.contains("64 ms ± 8 ms: no noise"),
+            "{svg}"
+        );
         assert!(!svg.contains("inf") && !svg.contains("NaN\""));
-        let axis = LogAxis {
-            low: 1.0,
-            high: 100.0,
-            from: 0.0,
-            to: 20.0,
-        };
+        let axis = LogAxis::spanning([1.0, 100.0].into_iter(), 1.0).over(0.0, 20.0);
         // From 10 − 9 to 10 + 990, which is beyond.
         assert_eq!(bar([10.0, 9.0], axis), Some([0.0, axis.pixel(19.0)]));
         assert_eq!(bar([10.0, 990.0], axis), Some([0.0, 20.0]));
@@ -502,51 +486,24 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_without_data_is_still_a_picture() {
-        let svg = ConvergencePlot {
-            series: Vec::new(),
-            ..plot(&[])
-        }
-        .render();
-        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
-        assert!(plot(&[]).render().contains("</svg>"));
-    }
-
-    #[test]
     fn rows_become_series_with_the_error_of_the_root() {
-        let row = |samples, mse| ResultRow {
-            scene: "s".to_owned(),
-            estimator: "e".to_owned(),
-            sampler: "r".to_owned(),
-            samples,
-            mse,
-            mse_stderr: 0.1 * mse,
-            trials: 8,
-            variance: mse,
-            cpu_seconds: 1e-3,
-            ..ResultRow::default()
-        };
         let other = ResultRow {
             scene: "other".to_owned(),
             ..row(1, 1.0)
         };
-        let closed = ResultRow {
-            variance: 0.0,
-            ..row(16, 1e-12)
-        };
-        let rows = [row(1, 4.0), other, row(4, 1.0), closed];
+        let rows = [row(1, 4.0), other, row(4, 0.25), row(64, 1e-12)];
         let plot = error_over_samples("s", &rows, &Palette::default());
-        assert_eq!(plot.series.len(), 1);
-        assert!(plot.series[0].points[2].noiseless);
+        let [series] = plot.series.as_slice() else {
+            panic!("{plot:?}");
+        };
+        let [first, _, last] = series.points.as_slice() else {
+            panic!("{series:?}");
+        };
+        assert!(last.noiseless && !first.noiseless);
+        // 10 % of the square is 5 % of the root.
+        assert!((first.y - 2.0).abs() < 1e-15 && (first.y_error - 0.1).abs() < 1e-15);
         let efficiency = efficiency_over_samples("s", &rows, &Palette::default());
         let values = efficiency.series[0].points.iter().map(|p| p.y);
         assert_eq!(values.take(2).collect::<Vec<_>>(), [1.0, 4.0]);
-        let points = &plot.series[0].points;
-        assert_eq!(
-            (points.len(), points[0].y.to_bits()),
-            (3, 2.0_f64.to_bits())
-        );
-        // 10 % of the square is 5 % of the root.
-        assert!((points[0].y_error - 0.1).abs() < 1e-15);
     }
 }

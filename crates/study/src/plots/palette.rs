@@ -1,7 +1,6 @@
 //! One colour and one mark for each estimator, the same in all plots of a report.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 /// Shapes of marks.
 pub(crate) const MARK_COUNT: usize = 6;
@@ -84,54 +83,51 @@ impl Palette {
     }
 }
 
+/// What does not change with the theme.
+const SHAPES: &str = "\
+    .ll{font-family:system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
+    .ll text{font-size:12px}.ll text.ll-small,.ll text.ll-halo{font-size:11px}\
+    .ll text.ll-head{font-size:13px;font-weight:600}\
+    .ll text.ll-halo{paint-order:stroke;stroke-width:4;stroke-linejoin:round}\
+    .ll .ll-panel{fill:none}.ll .ll-guide{stroke-dasharray:4 4}.ll .ll-paperdot{stroke-width:1.3}";
+
+/// What changes: fills and strokes of the light and of the dark theme.
+const INKS: [(&str, [&str; 2]); 12] = [
+    (" text{fill:", ["#3d4650", "#c6ced8"]),
+    (" .ll-paper{fill:", PAPER),
+    (" .ll-panel{stroke:", ["#c3cad2", "#46505c"]),
+    (" .ll-grid{stroke:", ["#e6e9ee", "#262e38"]),
+    (" .ll-strong{stroke:", ["#c3cad2", "#46505c"]),
+    (" .ll-guide{stroke:", ["#8b95a1", "#7a8591"]),
+    (" text.ll-small{fill:", ["#6b7580", "#98a3af"]),
+    (" text.ll-halo{fill:", ["#56616d", "#a9b4c0"]),
+    (" text.ll-halo{stroke:", PAPER),
+    (" text.ll-head{fill:", ["#1d242c", "#eef2f6"]),
+    (" .ll-paperdot{fill:", PAPER),
+    (" .ll-paperdot{stroke:", ["#1d242c", "#eef2f6"]),
+];
+
+/// Papers of the light and of the dark theme.
+const PAPER: [&str; 2] = ["#ffffff", "#151a21"];
+
 /// The style sheet of every plot: light by default, dark where the reader prefers it.
 pub(crate) fn css() -> String {
-    let mut css = String::from(
-        ".ll{font-family:system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
-         .ll text{font-size:12px;fill:#3d4650}\
-         .ll .ll-paper{fill:#ffffff}\
-         .ll .ll-panel{fill:none;stroke:#c3cad2;stroke-width:1}\
-         .ll .ll-grid{stroke:#e6e9ee;stroke-width:1}\
-         .ll .ll-strong{stroke:#c3cad2;stroke-width:1}\
-         .ll .ll-guide{stroke:#8b95a1;stroke-width:1;stroke-dasharray:4 4}\
-         .ll text.ll-small{font-size:11px;fill:#6b7580}\
-         .ll text.ll-halo{font-size:11px;fill:#56616d;paint-order:stroke;stroke:#ffffff;stroke-width:4;stroke-linejoin:round}\
-         .ll text.ll-head{font-size:13px;font-weight:600;fill:#1d242c}\
-         .ll .ll-paperdot{fill:#ffffff;stroke:#1d242c;stroke-width:1.3}",
-    );
-    // Writing to a string cannot fail.
-    for (index, [light, _]) in COLOURS.iter().enumerate() {
-        let _ = write!(
-            css,
-            ".ll .ll-l{index}{{fill:none;stroke:{light};stroke-width:1.8;stroke-linejoin:round}}\
-             .ll .ll-m{index}{{fill:{light};stroke:#ffffff;stroke-width:.8}}\
-             .ll .ll-o{index}{{fill:#ffffff;stroke:{light};stroke-width:1.5}}\
-             .ll .ll-e{index}{{stroke:{light};stroke-width:1.1}}"
-        );
-    }
-    css.push_str(
-        "@media(prefers-color-scheme:dark){\
-         .ll text{fill:#c6ced8}\
-         .ll .ll-paper{fill:#151a21}\
-         .ll .ll-panel,.ll .ll-strong{stroke:#46505c}\
-         .ll .ll-grid{stroke:#262e38}\
-         .ll .ll-guide{stroke:#7a8591}\
-         .ll text.ll-small{fill:#98a3af}\
-         .ll text.ll-halo{fill:#a9b4c0;stroke:#151a21}\
-         .ll text.ll-head{fill:#eef2f6}\
-         .ll .ll-paperdot{fill:#151a21;stroke:#eef2f6}",
-    );
-    for (index, [_, dark]) in COLOURS.iter().enumerate() {
-        let _ = write!(
-            css,
-            ".ll .ll-l{index}{{stroke:{dark}}}\
-             .ll .ll-m{index}{{fill:{dark};stroke:#151a21}}\
-             .ll .ll-o{index}{{fill:#151a21;stroke:{dark}}}\
-             .ll .ll-e{index}{{stroke:{dark}}}"
-        );
-    }
-    css.push('}');
-    css
+    let theme = |dark: usize| {
+        let inks = INKS.map(|(rule, colours)| format!(".ll{rule}{}}}", colours[dark]));
+        let paper = PAPER[dark];
+        let series = COLOURS.iter().enumerate().map(|(k, colours)| {
+            let ink = colours[dark];
+            format!(
+                ".ll .ll-l{k}{{fill:none;stroke:{ink};stroke-width:1.8;stroke-linejoin:round}}\
+                 .ll .ll-m{k}{{fill:{ink};stroke:{paper};stroke-width:.8}}\
+                 .ll .ll-o{k}{{fill:{paper};stroke:{ink};stroke-width:1.5}}\
+                 .ll .ll-e{k}{{stroke:{ink};stroke-width:1.1}}"
+            )
+        });
+        inks.into_iter().chain(series).collect::<String>()
+    };
+    let (light, dark) = (theme(0), theme(1));
+    format!("{SHAPES}{light}@media(prefers-color-scheme:dark){{{dark}}}")
 }
 
 #[cfg(test)]
@@ -153,8 +149,8 @@ mod tests {
     fn colours_are_readable_on_their_paper() {
         // WCAG 2.1, 1.4.11: graphics need 3 : 1.
         for [light, dark] in COLOURS {
-            assert!(contrast(light, "#ffffff") >= 3.0, "{light}");
-            assert!(contrast(dark, "#151a21") >= 3.0, "{dark}");
+            assert!(contrast(light, PAPER[0]) >= 3.0, "{light}");
+            assert!(contrast(dark, PAPER[1]) >= 3.0, "{dark}");
         }
     }
 

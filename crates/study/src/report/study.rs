@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 
 use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, scientific};
 use crate::plots::{self, Palette, interval, seconds, short, signed};
-use crate::stats::least;
-use crate::stats::student::central_probability;
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 use linelit_elementary::pow;
 
@@ -77,7 +75,7 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
         let mut all = scene_plots(&own, &scene.scene, palette).into_iter();
         all.find(|(kind, _)| *kind == "time").map(|(_, plot)| plot)
     };
-    let table = |scene: &SceneRecord| all_rows(&rows_of(&own, scene), scene);
+    let table = |scene: &SceneRecord| all_rows(&own, scene);
     Some(Section {
         title: format!("Times on {processor}"),
         lead: format!(
@@ -170,16 +168,12 @@ fn rows_of<'a>(record: &'a StudyRecord, scene: &SceneRecord) -> Vec<&'a ResultRo
 }
 
 fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Section {
-    let rows = rows_of(record, scene);
     let plots = scene_plots(record, &scene.scene, palette);
     Section {
         title: scene.scene.clone(),
         lead: lead(scene),
         plots: plots.into_iter().map(|(_, plot)| plot).collect(),
-        tables: vec![
-            at_most_samples(&rows, &record.slopes, scene),
-            all_rows(&rows, scene),
-        ],
+        tables: vec![at_most_samples(record, scene), all_rows(record, scene)],
         notes: notes(record, scene),
         ..Section::default()
     }
@@ -215,7 +209,8 @@ fn grouped(number: usize) -> String {
 
 /// One row for each estimator and sampler at its largest number of samples, with its order. What
 /// has no noise by any sampler has one row.
-fn at_most_samples(rows: &[&ResultRow], slopes: &[SlopeRow], scene: &SceneRecord) -> Table {
+fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
+    let rows = rows_of(record, scene);
     let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
     let last = || rows.iter().copied().filter(|row| row.samples == most);
     let smallest = COMPARED.map(|value| {
@@ -234,9 +229,12 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[SlopeRow], scene: &SceneRecord
         let any = alike && own.len() > 1;
         let sampler = if any { "any" } else { &row.sampler };
         // An order belongs to one pattern, and to what has noise.
-        let mut slopes = slopes.iter().filter(|s| !alike && s.scene == row.scene);
+        let mut slopes = record
+            .slopes
+            .iter()
+            .filter(|s| !alike && s.scene == row.scene);
         let slope = slopes.find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
-        let reached = match time_to(rows, row, target) {
+        let reached = match record.time_to(row, target) {
             Some(time) => Cell::number(seconds(time)).sorted_by(time),
             None => Cell::number("–").hover("not reached"),
         };
@@ -259,24 +257,6 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[SlopeRow], scene: &SceneRecord
 
 /// The relative error whose time is told.
 const PERCENT: f64 = 0.01;
-
-/// The least time to a root mean squared error by the estimator and pattern of a row. Before the
-/// reference's own error is taken off, no mean of squares is below its standard error: what is says
-/// more of the reference.
-fn time_to(rows: &[&ResultRow], of: &ResultRow, error: f64) -> Option<f64> {
-    let own = rows
-        .iter()
-        .filter(|r| r.estimator == of.estimator && r.sampler == of.sampler);
-    let point = |r: &&ResultRow| {
-        let measured = r.mse > 0.0 && !(r.mse < r.mse_stderr);
-        let error = if r.is_noiseless() { 0.0 } else { r.mse.sqrt() };
-        let known = r.cpu_seconds > 0.0 && (measured || r.is_noiseless());
-        known.then_some([error, r.cpu_seconds])
-    };
-    let mut curve: Vec<[f64; 2]> = own.filter_map(point).collect();
-    curve.sort_by(|a, b| a[1].total_cmp(&b[1]));
-    least(curve, error)
-}
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
 const COMPARED: [fn(&ResultRow) -> f64; 3] = [
@@ -344,9 +324,10 @@ fn error_of_time(row: &ResultRow) -> String {
     }
 }
 
-fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
+fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
+    let rows = rows_of(record, scene);
     let body = rows.iter().map(|row| {
-        let test = bias_test(row, Some(scene));
+        let test = record.bias_test(row);
         vec![
             Cell::text(&row.estimator),
             Cell::text(&row.sampler),
@@ -375,29 +356,14 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
     }
 }
 
-/// One row's bias over its standard error, in which the reference's error is included, and the
-/// probability of one as large without bias: Student's, as the error is itself from few trials.
-fn bias_test(row: &ResultRow, scene: Option<&SceneRecord>) -> Option<[f64; 2]> {
-    if row.bias.abs() <= 0.0 {
-        return Some([0.0, 1.0]);
-    }
-    let reference = scene.map_or(0.0, |s| s.reference_mse / s.shading_points.max(1) as f64);
-    let error = (row.bias_stderr * row.bias_stderr + reference).sqrt();
-    let z = row.bias / error;
-    let freedom = row.trials.checked_sub(1).filter(|&f| f > 0)?;
-    let p = 1.0 - central_probability(z.abs(), freedom);
-    z.is_finite().then_some([z, p])
-}
-
 /// The least likely of all biases of a study, in a sentence; none where nothing was tested.
 fn bias(record: &StudyRecord) -> Option<String> {
-    let tests = record.rows.iter().filter_map(|row| {
-        let scene = record.scenes.iter().find(|s| s.scene == row.scene);
-        Some((bias_test(row, scene)?, row))
-    });
+    let tests = record
+        .rows
+        .iter()
+        .filter_map(|row| Some((record.bias_test(row)?, row)));
     let tests: Vec<([f64; 2], &ResultRow)> = tests.collect();
-    let least_likely = tests.iter().min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
-    let ([z, p], row) = least_likely;
+    let ([z, p], row) = tests.iter().min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
     // Šidák: the smallest of `count` independent p values is below p by chance this often.
     let count = tests.len();
     let chance = 1.0 - pow(1.0 - p, count as f64);
@@ -450,80 +416,27 @@ fn facts(record: &StudyRecord) -> Vec<(String, String)> {
 mod tests {
     use super::*;
 
-    fn row(samples: u32, mse: f64, cpu_seconds: f64) -> ResultRow {
-        ResultRow {
-            scene: "room".to_owned(),
-            samples,
+    #[test]
+    fn the_least_likely_bias_is_named() {
+        let row = |bias| ResultRow {
             trials: 8,
-            mse,
-            variance: mse,
-            cpu_seconds,
-            bias: 1e-4,
-            bias_stderr: 1e-4,
-            ..ResultRow::default()
-        }
-    }
-
-    #[test]
-    fn times_are_read_at_an_error() {
-        let closed = ResultRow {
-            variance: 0.0,
-            ..row(64, 1e-30, 100.0)
-        };
-        // Below its standard error: nothing is read from it.
-        let vague = ResultRow {
-            mse_stderr: 1.0,
-            ..row(1, 1e-20, 0.1)
-        };
-        let rows = [row(4, 1e-2, 1.0), row(16, 1e-4, 10.0), closed, vague];
-        let rows: Vec<&ResultRow> = rows.iter().collect();
-        let near = |error, want: f64| {
-            let time = time_to(&rows, rows[0], error).unwrap();
-            assert!((time / want - 1.0).abs() < 1e-12, "{error}: {time}");
-        };
-        near(1e-1, 1.0);
-        near(0.1 / 10f64.sqrt(), 10f64.sqrt());
-        near(1e-3, 100.0);
-        near(1.0, 1.0);
-        assert!(time_to(&rows[..2], rows[0], 1e-3).is_none());
-    }
-
-    #[test]
-    fn the_bias_test_uses_few_trials_and_the_references_error() {
-        let scene = SceneRecord {
-            scene: "room".to_owned(),
-            reference_mse: 3e-6,
-            shading_points: 100,
-            ..SceneRecord::default()
-        };
-        let [z, p] = bias_test(&row(1, 1.0, 1.0), Some(&scene)).unwrap();
-        // √(1e-8 + 3e-8) = 2e-4.
-        assert!((z - 0.5).abs() < 1e-12);
-        assert!((p - (1.0 - central_probability(0.5, 7))).abs() < 1e-12);
-        let single = ResultRow {
-            trials: 1,
-            bias: 1.0,
+            bias,
+            bias_stderr: 2e-4,
             ..ResultRow::default()
         };
-        assert!(bias_test(&single, None).is_none());
-        let mut record = StudyRecord {
-            scenes: vec![scene],
-            rows: vec![row(4, 4e-4, 1.0), row(16, 1e-6, 8.0)],
+        let record = |biases: [f64; 2]| StudyRecord {
+            rows: biases.map(row).into(),
             ..StudyRecord::default()
         };
         // p = .632 for t = .5 with 7 degrees of freedom, and 1 − (1 − p)² = .865.
-        let text = bias(&record).unwrap();
+        let text = bias(&record([1e-4, 0.0])).unwrap();
         assert!(
             text.contains("of 2 biases is 0.5 standard errors"),
             "{text}"
         );
         assert!(text.contains("in 86.5 % of"), "{text}");
-        record.rows[1].bias = -0.1;
-        let text = bias(&record).unwrap();
-        assert!(
-            text.contains("−500.0 standard errors, by  (), N = 16"),
-            "{text}"
-        );
+        let text = bias(&record([1e-4, -0.1])).unwrap();
+        assert!(text.contains("is −500.0 standard errors"), "{text}");
     }
 
     #[test]

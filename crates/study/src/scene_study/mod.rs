@@ -9,7 +9,7 @@ mod work;
 pub use spec::{Budget, Duel, Gallery, Spot, StudySpec, View};
 pub use stage::{Load, Work, with_work};
 pub use words::about;
-pub use work::{EachPart, Piece, PlannedUnit, SceneUnit};
+pub use work::{EachPart, PartOf, Piece, PlannedUnit, SceneUnit};
 
 use crate::engine::{Counts, Problem, Truth};
 use indicatif::ProgressBar;

@@ -4,7 +4,6 @@ use super::spec::{Budget, Duel, Gallery, StudySpec};
 use super::{Targets, all_pixels};
 use crate::engine::{Cell, CellRun, Reference, run_cell, score};
 use crate::report::{Comparison, Named};
-use crate::stats::between;
 use crate::tables::ResultRow;
 use linelit_estimators::Estimator;
 use linelit_film::{FilmError, Image};
@@ -174,8 +173,7 @@ pub(super) fn duel(
         size,
     };
     let mut right = easel.by(lines, wanted.samples);
-    let samples = as_long(rows, sampler, [points, lines], wanted.samples)
-        .unwrap_or_else(|| easel.fitting(right.times.seconds(), points));
+    let samples = easel.fitting(right.times.seconds(), points);
     let mut left = easel.by(points, samples);
     for _ in 0..TIMES {
         left.time_again(easel.targets, TIMED_SECONDS);
@@ -202,31 +200,6 @@ pub(super) fn comparison(shown: &[Shown]) -> Result<Option<Comparison>, FilmErro
         seconds: p.seconds,
     });
     Comparison::new(left, right, truth).map(Some)
-}
-
-/// How many points take as long as so many lines, by the times of the study: straight between
-/// numbers of samples on logarithmic scales. `None` outside them.
-fn as_long(
-    rows: &[&ResultRow],
-    sampler: SamplerKind,
-    [points, lines]: [Estimator; 2],
-    samples: u32,
-) -> Option<u32> {
-    let pattern = sampler.to_string();
-    let of = |estimator: Estimator| {
-        let name = estimator.to_string();
-        let own = |r: &&ResultRow| r.sampler == pattern && r.estimator == name;
-        rows.iter().copied().filter(own).collect::<Vec<_>>()
-    };
-    let time = of(lines).iter().find(|r| r.samples == samples)?.cpu_seconds;
-    let curve: Vec<[f64; 2]> = (of(points).iter())
-        .map(|r| [r.cpu_seconds, f64::from(r.samples)])
-        .collect();
-    let mut pairs = curve.windows(2);
-    let pair = pairs.find(|pair| pair[0][0] <= time && time < pair[1][0])?;
-    #[allow(clippy::cast_possible_truncation, reason = "between two of u32")]
-    let fitting = between(pair[0], pair[1], time).round() as u32;
-    Some(fitting)
 }
 
 /// The estimator of a kind, points or lines, that was the most efficient with this pattern and at
@@ -259,32 +232,4 @@ fn noiseless(spec: &StudySpec, rows: &[&ResultRow]) -> Option<Estimator> {
         own.peek().is_some() && own.all(|r| r.is_noiseless())
     };
     spec.estimators.iter().find(never).copied()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn as_many_points_fit_as_the_times_say() {
-        let row = |estimator: &str, samples, cpu_seconds| ResultRow {
-            estimator: estimator.to_owned(),
-            sampler: "stratified".to_owned(),
-            samples,
-            cpu_seconds,
-            ..ResultRow::default()
-        };
-        let rows = [
-            row("point-area", 16, 1.0),
-            row("point-area", 64, 4.0),
-            row("line-analytic", 16, 2.0),
-            row("line-analytic", 64, 9.0),
-        ];
-        let rows: Vec<&ResultRow> = rows.iter().collect();
-        let both = ["point-area", "line-analytic"].map(|e| e.parse().unwrap());
-        let found = |samples| as_long(&rows, SamplerKind::Stratified, both, samples);
-        // Halfway between 1 and 4 s in logarithms: halfway between 16 and 64.
-        assert_eq!(found(16), Some(32));
-        assert_eq!((found(64), found(4)), (None, None));
-    }
 }

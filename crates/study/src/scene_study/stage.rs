@@ -24,23 +24,6 @@ pub(super) struct Opened {
     pub(super) load_seconds: f64,
 }
 
-impl Opened {
-    fn open(spec: &StudySpec, view: &View, load: Load<'_>) -> Result<Self> {
-        let start = Instant::now();
-        let mut scene = load(&view.scene)?;
-        let load_seconds = start.elapsed().as_secs_f64();
-        let aspect = [scene.film.width.max(1), scene.film.height.max(1)];
-        check_memory(spec, &view.pixels)?;
-        let pixels = pixels(&mut scene, &view.pixels)?;
-        Ok(Self {
-            scene,
-            pixels,
-            aspect,
-            load_seconds,
-        })
-    }
-}
-
 /// A renderer, and how long it took to build.
 pub(super) struct Built<'o> {
     pub(super) renderer: Renderer<'o>,
@@ -74,13 +57,11 @@ pub fn with_work<T>(
     call: impl FnOnce(&Work<'_, '_, '_>) -> T,
 ) -> T {
     let views = spec.views();
-    let opened: Vec<_> = views.iter().map(|_| OnceLock::new()).collect();
-    let built: Vec<_> = views.iter().map(|_| OnceLock::new()).collect();
-    let seen: Vec<_> = views.iter().map(|_| OnceLock::new()).collect();
+    let (opened, built, seen) = (empty(&views), empty(&views), empty(&views));
     call(&Work {
         spec,
         design: spec.design(),
-        references: views.iter().map(|_| OnceLock::new()).collect(),
+        references: empty(&views),
         views: &views,
         opened: &opened,
         built: &built,
@@ -89,14 +70,21 @@ pub fn with_work<T>(
     })
 }
 
-/// What is kept, made if it is not there.
-fn kept<T>(place: &OnceLock<T>, make: impl FnOnce() -> Result<T>) -> Result<&T> {
+fn empty<T>(views: &[View]) -> Vec<OnceLock<T>> {
+    views.iter().map(|_| OnceLock::new()).collect()
+}
+
+/// What is kept of a view, made if it is not there.
+fn kept<T>(list: &[OnceLock<T>], view: usize, make: impl FnOnce() -> Result<T>) -> Result<&T> {
+    let place = list.get(view).context(NO_VIEW)?;
     if let Some(there) = place.get() {
         return Ok(there);
     }
     let made = make()?;
     Ok(place.get_or_init(|| made))
 }
+
+const NO_VIEW: &str = "a unit of a scene that the study has not";
 
 impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
     /// What is studied.
@@ -105,26 +93,31 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         self.spec
     }
 
-    fn place<T>(list: &[T], view: usize) -> Result<&T> {
-        list.get(view)
-            .context("a unit of a scene that the study has not")
-    }
-
     pub(super) fn view(&self, view: usize) -> Result<&'w View> {
-        Self::place(self.views, view)
+        self.views.get(view).context(NO_VIEW)
     }
 
     /// The scene of a view, at the resolution of its pixels.
     pub(super) fn opened(&self, view: usize) -> Result<&'o Opened> {
         let about = self.view(view)?;
-        kept(Self::place(self.opened, view)?, || {
-            Opened::open(self.spec, about, self.load)
+        kept(self.opened, view, || {
+            let start = Instant::now();
+            let mut scene = (self.load)(&about.scene)?;
+            let load_seconds = start.elapsed().as_secs_f64();
+            let aspect = [scene.film.width.max(1), scene.film.height.max(1)];
+            check_memory(self.spec, &about.pixels)?;
+            Ok(Opened {
+                pixels: pixels(&mut scene, &about.pixels)?,
+                scene,
+                aspect,
+                load_seconds,
+            })
         })
     }
 
     pub(super) fn built(&self, view: usize) -> Result<&'r Built<'o>> {
         let opened = self.opened(view)?;
-        kept(Self::place(self.built, view)?, || {
+        kept(self.built, view, || {
             let start = Instant::now();
             let renderer = Renderer::new(&opened.scene);
             Ok(Built {
@@ -134,9 +127,10 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         })
     }
 
-    fn seen(&self, view: usize) -> Result<&'w Seen<'r>> {
+    /// What is measured on a view.
+    pub(super) fn job(&self, view: usize) -> Result<Job<'_, Targets<'r>>> {
         let (opened, built) = (self.opened(view)?, self.built(view)?);
-        kept(Self::place(self.seen, view)?, || {
+        let seen = kept(self.seen, view, || {
             let targets = Targets::find(&built.renderer, &opened.pixels);
             if targets.points.is_empty() {
                 let label = &self.view(view)?.label;
@@ -144,12 +138,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
             }
             let truth = targets.truth(self.spec.spheres);
             Ok(Seen { targets, truth })
-        })
-    }
-
-    /// What is measured on a view.
-    pub(super) fn job(&self, view: usize) -> Result<Job<'_, Targets<'r>>> {
-        let seen = self.seen(view)?;
+        })?;
         Ok(Job {
             problem: &seen.targets,
             truth: &seen.truth,
@@ -163,7 +152,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         view: usize,
         make: impl FnOnce() -> Result<Reference>,
     ) -> Result<&Reference> {
-        kept(Self::place(&self.references, view)?, make)
+        kept(&self.references, view, make)
     }
 
     /// The scene of a view at another resolution.

@@ -5,7 +5,9 @@ use super::spec::{Budget, Gallery};
 use super::stage::Work;
 use super::words::entry;
 use super::{Targets, all_pixels, render};
-use crate::engine::{Design, Gathering, Job, Part, Planned, Results, Unit, from_bytes, to_bytes};
+use crate::engine::{
+    Design, Gathering, Job, Part, Planned, Results, Unit, from_bytes, measure, to_bytes,
+};
 use crate::report::{Exhibits, Picture, scientific};
 use crate::tables::{GalleryRow, SceneRecord, StudyRecord};
 use anyhow::{Context as _, Result, bail, ensure};
@@ -50,19 +52,11 @@ pub struct PlannedUnit {
     pub needs: Range<usize>,
 }
 
-impl SceneUnit {
-    fn planned(self, name: String, seconds: f64, needs: Range<usize>) -> PlannedUnit {
-        PlannedUnit {
-            unit: self,
-            name,
-            seconds,
-            needs,
-        }
-    }
-}
-
 /// Hands on numbers and parts of units, in the order of their numbers.
 pub type EachPart<'a> = &'a dyn Fn(&mut dyn FnMut(usize, Vec<u8>) -> Result<()>) -> Result<()>;
+
+/// Reads the part of a unit; `None` where it is missing.
+pub type PartOf<'a> = &'a dyn Fn(usize) -> Result<Option<Vec<u8>>>;
 
 /// Seconds that the pictures of points and lines for the same time are guessed to take.
 const EXHIBIT_SECONDS: f64 = 4.0;
@@ -76,104 +70,104 @@ impl Work<'_, '_, '_> {
     /// nothing at the pixels, or the study does not fit into memory.
     pub fn plan(&self) -> Result<Vec<PlannedUnit>> {
         (0..self.views.len()).try_for_each(|view| self.job(view).map(drop))?;
-        let mut units = Vec::new();
-        for view in 0..self.views.len() {
-            let first = units.len();
-            self.plan_errors(view, &mut units)?;
-            // What is for the same time goes by the times found.
-            let timed = self.spec.duel.is_some();
-            let needs = if timed { first..units.len() } else { 0..0 };
-            self.plan_gallery(view, &mut units)?;
-            let name = format!("{}: picture", self.view(view)?.label);
-            let piece = Piece::Exhibit;
-            units.push(SceneUnit { view, piece }.planned(name, EXHIBIT_SECONDS, needs));
-        }
-        Ok(units)
-    }
-
-    fn plan_errors(&self, view: usize, units: &mut Vec<PlannedUnit>) -> Result<()> {
-        let label = &self.view(view)?.label;
-        let first = units.len();
-        let mut reference = first..first;
-        for Planned { unit, seconds } in self.job(view)?.units() {
-            let (name, needs) = match &unit {
-                Unit::Reference { round, integrals } => {
-                    reference.end += 1;
-                    (format!("{label}: reference {round} of {integrals:?}"), 0..0)
-                }
-                Unit::Cells { cells, integrals } => {
-                    let name = format!("{label}: measurements {cells:?} of {integrals:?}");
-                    (name, reference.clone())
-                }
+        let mut planned = Vec::new();
+        for (view, about) in self.views.iter().enumerate() {
+            let mut add = |piece, name: String, seconds| {
+                planned.push(PlannedUnit {
+                    unit: SceneUnit { view, piece },
+                    name: format!("{}: {name}", about.label),
+                    seconds,
+                    needs: 0..0,
+                });
             };
-            let piece = Piece::Errors(unit);
-            units.push(SceneUnit { view, piece }.planned(name, seconds, needs));
+            for Planned { unit, seconds } in self.job(view)?.units() {
+                let name = match &unit {
+                    Unit::Reference { round, integrals } => {
+                        format!("reference {round} of {integrals:?}")
+                    }
+                    Unit::Cells { cells, integrals } => {
+                        format!("measurements {cells:?} of {integrals:?}")
+                    }
+                };
+                add(Piece::Errors(unit), name, seconds);
+            }
+            if self.spec.gallery.is_some() && about.with_gallery {
+                self.with_gallery(view, |wanted, job| {
+                    for Planned { unit, seconds } in job.reference_units(wanted.reference_rounds) {
+                        let name = "reference of the gallery".to_owned();
+                        add(Piece::GalleryReference(unit), name, seconds);
+                    }
+                    let seconds = match wanted.budget {
+                        Budget::Seconds(seconds) => 1.5 * seconds,
+                        Budget::Samples(_) => 1.0,
+                    };
+                    for (k, estimator) in wanted.estimators.iter().enumerate() {
+                        add(Piece::GalleryPicture(k), estimator.to_string(), seconds);
+                    }
+                    Ok(())
+                })?;
+            }
+            add(Piece::Exhibit, "picture".to_owned(), EXHIBIT_SECONDS);
         }
-        Ok(())
+        let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
+        for (number, planned) in planned.iter_mut().enumerate() {
+            planned.needs = self.needs(&units, number);
+        }
+        Ok(planned)
     }
 
-    fn plan_gallery(&self, view: usize, units: &mut Vec<PlannedUnit>) -> Result<()> {
-        if !self.view(view)?.with_gallery || self.spec.gallery.is_none() {
-            return Ok(());
-        }
-        let label = &self.view(view)?.label;
-        let first = units.len();
-        self.with_gallery(view, |wanted, job| {
-            for Planned { unit, seconds } in job.reference_units(wanted.reference_rounds) {
-                let name = format!("{label}: reference of the gallery");
-                let piece = Piece::GalleryReference(unit);
-                units.push(SceneUnit { view, piece }.planned(name, seconds, 0..0));
-            }
-            let needs = first..units.len();
-            let seconds = match wanted.budget {
-                Budget::Seconds(seconds) => 1.5 * seconds,
-                Budget::Samples(_) => 1.0,
-            };
-            for (k, estimator) in wanted.estimators.iter().enumerate() {
-                let name = format!("{label}: {estimator}");
-                let piece = Piece::GalleryPicture(k);
-                units.push(SceneUnit { view, piece }.planned(name, seconds, needs.clone()));
-            }
-            Ok(())
-        })
+    /// Numbers of the units whose parts a unit reads: measurements those of the reference, pictures
+    /// of the gallery those of its reference, and pictures for the same time, which go by the times
+    /// found, all but the gallery.
+    fn needs(&self, units: &[SceneUnit], number: usize) -> Range<usize> {
+        let own = &units[number];
+        let reads = |piece: &Piece| match (&own.piece, piece) {
+            (Piece::Errors(Unit::Cells { .. }), Piece::Errors(Unit::Reference { .. }))
+            | (Piece::GalleryPicture(_), Piece::GalleryReference(_)) => true,
+            (Piece::Exhibit, Piece::Errors(_)) => self.spec.duel.is_some(),
+            _ => false,
+        };
+        let read = |unit: &SceneUnit| unit.view == own.view && reads(&unit.piece);
+        let view = units.partition_point(|unit| unit.view < own.view);
+        let first = view + units[view..].iter().position(read).unwrap_or(0);
+        let count = units[first..].iter().take_while(|unit| read(unit)).count();
+        first..first + count
     }
 
-    /// Computes all units, one after the other in memory, and adds to `record` what they make
-    /// together; gives what a report shows of it.
+    /// Measures all of it, and adds it to `record`; gives what a report shows of the scenes, without
+    /// galleries.
     ///
     /// # Errors
     /// As [`Work::plan`].
     pub fn whole(&self, record: &mut StudyRecord) -> Result<Exhibits> {
-        self.compute_some(|_| true, record)
+        let mut exhibits = self.exhibits();
+        for (view, results) in self.measured()?.iter().enumerate() {
+            self.add_rows(view, results, record)?;
+            let shown = self.exhibit(view, results)?;
+            show(&self.view(view)?.label, &shown, &[], record, &mut exhibits)?;
+        }
+        Ok(exhibits)
     }
 
-    /// As [`Work::whole`], without pictures: references and measurements alone.
+    /// As [`Work::whole`], without pictures.
     ///
     /// # Errors
     /// As [`Work::plan`].
     pub fn whole_without_pictures(&self, record: &mut StudyRecord) -> Result<()> {
-        let wanted = |piece: &Piece| matches!(piece, Piece::Errors(_));
-        self.compute_some(wanted, record).map(drop)
+        let mut all = self.measured()?.into_iter().enumerate();
+        all.try_for_each(|(view, results)| self.add_rows(view, &results, record))
     }
 
-    fn compute_some(
-        &self,
-        wanted: impl Fn(&Piece) -> bool,
-        record: &mut StudyRecord,
-    ) -> Result<Exhibits> {
-        let planned = self.plan()?;
-        let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
-        let mut parts: Vec<Option<Vec<u8>>> = Vec::new();
-        for (k, unit) in planned.into_iter().enumerate() {
-            let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-                let mut needs = unit.needs.clone();
-                needs.try_for_each(|n| parts[n].clone().map_or(Ok(()), |part| each(n, part)))
-            };
-            let is_wanted = wanted(&unit.unit.piece);
-            let part = is_wanted.then(|| self.compute(&units, k, &needed));
-            parts.push(part.transpose()?);
+    fn measured(&self) -> Result<Vec<Results>> {
+        let measure = |view| self.job(view).map(measure);
+        (0..self.views.len()).map(measure).collect()
+    }
+
+    fn exhibits(&self) -> Exhibits {
+        Exhibits {
+            compared: self.spec.estimators.iter().map(entry).collect(),
+            ..Exhibits::default()
         }
-        self.gather(&units, &|k| Ok(parts[k].clone()), false, record)
     }
 
     /// Calls a function with the gallery of a view and a job that measures nothing but what its
@@ -261,23 +255,19 @@ impl Work<'_, '_, '_> {
     }
 
     /// Puts parts together: adds what was found to `record`, and gives what the report shows of it.
-    /// `part` reads the part of a unit, `None` where it is missing. Measurements that lack one are
-    /// left out. Pictures that do are made from what there is, here and now, if `complete` says so;
-    /// else they are left out, too.
+    /// Measurements that lack a part are left out. Pictures that do are made from what there is,
+    /// here and now, if `complete` says so; else they are left out, too.
     ///
     /// # Errors
     /// If a scene cannot be opened, what `part` fails with, and for parts that are none.
     pub fn gather(
         &self,
         units: &[SceneUnit],
-        part: &dyn Fn(usize) -> Result<Option<Vec<u8>>>,
+        part: PartOf<'_>,
         complete: bool,
         record: &mut StudyRecord,
     ) -> Result<Exhibits> {
-        let mut exhibits = Exhibits {
-            compared: self.spec.estimators.iter().map(entry).collect(),
-            ..Exhibits::default()
-        };
+        let mut exhibits = self.exhibits();
         for view in 0..self.views.len() {
             let mut gathering = Gathering::new(self.job(view)?);
             let (mut gallery, mut exhibit) = (Vec::new(), Vec::new());
@@ -304,27 +294,18 @@ impl Work<'_, '_, '_> {
         Ok(exhibits)
     }
 
-    /// Computes the picture of a unit from what there is of others: all measurements for what is
-    /// shown of the scene, and of the gallery's reference what is missing as well.
-    fn missing(
-        &self,
-        units: &[SceneUnit],
-        number: usize,
-        part: &dyn Fn(usize) -> Result<Option<Vec<u8>>>,
-    ) -> Result<Vec<u8>> {
-        let own = &units[number];
-        let exhibit = own.piece == Piece::Exhibit;
+    /// Computes the picture of a unit from what there is of those that it reads; of the gallery's
+    /// reference what is missing is computed as well.
+    fn missing(&self, units: &[SceneUnit], number: usize, part: PartOf<'_>) -> Result<Vec<u8>> {
         let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-            for (k, unit) in units.iter().enumerate().filter(|(_, u)| u.view == own.view) {
-                let bytes = match &unit.piece {
-                    Piece::Errors(_) if exhibit => part(k)?,
-                    Piece::GalleryReference(_) if !exhibit => match part(k)? {
-                        None => Some(self.compute(units, k, &|_| Ok(()))?),
-                        there => there,
-                    },
-                    _ => None,
+            for k in self.needs(units, number) {
+                let there = match (part(k)?, &units[k].piece) {
+                    (None, Piece::GalleryReference(_)) => {
+                        Some(self.compute(units, k, &|_| Ok(()))?)
+                    }
+                    (there, _) => there,
                 };
-                bytes.map_or(Ok(()), |bytes| each(k, bytes))?;
+                there.map_or(Ok(()), |bytes| each(k, bytes))?;
             }
             Ok(())
         };

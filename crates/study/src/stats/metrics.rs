@@ -47,7 +47,7 @@ impl MeanError {
 /// With p the values of the picture, r those of the reference, n their number:
 /// MSE = Σ(p − r)²/n, RMSE = √MSE, MRSE = Σ(p − r)²/(r² + ε)/n with [`MRSE_EPSILON`] (Salesin &
 /// Jarosz 2019, section 6), bias = Σ(p − r)/n. All in linear radiance, never tone-mapped.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ImageMetrics {
     /// Pixels that were compared.
     pub pixels: usize,
@@ -98,76 +98,41 @@ impl ImageMetrics {
                 found: [picture.width, picture.height],
             });
         }
-        let mut sums = Sums::default();
-        for (index, (p, r)) in picture.rgb.iter().zip(&reference.rgb).enumerate() {
-            sums.add(index, p.map(f64::from), r.map(f64::from));
-        }
-        Ok(sums.finish(reference.width))
-    }
-}
-
-#[derive(Default)]
-struct Sums {
-    skipped: usize,
-    differences: Vec<f64>,
-    square: f64,
-    relative: f64,
-    largest: f64,
-    largest_index: usize,
-    picture: f64,
-    reference: f64,
-}
-
-impl Sums {
-    fn add(&mut self, index: usize, picture: [f64; 3], reference: [f64; 3]) {
-        if picture
-            .iter()
-            .chain(&reference)
-            .any(|value| !value.is_finite())
-        {
-            self.skipped += 1;
-            return;
-        }
-        let mut mean_difference = 0.0;
-        for (p, r) in picture.into_iter().zip(reference) {
-            let difference = p - r;
-            self.square += difference * difference;
-            self.relative += difference * difference / (r * r + MRSE_EPSILON);
-            mean_difference += difference / 3.0;
-            if difference.abs() > self.largest {
-                self.largest = difference.abs();
-                self.largest_index = index;
+        let (mut m, mut differences) = (Self::default(), Vec::new());
+        for (index, (p, r)) in (0..).zip(picture.rgb.iter().zip(&reference.rgb)) {
+            if p.iter().chain(r).any(|value| !value.is_finite()) {
+                m.skipped += 1;
+                continue;
             }
-            self.picture += p;
-            self.reference += r;
+            let mut mean_difference = 0.0;
+            for (p, r) in p.map(f64::from).into_iter().zip(r.map(f64::from)) {
+                let difference = p - r;
+                m.mse += difference * difference;
+                m.mrse += difference * difference / (r * r + MRSE_EPSILON);
+                mean_difference += difference / 3.0;
+                if difference.abs() > m.largest {
+                    m.largest = difference.abs();
+                    m.largest_at = [index % reference.width, index / reference.width];
+                }
+                m.mean += p;
+                m.reference_mean += r;
+            }
+            // Channels of one pixel share their random numbers: a pixel is one observation.
+            differences.push(mean_difference);
         }
-        // Channels of one pixel share their random numbers: a pixel is one observation.
-        self.differences.push(mean_difference);
-    }
-
-    fn finish(self, width: u32) -> ImageMetrics {
-        let values = 3.0 * self.differences.len() as f64;
-        let bias = MeanError::of(&self.differences);
-        let mse = self.square / values;
-        let width = width.max(1) as usize;
-        let coordinate = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
-        ImageMetrics {
-            pixels: self.differences.len(),
-            skipped: self.skipped,
-            mse,
-            rmse: mse.sqrt(),
-            mrse: self.relative / values,
+        let values = 3.0 * differences.len() as f64;
+        for sum in [&mut m.mse, &mut m.mrse, &mut m.mean, &mut m.reference_mean] {
+            *sum /= values;
+        }
+        let bias = MeanError::of(&differences);
+        Ok(Self {
+            pixels: differences.len(),
+            rmse: m.mse.sqrt(),
             bias: bias.mean,
             bias_stderr: bias.stderr,
             bias_z: bias.z(),
-            largest: self.largest,
-            largest_at: [
-                coordinate(self.largest_index % width),
-                coordinate(self.largest_index / width),
-            ],
-            mean: self.picture / values,
-            reference_mean: self.reference / values,
-        }
+            ..m
+        })
     }
 }
 

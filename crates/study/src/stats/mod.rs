@@ -6,12 +6,6 @@ pub mod student;
 
 use linelit_elementary::{exp, ln};
 
-/// The y at x on the straight line through two points, both axes logarithmic.
-pub(crate) fn between(a: [f64; 2], b: [f64; 2], x: f64) -> f64 {
-    let ([x0, y0], [x1, y1]) = (a.map(ln), b.map(ln));
-    exp(y0 + (y1 - y0) * (ln(x) - x0) / (x1 - x0))
-}
-
 /// Squared errors, and times, below which there is only rounding.
 const NOTHING: f64 = 1e-18;
 
@@ -21,11 +15,15 @@ const NOTHING: f64 = 1e-18;
 pub(crate) fn least(curve: impl IntoIterator<Item = [f64; 2]>, x: f64) -> Option<f64> {
     let mut least: Option<f64> = None;
     let mut before: Option<[f64; 2]> = None;
+    let between = |a: [f64; 2], b: [f64; 2]| {
+        let ([x0, y0], [x1, y1]) = (a.map(ln), b.map(ln));
+        exp(y0 + (y1 - y0) * (ln(x) - x0) / (x1 - x0))
+    };
     for point in curve {
         let from = before.filter(|from| from[0] > x && from[1] < point[1]);
         let reached = match from {
             _ if point[0] > x => None,
-            Some(from) if point[0] > NOTHING && from[1] > NOTHING => Some(between(from, point, x)),
+            Some(from) if point[0] > NOTHING && from[1] > NOTHING => Some(between(from, point)),
             _ => Some(point[1]),
         };
         least = [least, reached].into_iter().flatten().reduce(f64::min);

@@ -2,7 +2,7 @@
 //! on logarithmic scales, and how sure one may be of it.
 
 use super::student;
-use linelit_elementary::{exp, ln};
+use linelit_elementary::ln;
 use serde::Serialize;
 
 /// One number of samples with what its trials gave.
@@ -74,18 +74,28 @@ struct Logged {
 #[must_use]
 pub fn fit_trials(points: &[SlopePoint], confidence: f64) -> Option<Order> {
     let points: Vec<&SlopePoint> = points.iter().filter(|point| usable(point)).collect();
-    let logged = log_points(points.iter().map(|point| moments(&point.trial_variances)))?;
-    let logged = with_abscissae(&points, logged);
-    let line = Line::through(&logged)?;
-    let trials = points.iter().map(|point| point.trial_variances.len());
-    let fewest = trials.min()?;
+    let line = Line::through(&logged(&points, |_| None)?)?;
+    let fewest = points.iter().map(|p| p.trial_variances.len()).min()?;
     let half = if fewest < LEAST_TRIALS {
         f64::NAN
     } else {
         let freedom = u32::try_from(fewest - 1).unwrap_or(u32::MAX);
         student::quantile(confidence, freedom) * standard_error(&points)
     };
-    Some(line.order(&logged, half))
+    let samples = || points.iter().map(|point| point.samples);
+    Some(Order {
+        order: line.slope,
+        ci_low: line.slope - half,
+        ci_high: line.slope + half,
+        n_min: samples().fold(f64::INFINITY, f64::min),
+        n_max: samples().fold(0.0, f64::max),
+        points: points.len(),
+        // Nothing over nothing for two points.
+        lack_of_fit: match points.len() - 2 {
+            0 => f64::NAN,
+            freedom => line.chi_square / freedom as f64,
+        },
+    })
 }
 
 fn usable(point: &SlopePoint) -> bool {
@@ -101,22 +111,30 @@ pub(super) fn moments(values: &[f64]) -> (f64, f64) {
     (mean, square / (n * (n - 1.0)))
 }
 
-/// ln sd with shrunk errors; abscissae are filled in by [`with_abscissae`].
-fn log_points(moments: impl Iterator<Item = (f64, f64)>) -> Option<Vec<Logged>> {
-    let mut points = Vec::new();
-    for (mean, square) in moments {
+/// ln N and ln sd with shrunk errors, of each point without the trial that `left_out` names.
+fn logged(
+    points: &[&SlopePoint],
+    left_out: impl Fn(usize) -> Option<usize>,
+) -> Option<Vec<Logged>> {
+    let mut logged = Vec::new();
+    for (k, point) in points.iter().enumerate() {
+        let mut values = point.trial_variances.clone();
+        if let Some(trial) = left_out(k) {
+            values.remove(trial);
+        }
+        let (mean, square) = moments(&values);
         if mean <= 0.0 || mean.is_nan() {
             return None;
         }
         // sd = √mean: its relative error is half that of the mean.
-        points.push(Logged {
-            x: 0.0,
+        logged.push(Logged {
+            x: ln(point.samples),
             y: 0.5 * ln(mean),
             error: 0.25 * square / (mean * mean),
         });
     }
-    let common = points.iter().map(|point| point.error).sum::<f64>() / points.len() as f64;
-    for point in &mut points {
+    let common = logged.iter().map(|point| point.error).sum::<f64>() / logged.len() as f64;
+    for point in &mut logged {
         // Equal weights if the trials do not differ at all.
         let shrunk = 0.5 * (point.error + common);
         point.error = if shrunk > 0.0 {
@@ -125,14 +143,7 @@ fn log_points(moments: impl Iterator<Item = (f64, f64)>) -> Option<Vec<Logged>> 
             f64::EPSILON
         };
     }
-    Some(points)
-}
-
-fn with_abscissae(points: &[&SlopePoint], mut logged: Vec<Logged>) -> Vec<Logged> {
-    for (point, logged) in points.iter().zip(&mut logged) {
-        logged.x = ln(point.samples);
-    }
-    logged
+    Some(logged)
 }
 
 /// The jackknife's standard error of the slope; NaN if leaving a trial out leaves no slope.
@@ -150,16 +161,8 @@ fn standard_error(points: &[&SlopePoint]) -> f64 {
 /// (T − 1)/T · Σ(slope − mean)² of the slopes without each of T trials, which are left out of the
 /// points that `of` chooses by their index.
 fn variance_without_each(points: &[&SlopePoint], trials: usize, of: impl Fn(usize) -> bool) -> f64 {
-    let slope = |left_out: usize| {
-        let moments = points.iter().enumerate().map(|(j, point)| {
-            let mut values = point.trial_variances.clone();
-            if of(j) {
-                values.remove(left_out);
-            }
-            moments(&values)
-        });
-        let line =
-            log_points(moments).and_then(|logged| Line::through(&with_abscissae(points, logged)));
+    let slope = |trial: usize| {
+        let line = logged(points, |k| of(k).then_some(trial)).and_then(|l| Line::through(&l));
         line.map_or(f64::NAN, |line| line.slope)
     };
     let slopes: Vec<f64> = (0..trials).map(slope).collect();
@@ -178,64 +181,23 @@ struct Line {
 impl Line {
     fn through(points: &[Logged]) -> Option<Self> {
         let weight = |point: &Logged| 1.0 / (point.error * point.error);
-        let total: f64 = points.iter().map(weight).sum();
-        let mean = |value: fn(&Logged) -> f64| {
-            points
-                .iter()
-                .map(|point| weight(point) * value(point))
-                .sum::<f64>()
-                / total
+        let sum = |value: &dyn Fn(&Logged) -> f64| -> f64 {
+            points.iter().map(|p| weight(p) * value(p)).sum()
         };
-        let (mean_x, mean_y) = (mean(|point| point.x), mean(|point| point.y));
-        let spread: f64 = points
-            .iter()
-            .map(|p| weight(p) * (p.x - mean_x).powi(2))
-            .sum();
+        let total: f64 = points.iter().map(weight).sum();
+        let (mean_x, mean_y) = (sum(&|p| p.x) / total, sum(&|p| p.y) / total);
+        let spread = sum(&|p| (p.x - mean_x).powi(2));
         // One abscissa (or none, where `total` is zero and the means are NaN) has no slope.
-        let extent = points
-            .iter()
-            .fold(0.0_f64, |a, p| a.max((p.x - mean_x).abs()));
+        let distances = points.iter().map(|p| (p.x - mean_x).abs());
+        let extent = distances.fold(0.0, f64::max);
         if extent.is_nan() || extent <= 8.0 * f64::EPSILON * mean_x.abs() || points.len() < 2 {
             return None;
         }
-        let along: f64 = points
-            .iter()
-            .map(|p| weight(p) * (p.x - mean_x) * (p.y - mean_y))
-            .sum();
-        let slope = along / spread;
+        let along = |p: &Logged| weight(p) * (p.x - mean_x) * (p.y - mean_y);
+        let slope = points.iter().map(along).sum::<f64>() / spread;
         let residual = |p: &Logged| p.y - mean_y - slope * (p.x - mean_x);
-        let chi_square = points.iter().map(|p| weight(p) * residual(p).powi(2)).sum();
+        let chi_square = sum(&|p| residual(p).powi(2));
         Some(Self { slope, chi_square })
-    }
-
-    fn order(&self, points: &[Logged], half_interval: f64) -> Order {
-        let freedom = points.len() - 2;
-        let end = |pick: fn(f64, f64) -> f64, start: f64| {
-            points.iter().map(|point| point.x).fold(start, pick)
-        };
-        Order {
-            order: self.slope,
-            ci_low: self.slope - half_interval,
-            ci_high: self.slope + half_interval,
-            n_min: round_whole(exp(end(f64::min, f64::INFINITY))),
-            n_max: round_whole(exp(end(f64::max, f64::NEG_INFINITY))),
-            points: points.len(),
-            lack_of_fit: if freedom == 0 {
-                f64::NAN
-            } else {
-                self.chi_square / freedom as f64
-            },
-        }
-    }
-}
-
-/// exp(ln N) is N within a few ulps: whole numbers come back whole.
-fn round_whole(n: f64) -> f64 {
-    let whole = n.round();
-    if (n - whole).abs() <= 64.0 * f64::EPSILON * n {
-        whole
-    } else {
-        n
     }
 }
 
