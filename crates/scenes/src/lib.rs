@@ -89,22 +89,6 @@ mod tests {
         assert!(BuiltIn::find("").is_none() && BuiltIn::find("no").is_none());
     }
 
-    /// Each scene with a small light comes with a large one, and the reverse.
-    #[test]
-    fn lights_are_small_and_large() {
-        let kept = kept();
-        let with = |end: &str| {
-            let names = kept
-                .iter()
-                .filter_map(move |(name, _)| name.strip_suffix(end));
-            names
-                .map(str::to_owned)
-                .collect::<std::collections::BTreeSet<_>>()
-        };
-        assert_eq!(with("-small.pbrt"), with("-large.pbrt"));
-        assert!(!with("-small.pbrt").is_empty());
-    }
-
     #[test]
     fn colonnade_has_about_a_quarter_of_a_million_triangles() {
         let count = colonnade::triangle_count();

@@ -82,7 +82,6 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
         "a value per integral"
     );
     let mut workspace = P::Workspace::default();
-    let power: f64 = what.truth.iter().map(|v| v.length_squared()).sum();
     let mut lanes = Vec::new();
     for (settings, samples) in &what.entries {
         lanes.extend(samples.iter().map(|&samples| Lane {
@@ -108,23 +107,22 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
             }
         }
     }
-    let count = problem.integrals() as f64;
-    let scale = power.max(f64::MIN_POSITIVE) * f64::from(what.rounds);
-    let mut lanes = lanes.into_iter();
-    let curve = |(settings, samples): &(P::Settings, Vec<u32>)| Curve {
-        settings: settings.clone(),
-        points: lanes
-            .by_ref()
-            .take(samples.len())
-            .map(|lane| Point {
-                samples: lane.samples,
-                time: lane.least.iter().sum::<f64>() * 1e6 / count,
-                mse: lane.square / scale,
-                mrse: lane.relative / (3.0 * count * f64::from(what.rounds)),
-            })
-            .collect(),
-    };
-    what.entries.iter().map(curve).collect()
+    let (count, rounds) = (problem.integrals() as f64, f64::from(what.rounds));
+    let power: f64 = what.truth.iter().map(|v| v.length_squared()).sum();
+    let mut points = lanes.into_iter().map(|lane| Point {
+        samples: lane.samples,
+        time: lane.least.iter().sum::<f64>() * 1e6 / count,
+        mse: lane.square / (power.max(f64::MIN_POSITIVE) * rounds),
+        mrse: lane.relative / (3.0 * count * rounds),
+    });
+    let mut curves = Vec::new();
+    for (settings, samples) in &what.entries {
+        curves.push(Curve {
+            settings: settings.clone(),
+            points: points.by_ref().take(samples.len()).collect(),
+        });
+    }
+    curves
 }
 
 /// Number of integrals that are timed together.

@@ -1,6 +1,6 @@
 //! What a study measures, told by whoever brings it: integrals, and ways to estimate them.
 
-use super::CELL_SECONDS;
+use super::{CELL_SECONDS, Cell};
 use linelit_geometry::DVec3;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
@@ -84,6 +84,18 @@ pub struct Method<S> {
     pub trials: u32,
     /// The argument of [`Problem::estimate`].
     pub settings: S,
+}
+
+impl<S: Clone> Method<S> {
+    /// All its trials with so many samples, from a seed on.
+    pub(super) fn cell(&self, samples: u32, seed: u64) -> Cell<S> {
+        Cell {
+            settings: self.settings.clone(),
+            samples,
+            seed,
+            trials: self.trials,
+        }
+    }
 }
 
 /// The values that errors are measured by.

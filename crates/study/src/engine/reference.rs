@@ -1,7 +1,7 @@
 //! The reference that estimates are scored against, and how wrong it is itself.
 
 use super::run::run_span;
-use super::{Cell, Method, Problem};
+use super::{Method, Problem};
 use linelit_geometry::DVec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -131,12 +131,7 @@ impl ReferencePart {
         integrals: Range<usize>,
     ) -> Self {
         let far = u64::from(round).wrapping_mul(0x0123_4567_89AB_CDEF);
-        let cell = Cell {
-            settings: method.settings.clone(),
-            samples,
-            seed: REFERENCE_SEED.wrapping_add(far),
-            trials: method.trials,
-        };
+        let cell = method.cell(samples, REFERENCE_SEED.wrapping_add(far));
         let run = run_span(problem, cell, integrals.clone().into());
         let of = |k| Replicates::of(run.trials_of(k));
         Self {

@@ -220,10 +220,8 @@ impl<P: Problem> Job<'_, P> {
             count,
         };
         let cell = Cell {
-            settings: method.settings.clone(),
-            samples,
-            seed: PILOT_SEED,
             trials: PILOT_TRIALS,
+            ..method.cell(samples, PILOT_SEED)
         };
         let run = run_span(self.problem, cell, span);
         let nothing = Reference::known(vec![DVec3::ZERO; all]);
@@ -277,12 +275,7 @@ impl<P: Problem> Job<'_, P> {
         let processor = cpu_name();
         let mut runs: Vec<(CellRun<P::Settings>, TrialSums)> = Vec::new();
         for (method, samples) in self.design.cells().skip(cells.start).take(cells.len()) {
-            let cell = Cell {
-                settings: method.settings.clone(),
-                samples,
-                seed: self.design.seed,
-                trials: method.trials,
-            };
+            let cell = method.cell(samples, self.design.seed);
             let mut run = run_span(self.problem, cell, integrals.clone().into());
             let sums = TrialSums::of(&run, reference);
             run.values = Vec::new();

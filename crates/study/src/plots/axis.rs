@@ -73,45 +73,38 @@ impl LogAxis {
         } else {
             &[1.0]
         };
-        let mut ticks = Vec::new();
-        for k in first..=last {
-            if k.rem_euclid(step) != 0 {
-                continue;
-            }
-            ticks.extend(
-                mantissas
-                    .iter()
-                    .map(|m| m * 10_f64.powi(k))
-                    .filter(|&t| self.holds(t)),
-            );
-        }
-        ticks
+        let decades = (first..=last).filter(|k| k.rem_euclid(step) == 0);
+        let ticks = decades.flat_map(|k| mantissas.iter().map(move |m| m * 10_f64.powi(k)));
+        ticks.filter(|&tick| self.holds(tick)).collect()
+    }
+
+    /// Leaves out ticks whose labels would touch: every second, every third….
+    pub(crate) fn thinned(&self, ticks: &[f64]) -> Vec<f64> {
+        let inside: Vec<f64> = ticks.iter().copied().filter(|t| self.holds(*t)).collect();
+        let kept = |step: usize| inside.iter().copied().step_by(step).collect::<Vec<f64>>();
+        let apart = |pair: &[f64]| self.pixel(pair[1]) - self.pixel(pair[0]) >= 38.0;
+        let mut some = (1..=inside.len()).map(kept);
+        let found = some.find(|ticks| ticks.windows(2).all(apart));
+        found.unwrap_or(inside)
+    }
+
+    /// The ends of an error bar, which end where the axis does; `None` for no error.
+    pub(crate) fn bar(&self, [value, error]: [f64; 2]) -> Option<[f64; 2]> {
+        let ends = [(value - error).max(self.low), value + error];
+        (error > 0.0).then(|| ends.map(|end| self.pixel(end)))
     }
 }
 
-/// A tick's label as SVG markup.
+/// A tick's label.
 pub(crate) fn label(value: f64, unit: Unit) -> String {
     match unit {
         Unit::Count => format!("{value}"),
         Unit::Seconds => seconds(value),
-        Unit::Number => power(value),
+        Unit::Number => {
+            let power = exponential(value, 0);
+            power.strip_prefix("1·").unwrap_or(&power).to_owned()
+        }
     }
-}
-
-fn power(value: f64) -> String {
-    #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
-    let exponent = (log10(value) + 1e-9).floor() as i32;
-    let mantissa = (value / 10_f64.powi(exponent)).round();
-    let sign = if exponent < 0 { "−" } else { "" };
-    let front = if mantissa > 1.5 {
-        format!("{mantissa}·10")
-    } else {
-        "10".to_owned()
-    };
-    format!(
-        r#"{front}<tspan dy="-4" font-size="9">{sign}{}</tspan>"#,
-        exponent.abs()
-    )
 }
 
 /// Seconds in words that are read at a glance: `200 µs`, `5 s`.
@@ -155,16 +148,16 @@ pub fn scientific(value: f64) -> String {
     if value.abs() <= 0.0 {
         return "0".to_owned();
     }
-    let text = format!("{value:.2e}");
-    let Some((mantissa, exponent)) = text.split_once('e') else {
-        return text;
-    };
+    exponential(value, 2)
+}
+
+fn exponential(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$e}").replace('-', "−");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let digit = |d: u32| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(d as usize);
-    let superscript: String = exponent
-        .chars()
-        .map(|c| c.to_digit(10).and_then(digit).unwrap_or('⁻'))
-        .collect();
-    format!("{}·10{superscript}", mantissa.replace('-', "−"))
+    let superscript = |c: char| c.to_digit(10).and_then(digit).unwrap_or('⁻');
+    let exponent: String = exponent.chars().map(superscript).collect();
+    format!("{mantissa}·10{exponent}")
 }
 
 #[cfg(test)]
@@ -203,14 +196,8 @@ mod tests {
         assert_eq!(label(64.0, Unit::Count), "64");
         assert_eq!(label(2e-4, Unit::Seconds), "200 µs");
         assert_eq!(label(50.0, Unit::Seconds), "50 s");
-        assert_eq!(
-            label(1e-3, Unit::Number),
-            r#"10<tspan dy="-4" font-size="9">−3</tspan>"#
-        );
-        assert_eq!(
-            label(0.2, Unit::Number),
-            r#"2·10<tspan dy="-4" font-size="9">−1</tspan>"#
-        );
+        assert_eq!(label(1e-3, Unit::Number), "10⁻³");
+        assert_eq!(label(0.2, Unit::Number), "2·10⁻¹");
     }
 
     #[test]

@@ -105,12 +105,11 @@ pub(crate) fn error_over_time(
     rows: &[ResultRow],
     palette: &Palette,
 ) -> ConvergencePlot {
-    let series = gather(scene, rows.iter().filter(|r| r.cpu_seconds > 0.0), |row| {
-        PlotPoint {
-            x: row.cpu_seconds,
-            x_error: row.cpu_error,
-            ..rmse(row)
-        }
+    let timed = rows.iter().filter(|r| r.cpu_seconds > 0.0);
+    let series = gather(scene, timed, |row| PlotPoint {
+        x: row.cpu_seconds,
+        x_error: row.cpu_error,
+        ..rmse(row)
     });
     ConvergencePlot {
         title: format!("{scene}: error over time"),
@@ -132,8 +131,10 @@ pub(crate) fn efficiency_over_samples(
     let timed = || rows.iter().filter(|r| r.cpu_seconds > 0.0);
     let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
     let noisy = timed().filter(|r| r.scene == scene && !r.is_noiseless());
-    let costs = noisy.map(cost).filter(|c| c.is_finite());
-    let most = costs.fold(0.0, f64::max);
+    let most = noisy
+        .map(cost)
+        .filter(|c| c.is_finite())
+        .fold(0.0, f64::max);
     let series = gather(scene, timed(), |row| PlotPoint {
         x: row.samples.into(),
         y: most / cost(row),
@@ -233,10 +234,12 @@ impl ConvergencePlot {
                 canvas.text("ll-halo", end, Anchor::End, &order);
             }
         }
-        let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
-        canvas.text("", [middle, height - 7.0], Anchor::Middle, &self.x_label);
-        let centre = legend_height + 0.5 * (row_height * rows as f64) + 2.0;
-        canvas.upright("", [15.0, centre], &self.y_label);
+        let (x, y) = (
+            0.5 * (LEFT + WIDTH - RIGHT),
+            0.5 * (legend_height + height - X_LABEL),
+        );
+        canvas.text("", [x, height - 7.0], Anchor::Middle, &self.x_label);
+        canvas.upright("", [15.0, y + 2.0], &self.y_label);
         canvas.finish(height, &self.title)
     }
 
@@ -283,7 +286,7 @@ impl ConvergencePlot {
             canvas.line("ll-grid", [x.from, at], [x.to, at]);
             if labelled {
                 let text = axis::label(tick, Unit::Number);
-                canvas.markup("ll-small", [x.from - 7.0, at + 4.0], Anchor::End, &text);
+                canvas.text("ll-small", [x.from - 7.0, at + 4.0], Anchor::End, &text);
             }
         }
         let (ticks, unit) = if self.x_is_time {
@@ -294,11 +297,11 @@ impl ConvergencePlot {
             counts.dedup();
             (counts, Unit::Count)
         };
-        for tick in thin(&ticks, x) {
+        for tick in x.thinned(&ticks) {
             let at = x.pixel(tick);
             canvas.line("ll-grid", [at, y.from], [at, y.to]);
             let text = axis::label(tick, unit);
-            canvas.markup("ll-small", [at, y.from + 16.0], Anchor::Middle, &text);
+            canvas.text("ll-small", [at, y.from + 16.0], Anchor::Middle, &text);
         }
         canvas.rect("ll-panel", [x.from, y.to], [x.to - x.from, y.from - y.to]);
     }
@@ -347,12 +350,12 @@ impl ConvergencePlot {
         for point in series.points.iter().filter(|p| p.is_drawn()) {
             let [x, y] = panel.pixel(point.x, if point.noiseless { edge } else { point.y });
             let bars = format!("ll-e{colour}");
-            if let Some([low, high]) = bar([point.y, point.y_error], panel.y)
+            if let Some([low, high]) = panel.y.bar([point.y, point.y_error])
                 && !point.noiseless
             {
                 canvas.bar(&bars, [x, high], [x, low]);
             }
-            if let Some([low, high]) = bar([point.x, point.x_error], panel.x) {
+            if let Some([low, high]) = panel.x.bar([point.x, point.x_error]) {
                 canvas.bar(&bars, [low, y], [high, y]);
             }
             let (shape, found) = if point.noiseless {
@@ -382,12 +385,6 @@ impl ConvergencePlot {
     }
 }
 
-/// The ends of an error bar along an axis, which end where the axis does; `None` for no error.
-fn bar([value, error]: [f64; 2], axis: LogAxis) -> Option<[f64; 2]> {
-    let ends = [(value - error).max(axis.low), value + error];
-    (error > 0.0).then(|| ends.map(|end| axis.pixel(end)))
-}
-
 /// Names in the order in which they come first.
 pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut all = Vec::new();
@@ -397,16 +394,6 @@ pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
         }
     }
     all
-}
-
-/// Leaves out ticks whose labels would touch: every second, every third….
-fn thin(ticks: &[f64], axis: LogAxis) -> Vec<f64> {
-    let inside: Vec<f64> = ticks.iter().copied().filter(|t| axis.holds(*t)).collect();
-    let kept = |step: usize| inside.iter().copied().step_by(step).collect::<Vec<f64>>();
-    let apart = |pair: &[f64]| axis.pixel(pair[1]) - axis.pixel(pair[0]) >= 38.0;
-    let mut some = (1..=inside.len()).map(kept);
-    let found = some.find(|ticks| ticks.windows(2).all(apart));
-    found.unwrap_or(inside)
 }
 
 #[cfg(test)]
@@ -478,9 +465,9 @@ mod tests {
         assert!(!svg.contains("inf") && !svg.contains("NaN\""));
         let axis = LogAxis::spanning([1.0, 100.0].into_iter(), 1.0).over(0.0, 20.0);
         // From 10 − 9 to 10 + 990, which is beyond.
-        assert_eq!(bar([10.0, 9.0], axis), Some([0.0, axis.pixel(19.0)]));
-        assert_eq!(bar([10.0, 990.0], axis), Some([0.0, 20.0]));
-        assert_eq!(bar([10.0, f64::NAN], axis), None);
+        assert_eq!(axis.bar([10.0, 9.0]), Some([0.0, axis.pixel(19.0)]));
+        assert_eq!(axis.bar([10.0, 990.0]), Some([0.0, 20.0]));
+        assert_eq!(axis.bar([10.0, f64::NAN]), None);
         let none = error_over_samples("s", &rows, &Palette::default()).render();
         assert_eq!(none.matches(r#"class="ll-e"#).count(), 0);
     }
@@ -493,12 +480,9 @@ mod tests {
         };
         let rows = [row(1, 4.0), other, row(4, 0.25), row(64, 1e-12)];
         let plot = error_over_samples("s", &rows, &Palette::default());
-        let [series] = plot.series.as_slice() else {
-            panic!("{plot:?}");
-        };
-        let [first, _, last] = series.points.as_slice() else {
-            panic!("{series:?}");
-        };
+        let points = &plot.series[0].points;
+        assert_eq!((plot.series.len(), points.len()), (1, 3));
+        let (first, last) = (points[0], points[2]);
         assert!(last.noiseless && !first.noiseless);
         // 10 % of the square is 5 % of the root.
         assert!((first.y - 2.0).abs() < 1e-15 && (first.y_error - 0.1).abs() < 1e-15);

@@ -73,14 +73,9 @@ impl Canvas {
     }
 
     pub(crate) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
-        self.markup(class, at, anchor, &escape(text));
-    }
-
-    /// Text whose content is already markup.
-    pub(crate) fn markup(&mut self, class: &str, at: [f64; 2], anchor: Anchor, markup: &str) {
-        let ([x, y], anchor) = (at.map(num), anchor.name());
+        let ([x, y], anchor, text) = (at.map(num), anchor.name(), escape(text));
         self.raw(&format!(
-            r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{markup}</text>"#
+            r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{text}</text>"#
         ));
     }
 

@@ -30,8 +30,8 @@ pub struct Named<'a> {
     pub seconds: f64,
 }
 
-/// Side of a detail over the longer side of the picture.
-const DETAIL: f64 = 0.125;
+/// The longer side of the picture over the side of a detail.
+const DETAIL: u32 = 8;
 
 /// Details of a picture.
 const DETAILS: usize = 2;
@@ -49,53 +49,44 @@ impl Comparison {
     /// # Errors
     /// [`FilmError::Invalid`] for pictures without pixels or of different sizes.
     pub fn new(left: Named<'_>, right: Named<'_>, truth: Named<'_>) -> Result<Self, FilmError> {
-        let size = [truth.image.width, truth.image.height];
-        if [left, right]
-            .iter()
-            .any(|p| [p.image.width, p.image.height] != size)
-        {
+        let [width, height] = [truth.image.width, truth.image.height];
+        let other = |p: &Named<'_>| [p.image.width, p.image.height] != [width, height];
+        if [left, right].iter().any(other) {
             let message = "pictures of different sizes cannot be compared";
             return Err(FilmError::Invalid(message.to_owned()));
         }
         // A tenth of the pixels are white, so that a light in the picture leaves the rest bright.
         let exposure = Exposure::fitting(truth.image, 0.9);
         let shown = |p: Named<'_>| Picture::exposed(p.image, exposure, p.name);
-        let wrong = [left, right].map(|p| distances(p.image, truth.image));
-        let side = ((f64::from(size[0].max(size[1])) * DETAIL).round()).max(1.0);
-        #[allow(
-            clippy::cast_possible_truncation,
-            reason = "at most the picture's side"
-        )]
-        let side = (side as u32).min(size[0]).min(size[1]);
-        let detail = |at: [u32; 2]| -> Result<[Picture; 3], FilmError> {
-            let one = |p: Named<'_>| Picture::exposed(&part(p.image, at, side), exposure, p.name);
+        let side = (width.max(height) / DETAIL).clamp(1, width.min(height).max(1));
+        let detail = |[x, y]: [u32; 2]| -> Result<[Picture; 3], FilmError> {
+            let one = |p: Named<'_>| {
+                let part = Image::from_fn(side, side, |u, v| p.image.get(x + u, y + v));
+                Picture::exposed(&part, exposure, p.name)
+            };
             Ok([one(left)?, one(right)?, one(truth)?])
         };
-        let places = most_wrong(&relative(&wrong[0], truth.image), size, side);
+        let wrong = [left, right].map(|p| distances(p.image, truth.image));
+        let places = most_wrong(&relative(&wrong[0], truth.image), [width, height], side);
         let scale = scale(&wrong[0]);
         let map = |p: Named<'_>, values: &[f32]| {
             let caption = format!("{}: RMSE {}", p.name, scientific(rms(values)));
-            Picture::of_scalars(size[0], size[1], values, scale, &caption)
+            Picture::of_scalars(width, height, values, scale, &caption)
         };
+        let in_time = |one: Named<'_>| format!("{} in {}", one.name, seconds(one.seconds));
         Ok(Self {
-            lead: lead([left, right, truth]),
+            lead: format!(
+                "Left of the slider {}, right of it {}; the reference is {}.",
+                in_time(left),
+                in_time(right),
+                in_time(truth)
+            ),
             sides: [shown(left)?, shown(right)?],
             truth: shown(truth)?,
             details: places.into_iter().map(detail).collect::<Result<_, _>>()?,
             errors: [map(left, &wrong[0])?, map(right, &wrong[1])?],
         })
     }
-}
-
-/// What was done, and in which time.
-fn lead([left, right, truth]: [Named<'_>; 3]) -> String {
-    let in_time = |one: Named<'_>| format!("{} in {}", one.name, seconds(one.seconds));
-    format!(
-        "Left of the slider {}, right of it {}; the reference is {}.",
-        in_time(left),
-        in_time(right),
-        in_time(truth)
-    )
 }
 
 /// For each pixel the root mean square over channels of what is between two pictures.
@@ -166,10 +157,6 @@ fn most_wrong(wrong: &[f32], [width, height]: [u32; 2], side: u32) -> Vec<[u32; 
         }
     }
     kept
-}
-
-fn part(image: &Image, [x, y]: [u32; 2], side: u32) -> Image {
-    Image::from_fn(side, side, |u, v| image.get(x + u, y + v))
 }
 
 #[cfg(test)]

@@ -154,16 +154,8 @@ mod tests {
 
     #[test]
     fn mrse_weighs_by_the_reference() {
-        let reference = Image {
-            width: 2,
-            height: 1,
-            rgb: vec![[2.0; 3], [0.0; 3]],
-        };
-        let picture = Image {
-            width: 2,
-            height: 1,
-            rgb: vec![[2.5; 3], [0.001; 3]],
-        };
+        let two = |values: [f32; 2]| Image::from_fn(2, 1, |x, _| [values[x as usize]; 3]);
+        let (picture, reference) = (two([2.5, 0.001]), two([2.0, 0.0]));
         let m = ImageMetrics::compare(&picture, &reference).unwrap();
         let small = f64::from(0.001_f32) * f64::from(0.001_f32);
         let want = 0.5 * (0.25 / (4.0 + 1e-6) + small / 1e-6);
@@ -177,11 +169,7 @@ mod tests {
     #[test]
     fn values_that_are_not_numbers_are_counted_not_summed() {
         let reference = Image::new(2, 1);
-        let picture = Image {
-            width: 2,
-            height: 1,
-            rgb: vec![[f32::NAN, 0.0, 0.0], [1.0; 3]],
-        };
+        let picture = Image::from_fn(2, 1, |x, _| [if x == 0 { f32::NAN } else { 1.0 }; 3]);
         let m = ImageMetrics::compare(&picture, &reference).unwrap();
         assert_eq!((m.pixels, m.skipped), (1, 1));
         assert!((m.mse - 1.0).abs() < 1e-15 && m.bias_stderr.is_nan());
@@ -193,15 +181,9 @@ mod tests {
         let flat = Image::from_fn(32, 32, |_, _| [0.0; 3]);
         let mut squares = 0.0;
         for _ in 0..400 {
-            let noise = Image::from_fn(32, 32, |_, _| {
-                [0; 3].map(|_| {
-                    let v = normal(&mut random);
-                    #[allow(clippy::cast_possible_truncation, reason = "film")]
-                    {
-                        v as f32
-                    }
-                })
-            });
+            #[allow(clippy::cast_possible_truncation, reason = "film")]
+            let mut value = |_| normal(&mut random) as f32;
+            let noise = Image::from_fn(32, 32, |_, _| [0; 3].map(&mut value));
             squares += ImageMetrics::compare(&noise, &flat).unwrap().bias_z.powi(2);
         }
         // Mean of 400 χ²₁ has standard error √(2/400) = 0.071; 4.5 of them: α ≈ 7e-6.
