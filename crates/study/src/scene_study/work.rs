@@ -134,8 +134,8 @@ impl Work<'_, '_, '_> {
         first..first + count
     }
 
-    /// Measures all of it, and adds it to `record`; gives what a report shows of the scenes, without
-    /// galleries.
+    /// Measures all of it, and adds it to `record`; gives what a report shows of the scenes,
+    /// without galleries.
     ///
     /// # Errors
     /// As [`Work::plan`].
