@@ -137,11 +137,6 @@ pub(crate) fn alone(targets: &Targets<'_>, seed: u64) -> Result<Alone> {
 const LINES_ALONE: u32 = 4;
 
 impl Row {
-    /// Our scene.
-    pub(crate) fn scene(&self) -> &'static str {
-        self.paper.ours
-    }
-
     fn ns_per_line(&self) -> f64 {
         let millions = self.lines as f64 * 1e-6;
         1e3 * self.seconds / millions.max(1e-6)

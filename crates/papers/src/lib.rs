@@ -8,8 +8,8 @@ mod billen_orders;
 mod billen_origin;
 mod billen_table1;
 mod billen_time;
-mod claims;
 mod costs;
+mod judged;
 mod measured;
 mod peters_diffuse;
 mod peters_gloss;
@@ -68,7 +68,7 @@ const STUDIES: [NamedStudy; 18] = [
     (
         "claims",
         "every claim of the four papers: expected, measured, and a verdict",
-        || Study::Findings(claims::run),
+        || Study::Findings(judged::run),
     ),
     (
         "billen-orders",

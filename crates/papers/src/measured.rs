@@ -11,7 +11,7 @@ use linelit_study::scene_study::Targets;
 use linelit_study::stats::metrics::MeanError;
 use linelit_study::stats::slopes::{LEAST_TRIALS, Order, SlopePoint, fit_trials};
 use linelit_study::stats::student;
-use linelit_study::tables::{ResultRow, SlopeRow};
+use linelit_study::tables::SlopeRow;
 use serde::Serialize;
 use std::fmt;
 
@@ -70,27 +70,24 @@ impl Measured {
         Self::around(ln(mean), quantile(values) * stderr / mean).map(exp)
     }
 
+    /// The mean of independent positive values.
+    pub(crate) fn positive_mean(values: &[f64]) -> Self {
+        let MeanError { mean, stderr } = MeanError::of(values);
+        Self::positive(mean, stderr, values.len())
+    }
+
+    /// The order of the standard deviation over the number of samples, if there is one.
+    pub(crate) fn order_of(points: &[SlopePoint]) -> Self {
+        let order = fit_trials(points, CONFIDENCE);
+        order.map_or(Self::UNKNOWN, |order| Self::from(&order))
+    }
+
     /// The mean of some positive values over that of others, both independent.
     pub(crate) fn ratio(top: &[f64], bottom: &[f64]) -> Self {
         let [a, b] = [top, bottom].map(|values| {
             let MeanError { mean, stderr } = MeanError::of(values);
             Self::positive(mean, stderr, values.len())
         });
-        a.over(b)
-    }
-
-    /// The variance of a row of a study over that of another. Of unbiased estimators it is the
-    /// squared error, whose standard error, the reference's own included, stands for its own; but
-    /// it needs no reference, and is known where errors are below what that can tell.
-    pub(crate) fn variance_ratio(top: &ResultRow, bottom: &ResultRow) -> Self {
-        let of = |r: &ResultRow| Self::positive(r.variance, r.mse_stderr, r.trials as usize);
-        let [a, b] = [top, bottom].map(of);
-        a.over(b)
-    }
-
-    /// The processor time of a row over that of another.
-    pub(crate) fn time_ratio(top: &ResultRow, bottom: &ResultRow) -> Self {
-        let [a, b] = [top, bottom].map(|r| Self::time(r.cpu_seconds, r.cpu_error));
         a.over(b)
     }
 

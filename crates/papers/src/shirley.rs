@@ -49,13 +49,6 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
     })
 }
 
-/// The numbers of the paper's figures.
-pub(super) fn of_the_paper(context: &Context<'_>) -> Result<Vec<Row>> {
-    let mut rows = Vec::new();
-    paper(context, &mut rows)?;
-    Ok(rows)
-}
-
 /// The paper's figures.
 fn paper(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Vec<Section>> {
     let mut sections = Vec::new();

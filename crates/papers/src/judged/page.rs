@@ -1,107 +1,83 @@
 //! The page of the claims, and the lines on the terminal.
 
-use super::claim::{Expected, Paper, Verdict};
-use super::{Judged, checked, summary};
+use super::data::{Claim, Paper};
+use super::verdict::{Expected, Verdict};
+use super::{Judged, Took, counts, summary};
+use linelit_elementary::log10;
 use linelit_study::plots::{IntervalRow, intervals};
 use linelit_study::report::{Cell, Plot, Report, Section, Table};
 
 /// The page.
-pub(super) fn report(judged: &[Judged], groups: &[(&str, f64)]) -> Report {
-    let mut sections: Vec<Section> = Paper::ALL
-        .into_iter()
-        .map(|paper| {
-            let own: Vec<&Judged> = judged.iter().filter(|j| j.claim.paper == paper).collect();
-            section(paper, &own)
-        })
-        .collect();
-    sections.retain(|section| !section.tables.is_empty());
-    let words = "A claim is confirmed where its figure is within the tolerance of the paper's by its \
-                 whole 95 % interval, stronger or weaker beyond it, refuted where nothing of the effect \
-                 is there or it is the other way round. Each verdict follows from the figures beside it; \
-                 this run is held to the verdicts on record, of which a few are others with --full.";
+pub(super) fn report(judged: &[Judged], times: &[Took]) -> Report {
+    let sections = Paper::ALL.into_iter().map(|paper| {
+        let own = judged.iter().filter(|j| j.claim.paper == paper).cloned();
+        section(paper, &own.collect::<Vec<_>>())
+    });
+    let words = "A claim is confirmed where the whole 95 % interval of its figure is within the \
+                 tolerance of the paper's, or strictly on the claimed side; consistent where the \
+                 interval touches that; else stronger, weaker or refuted. A run is held to the \
+                 verdicts on record: it fails where one is on the other side of consistent.";
     let title = "Every claim of the papers, with a verdict";
-    let mut report = Report::new(title, vec![summary(judged), words.to_owned()], sections);
-    let took =
-        |(name, seconds): &(&str, f64)| (format!("time of {name}"), format!("{seconds:.1} s"));
-    report.facts.extend(groups.iter().map(took));
+    let lead = vec![summary(judged), words.to_owned()];
+    let mut report = Report::new(title, lead, sections.collect());
+    let took = |(name, seconds): &Took| (format!("time of {name}"), format!("{seconds:.1} s"));
+    report.facts.extend(times.iter().map(took));
     report
 }
 
-fn section(paper: Paper, own: &[&Judged]) -> Section {
-    if own.is_empty() {
-        return Section::default();
-    }
-    let told: Vec<String> = Verdict::ALL
-        .into_iter()
-        .filter_map(|verdict| {
-            let count = own.iter().filter(|j| j.verdict == verdict).count();
-            (count > 0).then(|| format!("{count} {verdict}"))
-        })
+fn section(paper: Paper, own: &[Judged]) -> Section {
+    let told = Verdict::ALL.into_iter().zip(counts(own));
+    let told = told.filter(|(_, count)| *count > 0);
+    let told: Vec<String> = told
+        .map(|(verdict, count)| format!("{count} {verdict}"))
         .collect();
-    let mut notes = Vec::new();
-    let noted = |j: &&&Judged| j.verdict.needs_reason() || j.claim.otherwise.is_some();
-    for one in own.iter().filter(noted) {
+    let note = |one: &Judged| {
         let claim = &one.claim;
-        let mut note = format!("{}, {}: {}", claim.place, one.verdict, claim.says);
-        match claim.reason {
-            Some(reason) => note = format!("{note} {}", reason.words),
-            None if claim.is_timed && one.verdict == Verdict::Weaker => {
-                note = format!(
-                    "{note} This run's times tell less; {} is on record.",
-                    claim.recorded
-                );
-            }
-            None if one.verdict.needs_reason() => note.push_str(" No reason is on record."),
-            None => (),
-        }
-        if let Some(check) = checked(one) {
-            note = format!("{note} {check}");
-        }
-        if let Some((verdict, reason)) = claim.otherwise {
-            let words = reason.map_or("", |r| r.words);
-            note = format!("{note} On record of the other form: {verdict}. {words}");
-        }
-        notes.push(note);
-    }
+        let check = one.check.map(|(found, holds)| {
+            let word = if holds { "holds" } else { "does not hold" };
+            format!(" The check {word}: {found}.")
+        });
+        let (place, verdict, says) = (&claim.place, one.verdict, &claim.says);
+        let check = check.unwrap_or_default();
+        format!("{place}, {verdict}: {says} {}{check}", claim.because)
+    };
+    let noted = own
+        .iter()
+        .filter(|j| j.verdict.needs_reason() || !j.claim.because.is_empty());
     Section {
         title: paper.citation().to_owned(),
         lead: format!("{} claims: {}.", own.len(), told.join(", ")),
         plots: plots(own),
         tables: vec![table(own)],
-        notes,
+        notes: noted.map(note).collect(),
         ..Section::default()
     }
 }
 
-fn table(own: &[&Judged]) -> Table {
-    let columns = [
-        "where",
-        "claim",
-        "expected",
-        "measured",
-        "verdict",
-        "what follows",
-        "by",
-    ];
-    let row = |one: &&Judged| {
+fn table(own: &[Judged]) -> Table {
+    let columns = ["where", "claim", "expected", "measured", "verdict", "study"];
+    let row = |one: &Judged| {
         let claim = &one.claim;
-        let measured = found(one);
         let value = one.measured.map_or(f64::NAN, |m| m.value);
-        let differs = claim.differs(one.verdict);
-        let record = if differs {
-            format!("{} (record: {})", one.verdict, claim.recorded)
+        let record = if claim.verdict.contradicts(one.verdict) {
+            format!("{} (record: {})", one.verdict, claim.verdict)
         } else {
             one.verdict.name().to_owned()
         };
         let tolerance = format!("{}; tolerance: {}", claim.read, claim.why);
+        let figure = claim
+            .figure
+            .as_ref()
+            .map_or("", super::formula::Formula::text);
         vec![
-            Cell::text(claim.place),
+            Cell::text(claim.place.clone()),
             Cell::text(claim.says.clone()).hover(claim.id.clone()),
-            Cell::number(claim.expected.text()).hover(tolerance),
-            Cell::number(measured).sorted_by(value),
-            Cell::text(record).strong(one.verdict != Verdict::Confirmed),
-            Cell::text(claim.expected.sentence(one.measured)),
-            Cell::text(one.study),
+            Cell::number(expected(claim)).hover(tolerance),
+            Cell::number(found(one)).sorted_by(value),
+            Cell::text(record)
+                .strong(one.verdict != Verdict::Confirmed)
+                .hover(figure),
+            Cell::text(one.study.clone()),
         ]
     };
     let caption =
@@ -111,9 +87,9 @@ fn table(own: &[&Judged]) -> Table {
 
 /// How far the figures are on the way from no effect to the paper's, and where ratios are beside
 /// their bounds.
-fn plots(own: &[&Judged]) -> Vec<Plot> {
-    let shares: Vec<IntervalRow> = own.iter().filter_map(|one| share(one)).collect();
-    let bounds: Vec<IntervalRow> = own.iter().filter_map(|one| bound(one)).collect();
+fn plots(own: &[Judged]) -> Vec<Plot> {
+    let shares: Vec<IntervalRow> = own.iter().filter_map(share).collect();
+    let bounds: Vec<IntervalRow> = own.iter().filter_map(bound).collect();
     let mut plots = Vec::new();
     if !shares.is_empty() {
         let guides = [(0.0, "no effect"), (1.0, "the paper's")];
@@ -143,11 +119,11 @@ fn plots(own: &[&Judged]) -> Vec<Plot> {
 
 /// A row of the first plot.
 fn share(one: &Judged) -> Option<IntervalRow> {
-    let Expected::Figure {
+    let Some(Expected::Figure {
         value,
         tolerance,
         none: Some(none),
-    } = one.claim.expected
+    }) = one.claim.expect
     else {
         return None;
     };
@@ -165,14 +141,14 @@ fn share(one: &Judged) -> Option<IntervalRow> {
 
 /// A row of the second plot: bounds of positive figures.
 fn bound(one: &Judged) -> Option<IntervalRow> {
-    let (bound, sign) = match one.claim.expected {
-        Expected::AtMost(bound) => (bound, 1.0),
-        Expected::AtLeast(bound) => (bound, -1.0),
-        _ => return None,
+    let (bound, sign) = match one.claim.expect? {
+        Expected::Below(bound) => (bound, 1.0),
+        Expected::Above(bound) => (bound, -1.0),
+        Expected::Figure { .. } => return None,
     };
     let m = one.measured.filter(|m| m.is_above(0.0) && bound > 0.0)?;
     let interval = m.known()?;
-    let place = |v: f64| sign * (v / bound).log10();
+    let place = |v: f64| sign * log10(v / bound);
     Some(IntervalRow {
         label: shorten(&one.claim.id),
         value: place(m.value),
@@ -182,8 +158,13 @@ fn bound(one: &Judged) -> Option<IntervalRow> {
 }
 
 /// What was measured, in words.
-fn found(one: &Judged) -> String {
+pub(super) fn found(one: &Judged) -> String {
     one.measured.map_or("–".to_owned(), |m| m.to_string())
+}
+
+/// What is expected, in figures.
+pub(super) fn expected(claim: &Claim) -> String {
+    claim.expect.map_or("–".to_owned(), Expected::text)
 }
 
 /// Mark and hover of a claim: the verdicts have a colour each.
@@ -191,12 +172,13 @@ fn marked(one: &Judged) -> IntervalRow {
     let kind = match one.verdict {
         Verdict::Confirmed => 1,
         Verdict::Stronger => 0,
+        Verdict::Consistent => 2,
         Verdict::Weaker => 3,
         Verdict::Refuted => 5,
         Verdict::NotMeasurable => 4,
     };
     let measured = found(one);
-    let expected = one.claim.expected.text();
+    let expected = expected(&one.claim);
     IntervalRow {
         kind,
         hover: format!("{}: {measured}, expected {expected}", one.verdict),
@@ -224,7 +206,7 @@ pub(super) fn text(judged: &[Judged]) -> String {
     for one in judged {
         let measured = found(one);
         let (verdict, id) = (one.verdict.name(), &one.claim.id);
-        let expected = one.claim.expected.text();
+        let expected = expected(&one.claim);
         out.push_str(&format!(
             "{verdict:<20} {expected:>16}  {measured:<28} {id}\n"
         ));

@@ -1,0 +1,347 @@
+//! Estimators measured side by side on shading points.
+
+use super::data::{Cell, Only, Points};
+use super::formula::Figures;
+use crate::Context;
+use crate::measured::Measured;
+use anyhow::{Context as _, Result, bail};
+use linelit_formats::LoadOptions;
+use linelit_geometry::DVec3;
+use linelit_integrator::{Renderer, Settings, Spheres};
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_scenes::luminaires;
+use linelit_study::engine::{self, CellRun, Counts, Reference, run_cell, score};
+use linelit_study::scene_study::{Targets, all_pixels};
+use linelit_study::stats::metrics::MRSE_EPSILON;
+use linelit_study::stats::slopes::SlopePoint;
+use std::collections::BTreeMap;
+
+/// A scene's name and its text.
+type OwnScene = (&'static str, fn() -> String);
+
+/// Scenes that are not among the built-in ones.
+const SCENES: [OwnScene; 9] = [
+    ("bare", || BARE.to_owned()),
+    ("screened", || BARE.to_owned() + SCREEN),
+    ("hidden", || {
+        BARE.to_owned() + include_str!("../../scenes/hidden.pbrt")
+    }),
+    ("horizon", || {
+        include_str!("../../scenes/horizon.pbrt").to_owned()
+    }),
+    ("wet", || FLOOR.replace("ROUGHNESS", "0.22")),
+    ("dry", || FLOOR.replace("ROUGHNESS", "0.6")),
+    ("luminaires-2", || luminaires::room(2)),
+    ("luminaires-32", || luminaires::room(32)),
+    ("shining-ball", luminaires::shining_ball),
+];
+
+/// A diffuse floor under a light and nothing else.
+const BARE: &str = include_str!("../../scenes/bare.pbrt");
+/// A screen with one slanted edge halfway between the floor and the light.
+const SCREEN: &str = include_str!("../../scenes/screen.pbrt");
+
+/// A floor that reflects as Frostbite's surfaces do, under a long linear light.
+const FLOOR: &str = include_str!("../../scenes/floor.pbrt");
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Effort {
+    /// Every step once, whatever comes out.
+    Smallest,
+    /// Enough for every verdict, within minutes.
+    Quick,
+    /// Twice as many pixels each way, four times as many trials.
+    Full,
+}
+
+/// What measurements are made with.
+#[derive(Debug)]
+pub(super) struct Bench<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) effort: Effort,
+}
+
+/// What came of a cell with one number of samples.
+#[derive(Clone, Debug)]
+pub(super) struct Answer {
+    samples: u32,
+    /// The variance of one estimate, trial by trial.
+    variance: Vec<f64>,
+    /// The mean relative squared error, trial by trial.
+    mrse: Vec<f64>,
+    /// The mean of all estimates, trial by trial.
+    mean: Vec<f64>,
+    /// The mean error over its standard error.
+    bias_z: f64,
+    /// Processor seconds of a trial, with the deviation over passes as an interval.
+    seconds: Measured,
+    counts: Counts,
+}
+
+/// Figures by the paths of their cells.
+#[derive(Debug, Default)]
+pub(super) struct Measurements {
+    /// No answers where there was nothing to measure; the number is that of the numbers of samples.
+    cells: BTreeMap<String, Result<Vec<Answer>, usize>>,
+    pub(super) special: BTreeMap<String, Measured>,
+}
+
+impl Figures for Measurements {
+    fn find(&self, statistic: &str, cell: &str) -> Result<Vec<Measured>> {
+        if statistic == "special" {
+            let found = self.special.get(cell);
+            return Ok(vec![
+                *found.with_context(|| format!("nothing measures `{cell}`"))?,
+            ]);
+        }
+        let found = self.cells.get(cell);
+        let answers = match found.with_context(|| format!("nothing measures `{cell}`"))? {
+            Ok(answers) => answers,
+            Err(_) if statistic == "order" => return Ok(vec![Measured::UNKNOWN]),
+            Err(count) => return Ok(vec![Measured::UNKNOWN; *count]),
+        };
+        if statistic == "order" {
+            let point = |a: &Answer| SlopePoint {
+                samples: f64::from(a.samples),
+                trial_variances: a.variance.clone(),
+            };
+            let points: Vec<SlopePoint> = answers.iter().map(point).collect();
+            return Ok(vec![Measured::order_of(&points)]);
+        }
+        answers
+            .iter()
+            .map(|answer| answer.statistic(statistic))
+            .collect()
+    }
+}
+
+impl Answer {
+    fn statistic(&self, name: &str) -> Result<Measured> {
+        let count = |n: u64| Measured::exact(n as f64);
+        Ok(match name {
+            "variance" => Measured::positive_mean(&self.variance),
+            "mrse" => Measured::positive_mean(&self.mrse),
+            "mean" => Measured::mean(&self.mean),
+            "bias" => Measured::exact(self.bias_z.abs()),
+            "seconds" => self.seconds,
+            "cost" => Measured::positive_mean(&self.mrse).times(self.seconds),
+            "rays" => count(self.counts.rays),
+            "lines" => count(self.counts.lines),
+            "queries" => count(self.counts.line_queries),
+            "pieces" => count(self.counts.intervals),
+            "boxes" => count(self.counts.node_tests),
+            "triangles" => count(self.counts.triangle_tests),
+            _ => bail!("there is no statistic `{name}`"),
+        })
+    }
+}
+
+impl Bench<'_> {
+    /// One of three by how much is measured.
+    pub(super) fn pick<T>(&self, smallest: T, quick: T, full: T) -> T {
+        match self.effort {
+            Effort::Smallest => smallest,
+            Effort::Quick => quick,
+            Effort::Full => full,
+        }
+    }
+
+    /// Measures all cells of some points.
+    pub(super) fn measure(&self, points: &Points, out: &mut Measurements) -> Result<()> {
+        for name in &points.scenes {
+            let mut path = points.name.clone();
+            if points.scenes.len() > 1 {
+                path = format!("{path}/{name}");
+            }
+            let mut scene = self.scene(name)?;
+            if points.spots.is_empty() {
+                let [width, height] = points.grid.unwrap_or([64; 2]);
+                let [w, h] = self.pick([4, 4], [width, height], [2 * width, 2 * height]);
+                scene.set_resolution(w, h);
+                self.view(points, &scene, &all_pixels(w, h), &path, out)?;
+            }
+            for (spot, pixel) in &points.spots {
+                self.view(points, &scene, &[*pixel], &format!("{path}/{spot}"), out)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn scene(&self, name: &str) -> Result<Scene> {
+        let Some((_, text)) = SCENES.into_iter().find(|scene| scene.0 == name) else {
+            return Ok(self.context.library.load(name)?.scene);
+        };
+        let options = LoadOptions {
+            strict: true,
+            ..LoadOptions::default()
+        };
+        Ok(linelit_formats::from_pbrt_str(&text(), "claims.pbrt", &options)?.scene)
+    }
+
+    fn view(
+        &self,
+        points: &Points,
+        scene: &Scene,
+        pixels: &[[u32; 2]],
+        path: &str,
+        out: &mut Measurements,
+    ) -> Result<()> {
+        let renderer = Renderer::new(scene);
+        let mut targets = Targets::find(&renderer, pixels);
+        if let Some(only) = points.only {
+            self.keep(&mut targets, only)?;
+        }
+        let mut runs = Vec::new();
+        for (label, cell) in &points.cells {
+            let path = format!("{path}/{label}");
+            let samples = self.samples(points, cell);
+            if targets.points.is_empty() {
+                out.cells.insert(path, Err(samples.len()));
+                continue;
+            }
+            for count in samples {
+                let cell = self.cell(points, cell, count)?;
+                runs.push((path.clone(), run_cell(&targets, cell)));
+            }
+        }
+        if points.timed {
+            self.time(&targets, &mut runs);
+        }
+        let reference = points.reference.then(|| self.reference(&targets));
+        for (path, run) in &runs {
+            let answer = answer(run, reference.as_deref(), targets.pixels);
+            let answers = out.cells.entry(path.clone()).or_insert(Ok(Vec::new()));
+            if let Ok(answers) = answers {
+                answers.push(answer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Times runs in turns, until each has been timed for so long.
+    fn time(&self, targets: &Targets<'_>, runs: &mut [(String, CellRun<Settings>)]) {
+        let enough = self.pick(0.0, TIMED_SECONDS, 4.0 * TIMED_SECONDS);
+        loop {
+            // All of them are asked.
+            let again = runs
+                .iter_mut()
+                .map(|(_, run)| run.time_again(targets, enough));
+            if again.filter(|known| !known).count() == 0 {
+                break;
+            }
+        }
+    }
+
+    fn samples(&self, points: &Points, cell: &Cell) -> Vec<u32> {
+        let all = cell.samples.as_ref().unwrap_or(&points.samples);
+        match self.effort {
+            Effort::Smallest if all.len() > 1 => vec![1, 4],
+            _ => all.clone(),
+        }
+    }
+
+    fn cell(&self, points: &Points, cell: &Cell, samples: u32) -> Result<engine::Cell<Settings>> {
+        let estimator = cell.estimator.as_str();
+        let trials = cell.trials.unwrap_or(points.trials);
+        Ok(engine::Cell {
+            settings: Settings {
+                estimator: estimator.parse().with_context(|| estimator.to_owned())?,
+                sampler: cell.sampler.unwrap_or(points.sampler).0,
+                lights: cell.lights.map_or(Settings::default().lights, |l| l.0),
+                // As the papers mean them: nothing is skipped that a scene does not need.
+                skip: false,
+                ..Settings::default()
+            },
+            samples,
+            seed: self.context.seed ^ u64::from(samples),
+            trials: self.pick(trials.min(3), trials, trials.saturating_mul(4)),
+        })
+    }
+
+    /// Leaves the points where points by projected solid angle have noise, or light and no noise.
+    fn keep(&self, targets: &mut Targets<'_>, only: Only) -> Result<()> {
+        let cell = engine::Cell {
+            settings: Settings {
+                estimator: "point-projected-solid-angle".parse()?,
+                sampler: SamplerKind::Independent,
+                ..Settings::default()
+            },
+            samples: 16,
+            seed: self.context.seed,
+            trials: 8,
+        };
+        let run = run_cell(targets, cell);
+        let wanted = |k: usize| {
+            let values = run.trials_of(k);
+            let is_noisy = variance(values) > ROUNDING;
+            match only {
+                Only::Noisy => is_noisy,
+                Only::Calm => !is_noisy && values[0] != DVec3::ZERO,
+            }
+        };
+        let mut place = 0..;
+        targets.points.retain(|_| place.next().is_some_and(&wanted));
+        Ok(())
+    }
+
+    /// What errors are measured by: many samples of what is best there.
+    fn reference(&self, targets: &Targets<'_>) -> Vec<DVec3> {
+        let trials = 4;
+        let cell = engine::Cell {
+            settings: Settings {
+                sampler: SamplerKind::Sobol,
+                ..targets.true_settings(Spheres::default())
+            },
+            samples: self.pick(4, 512, 1024),
+            // Far from the trials' seeds.
+            seed: self.context.seed ^ 0x5EED_0000_0000_0001,
+            trials,
+        };
+        let run = run_cell(targets, cell);
+        let mean = |k: usize| run.trials_of(k).iter().copied().sum::<DVec3>() / f64::from(trials);
+        (0..targets.points.len()).map(mean).collect()
+    }
+}
+
+/// Processor seconds that each estimator is timed for at least: ten passes.
+const TIMED_SECONDS: f64 = 0.1;
+
+/// Variances up to this are none: rounding leaves 1e-24 of the square, an edge before a thousandth
+/// of the light 1e-6.
+const ROUNDING: f64 = 1e-12;
+
+/// The variance of some estimates about their mean, all channels added.
+fn variance(values: &[DVec3]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().copied().sum::<DVec3>() / n;
+    let squares = values.iter().map(|v| (*v - mean).length_squared());
+    squares.sum::<f64>() / (n - 1.0)
+}
+
+fn answer(run: &CellRun<Settings>, reference: Option<&[DVec3]>, pixels: usize) -> Answer {
+    let points = run.values.len() / run.cell.trials as usize;
+    let truth = reference.map_or_else(|| vec![DVec3::ZERO; points], <[DVec3]>::to_vec);
+    let trials = run.cell.trials as usize;
+    let (mut mrse, mut mean) = (vec![0.0; trials], vec![0.0; trials]);
+    for (k, want) in truth.iter().enumerate() {
+        for (trial, value) in run.trials_of(k).iter().enumerate() {
+            let square = (*value - *want) * (*value - *want);
+            mrse[trial] += (square / (*want * *want + MRSE_EPSILON)).element_sum();
+            mean[trial] += value.element_sum();
+        }
+    }
+    let scale = 1.0 / (3.0 * pixels.max(1) as f64);
+    let scored = score(run, &Reference::known(truth), pixels);
+    let scaled = |list: Vec<f64>| list.into_iter().map(|v| v * scale).collect();
+    Answer {
+        samples: run.cell.samples,
+        mrse: scaled(mrse),
+        mean: scaled(mean),
+        bias_z: scored.bias / scored.bias_stderr,
+        variance: scored.trial_variance,
+        seconds: Measured::time(run.times.seconds(), run.times.error()),
+        counts: run.counts,
+    }
+}

@@ -1,0 +1,212 @@
+//! Claims of the papers, measured and judged: `claims.toml` has them, this module the one judge.
+
+mod bench;
+mod data;
+mod formula;
+mod page;
+mod special;
+mod verdict;
+
+use crate::measured::Measured;
+use crate::{Context, Findings};
+use anyhow::{Context as _, Result};
+use bench::{Bench, Effort, Measurements};
+use data::{Book, Claim};
+use serde_json::{Value, json};
+use std::time::Instant;
+use verdict::{Expected, Verdict};
+
+/// The claims and what is measured for them.
+const BOOK: &str = include_str!("../../claims.toml");
+
+/// A claim with what was measured.
+#[derive(Clone, Debug)]
+struct Judged {
+    claim: Claim,
+    /// The study that shows more of the same.
+    study: String,
+    measured: Option<Measured>,
+    verdict: Verdict,
+    /// What the check of the reason found, and whether it is as the reason says.
+    check: Option<(Measured, bool)>,
+}
+
+/// All claims, judged by what is measured now. What contradicts the record is a failure of the
+/// findings, but at the smallest, which tells nothing.
+pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
+    let effort = match (context.smallest, context.full) {
+        (true, _) => Effort::Smallest,
+        (false, true) => Effort::Full,
+        (false, false) => Effort::Quick,
+    };
+    let bench = Bench { context, effort };
+    let book = Book::read(BOOK).context("claims.toml")?;
+    let (measurements, times) = measure(&bench, &book)?;
+    let judge = |claim: &Claim| judge(claim, book.study(claim), &measurements);
+    let judged = book.claims.iter().map(judge).collect::<Result<Vec<_>>>()?;
+    let failures = match effort {
+        Effort::Smallest => Vec::new(),
+        _ => failures(&judged),
+    };
+    Ok(Findings {
+        report: page::report(&judged, &times),
+        files: Vec::new(),
+        text: page::text(&judged),
+        rows: document(&judged),
+        failures,
+    })
+}
+
+/// Seconds that a part took, by its name.
+type Took = (String, f64);
+
+/// Measures everything.
+#[allow(clippy::disallowed_methods, reason = "says how long it took")]
+fn measure(bench: &Bench<'_>, book: &Book) -> Result<(Measurements, Vec<Took>)> {
+    let (mut out, mut times) = (Measurements::default(), Vec::new());
+    let mut timed = |name: &str, run: &mut dyn FnMut() -> Result<()>| -> Result<()> {
+        bench.context.progress.set_message(name.to_owned());
+        let start = Instant::now();
+        run().with_context(|| name.to_owned())?;
+        times.push((name.to_owned(), start.elapsed().as_secs_f64()));
+        Ok(())
+    };
+    for points in &book.points {
+        timed(&points.name, &mut || bench.measure(points, &mut out))?;
+    }
+    for (name, special) in special::ALL {
+        timed(name, &mut || special(bench, &mut out.special))?;
+    }
+    Ok((out, times))
+}
+
+fn judge(claim: &Claim, study: &str, measurements: &Measurements) -> Result<Judged> {
+    let find = |figure: &formula::Formula| {
+        let found = figure.evaluate(measurements);
+        found.with_context(|| format!("the claim `{}`", claim.id))
+    };
+    let measured = claim.figure.as_ref().map(find).transpose()?;
+    let verdict = match (claim.expect, measured) {
+        (Some(expect), Some(measured)) => expect.judge(measured),
+        _ => Verdict::NotMeasurable,
+    };
+    let check = match &claim.check {
+        Some(check) => {
+            let found = find(&check.figure)?;
+            let verdict = check.expect.judge(found);
+            let holds = matches!(verdict, Verdict::Confirmed | Verdict::Consistent);
+            Some((found, holds))
+        }
+        None => None,
+    };
+    Ok(Judged {
+        claim: claim.clone(),
+        study: study.to_owned(),
+        measured,
+        verdict,
+        check,
+    })
+}
+
+/// What a run says against the record: verdicts, and reasons that do not hold.
+fn failures(judged: &[Judged]) -> Vec<String> {
+    let mut all = Vec::new();
+    for one in judged {
+        let (claim, found) = (&one.claim, page::found(one));
+        if claim.verdict.contradicts(one.verdict) {
+            all.push(format!(
+                "`{}` is {} ({found}, expected {}), {} on record",
+                claim.id,
+                one.verdict,
+                page::expected(claim),
+                claim.verdict
+            ));
+        }
+        if let Some((found, false)) = one.check {
+            all.push(format!("`{}`: its reason does not hold: {found}", claim.id));
+        }
+    }
+    all
+}
+
+/// How many have each verdict.
+fn counts(judged: &[Judged]) -> [usize; Verdict::ALL.len()] {
+    Verdict::ALL.map(|verdict| judged.iter().filter(|j| j.verdict == verdict).count())
+}
+
+/// The summary line.
+fn summary(judged: &[Judged]) -> String {
+    let counts = Verdict::ALL.into_iter().zip(counts(judged));
+    let words: Vec<String> = counts.map(|(v, n)| format!("{n} {v}")).collect();
+    format!("{} claims: {}.", judged.len(), words.join(", "))
+}
+
+/// The claims as data.
+fn document(judged: &[Judged]) -> Value {
+    let of = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
+    let claim = |one: &Judged| {
+        let claim = &one.claim;
+        let (relation, expected, tolerance, none) = match claim.expect {
+            Some(Expected::Figure {
+                value,
+                tolerance,
+                none,
+            }) => (
+                "equal",
+                of(value),
+                of(tolerance),
+                none.map_or(Value::Null, of),
+            ),
+            Some(Expected::Below(bound)) => ("below", of(bound), Value::Null, Value::Null),
+            Some(Expected::Above(bound)) => ("above", of(bound), Value::Null, Value::Null),
+            None => ("none", Value::Null, Value::Null, Value::Null),
+        };
+        let end = |k: usize| {
+            let ends = one.measured.and_then(|m| m.interval);
+            ends.map_or(Value::Null, |ends| of(ends[k]))
+        };
+        json!({
+            "id": claim.id,
+            "paper": claim.paper.citation(),
+            "place": claim.place,
+            "claim": claim.says,
+            "relation": relation,
+            "expected": expected,
+            "tolerance": tolerance,
+            "no_effect": none,
+            "read": claim.read,
+            "why": claim.why,
+            "study": one.study,
+            "figure": claim.figure.as_ref().map_or("", formula::Formula::text),
+            "measured": one.measured.map_or(Value::Null, |m| of(m.value)),
+            "low": end(0),
+            "high": end(1),
+            "verdict": one.verdict.name(),
+            "recorded": claim.verdict.name(),
+            "timed": claim.figure.as_ref().is_some_and(formula::Formula::is_timed),
+            "reason": claim.because,
+            "checked": one.check.map_or(Value::Null, |(m, _)| of(m.value)),
+            "reason_holds": one.check.map_or(Value::Null, |(_, holds)| json!(holds)),
+        })
+    };
+    let mut document = json!({ "claims": judged.iter().map(claim).collect::<Vec<_>>() });
+    for (verdict, count) in Verdict::ALL.into_iter().zip(counts(judged)) {
+        let key = match verdict {
+            Verdict::NotMeasurable => "not_measurable",
+            other => other.name(),
+        };
+        document[key] = json!(count);
+    }
+    document
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_book_is_whole() {
+        let book = Book::read(BOOK).unwrap();
+        assert!(book.claims.len() >= 100, "{}", book.claims.len());
+    }
+}

@@ -1,0 +1,94 @@
+//! Measurements that are functions of their own: formulas and algorithms as the papers print them.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "times, and formulas as they are printed"
+)]
+
+mod billen;
+mod peters;
+mod salesin;
+mod shirley;
+
+use super::bench::Bench;
+use crate::measured::Measured;
+use anyhow::Result;
+use linelit_geometry::DVec3;
+use linelit_samplers::{Sampler, SamplerKind};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Numbers by name.
+pub(super) type Out = BTreeMap<String, Measured>;
+
+/// A function's name, and what measures.
+pub(super) type Special = (&'static str, fn(&Bench<'_>, &mut Out) -> Result<()>);
+
+/// All of them.
+pub(super) const ALL: [Special; 12] = [
+    ("a line on a diffuse surface", billen::diffuse_line),
+    ("a line on a Phong lobe", billen::phong_line),
+    ("visibility in growing scenes", billen::growth),
+    ("balance heuristic as printed", salesin::combination),
+    ("a ramp by van der Corput", salesin::sequences),
+    ("formulas of linear lights", peters::linear_lights),
+    ("two steps of the inversion", peters::two_steps),
+    ("rounding of the inversion", peters::single_precision),
+    ("costs of linear lights", peters::costs),
+    ("noise that survives a blur", peters::blurred),
+    ("a proxy triangle", shirley::grazing),
+    ("the far side of a sphere", shirley::unseen),
+];
+
+/// Independent uniform numbers.
+pub(super) struct Numbers {
+    sampler: Sampler,
+    next: u32,
+}
+
+impl Numbers {
+    pub(super) fn new(seed: u64) -> Self {
+        Self {
+            sampler: Sampler::new(SamplerKind::Independent, seed),
+            next: 0,
+        }
+    }
+
+    /// Uniform in [0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
+        self.next += 1;
+        let block = self.next / BLOCK;
+        let set = self.sampler.points([block, 0], 0, BLOCK);
+        set.get_1d(self.next % BLOCK)
+    }
+
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Of unit length.
+    pub(super) fn direction(&mut self) -> DVec3 {
+        let z = self.between(-1.0, 1.0);
+        let (sin, cos) = self.between(0.0, 2.0 * PI).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * cos, r * sin, z)
+    }
+}
+
+/// Numbers of a pattern.
+const BLOCK: u32 = 1 << 12;
+
+/// Simpson's rule with 2,000 steps: of integrands as smooth as those here an error below 1e-11 of
+/// the largest value, by (b − a)⁵/180/n⁴ times a fourth derivative below 1e4.
+pub(super) fn integral(f: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
+    const STEPS: u32 = 2000;
+    let h = (b - a) / f64::from(STEPS);
+    let weight = |k: u32| match k {
+        0 | STEPS => 1.0,
+        k if k % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let sum: f64 = (0..=STEPS)
+        .map(|k| weight(k) * f(a + h * f64::from(k)))
+        .sum();
+    sum * h / 3.0
+}

@@ -1,0 +1,472 @@
+//! Peters 2021.
+
+use super::{Numbers, Out, integral};
+use crate::judged::bench::Bench;
+use crate::measured::Measured;
+use crate::peters_as_printed::sample_as_printed;
+use anyhow::{Result, bail};
+use linelit_elementary::{asin, atan2, exp, pow, sin, sin_cos};
+use linelit_film::Tile;
+use linelit_geometry::intervals::Interval;
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
+use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_lights::linear::{LineView, LinearSampler, LinearTechnique, ProjectedLine};
+use linelit_lights::{AngularLines, Light, SolidAngleSampler};
+use linelit_lights::{LineTechnique as _, LinearPointTechnique as _, PointTechnique as _};
+use linelit_samplers::{Sampler, SamplerKind};
+use linelit_study::engine::CpuClock;
+use linelit_study::scene_study::{self, Targets, all_pixels};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::hint::black_box;
+
+/// Peters, eqs. 1, 2 and 5 against quadrature along the line.
+pub(super) fn linear_lights(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    let numbers = &mut Numbers::new(bench.context.seed);
+    let mut worst = [0.0_f64; 4];
+    for _ in 0..bench.pick(4, 100, 1000) {
+        let start = DVec3::new(
+            numbers.between(-2.0, 2.0),
+            numbers.between(-2.0, 2.0),
+            numbers.between(0.5, 2.0),
+        );
+        let s = numbers.direction();
+        let s = DVec3::new(s.x, s.y, 0.5 * s.z.abs()).normalize();
+        let length = numbers.between(0.2, 3.0);
+        let q = start - start.dot(s) * s;
+        if q.length() < 0.3 {
+            // Towards the line's own direction the integrands are no longer smooth.
+            continue;
+        }
+        let at = |l: f64| start + l * s;
+        // Solid angle per radius of an infinitesimal piece of the cylinder.
+        let solid = |p: DVec3, s: DVec3| 2.0 * s.cross(p).length() / p.length().powi(3);
+        let ends = [0.0, length].map(|l| at(l).dot(s) / at(l).length());
+        let relative = |v: f64, exact: f64| (v / exact - 1.0).abs();
+        let whole = integral(|l| solid(at(l), s), 0.0, length);
+        worst[0] = worst[0].max(relative(2.0 / q.length() * (ends[1] - ends[0]), whole));
+        let (ns, nt) = (s.z, q.z / q.length());
+        let [first, last] = ends.map(|w| antiderivative([ns, nt], w.asin()));
+        let printed = (last - first) / q.length();
+        let exact = integral(|l| solid(at(l), s) * at(l).normalize().z, 0.0, length);
+        worst[1] = worst[1].max(relative(printed, exact));
+        worst[2] = worst[2].max(transformed(numbers, at, s, length));
+        let x = numbers.unit();
+        worst[3] = worst[3].max((antiderivative([1.0, 0.0], x.sqrt().asin()) - x).abs());
+    }
+    for (name, worst) in ["eq. 1", "eq. 2", "eq. 5", "square root"]
+        .into_iter()
+        .zip(worst)
+    {
+        out.insert(format!("{name} of Peters"), Measured::exact(worst));
+    }
+    Ok(())
+}
+
+/// The relative error of the light of a line by a linearly transformed cosine, found in the space
+/// of the cosine with the factor of eq. 5.
+fn transformed(numbers: &mut Numbers, at: impl Fn(f64) -> DVec3, s: DVec3, length: f64) -> f64 {
+    let m = DMat3::from_cols(
+        DVec3::new(numbers.between(0.5, 1.5), 0.0, numbers.between(-0.3, 0.3)),
+        DVec3::new(0.0, numbers.between(0.5, 1.5), 0.0),
+        DVec3::new(numbers.between(-0.3, 0.3), 0.0, 1.0),
+    );
+    let inverse = m.inverse();
+    let solid = |p: DVec3, s: DVec3| 2.0 * s.cross(p).length() / p.length().powi(3);
+    let density = |w: DVec3| {
+        let c = inverse * w;
+        (c.z / c.length()).max(0.0) / PI * inverse.determinant().abs() / c.length().powi(3)
+    };
+    let world = integral(
+        |l| density(at(l).normalize()) * solid(at(l), s),
+        0.0,
+        length,
+    );
+    let stretched = (inverse * s).length();
+    let cosine = |l: f64| {
+        let p = inverse * at(l);
+        (p.z / p.length()).max(0.0) / PI * solid(p, inverse * s / stretched) * stretched
+    };
+    let normal = s.cross(at(0.0));
+    let factor = (m.transpose() * normal).length() / normal.length();
+    // The clip at the horizon of the cosine is a kink: lines that meet it are left out.
+    if (inverse * at(0.0)).z <= 0.0 || (inverse * at(length)).z <= 0.0 {
+        return 0.0;
+    }
+    (integral(cosine, 0.0, length) / factor / world - 1.0).abs()
+}
+
+/// F of eq. 3, of the angle whose sine is ω.
+fn antiderivative([ns, nt]: [f64; 2], angle: f64) -> f64 {
+    let (w, root) = sin_cos(angle);
+    ns * w * w + nt * (root * w + angle)
+}
+
+/// The angles between which a line that is infinitely long is above the horizon.
+fn above([ns, nt]: [f64; 2]) -> [f64; 2] {
+    // n_s ω + n_t √(1 − ω²) is the cosine of the angle from (n_s, n_t).
+    let middle = atan2(ns, nt);
+    [-FRAC_PI_2, FRAC_PI_2].map(|quarter| (middle + quarter).clamp(-FRAC_PI_2, FRAC_PI_2))
+}
+
+/// A line and a random number, as four numbers in [0, 1]: the turn of the normal, both ends between
+/// where the line meets the horizon, uniform in the angle, and where ξ is between both guards.
+type Case = [f64; 4];
+
+/// ξ nearer to its ends is not iterated.
+const GUARD: f64 = 1e-5;
+
+/// The error in ξ of the paper's iteration (algorithm 2 in f64) after two steps. `None` where less
+/// than 10⁻⁷ of a whole line is left, and rounding would be seen.
+fn backward_error([turn, from, to, xi]: Case) -> Option<f64> {
+    let xi = GUARD + xi * (1.0 - 2.0 * GUARD);
+    let (ns, nt) = sin_cos(PI * (2.0 * turn - 1.0));
+    let [low, high] = above([ns, nt]);
+    let [first, last] = [from.min(to), from.max(to)].map(|share| low + share * (high - low));
+    let value = |angle| antiderivative([ns, nt], angle);
+    let (start, total) = (value(first), value(last) - value(first));
+    if total < 1e-7 {
+        return None;
+    }
+    let [w0, w1] = [first, last].map(sin);
+    let mut alpha = asin((w0 + xi * (w1 - w0)).clamp(-1.0, 1.0));
+    for _ in 0..2 {
+        let (ws, wt) = sin_cos(alpha);
+        let n = ns * ws + nt * wt;
+        let g = n * ws + nt * alpha - (start + xi * total);
+        let g1 = 2.0 * n * wt;
+        let g2 = 2.0 * (ns * wt - nt * ws) * wt - 2.0 * n * ws;
+        let root = (g1 * g1 - 2.0 * g2 * g).max(0.0).sqrt();
+        let sum = g1 + root.copysign(g1);
+        let step = if sum.abs() > 0.0 { -2.0 * g / sum } else { 0.0 };
+        alpha = (alpha + step).clamp(-FRAC_PI_2, FRAC_PI_2);
+    }
+    Some(((value(alpha) - start) / total - xi).abs())
+}
+
+/// Tries random cases, every other one with numbers that are as often near an end as far from it,
+/// and climbs from the worst.
+pub(super) fn two_steps(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    const CLIMBS: usize = 64;
+    const BLOCK: u32 = 1 << 12;
+    let cases = bench.pick(500, 400_000, 20_000_000);
+    let numbers = Sampler::new(SamplerKind::Independent, bench.context.seed);
+    let near_an_end = |u: f64| match u {
+        u if u < 0.5 => pow(1e-6, 2.0 * u),
+        u => 1.0 - pow(1e-6, 2.0 * u - 1.0),
+    };
+    let mut best: Vec<(f64, Case)> = Vec::new();
+    for k in 0..cases {
+        let at = |stream| {
+            numbers
+                .points([k / BLOCK, 0], stream, BLOCK)
+                .get_2d(k % BLOCK)
+        };
+        let ([a, b], [c, d]) = (at(0), at(1));
+        let case = [a, b, c, d].map(|u| if k % 2 == 0 { u } else { near_an_end(u) });
+        let Some(found) = backward_error(case) else {
+            continue;
+        };
+        if best.len() < CLIMBS || best.last().is_some_and(|least| found > least.0) {
+            best.push((found, case));
+            best.sort_by(|a, b| b.0.total_cmp(&a.0));
+            best.truncate(CLIMBS);
+        }
+    }
+    let tops = (1..).zip(best).map(|(k, from)| climb(from, &numbers, k));
+    let worst = Measured::exact(tops.fold(0.0, f64::max));
+    out.insert("backward error of two steps".to_owned(), worst);
+    Ok(())
+}
+
+/// The error after two steps where a climb from a case ends: random moves, shorter once none of 16
+/// is up.
+fn climb((mut error, mut case): (f64, Case), numbers: &Sampler, stream: u32) -> f64 {
+    let (mut step, mut turn) = (0.1, 0);
+    while step > 1e-9 {
+        let before = error;
+        let moves = [0, 1].map(|more| numbers.points([turn, 1], 2 * stream + more, 16));
+        turn += 1;
+        for k in 0..16 {
+            let ([a, b], [c, d]) = (moves[0].get_2d(k), moves[1].get_2d(k));
+            let delta = [a, b, c, d].map(|u| step * (2.0 * u - 1.0));
+            let moved = [0, 1, 2, 3].map(|i| (case[i] + delta[i]).clamp(0.0, 1.0));
+            let found = backward_error(moved).unwrap_or(0.0);
+            if found > error {
+                (error, case) = (found, moved);
+            }
+        }
+        if error <= before {
+            step *= 0.7;
+        }
+    }
+    error
+}
+
+/// The worst backward errors in single precision of algorithms 1 and 2 as printed, over the points
+/// of a room, alone and times the brightness relative to the brightest (Fig. 4). The true sample of
+/// the same input is found in `f64`.
+pub(super) fn single_precision(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    const SAMPLES: u32 = 16;
+    let mut scene = bench.context.library.load("cornell-box-line")?.scene;
+    let side = bench.pick(4, 64, 256);
+    scene.set_resolution(side, side);
+    let Some(Light::Linear(light)) = scene.lights.first().map(|l| *l.light) else {
+        bail!("the room has no linear light");
+    };
+    // Cut in half, to keep away from the wall.
+    let line = light.segment.piece(0.0, 0.5);
+    let renderer = Renderer::new(&scene);
+    let numbers = Sampler::new(SamplerKind::Independent, bench.context.seed);
+    let (mut raw, mut times, mut most) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (pixel, point) in &Targets::find(&renderer, &all_pixels(side, side)).points {
+        let narrow = |v: DVec3| v.as_vec3().to_array();
+        let [p0, p1] = [line.p0, line.p1].map(|p| narrow(p - point.position));
+        let n = narrow(point.normal);
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let Some(exact) = ProjectedLine::new(wide(p0), wide(p1), wide(n)) else {
+            continue;
+        };
+        let set = numbers.points(*pixel, 0, SAMPLES);
+        let errors = (0..SAMPLES).map(|i| {
+            #[allow(
+                clippy::cast_possible_truncation,
+                reason = "single precision is the point"
+            )]
+            let xi = set.get_1d(i) as f32;
+            let sample = sample_as_printed(p0, p1, n, xi);
+            sample.map_or(1.0, |w| backward(&exact, wide(w), f64::from(xi)))
+        });
+        let worst = errors.fold(0.0, f64::max);
+        raw = raw.max(worst);
+        times = times.max(worst * exact.projected_solid_angle());
+        most = most.max(exact.projected_solid_angle());
+    }
+    out.insert("f32, worst".to_owned(), Measured::exact(raw));
+    out.insert(
+        "f32, times brightness".to_owned(),
+        Measured::exact(times / most),
+    );
+    Ok(())
+}
+
+/// The backward error of a direction in the plane of the line; at most one, also for no direction.
+fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
+    let (a, b) = exact.view().ends();
+    let axis = a.cross(b).normalize_or_zero();
+    let v = atan2(a.cross(w).dot(axis), a.dot(w));
+    let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
+    if error <= 1.0 { error } else { 1.0 }
+}
+
+/// Nanoseconds of making a sampler and of one of its samples, by technique, at points over a floor;
+/// the techniques are timed in turns (Table 1).
+pub(super) fn costs(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    const POINTS: usize = 1024;
+    const SAMPLES: usize = 128;
+    let light = Segment::new(DVec3::new(-1.0, 0.2, 1.0), DVec3::new(1.5, -0.3, 1.3));
+    let numbers = &mut Numbers::new(bench.context.seed);
+    let points: Vec<DVec3> = (0..POINTS)
+        .map(|_| DVec3::new(numbers.between(-2.0, 2.0), numbers.between(-2.0, 2.0), 0.0))
+        .collect();
+    let numbers: Vec<f64> = (0..SAMPLES).map(|_| numbers.unit()).collect();
+    let corner = DVec3::new(-0.5, -0.5, 1.0);
+    let quad = ConvexPolygon::parallelogram(corner, DVec3::X, DVec3::new(0.0, 1.0, 0.3))?;
+    let mut entries: Vec<Entry<'_>> = LinearTechnique::ALL
+        .into_iter()
+        .map(|technique| {
+            let make = move |x| LinearSampler::new(technique, &light, x, DVec3::Z);
+            let one = |s: &LinearSampler, u| {
+                black_box(s.sample(u));
+            };
+            Entry::new(technique.name(), &points, &numbers, make, one)
+        })
+        .collect();
+    // To the error of Newton-bisection.
+    entries.push(Entry::new(
+        "two steps",
+        &points,
+        &numbers,
+        |x| {
+            let view =
+                LineView::with_edge(light.p0 - x, light.p1 - x, light.vector(), Some(DVec3::Z));
+            view.and_then(ProjectedLine::of)
+        },
+        |s: &ProjectedLine, u| {
+            black_box(s.sample_coarse(u));
+        },
+    ));
+    entries.extend(quads(&quad, &points, &numbers));
+    for _ in 0..bench.pick(2, 40, 160) {
+        entries.iter_mut().for_each(Entry::time);
+    }
+    for entry in &entries {
+        for (what, times) in [("light", &entry.lights), ("sample", &entry.samples)] {
+            let name = format!("time of a {what} by {}", entry.name);
+            out.insert(name, Measured::geometric_mean(times));
+        }
+    }
+    Ok(())
+}
+
+/// A rectangle by solid angle and by projected solid angle.
+fn quads<'a>(quad: &'a ConvexPolygon, points: &'a [DVec3], numbers: &'a [f64]) -> [Entry<'a>; 2] {
+    let second = |u: f64| (7.13 * u).fract();
+    let solid = Entry::new(
+        "quad, solid angle",
+        points,
+        numbers,
+        |x| Some(SolidAngleSampler::new(quad, x)),
+        move |s: &SolidAngleSampler, u| {
+            black_box(s.sample([u, second(u)]));
+        },
+    );
+    let projected = Entry::new(
+        "quad, projected",
+        points,
+        numbers,
+        |x| {
+            Some(AngularLines::by_projected_solid_angle(
+                quad,
+                0.0,
+                x,
+                DVec3::Z,
+            ))
+        },
+        move |s: &AngularLines, u| {
+            black_box(s.point(&s.sample(u), &[Interval::UNIT], second(u)));
+        },
+    );
+    [solid, projected]
+}
+
+/// A technique that is timed.
+struct Entry<'a> {
+    name: &'static str,
+    make: Box<dyn Fn() + 'a>,
+    draw: Box<dyn Fn() + 'a>,
+    lights: Vec<f64>,
+    samples: Vec<f64>,
+}
+
+impl<'a> Entry<'a> {
+    fn new<S>(
+        name: &'static str,
+        points: &'a [DVec3],
+        numbers: &'a [f64],
+        make: impl Fn(DVec3) -> Option<S> + Clone + 'a,
+        one: impl Fn(&S, f64) + Clone + 'a,
+    ) -> Self {
+        let again = (make.clone(), one.clone());
+        Self {
+            name,
+            make: Box::new(move || {
+                for (x, u) in points.iter().zip(numbers.iter().cycle()) {
+                    if let Some(s) = make(black_box(*x)) {
+                        one(&s, *u);
+                    }
+                }
+            }),
+            draw: Box::new(move || {
+                for s in points.iter().step_by(16).filter_map(|x| again.0(*x)) {
+                    numbers.iter().for_each(|u| again.1(&s, black_box(*u)));
+                }
+            }),
+            lights: Vec::new(),
+            samples: Vec::new(),
+        }
+    }
+
+    fn time(&mut self) {
+        for (run, times) in [
+            (&self.make, &mut self.lights),
+            (&self.draw, &mut self.samples),
+        ] {
+            let clock = CpuClock::start();
+            run();
+            times.push(clock.seconds());
+        }
+    }
+}
+
+/// The error of pictures by white and by blue noise, as it is and after a blur (Fig. 7).
+pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    let mut scene = bench.context.library.load("cornell-box-line")?.scene;
+    let side = bench.pick(8, 80, 224);
+    scene.set_resolution(side, side);
+    let renderer = Renderer::new(&scene);
+    let render = |settings: &Settings| -> Vec<DVec3> {
+        let shade = |pixel: [u32; 2], workspace: &mut Workspace| {
+            let point = renderer.shading_point(pixel, workspace);
+            point.map_or(DVec3::ZERO, |p| {
+                renderer.direct(settings, &p, pixel, 0, workspace)
+            })
+        };
+        let (image, _) = scene_study::map(Tile::whole(side, side), bench.context.progress, shade);
+        image
+            .rgb
+            .iter()
+            .map(|p| DVec3::from(p.map(f64::from)))
+            .collect()
+    };
+    let settings = |estimator: &str, sampler, seed| -> Result<Settings> {
+        Ok(Settings {
+            estimator: estimator.parse()?,
+            sampler,
+            samples: 3,
+            seed,
+            show_lights: false,
+            ..Settings::default()
+        })
+    };
+    let exact = render(&settings("line-analytic", SamplerKind::Stratified, 0)?);
+    for (name, sampler) in [
+        ("independent, white", SamplerKind::Independent),
+        ("independent, blue", SamplerKind::BlueNoiseIndependent),
+        ("jittered, white", SamplerKind::UniformJitter),
+        ("jittered, blue", SamplerKind::BlueNoise),
+    ] {
+        let (mut raw, mut after) = (Vec::new(), Vec::new());
+        for k in 0..bench.pick(2, 6, 8) {
+            let seed = bench.context.seed.wrapping_add(k);
+            let image = render(&settings(
+                "point-linear[technique=clipped-solid-angle]",
+                sampler,
+                seed,
+            )?);
+            let error: Vec<DVec3> = image.iter().zip(&exact).map(|(a, b)| *a - *b).collect();
+            raw.push(mean_square(&error));
+            after.push(mean_square(&blur(
+                &blur(&error, side as usize, 1),
+                side as usize,
+                side as usize,
+            )));
+        }
+        out.insert(format!("noise of {name}"), Measured::positive_mean(&raw));
+        out.insert(
+            format!("blurred noise of {name}"),
+            Measured::positive_mean(&after),
+        );
+    }
+    Ok(())
+}
+
+fn mean_square(errors: &[DVec3]) -> f64 {
+    errors.iter().map(|e| e.length_squared()).sum::<f64>() / errors.len() as f64
+}
+
+/// One pass of a Gaussian blur of 1.5 pixels over a square picture, along rows (`stride` 1) or
+/// columns (`stride` the side); what is outside the picture does not count.
+fn blur(image: &[DVec3], side: usize, stride: usize) -> Vec<DVec3> {
+    let weights = [0, 1, 2, 3, 4, 5, 6].map(|d: i32| exp(-0.5 * (f64::from(d) / 1.5).powi(2)));
+    let place = |i: usize| if stride == 1 { i % side } else { i / side };
+    let blurred = |i: usize| {
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for other in place(i).saturating_sub(6)..side.min(place(i) + 7) {
+            let weight = weights[other.abs_diff(place(i))];
+            total += weight;
+            sum += weight * image[i + other * stride - place(i) * stride];
+        }
+        sum / total
+    };
+    (0..image.len()).map(blurred).collect()
+}

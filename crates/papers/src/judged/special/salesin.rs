@@ -1,0 +1,57 @@
+//! Salesin & Jarosz 2019, and what scrambling does to Billen & Dutré's nets.
+
+use super::{Numbers, Out, integral};
+use crate::judged::bench::Bench;
+use crate::measured::Measured;
+use anyhow::Result;
+use linelit_samplers::{Sampler, SamplerKind};
+
+/// Salesin & Jarosz, eq. 7, of two densities on [0, 1], expectations by quadrature: as printed, and
+/// without the factor 1/S.
+pub(super) fn combination(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    let numbers = &mut Numbers::new(bench.context.seed);
+    let (a, b) = (numbers.between(0.2, 0.8), numbers.between(0.2, 0.8));
+    let density = |s: usize, x: f64| match s {
+        0 => 2.0 * (a + (1.0 - 2.0 * a) * x),
+        _ => 3.0 * x * x * b + 1.0 - b,
+    };
+    let integrand = |x: f64| 1.0 + (3.0 * x).sin();
+    let counts = [1.0, 3.0];
+    // E of the mean over N_s samples of w f/p is ∫ w f.
+    let expectation = |s: usize| {
+        let weight = |x: f64| {
+            let all = counts[0] * density(0, x) + counts[1] * density(1, x);
+            counts[s] * density(s, x) / all
+        };
+        integral(|x| weight(x) * integrand(x), 0.0, 1.0)
+    };
+    let exact = integral(integrand, 0.0, 1.0);
+    let sum = (expectation(0) + expectation(1)) / exact;
+    out.insert("eq. 7 as printed".to_owned(), Measured::exact(sum / 2.0));
+    out.insert("eq. 7 mended".to_owned(), Measured::exact(sum));
+    Ok(())
+}
+
+/// What scrambling adds to the order of the root mean squared error of the integral of a ramp,
+/// whose ends differ, by the first points of van der Corput's sequence.
+pub(super) fn sequences(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    let trials = bench.pick(2, 64, 256);
+    let scrambled = |samples: u32| {
+        let square = |seed: u64| {
+            let set = Sampler::new(SamplerKind::Sobol, seed).points([0, 0], 0, samples);
+            let sum: f64 = (0..samples).map(|k| set.get_1d(k)).sum();
+            (sum / f64::from(samples) - 0.5).powi(2)
+        };
+        ((0..trials).map(square).sum::<f64>() / trials as f64).sqrt()
+    };
+    let plain = |samples: u32| {
+        let sum: f64 = (0..samples)
+            .map(|k| f64::from(k.reverse_bits()) / 2f64.powi(32))
+            .sum();
+        (sum / f64::from(samples) - 0.5).abs()
+    };
+    let order = |few: f64, many: f64| (many / few).ln() / 256_f64.ln();
+    let gain = order(scrambled(4), scrambled(1024)) - order(plain(4), plain(1024));
+    out.insert("a ramp, scrambled".to_owned(), Measured::exact(gain));
+    Ok(())
+}
