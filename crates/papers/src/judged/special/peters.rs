@@ -3,7 +3,6 @@
 use super::{Numbers, Out, integral};
 use crate::judged::bench::Bench;
 use crate::measured::Measured;
-use crate::peters_as_printed::sample_as_printed;
 use anyhow::{Result, bail};
 use linelit_elementary::{asin, atan2, exp, pow, sin, sin_cos};
 use linelit_film::Tile;
@@ -16,6 +15,7 @@ use linelit_lights::{LineTechnique as _, LinearPointTechnique as _, PointTechniq
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_study::engine::CpuClock;
 use linelit_study::scene_study::{self, Targets, all_pixels};
+use linelit_testkit::peters_as_printed::sample_as_printed;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::hint::black_box;
 
