@@ -57,7 +57,8 @@ impl Default for Settings {
     }
 }
 
-/// Camera samples of a block, unless there are more than its square; and the most blocks of a pixel.
+/// Camera samples of a block, unless there are more than its square, and the most blocks of a
+/// pixel.
 const BLOCK: u32 = 64;
 
 impl Settings {

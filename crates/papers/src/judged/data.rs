@@ -213,10 +213,10 @@ impl Points {
         self.scenes.iter().map(scene).flat_map(spots).collect()
     }
 
-    /// The paths of all cells.
-    pub(super) fn paths(&self) -> Vec<String> {
-        let cells = |view: String| self.cells.keys().map(move |cell| format!("{view}/{cell}"));
-        self.views().into_iter().flat_map(cells).collect()
+    /// The paths of a cell in all views.
+    fn paths(&self, cell: &str) -> Vec<String> {
+        let views = self.views().into_iter();
+        views.map(|view| format!("{view}/{cell}")).collect()
     }
 }
 
@@ -264,9 +264,9 @@ impl Book {
         self.check_paths()
     }
 
-    /// Every cell that a claim asks for is measured, and every cell that is measured serves a claim.
+    /// Refuses a claim that asks for what nothing measures, and a cell that serves no claim.
     fn check_paths(&self) -> Result<()> {
-        let check = |claim: &'_ Claim| claim.check.as_ref().map(|check| check.figure.clone());
+        let check = |claim: &Claim| claim.check.as_ref().map(|check| check.figure.clone());
         let formulas = self
             .claims
             .iter()
@@ -278,15 +278,27 @@ impl Book {
                     .collect::<Vec<_>>()
             })
             .collect();
-        let paths = self.points.iter().flat_map(Points::paths);
-        let measured: BTreeSet<String> = paths.collect();
+        let paths = |p: &Points| {
+            p.cells
+                .keys()
+                .flat_map(|cell| p.paths(cell))
+                .collect::<Vec<_>>()
+        };
+        let measured: BTreeSet<String> = self.points.iter().flat_map(paths).collect();
         // Numbers of functions of their own have no path.
         let missing = asked
             .iter()
             .find(|cell| cell.contains('/') && !measured.contains(*cell));
         ensure!(missing.is_none(), "nothing measures {missing:?}");
-        let idle = measured.iter().find(|path| !asked.contains(*path));
-        ensure!(idle.is_none(), "no claim asks for {idle:?}");
+        for points in &self.points {
+            let idle = |cell: &&String| !points.paths(cell).iter().any(|path| asked.contains(path));
+            let idle = points.cells.keys().find(idle);
+            ensure!(
+                idle.is_none(),
+                "{}: no claim asks for {idle:?}",
+                points.name
+            );
+        }
         Ok(())
     }
 
