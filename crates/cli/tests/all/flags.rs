@@ -318,7 +318,7 @@ fn without_rates(value: &mut Value) {
         // A claim about a time, and how many claims have which verdict.
         Value::Object(map) if map.get("timed") == Some(&Value::Bool(true)) => map.clear(),
         Value::Object(map) => {
-            let verdicts = ["confirmed", "stronger", "weaker", "refuted"];
+            let verdicts = ["confirmed", "consistent", "stronger", "weaker", "refuted"];
             map.retain(|key, _| !verdicts.contains(&key.as_str()));
             map.retain(|key, _| !timed.iter().any(|word| key.contains(word)));
             map.values_mut().for_each(without_rates);

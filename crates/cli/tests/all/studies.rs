@@ -54,8 +54,10 @@ fn the_verdicts_are_those_on_record() {
     let output = succeeded(&["converge", "claims", "--json", "--out", path(&dir)]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let count = |key: &str| found[key].as_u64().unwrap();
-    // What is neither confirmed nor stronger nor refuted is explained, and little.
-    let told = count("confirmed") + count("stronger") + count("refuted");
-    let all = told + count("weaker") + count("not_measurable");
-    assert!(all >= 60 && told * 6 >= all * 5, "{told} of {all}");
+    // No quota for any verdict; but a hundred claims, and not all of them untold.
+    let told = count("confirmed") + count("stronger") + count("weaker") + count("refuted");
+    assert!(
+        told + count("consistent") >= 100 && told > count("consistent"),
+        "{told}"
+    );
 }
