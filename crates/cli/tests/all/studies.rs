@@ -54,10 +54,7 @@ fn the_verdicts_are_those_on_record() {
     let output = succeeded(&["converge", "claims", "--json", "--out", path(&dir)]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let count = |key: &str| found[key].as_u64().unwrap();
-    // No quota for any verdict; but a hundred claims, and not all of them untold.
+    // No quota for any verdict; but most of a hundred claims or more are told.
     let told = count("confirmed") + count("stronger") + count("weaker") + count("refuted");
-    assert!(
-        told + count("consistent") >= 100 && told > count("consistent"),
-        "{told}"
-    );
+    assert!(told >= 100 && told > count("consistent"), "{told}");
 }
