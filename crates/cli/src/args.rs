@@ -307,11 +307,10 @@ pub struct ManArgs {
     pub dir: Option<PathBuf>,
 }
 
-/// The flags of a group that this process was given, with their values and those of defaults, as
-/// one would give them again in any working folder of this machine.
+/// The flags of a group that this process was given, defaults too, for any working folder.
 ///
 /// # Errors
-/// If a path cannot be made absolute.
+/// If a path cannot be made absolute, or is no text, which a plan could not keep.
 pub fn given<A: Args>() -> Result<Vec<String>> {
     let mut own = Cli::command().get_matches();
     while let Some((_, below)) = own.remove_subcommand() {
@@ -325,9 +324,10 @@ pub fn given<A: Args>() -> Result<Vec<String>> {
         if !flag.get_action().takes_values() {
             words.extend(own.get_flag(id).then(|| format!("--{name}")));
         } else if let Ok(Some(path)) = own.try_get_one::<PathBuf>(id) {
-            let failed = || format!("finding the whole path of --{name}");
-            let whole = std::path::absolute(path).with_context(failed)?;
-            words.push(format!("--{name}={}", whole.display()));
+            let whole = std::path::absolute(path).with_context(|| format!("--{name}"))?;
+            let failed = || format!("--{name}: the path is no text");
+            let whole = whole.to_str().with_context(failed)?;
+            words.push(format!("--{name}={whole}"));
         } else {
             let values = own.get_raw(id).into_iter().flatten();
             words.extend(values.map(|value| format!("--{name}={}", value.display())));
