@@ -290,7 +290,7 @@ fn errors(line: &Segment, point: &ShadingPoint, xi: f64) -> Option<DVec3> {
 }
 
 /// The backward error of a direction in the plane of the line; at most one, also for no direction.
-fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
+pub(crate) fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
     let (p0, p1) = exact.view().ends();
     let axis = p0.cross(p1).normalize_or_zero();
     let v = atan2(p0.cross(w).dot(axis), p0.dot(w));

@@ -282,13 +282,7 @@ pub(super) fn shading_points(
 ) -> Vec<DVec3> {
     let mut scratch = Scratch::new();
     let meet = |&[origin, direction]: &[DVec3; 2]| {
-        let ray = Ray {
-            origin,
-            direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        };
-        let hit = occluders.closest_hit(&ray, &mut scratch)?;
+        let hit = occluders.closest_hit(&Ray::new(origin, direction), &mut scratch)?;
         Some(origin + direction * (hit.t - offset))
     };
     view.iter().filter_map(meet).collect()

@@ -3,20 +3,22 @@
 use super::{Numbers, Out, integral};
 use crate::judged::bench::Bench;
 use crate::measured::Measured;
+use crate::peters_diffuse::backward;
+use crate::peters_inverse::{self, antiderivative};
+use crate::picture_study::{blurred_rmse, render_with, rmse};
 use anyhow::{Result, bail};
-use linelit_elementary::{asin, atan2, exp, pow, sin, sin_cos};
-use linelit_film::Tile;
+use linelit_film::Image;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
-use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_integrator::{Renderer, Settings};
 use linelit_lights::linear::{LineView, LinearSampler, LinearTechnique, ProjectedLine};
 use linelit_lights::{AngularLines, Light, SolidAngleSampler};
 use linelit_lights::{LineTechnique as _, LinearPointTechnique as _, PointTechnique as _};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_study::engine::CpuClock;
-use linelit_study::scene_study::{self, Targets, all_pixels};
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_testkit::peters_as_printed::sample_as_printed;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::hint::black_box;
 
 /// Peters, eqs. 1, 2 and 5 against quadrature along the line.
@@ -95,111 +97,13 @@ fn transformed(numbers: &mut Numbers, at: impl Fn(f64) -> DVec3, s: DVec3, lengt
     (integral(cosine, 0.0, length) / factor / world - 1.0).abs()
 }
 
-/// F of eq. 3, of the angle whose sine is ω.
-fn antiderivative([ns, nt]: [f64; 2], angle: f64) -> f64 {
-    let (w, root) = sin_cos(angle);
-    ns * w * w + nt * (root * w + angle)
-}
-
-/// The angles between which a line that is infinitely long is above the horizon.
-fn above([ns, nt]: [f64; 2]) -> [f64; 2] {
-    // n_s ω + n_t √(1 − ω²) is the cosine of the angle from (n_s, n_t).
-    let middle = atan2(ns, nt);
-    [-FRAC_PI_2, FRAC_PI_2].map(|quarter| (middle + quarter).clamp(-FRAC_PI_2, FRAC_PI_2))
-}
-
-/// A line and a random number, as four numbers in [0, 1]: the turn of the normal, both ends between
-/// where the line meets the horizon, uniform in the angle, and where ξ is between both guards.
-type Case = [f64; 4];
-
-/// ξ nearer to its ends is not iterated.
-const GUARD: f64 = 1e-5;
-
-/// The error in ξ of the paper's iteration (algorithm 2 in f64) after two steps. `None` where less
-/// than 10⁻⁷ of a whole line is left, and rounding would be seen.
-fn backward_error([turn, from, to, xi]: Case) -> Option<f64> {
-    let xi = GUARD + xi * (1.0 - 2.0 * GUARD);
-    let (ns, nt) = sin_cos(PI * (2.0 * turn - 1.0));
-    let [low, high] = above([ns, nt]);
-    let [first, last] = [from.min(to), from.max(to)].map(|share| low + share * (high - low));
-    let value = |angle| antiderivative([ns, nt], angle);
-    let (start, total) = (value(first), value(last) - value(first));
-    if total < 1e-7 {
-        return None;
-    }
-    let [w0, w1] = [first, last].map(sin);
-    let mut alpha = asin((w0 + xi * (w1 - w0)).clamp(-1.0, 1.0));
-    for _ in 0..2 {
-        let (ws, wt) = sin_cos(alpha);
-        let n = ns * ws + nt * wt;
-        let g = n * ws + nt * alpha - (start + xi * total);
-        let g1 = 2.0 * n * wt;
-        let g2 = 2.0 * (ns * wt - nt * ws) * wt - 2.0 * n * ws;
-        let root = (g1 * g1 - 2.0 * g2 * g).max(0.0).sqrt();
-        let sum = g1 + root.copysign(g1);
-        let step = if sum.abs() > 0.0 { -2.0 * g / sum } else { 0.0 };
-        alpha = (alpha + step).clamp(-FRAC_PI_2, FRAC_PI_2);
-    }
-    Some(((value(alpha) - start) / total - xi).abs())
-}
-
-/// Tries random cases, every other one with numbers that are as often near an end as far from it,
-/// and climbs from the worst.
+/// The worst backward error of the paper's iteration after two steps (§3.4).
 pub(super) fn two_steps(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
-    const CLIMBS: usize = 64;
-    const BLOCK: u32 = 1 << 12;
     let cases = bench.pick(500, 400_000, 20_000_000);
-    let numbers = Sampler::new(SamplerKind::Independent, bench.context.seed);
-    let near_an_end = |u: f64| match u {
-        u if u < 0.5 => pow(1e-6, 2.0 * u),
-        u => 1.0 - pow(1e-6, 2.0 * u - 1.0),
-    };
-    let mut best: Vec<(f64, Case)> = Vec::new();
-    for k in 0..cases {
-        let at = |stream| {
-            numbers
-                .points([k / BLOCK, 0], stream, BLOCK)
-                .get_2d(k % BLOCK)
-        };
-        let ([a, b], [c, d]) = (at(0), at(1));
-        let case = [a, b, c, d].map(|u| if k % 2 == 0 { u } else { near_an_end(u) });
-        let Some(found) = backward_error(case) else {
-            continue;
-        };
-        if best.len() < CLIMBS || best.last().is_some_and(|least| found > least.0) {
-            best.push((found, case));
-            best.sort_by(|a, b| b.0.total_cmp(&a.0));
-            best.truncate(CLIMBS);
-        }
-    }
-    let tops = (1..).zip(best).map(|(k, from)| climb(from, &numbers, k));
-    let worst = Measured::exact(tops.fold(0.0, f64::max));
-    out.insert("backward error of two steps".to_owned(), worst);
+    let worst = peters_inverse::worst(cases, bench.context.seed).climbed;
+    let name = "backward error of two steps".to_owned();
+    out.insert(name, Measured::exact(worst));
     Ok(())
-}
-
-/// The error after two steps where a climb from a case ends: random moves, shorter once none of 16
-/// is up.
-fn climb((mut error, mut case): (f64, Case), numbers: &Sampler, stream: u32) -> f64 {
-    let (mut step, mut turn) = (0.1, 0);
-    while step > 1e-9 {
-        let before = error;
-        let moves = [0, 1].map(|more| numbers.points([turn, 1], 2 * stream + more, 16));
-        turn += 1;
-        for k in 0..16 {
-            let ([a, b], [c, d]) = (moves[0].get_2d(k), moves[1].get_2d(k));
-            let delta = [a, b, c, d].map(|u| step * (2.0 * u - 1.0));
-            let moved = [0, 1, 2, 3].map(|i| (case[i] + delta[i]).clamp(0.0, 1.0));
-            let found = backward_error(moved).unwrap_or(0.0);
-            if found > error {
-                (error, case) = (found, moved);
-            }
-        }
-        if error <= before {
-            step *= 0.7;
-        }
-    }
-    error
 }
 
 /// The worst backward errors in single precision of algorithms 1 and 2 as printed, over the points
@@ -247,15 +151,6 @@ pub(super) fn single_precision(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         Measured::exact(times / most),
     );
     Ok(())
-}
-
-/// The backward error of a direction in the plane of the line; at most one, also for no direction.
-fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
-    let (a, b) = exact.view().ends();
-    let axis = a.cross(b).normalize_or_zero();
-    let v = atan2(a.cross(w).dot(axis), a.dot(w));
-    let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
-    if error <= 1.0 { error } else { 1.0 }
 }
 
 /// Nanoseconds of making a sampler and of one of its samples, by technique, at points over a floor;
@@ -388,37 +283,31 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The error of pictures by white and by blue noise, as it is and after a blur (Fig. 7).
+/// The squared error of pictures by white and by blue noise, as it is and after a blur (Fig. 7).
 pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let mut scene = bench.context.library.load("cornell-box-line")?.scene;
     let side = bench.pick(8, 80, 224);
     scene.set_resolution(side, side);
     let renderer = Renderer::new(&scene);
-    let render = |settings: &Settings| -> Vec<DVec3> {
-        let shade = |pixel: [u32; 2], workspace: &mut Workspace| {
-            let point = renderer.shading_point(pixel, workspace);
-            point.map_or(DVec3::ZERO, |p| {
-                renderer.direct(settings, &p, pixel, 0, workspace)
-            })
-        };
-        let (image, _) = scene_study::map(Tile::whole(side, side), bench.context.progress, shade);
-        image
-            .rgb
-            .iter()
-            .map(|p| DVec3::from(p.map(f64::from)))
-            .collect()
-    };
-    let settings = |estimator: &str, sampler, seed| -> Result<Settings> {
-        Ok(Settings {
+    let render = |estimator: &str, sampler, seed| -> Result<Image> {
+        let settings = Settings {
             estimator: estimator.parse()?,
             sampler,
             samples: 3,
             seed,
             show_lights: false,
             ..Settings::default()
-        })
+        };
+        let progress = bench.context.progress;
+        Ok(render_with(
+            &renderer,
+            &settings,
+            [side; 2],
+            progress,
+            |_| {},
+        ))
     };
-    let exact = render(&settings("line-analytic", SamplerKind::Stratified, 0)?);
+    let exact = render("line-analytic", SamplerKind::Stratified, 0)?;
     for (name, sampler) in [
         ("independent, white", SamplerKind::Independent),
         ("independent, blue", SamplerKind::BlueNoiseIndependent),
@@ -427,46 +316,17 @@ pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     ] {
         let (mut raw, mut after) = (Vec::new(), Vec::new());
         for k in 0..bench.pick(2, 6, 8) {
-            let seed = bench.context.seed.wrapping_add(k);
-            let image = render(&settings(
-                "point-linear[technique=clipped-solid-angle]",
-                sampler,
-                seed,
-            )?);
-            let error: Vec<DVec3> = image.iter().zip(&exact).map(|(a, b)| *a - *b).collect();
-            raw.push(mean_square(&error));
-            after.push(mean_square(&blur(
-                &blur(&error, side as usize, 1),
-                side as usize,
-                side as usize,
-            )));
+            let estimator = "point-linear[technique=clipped-solid-angle]";
+            let image = render(estimator, sampler, bench.context.seed.wrapping_add(k))?;
+            raw.push(rmse(&image, &exact).powi(2));
+            after.push(blurred_rmse(&image, &exact, 1.5).powi(2));
         }
-        out.insert(format!("noise of {name}"), Measured::positive_mean(&raw));
-        out.insert(
-            format!("blurred noise of {name}"),
-            Measured::positive_mean(&after),
-        );
+        for (what, squares) in [("noise", raw), ("blurred noise", after)] {
+            out.insert(
+                format!("{what} of {name}"),
+                Measured::positive_mean(&squares),
+            );
+        }
     }
     Ok(())
-}
-
-fn mean_square(errors: &[DVec3]) -> f64 {
-    errors.iter().map(|e| e.length_squared()).sum::<f64>() / errors.len() as f64
-}
-
-/// One pass of a Gaussian blur of 1.5 pixels over a square picture, along rows (`stride` 1) or
-/// columns (`stride` the side); what is outside the picture does not count.
-fn blur(image: &[DVec3], side: usize, stride: usize) -> Vec<DVec3> {
-    let weights = [0, 1, 2, 3, 4, 5, 6].map(|d: i32| exp(-0.5 * (f64::from(d) / 1.5).powi(2)));
-    let place = |i: usize| if stride == 1 { i % side } else { i / side };
-    let blurred = |i: usize| {
-        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
-        for other in place(i).saturating_sub(6)..side.min(place(i) + 7) {
-            let weight = weights[other.abs_diff(place(i))];
-            total += weight;
-            sum += weight * image[i + other * stride - place(i) * stride];
-        }
-        sum / total
-    };
-    (0..image.len()).map(blurred).collect()
 }

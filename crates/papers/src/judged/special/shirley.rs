@@ -3,61 +3,17 @@
 use super::Out;
 use crate::judged::bench::Bench;
 use crate::measured::Measured;
+use crate::shirley_advice;
 use anyhow::Result;
-use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaSampler, PointTechnique as _, ProxySampler};
-use linelit_samplers::{Sampler, SamplerKind};
-
-/// Estimates of a batch.
-const BATCH: u32 = 4096;
-
-/// The relative variance of batches of estimates.
-fn relative_variances(estimate: impl Fn([f64; 2]) -> f64, batches: u32, seed: u64) -> Vec<f64> {
-    let numbers = Sampler::new(SamplerKind::Independent, seed);
-    let batch = |k| {
-        let set = numbers.points([k, 0], 0, BATCH);
-        let values: Vec<f64> = (0..BATCH).map(|i| estimate(set.get_2d(i))).collect();
-        let n = f64::from(BATCH);
-        let mean = values.iter().sum::<f64>() / n;
-        let squares: f64 = values.iter().map(|v| (v / mean - 1.0).powi(2)).sum();
-        squares / (n - 1.0)
-    };
-    (0..batches).map(batch).collect()
-}
+use linelit_geometry::DVec3;
 
 /// The variance of points by the proxy triangle at unit distance over that of points uniform on the
-/// area: of a triangle of side √3 around the origin, seen from a distance of one by a receiver that
-/// faces its middle, from above and at a grazing angle.
+/// area, from above and at a grazing angle.
 pub(super) fn grazing(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
-    let corner = |turn: f64| {
-        let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
-        DVec3::new(cos, sin, 0.0)
-    };
-    // The shading point is over the middle of a side: outside of the triangle as it sinks.
-    let light = ConvexPolygon::triangle(corner(0.0), corner(1.0 / 3.0), corner(2.0 / 3.0))?;
-    for (name, degrees) in [("overhead", 60.0_f64), ("grazing", 5.0)] {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        let x = DVec3::new(-cos, 0.0, sin);
-        let cosines = |y: DVec3| {
-            let to = y - x;
-            let distance = to.length();
-            (to.dot(-x).max(0.0) / distance, x.z / distance, distance)
-        };
-        let area = AreaSampler::new(&light);
-        let by_area = |u| {
-            let s = area.sample(u);
-            let (receiver, emitter, distance) = cosines(s.point);
-            receiver * emitter / (distance * distance * s.pdf.value())
-        };
-        let proxy = ProxySampler::new(&light, x);
-        let by_proxy = |u| {
-            let s = proxy.sample(u);
-            cosines(s.point).0 / s.pdf.value()
-        };
-        let (batches, seed) = (bench.pick(2, 16, 64), bench.context.seed);
-        let proxies = relative_variances(by_proxy, batches, seed.wrapping_add(1));
-        let areas = relative_variances(by_area, batches, seed);
-        let ratio = Measured::positive_mean(&proxies).over(Measured::positive_mean(&areas));
+    let batches = bench.pick(2, 16, 64);
+    for (name, degrees) in [("overhead", 60.0), ("grazing", 5.0)] {
+        let gain = shirley_advice::grazing(degrees, batches, bench.context.seed)?.gain;
+        let ratio = Measured::exact(1.0).over(gain);
         out.insert(format!("proxy over area, {name}"), ratio);
     }
     Ok(())
