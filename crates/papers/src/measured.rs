@@ -1,17 +1,10 @@
 //! Measured numbers, each with the interval that it lies in.
 
-use anyhow::Result;
 use linelit_elementary::{exp, hypot, ln, pow};
-use linelit_geometry::DVec3;
-use linelit_integrator::Settings;
-use linelit_samplers::SamplerKind;
-use linelit_study::engine::{Cell, Reference, run_cell, score};
 use linelit_study::report::scientific;
-use linelit_study::scene_study::Targets;
 use linelit_study::stats::metrics::MeanError;
-use linelit_study::stats::slopes::{LEAST_TRIALS, Order, SlopePoint, fit_trials};
+use linelit_study::stats::slopes::{LEAST_TRIALS, SlopePoint, fit_trials};
 use linelit_study::stats::student;
-use linelit_study::tables::SlopeRow;
 use serde::Serialize;
 use std::fmt;
 
@@ -59,11 +52,6 @@ impl Measured {
         Self::around(mean, quantile(values.len()) * stderr)
     }
 
-    /// The root of the mean of independent squares, as of the squared errors of trials.
-    pub(crate) fn root_mean(squares: &[f64]) -> Self {
-        Self::mean(squares).map(|square| square.max(0.0).sqrt())
-    }
-
     /// A positive mean of so many values with its standard error: the interval is that of its
     /// logarithm, to first order.
     fn positive(mean: f64, stderr: f64, values: usize) -> Self {
@@ -78,8 +66,14 @@ impl Measured {
 
     /// The order of the standard deviation over the number of samples, if there is one.
     pub(crate) fn order_of(points: &[SlopePoint]) -> Self {
-        let order = fit_trials(points, CONFIDENCE);
-        order.map_or(Self::UNKNOWN, |order| Self::from(&order))
+        let Some(found) = fit_trials(points, CONFIDENCE) else {
+            return Self::UNKNOWN;
+        };
+        let ends = [found.ci_low, found.ci_high];
+        Self {
+            value: found.order,
+            interval: ends.iter().all(|end| end.is_finite()).then_some(ends),
+        }
     }
 
     /// The mean of some positive values over that of others, both independent.
@@ -145,34 +139,9 @@ impl Measured {
         self.interval.filter(known)
     }
 
-    /// Whether all of the interval is below a number; not without an interval.
-    pub(crate) fn is_below(self, other: f64) -> bool {
-        self.interval.is_some_and(|[_, high]| high < other)
-    }
-
     /// Whether all of the interval is above a number; not without an interval.
     pub(crate) fn is_above(self, other: f64) -> bool {
         self.interval.is_some_and(|[low, _]| low > other)
-    }
-
-    /// An order of convergence with its interval, if it has one.
-    fn order(value: f64, ends: [f64; 2]) -> Self {
-        Self {
-            value,
-            interval: ends.iter().all(|end| end.is_finite()).then_some(ends),
-        }
-    }
-}
-
-impl From<&Order> for Measured {
-    fn from(order: &Order) -> Self {
-        Self::order(order.order, [order.ci_low, order.ci_high])
-    }
-}
-
-impl From<&SlopeRow> for Measured {
-    fn from(row: &SlopeRow) -> Self {
-        Self::order(row.order, [row.ci_low, row.ci_high])
     }
 }
 
@@ -217,92 +186,6 @@ fn quantile(values: usize) -> f64 {
     student::quantile(CONFIDENCE, freedom)
 }
 
-/// The variance of one estimate as each trial sees it, averaged over points and channels.
-pub(crate) fn trial_variances(
-    targets: &Targets<'_>,
-    settings: Settings,
-    samples: u32,
-    trials: u32,
-    seed: u64,
-) -> Vec<f64> {
-    trial_variances_and_seconds(targets, settings, samples, trials, seed).0
-}
-
-/// [`trial_variances`], and the processor seconds of a trial.
-pub(crate) fn trial_variances_and_seconds(
-    targets: &Targets<'_>,
-    settings: Settings,
-    samples: u32,
-    trials: u32,
-    seed: u64,
-) -> (Vec<f64>, f64) {
-    let cell = Cell {
-        settings,
-        samples,
-        seed,
-        trials,
-    };
-    let run = run_cell(targets, cell);
-    // Variances need no reference.
-    let none = Reference::known(vec![DVec3::ZERO; targets.points.len()]);
-    let scored = score(&run, &none, targets.pixels);
-    (scored.trial_variance, run.times.seconds())
-}
-
-/// An estimator as the papers mean it: nothing is skipped that a scene does not need.
-pub(crate) fn settings(estimator: &str, sampler: SamplerKind) -> Result<Settings> {
-    Ok(Settings {
-        estimator: estimator.parse()?,
-        sampler,
-        skip: false,
-        ..Settings::default()
-    })
-}
-
-/// Errors over the number of samples: the variances of trials at each.
-#[derive(Clone, Debug)]
-pub(crate) struct Curve {
-    /// Ascending numbers of samples, and the variance as each trial sees it.
-    pub points: Vec<SlopePoint>,
-}
-
-impl Curve {
-    /// Measures an estimator.
-    pub(crate) fn of(
-        targets: &Targets<'_>,
-        settings: Settings,
-        samples: &[u32],
-        trials: u32,
-        seed: u64,
-    ) -> Self {
-        let point = |&n: &u32| SlopePoint {
-            samples: f64::from(n),
-            trial_variances: trial_variances(targets, settings, n, trials, seed ^ u64::from(n)),
-        };
-        Self {
-            points: samples.iter().map(point).collect(),
-        }
-    }
-
-    /// The order of the standard deviation, if there is one.
-    pub(crate) fn order(&self) -> Measured {
-        let order = fit_trials(&self.points, CONFIDENCE);
-        order.map_or(Measured::UNKNOWN, |order| Measured::from(&order))
-    }
-
-    /// The order of the variance.
-    pub(crate) fn variance_order(&self) -> Measured {
-        self.order().map(|order| 2.0 * order)
-    }
-
-    /// The variances of trials with the most samples.
-    pub(crate) fn last(&self) -> &[f64] {
-        self.points
-            .last()
-            .map_or(&[], |point| &point.trial_variances)
-    }
-}
-
 /// The one of these whose value is the largest.
 pub(crate) fn largest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
     all.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
@@ -324,7 +207,7 @@ mod tests {
         let half = 2.776_445 * 0.5_f64.sqrt();
         let [low, high] = mean.interval.unwrap();
         assert!((low - (3.0 - half)).abs() < 1e-6 && (high - (3.0 + half)).abs() < 1e-6);
-        assert!(mean.is_above(0.9) && !mean.is_above(1.1) && mean.is_below(5.1));
+        assert!(mean.is_above(0.9) && !mean.is_above(1.1));
         assert_eq!(Measured::mean(&[1.0, 2.0, 3.0, 4.0]).interval, None);
         assert_eq!(Measured::exact(2.0).to_string(), "2");
         assert_eq!(Measured::mean(&[1.0; 2]).to_string(), "1 [–]");

@@ -1,6 +1,6 @@
 //! The table of the built-in scenes.
 
-use crate::{Files, colonnade, foliage, gloss, logo, rooms, spheres, window};
+use crate::{Files, colonnade, foliage, gloss, logo, papers, rooms, spheres, window};
 
 /// A scene that a generator makes.
 #[derive(Clone, Copy, Debug)]
@@ -142,6 +142,39 @@ impl BuiltIn {
         ),
     ];
 
+    /// Scenes of the papers' figures and claims, which no list names.
+    const OF_PAPERS: [Self; 9] = [
+        Self::new("bare", "a diffuse floor under a square light", papers::bare),
+        Self::new("screened", "the same behind a screen", papers::screened),
+        Self::new(
+            "hidden",
+            "the same with a bright light that nobody sees",
+            papers::hidden,
+        ),
+        Self::new(
+            "horizon",
+            "a linear light that goes through the horizon",
+            papers::horizon,
+        ),
+        Self::new("wet", "a wet floor under a linear light", papers::wet),
+        Self::new("dry", "a dry floor under a linear light", papers::dry),
+        Self::new(
+            "luminaires-2",
+            "a room with two triangular lights",
+            papers::luminaires_2,
+        ),
+        Self::new(
+            "luminaires-32",
+            "a room with 32 triangular lights",
+            papers::luminaires_32,
+        ),
+        Self::new(
+            "shining-ball",
+            "a floor and a block beside a spherical light",
+            papers::shining_ball,
+        ),
+    ];
+
     const fn new(name: &'static str, about: &'static str, generator: fn() -> Files) -> Self {
         Self {
             name,
@@ -150,10 +183,15 @@ impl BuiltIn {
         }
     }
 
-    /// The scene of this name; `cornell-box` is short for `cornell-box-large`. Of the family of
-    /// `spheres` all sizes are found, of which the list names one.
+    /// The scene of this name; `cornell-box` is short for `cornell-box-large`. All sizes of
+    /// `spheres` are found, of which [`BuiltIn::ALL`] names one, and scenes of the papers' claims.
     pub fn find(name: &str) -> Option<Self> {
-        let all = || Self::ALL.into_iter().chain(Self::SIZES);
+        let all = || {
+            Self::ALL
+                .into_iter()
+                .chain(Self::SIZES)
+                .chain(Self::OF_PAPERS)
+        };
         let find = |name: &str| all().find(|scene| scene.name == name);
         find(name).or_else(|| find(&format!("{name}-large")))
     }

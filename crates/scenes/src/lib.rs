@@ -9,8 +9,9 @@ mod gloss;
 #[cfg(feature = "load")]
 mod library;
 mod logo;
-pub mod luminaires;
+mod luminaires;
 mod mesh;
+mod papers;
 mod rooms;
 mod spheres;
 mod text;

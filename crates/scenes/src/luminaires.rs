@@ -1,9 +1,8 @@
-//! Rooms with luminaires by the number: Shirley & Wang's 2 and 32, and a hall with thousands.
+//! Shirley & Wang's rooms with 2 and 32 luminaires, and a ball that shines.
 
-use super::mesh::{Mesh, Random};
-use super::rooms::{BOX_CAMERA, walls};
-use super::{diffuse, facing_up, light_text};
-use crate::text::emitter;
+use crate::mesh::{Mesh, Random};
+use crate::rooms::{BOX_CAMERA, walls};
+use crate::text::{diffuse, emitter, facing_up, light_text};
 
 const HEAD: &str = "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\nFilm \"rgb\" \"integer xresolution\" [ 128 ] \"integer yresolution\" [ 128 ]\nWorldBegin\n";
 
@@ -25,8 +24,7 @@ fn luminaire(radiance: f64, corners: &[[f64; 3]]) -> String {
 
 /// Shirley & Wang's room with 2 or 32 triangular luminaires on the ceiling, over a ball and a
 /// block. The 32 are of different strength.
-#[must_use]
-pub fn room(count: u32) -> String {
+pub(crate) fn room(count: u32) -> String {
     let block = diffuse(
         [0.6; 3],
         &Mesh::block([0.15, 0.0, -0.5], [0.65, 0.7, 0.0], 0.3),
@@ -48,42 +46,8 @@ pub fn room(count: u32) -> String {
     text
 }
 
-/// A hall with `side`² small luminaires of different strength under its ceiling, between columns.
-#[must_use]
-pub fn hall(side: u32) -> String {
-    let half = 20.0;
-    let floor = Mesh::polygon(&facing_up([-half; 2], [half; 2], 0.0));
-    let mut columns = Mesh::default();
-    for k in 0..81u32 {
-        let at = |n: u32| 4.4 * (f64::from(n) - 4.0);
-        let (x, z) = (at(k % 9), at(k / 9));
-        columns.cuboid([x - 0.2, 0.0, z - 0.2], [x + 0.2, 2.2, z + 0.2], 0.4);
-    }
-    let camera = "LookAt -9 6.5 -15  0 0 -3  0 1 0\nCamera \"perspective\" \"float fov\" [ 50 ]";
-    let mut text = format!(
-        "{camera}\n{HEAD}{}{}",
-        diffuse([0.7; 3], &floor),
-        diffuse([0.5; 3], &columns)
-    );
-    let mut random = Random::new(10_000);
-    let step = 2.0 * half / f64::from(side);
-    for k in 0..side * side {
-        let at = |n: u32| step * (f64::from(n) + 0.5) - half;
-        let mut off = || random.between(-0.4, 0.4) * step;
-        let centre = [
-            at(k % side) + off(),
-            2.6 + off().min(0.2),
-            at(k / side) + off(),
-        ];
-        let radiance = random.between(0.5, 8.0);
-        text += &luminaire(radiance, &triangle(centre, 0.1 * step, k % 2 == 0));
-    }
-    text
-}
-
 /// A floor and a wall beside a ball that shines.
-#[must_use]
-pub fn shining_ball() -> String {
+pub(crate) fn shining_ball() -> String {
     let floor = Mesh::polygon(&facing_up([-3.0; 2], [3.0; 2], 0.0));
     let block = Mesh::block([0.6, 0.0, -0.9], [0.9, 1.1, 0.3], 0.3);
     let camera = "LookAt 0 3.2 -4.2  0 0.3 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 40 ]";

@@ -14,13 +14,13 @@ pub struct PaperOrder {
     /// Our scene.
     pub scene: String,
     /// Our estimator, as it prints itself.
-    pub estimator: &'static str,
+    pub estimator: String,
     /// The pattern, as it prints itself.
     pub sampler: String,
     /// The order of the standard deviation.
     pub order: f64,
     /// Figure or table of the paper.
-    pub source: &'static str,
+    pub source: String,
 }
 
 impl StudyRecord {
@@ -173,7 +173,7 @@ fn slope(
     let fit = fit_trials(&points, 0.95)?;
     let paper = papers
         .iter()
-        .find(|p| (&p.scene, p.estimator, &p.sampler) == (scene, estimator, sampler));
+        .find(|p| (&p.scene, &p.estimator, &p.sampler) == (scene, estimator, sampler));
     Some(SlopeRow {
         scene: scene.clone(),
         estimator: estimator.clone(),
@@ -185,7 +185,7 @@ fn slope(
         ci_high: fit.ci_high,
         lack_of_fit: fit.lack_of_fit,
         paper_order: paper.map(|p| p.order),
-        paper_source: paper.map(|p| p.source.to_owned()),
+        paper_source: paper.map(|p| p.source.clone()),
     })
 }
 

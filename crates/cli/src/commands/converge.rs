@@ -8,7 +8,7 @@ use crate::inputs::Sources;
 use crate::output::Output;
 use crate::program::TryAgain;
 use anyhow::{Result, bail};
-use linelit_papers::{Context, Findings, Study};
+use linelit_papers::{Context, Page, Study};
 use linelit_plan::{PlanError, Shard};
 use linelit_study::scene_study::{StudySpec, with_work};
 use rayon::ThreadPool;
@@ -43,11 +43,11 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             spec.time_budget = args.time_budget.or(spec.time_budget);
             converge(args, &spec, folder, &pool, out)
         }
-        Study::Findings(run) => pool.install(|| findings(args, run, folder, out)),
+        Study::Findings(page) => pool.install(|| findings(args, page, folder, out)),
     }
 }
 
-/// The first word, which names a study of pictures and tables.
+/// The first word, which names a page of claims and drawings.
 fn name(args: &ConvergeArgs) -> &str {
     args.study.what.first().map_or("", String::as_str)
 }
@@ -104,10 +104,10 @@ fn command() -> String {
     format!("linelit {}", study::quoted(words))
 }
 
-/// Runs a study of pictures and tables, and writes its page.
+/// Runs a page of claims and drawings, and writes its page.
 fn findings(
     args: &ConvergeArgs,
-    find: fn(&Context<'_>) -> Result<Findings>,
+    page: Page,
     mut folder: OutputFolder,
     out: &mut Output,
 ) -> Result<()> {
@@ -117,7 +117,7 @@ fn findings(
         bail!("{}", units::interrupted("study"));
     }
     let progress = bar(name);
-    let mut found = find(&Context {
+    let mut found = page.run(&Context {
         library: args.common.read.library(),
         seed: args.study.seed,
         smallest: args.study.smallest,

@@ -86,7 +86,7 @@ fn usage(what: String) -> anyhow::Error {
     UsageError(what).into()
 }
 
-/// Refuses the first flag that a study of pictures and tables sets itself.
+/// Refuses the first flag that a page of claims and drawings sets itself.
 ///
 /// # Errors
 /// A [`UsageError`] that names the flag.
@@ -159,7 +159,9 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
         spec.spots.clear();
     }
     spec.seed = args.seed;
-    spec.lights = args.lights.unwrap_or(spec.lights);
+    if let Some(choice) = args.lights {
+        spec.lights = vec![choice];
+    }
     spec.spheres = args.spheres.unwrap_or(spec.spheres);
 }
 
@@ -218,7 +220,7 @@ fn spec_of(args: &StudyArgs) -> Result<StudySpec> {
     match resolve(&args.what)? {
         Study::Convergence(spec) => Ok(*spec),
         Study::Findings(_) => Err(usage(format!(
-            "`{}` is a study of pictures and tables, which cannot be planned: `linelit converge` \
+            "`{}` is a page of claims and drawings, which cannot be planned: `linelit converge` \
              runs it whole",
             args.what.join(" ")
         ))),

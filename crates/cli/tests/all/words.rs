@@ -16,7 +16,7 @@ fn what_is_listed_is_understood() {
     let all_json: serde_json::Value = serde_json::from_str(&said(&["list", "--json"])).unwrap();
     for (what, count) in [
         ("scenes", 19),
-        ("studies", 27),
+        ("studies", 32),
         ("estimators", 17),
         ("samplers", SamplerKind::ALL.len()),
     ] {

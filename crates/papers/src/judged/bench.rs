@@ -5,45 +5,14 @@ use super::formula::Figures;
 use crate::Context;
 use crate::measured::Measured;
 use anyhow::{Context as _, Result, bail};
-use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
-use linelit_scenes::luminaires;
 use linelit_study::engine::{self, CellRun, Counts, Reference, run_cell, score};
 use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_study::stats::metrics::MRSE_EPSILON;
 use linelit_study::stats::slopes::SlopePoint;
 use std::collections::BTreeMap;
-
-/// A scene's name and its text.
-type OwnScene = (&'static str, fn() -> String);
-
-/// Scenes that are not among the built-in ones.
-const SCENES: [OwnScene; 9] = [
-    ("bare", || BARE.to_owned()),
-    ("screened", || BARE.to_owned() + SCREEN),
-    ("hidden", || {
-        BARE.to_owned() + include_str!("../../scenes/hidden.pbrt")
-    }),
-    ("horizon", || {
-        include_str!("../../scenes/horizon.pbrt").to_owned()
-    }),
-    ("wet", || FLOOR.replace("ROUGHNESS", "0.22")),
-    ("dry", || FLOOR.replace("ROUGHNESS", "0.6")),
-    ("luminaires-2", || luminaires::room(2)),
-    ("luminaires-32", || luminaires::room(32)),
-    ("shining-ball", luminaires::shining_ball),
-];
-
-/// A diffuse floor under a light and nothing else.
-const BARE: &str = include_str!("../../scenes/bare.pbrt");
-/// A screen with one slanted edge halfway between the floor and the light.
-const SCREEN: &str = include_str!("../../scenes/screen.pbrt");
-
-/// A floor that reflects as Frostbite's surfaces do, under a long linear light.
-const FLOOR: &str = include_str!("../../scenes/floor.pbrt");
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,41 +124,32 @@ impl Bench<'_> {
             if points.scenes.len() > 1 {
                 path = format!("{path}/{name}");
             }
-            let mut scene = self.scene(name)?;
+            let mut scene = self.context.library.load(name)?.scene;
             if points.spots.is_empty() {
                 let [width, height] = points.grid.unwrap_or([64; 2]);
                 let [w, h] = self.pick([4, 4], [width, height], [2 * width, 2 * height]);
                 scene.set_resolution(w, h);
-                self.view(points, &scene, &all_pixels(w, h), &path, out)?;
+                let renderer = Renderer::new(&scene);
+                self.view(points, &renderer, &all_pixels(w, h), &path, out)?;
+                continue;
             }
+            let renderer = Renderer::new(&scene);
             for (spot, pixel) in &points.spots {
-                self.view(points, &scene, &[*pixel], &format!("{path}/{spot}"), out)?;
+                self.view(points, &renderer, &[*pixel], &format!("{path}/{spot}"), out)?;
             }
         }
         Ok(())
     }
 
-    fn scene(&self, name: &str) -> Result<Scene> {
-        let Some((_, text)) = SCENES.into_iter().find(|scene| scene.0 == name) else {
-            return Ok(self.context.library.load(name)?.scene);
-        };
-        let options = LoadOptions {
-            strict: true,
-            ..LoadOptions::default()
-        };
-        Ok(linelit_formats::from_pbrt_str(&text(), "claims.pbrt", &options)?.scene)
-    }
-
     fn view(
         &self,
         points: &Points,
-        scene: &Scene,
+        renderer: &Renderer<'_>,
         pixels: &[[u32; 2]],
         path: &str,
         out: &mut Measurements,
     ) -> Result<()> {
-        let renderer = Renderer::new(scene);
-        let mut targets = Targets::find(&renderer, pixels);
+        let mut targets = Targets::find(renderer, pixels);
         if let Some(only) = points.only {
             self.keep(&mut targets, only)?;
         }
@@ -202,7 +162,7 @@ impl Bench<'_> {
                 continue;
             }
             for count in samples {
-                let cell = self.cell(points, cell, count)?;
+                let cell = self.cell(points, cell, count);
                 runs.push((path.clone(), run_cell(&targets, cell)));
             }
         }
@@ -242,12 +202,11 @@ impl Bench<'_> {
         }
     }
 
-    fn cell(&self, points: &Points, cell: &Cell, samples: u32) -> Result<engine::Cell<Settings>> {
-        let estimator = cell.estimator.as_str();
+    fn cell(&self, points: &Points, cell: &Cell, samples: u32) -> engine::Cell<Settings> {
         let trials = cell.trials.unwrap_or(points.trials);
-        Ok(engine::Cell {
+        engine::Cell {
             settings: Settings {
-                estimator: estimator.parse().with_context(|| estimator.to_owned())?,
+                estimator: cell.estimator.0,
                 sampler: cell.sampler.unwrap_or(points.sampler).0,
                 lights: cell.lights.map_or(Settings::default().lights, |l| l.0),
                 // As the papers mean them: nothing is skipped that a scene does not need.
@@ -257,7 +216,7 @@ impl Bench<'_> {
             samples,
             seed: self.context.seed ^ u64::from(samples),
             trials: self.pick(trials.min(3), trials, trials.saturating_mul(4)),
-        })
+        }
     }
 
     /// Leaves the points where points by projected solid angle have noise, or light and no noise.

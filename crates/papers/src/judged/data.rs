@@ -1,22 +1,30 @@
 //! The claims and what is measured for them, as `claims.toml` has them.
 
 use super::formula::Formula;
+use super::special::ALL;
 use super::verdict::{Expected, Verdict};
 use anyhow::{Context as _, Result, bail, ensure};
+use linelit_estimators::Estimator;
 use linelit_integrator::LightChoice;
 use linelit_samplers::SamplerKind;
+use linelit_study::record::PaperOrder;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::sync::LazyLock;
 use toml::{Table, Value};
+
+/// The claims, and what is measured for them.
+static BOOK: LazyLock<Book> =
+    LazyLock::new(|| Book::read(include_str!("../../claims.toml")).expect("claims.toml is read"));
 
 /// The file of claims.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Book {
+pub(crate) struct Book {
     /// Shading points on which estimators are measured side by side.
     pub(super) points: Vec<Points>,
-    pub(super) claims: Vec<Claim>,
+    pub(crate) claims: Vec<Claim>,
 }
 
 /// Shading points of one scene or several, and the estimators that are measured on them.
@@ -24,7 +32,7 @@ pub(super) struct Book {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Points {
     pub(super) name: String,
-    /// Built-in scenes, or names of [`super::bench::SCENES`].
+    /// Built-in scenes.
     pub(super) scenes: Vec<String>,
     /// Pixels across and down, in the quick form; in full twice as many each way. Without it all
     /// pixels of the default study.
@@ -63,7 +71,7 @@ pub(super) enum Only {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(from = "CellText")]
 pub(super) struct Cell {
-    pub(super) estimator: String,
+    pub(super) estimator: Text<Estimator>,
     pub(super) sampler: Option<Text<SamplerKind>>,
     pub(super) samples: Option<Vec<u32>>,
     pub(super) trials: Option<u32>,
@@ -73,14 +81,14 @@ pub(super) struct Cell {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum CellText {
-    Estimator(String),
+    Estimator(Text<Estimator>),
     Whole(WholeCell),
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WholeCell {
-    estimator: String,
+    estimator: Text<Estimator>,
     sampler: Option<Text<SamplerKind>>,
     samples: Option<Vec<u32>>,
     trials: Option<u32>,
@@ -114,7 +122,7 @@ impl From<CellText> for Cell {
     try_from = "String",
     bound = "T: std::str::FromStr, T::Err: fmt::Display"
 )]
-pub(super) struct Text<T>(pub(super) T);
+pub(crate) struct Text<T>(pub(crate) T);
 
 impl<T: std::str::FromStr> TryFrom<String> for Text<T>
 where
@@ -155,7 +163,7 @@ impl Paper {
 /// A claim of a paper.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Claim {
+pub(crate) struct Claim {
     /// A name that stays: records and results go by it.
     pub(super) id: String,
     pub(super) paper: Paper,
@@ -266,18 +274,7 @@ impl Book {
 
     /// Refuses a claim that asks for what nothing measures, and a cell that serves no claim.
     fn check_paths(&self) -> Result<()> {
-        let check = |claim: &Claim| claim.check.as_ref().map(|check| check.figure.clone());
-        let formulas = self
-            .claims
-            .iter()
-            .flat_map(|c| c.figure.clone().into_iter().chain(check(c)));
-        let asked: BTreeSet<String> = formulas
-            .flat_map(|f| {
-                f.asks()
-                    .map(|(_, cell)| cell.to_owned())
-                    .collect::<Vec<_>>()
-            })
-            .collect();
+        let asked: BTreeSet<&str> = self.claims.iter().flat_map(Claim::paths).collect();
         let paths = |p: &Points| {
             p.cells
                 .keys()
@@ -285,13 +282,14 @@ impl Book {
                 .collect::<Vec<_>>()
         };
         let measured: BTreeSet<String> = self.points.iter().flat_map(paths).collect();
-        // Numbers of functions of their own have no path.
+        let special = |path: &str| ALL.iter().any(|(name, ..)| *name == group(path));
         let missing = asked
             .iter()
-            .find(|cell| cell.contains('/') && !measured.contains(*cell));
+            .find(|path| !special(path) && !measured.contains(**path));
         ensure!(missing.is_none(), "nothing measures {missing:?}");
         for points in &self.points {
-            let idle = |cell: &&String| !points.paths(cell).iter().any(|path| asked.contains(path));
+            let is_asked = |path: String| asked.contains(path.as_str());
+            let idle = |cell: &&String| !points.paths(cell).into_iter().any(is_asked);
             let idle = points.cells.keys().find(idle);
             ensure!(
                 idle.is_none(),
@@ -302,12 +300,69 @@ impl Book {
         Ok(())
     }
 
+    /// The claims of the papers.
+    pub(crate) fn own() -> &'static Self {
+        &BOOK
+    }
+
     /// The study that shows more of what a claim is about.
     pub(super) fn study(&self, claim: &Claim) -> &str {
-        let cell = claim.figure.as_ref().and_then(|f| f.asks().next());
-        let name = cell.and_then(|(_, cell)| cell.split('/').next());
-        let points = self.points.iter().find(|p| Some(p.name.as_str()) == name);
-        points.map_or("", |p| &p.study)
+        let Some(name) = claim.paths().next().map(group) else {
+            return "";
+        };
+        let special = ALL.iter().find(|(special, ..)| *special == name);
+        let points = self.points.iter().find(|p| p.name == name);
+        special.map_or(points.map_or("", |p| &p.study), |(_, study, _)| study)
+    }
+
+    /// The claims of a study; of `claims` all.
+    pub(crate) fn claims_of(&self, study: &str) -> impl Iterator<Item = &Claim> {
+        let own = move |claim: &&Claim| study == "claims" || self.study(claim) == study;
+        self.claims.iter().filter(own)
+    }
+
+    /// The orders that claims have, for tables of slopes.
+    pub(crate) fn paper_orders(&self) -> Vec<PaperOrder> {
+        let order = |claim: &Claim| {
+            let Some(Expected::Figure { value, .. }) = claim.expect else {
+                return None;
+            };
+            let path = claim.figure.as_ref()?.text().strip_prefix("order[")?;
+            let path = path.strip_suffix(']')?;
+            let points = self.points.iter().find(|p| p.name == group(path))?;
+            let (view, cell) = path.rsplit_once('/')?;
+            let (cell, view) = (points.cells.get(cell)?, view.strip_prefix(&points.name)?);
+            let parts = view.split('/').filter(|part| !part.is_empty());
+            let scene = points.scenes.first().filter(|_| points.scenes.len() == 1);
+            let labels: Vec<&str> = scene.map(String::as_str).into_iter().chain(parts).collect();
+            Some(PaperOrder {
+                scene: labels.join(", "),
+                estimator: cell.estimator.0.to_string(),
+                sampler: cell.sampler.unwrap_or(points.sampler).0.to_string(),
+                order: value,
+                source: format!("{}, {}", claim.paper.citation(), claim.place),
+            })
+        };
+        self.claims.iter().filter_map(order).collect()
+    }
+}
+
+/// The name of the points or of the function that measures what has this path.
+fn group(path: &str) -> &str {
+    path.split('/').next().unwrap_or_default()
+}
+
+impl Claim {
+    /// The paths that its figure and its check ask for.
+    fn paths(&self) -> impl Iterator<Item = &str> {
+        let check = self.check.iter().map(|check| &check.figure);
+        let formulas = self.figure.iter().chain(check);
+        formulas.flat_map(|formula| formula.asks().map(|(_, path)| path))
+    }
+
+    /// The names of the points and functions that it asks for.
+    pub(super) fn groups(&self) -> impl Iterator<Item = &str> {
+        self.paths().map(group)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Formulas of claims: `sqrt(variance[strips/A/mis] / variance[strips/A/average])`.
 //!
 //! A statistic in brackets is that of a cell, one number for each of its numbers of samples;
-//! `special[name]` is a number that a function of its own measures. `+ − × ÷` are `-`, `*`, `/` of
-//! numbers side by side; `sqrt`, `first`, `last`, `pooled` (the geometric mean), `largest`,
+//! `special[function/name]` is a number that a function of its own measures. `-`, `*` and `/` are
+//! of numbers side by side; `sqrt`, `first`, `last`, `pooled` (the geometric mean), `largest`,
 //! `smallest` and `farthest(x, a…)` (of a…, that farthest from x) make one of several.
 
 use crate::measured::{Measured, largest, smallest};
@@ -54,7 +54,7 @@ impl Formula {
     /// Whether it hangs on how long something took.
     pub(super) fn is_timed(&self) -> bool {
         let timed = |(what, cell): (&str, &str)| {
-            ["seconds", "cost"].contains(&what) || cell.starts_with("time of")
+            ["seconds", "cost"].contains(&what) || cell.contains("/time of")
         };
         self.asks().any(timed)
     }

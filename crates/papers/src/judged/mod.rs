@@ -1,10 +1,10 @@
 //! Claims of the papers, measured and judged: `claims.toml` has them, this module the one judge.
 
 mod bench;
-mod data;
+pub(crate) mod data;
 mod formula;
 mod page;
-mod special;
+pub(crate) mod special;
 mod verdict;
 
 use crate::measured::Measured;
@@ -13,11 +13,9 @@ use anyhow::{Context as _, Result};
 use bench::{Bench, Effort, Measurements};
 use data::{Book, Claim};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::time::Instant;
 use verdict::{Expected, Verdict};
-
-/// The claims and what is measured for them.
-const BOOK: &str = include_str!("../../claims.toml");
 
 /// A claim with what was measured.
 #[derive(Clone, Debug)]
@@ -31,25 +29,26 @@ struct Judged {
     check: Option<(Measured, bool)>,
 }
 
-/// All claims, judged by what is measured now. What contradicts the record is a failure of the
-/// findings, but at the smallest, which tells nothing.
-pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
+/// The claims of a study, of `claims` all, judged by what is measured now. What contradicts the
+/// record is a failure of the findings, but at the smallest, which tells nothing.
+pub(crate) fn run(context: &Context<'_>, study: &str, title: &str) -> Result<Findings> {
     let effort = match (context.smallest, context.full) {
         (true, _) => Effort::Smallest,
         (false, true) => Effort::Full,
         (false, false) => Effort::Quick,
     };
     let bench = Bench { context, effort };
-    let book = Book::read(BOOK).context("claims.toml")?;
-    let (measurements, times) = measure(&bench, &book)?;
-    let judge = |claim: &Claim| judge(claim, book.study(claim), &measurements);
-    let judged = book.claims.iter().map(judge).collect::<Result<Vec<_>>>()?;
+    let book = Book::own();
+    let claims: Vec<&Claim> = book.claims_of(study).collect();
+    let (measurements, times) = measure(&bench, book, &claims)?;
+    let judge = |claim: &&Claim| judge(claim, book.study(claim), &measurements);
+    let judged = claims.iter().map(judge).collect::<Result<Vec<_>>>()?;
     let failures = match effort {
         Effort::Smallest => Vec::new(),
         _ => failures(&judged),
     };
     Ok(Findings {
-        report: page::report(&judged, &times),
+        report: page::report(title, &judged, &times),
         files: Vec::new(),
         text: page::text(&judged),
         rows: document(&judged),
@@ -60,9 +59,9 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
 /// Seconds that a part took, by its name.
 type Took = (String, f64);
 
-/// Measures everything.
+/// Measures what claims and their checks ask for.
 #[allow(clippy::disallowed_methods, reason = "says how long it took")]
-fn measure(bench: &Bench<'_>, book: &Book) -> Result<(Measurements, Vec<Took>)> {
+fn measure(bench: &Bench<'_>, book: &Book, claims: &[&Claim]) -> Result<(Measurements, Vec<Took>)> {
     let (mut out, mut times) = (Measurements::default(), Vec::new());
     let mut timed = |name: &str, run: &mut dyn FnMut() -> Result<()>| -> Result<()> {
         bench.context.progress.set_message(name.to_owned());
@@ -71,11 +70,22 @@ fn measure(bench: &Bench<'_>, book: &Book) -> Result<(Measurements, Vec<Took>)> 
         times.push((name.to_owned(), start.elapsed().as_secs_f64()));
         Ok(())
     };
+    let groups: BTreeSet<&str> = claims.iter().flat_map(|c| c.groups()).collect();
     for points in &book.points {
-        timed(&points.name, &mut || bench.measure(points, &mut out))?;
+        if groups.contains(points.name.as_str()) {
+            timed(&points.name, &mut || bench.measure(points, &mut out))?;
+        }
     }
-    for (name, special) in special::ALL {
-        timed(name, &mut || special(bench, &mut out.special))?;
+    for (name, _, special) in special::ALL {
+        if groups.contains(name) {
+            timed(name, &mut || {
+                let mut found = special::Out::new();
+                special(bench, &mut found)?;
+                let path = |(what, m)| (format!("{name}/{what}"), m);
+                out.special.extend(found.into_iter().map(path));
+                Ok(())
+            })?;
+        }
     }
     Ok((out, times))
 }
@@ -206,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_book_is_whole() {
-        let book = Book::read(BOOK).unwrap();
-        assert!(book.claims.len() >= 100, "{}", book.claims.len());
+        let claims = &Book::own().claims;
+        assert!(claims.len() >= 100, "{}", claims.len());
     }
 }

@@ -8,17 +8,20 @@ use linelit_study::plots::{IntervalRow, intervals};
 use linelit_study::report::{Cell, Plot, Report, Section, Table};
 
 /// The page.
-pub(super) fn report(judged: &[Judged], times: &[Took]) -> Report {
-    let sections = Paper::ALL.into_iter().map(|paper| {
+pub(super) fn report(title: &str, judged: &[Judged], times: &[Took]) -> Report {
+    let sections = Paper::ALL.into_iter().filter_map(|paper| {
         let own = judged.iter().filter(|j| j.claim.paper == paper).cloned();
-        section(paper, &own.collect::<Vec<_>>())
+        let own: Vec<Judged> = own.collect();
+        (!own.is_empty()).then(|| section(paper, &own))
     });
     let words = "A claim is confirmed where the whole 95 % interval of its figure is within the \
                  tolerance of the paper's, or strictly on the claimed side; consistent where the \
                  interval touches that; else stronger, weaker or refuted. A run is held to the \
                  verdicts on record: it fails where one is on the other side of consistent.";
-    let title = "Every claim of the papers, with a verdict";
-    let lead = vec![summary(judged), words.to_owned()];
+    let lead = match judged {
+        [] => Vec::new(),
+        _ => vec![summary(judged), words.to_owned()],
+    };
     let mut report = Report::new(title, lead, sections.collect());
     let took = |(name, seconds): &Took| (format!("time of {name}"), format!("{seconds:.1} s"));
     report.facts.extend(times.iter().map(took));
@@ -202,6 +205,9 @@ fn shorten(id: &str) -> String {
 
 /// The claims as lines.
 pub(super) fn text(judged: &[Judged]) -> String {
+    if judged.is_empty() {
+        return String::new();
+    }
     let mut out = String::new();
     for one in judged {
         let measured = found(one);

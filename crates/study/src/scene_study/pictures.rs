@@ -54,22 +54,20 @@ const TIMED_SECONDS: f64 = 0.5;
 struct Easel<'a> {
     targets: &'a Targets<'a>,
     spec: &'a StudySpec,
-    sampler: SamplerKind,
     size: [u32; 2],
 }
 
 impl Easel<'_> {
-    /// One trial by an estimator.
-    fn by(&self, estimator: Estimator, samples: u32) -> CellRun<Settings> {
-        let settings = Settings {
+    /// The settings of an estimator, with the first choice of lights.
+    fn settings(&self, estimator: Estimator, sampler: SamplerKind) -> Settings {
+        Settings {
             estimator,
-            sampler: self.sampler,
-            lights: self.spec.lights,
+            sampler,
+            lights: self.spec.lights[0],
             spheres: self.spec.spheres,
             skip: self.spec.skip,
             ..Settings::default()
-        };
-        self.run(settings, samples, 1)
+        }
     }
 
     fn run(&self, settings: Settings, samples: u32, trials: u32) -> CellRun<Settings> {
@@ -82,13 +80,13 @@ impl Easel<'_> {
         run_cell(self.targets, cell)
     }
 
-    /// The samples of an estimator that fit into the seconds, by the times that [`PROBES`] take.
+    /// The samples that fit into the seconds, by the times that [`PROBES`] take.
     #[allow(
         clippy::cast_possible_truncation,
         reason = "clamped to the range first"
     )]
-    fn fitting(&self, seconds: f64, estimator: Estimator) -> u32 {
-        let [few, many] = PROBES.map(|n| self.by(estimator, n).times.seconds());
+    fn fitting(&self, seconds: f64, settings: Settings) -> u32 {
+        let [few, many] = PROBES.map(|n| self.run(settings, n, 1).times.seconds());
         let [a, b] = PROBES.map(f64::from);
         let sample = ((many - few) / (b - a)).max(1e-3 * many / b);
         let setup = (few - a * sample).max(0.0);
@@ -97,9 +95,9 @@ impl Easel<'_> {
 
     /// The picture without noise by an estimator that has none, if there is one, else by many
     /// samples.
-    fn truth(&self, noiseless: Option<Estimator>) -> Shown {
-        if let Some(estimator) = noiseless {
-            return self.show(&self.by(estimator, 1), estimator.to_string());
+    fn truth(&self, noiseless: Option<Settings>) -> Shown {
+        if let Some(settings) = noiseless {
+            return self.show(&self.run(settings, 1, 1), settings.estimator.to_string());
         }
         let settings = self.targets.true_settings(self.spec.spheres);
         let name = format!("{TRUE_TRIALS} × {TRUE_SAMPLES} × {}", settings.estimator);
@@ -131,23 +129,26 @@ pub(super) fn picture(
     gallery: &Gallery,
     targets: &Targets<'_>,
     reference: &Reference,
-    estimator: Estimator,
+    settings: Settings,
 ) -> Shown {
     let easel = Easel {
         targets,
         spec,
-        sampler: gallery.sampler,
         size: [gallery.width, gallery.height],
     };
     let samples = match gallery.budget {
         Budget::Samples(samples) => samples,
-        Budget::Seconds(seconds) => easel.fitting(seconds, estimator),
+        Budget::Seconds(seconds) => easel.fitting(seconds, settings),
     };
-    let run = easel.by(estimator, samples);
+    let run = easel.run(settings, samples, 1);
+    let mut name = spec.name(&settings);
+    if gallery.samplers.len() > 1 {
+        name = format!("{name}, {}", settings.sampler);
+    }
     Shown {
         samples,
         mrse: score(&run, reference, targets.pixels).mrse,
-        ..easel.show(&run, estimator.to_string())
+        ..easel.show(&run, name)
     }
 }
 
@@ -164,25 +165,25 @@ pub(super) fn duel(
     let stratified = samplers.find(|s| **s == SamplerKind::Stratified);
     let sampler = *stratified.or(spec.samplers.first())?;
     let best = |kind: &str| best(spec, rows, kind, sampler, wanted.samples);
-    let (points, lines) = (best("point")?, best("line")?);
     let renderer = Renderer::new(scene);
     let easel = Easel {
         targets: &Targets::find(&renderer, &all_pixels(size[0], size[1])),
         spec,
-        sampler,
         size,
     };
-    let mut right = easel.by(lines, wanted.samples);
+    let by = |estimator| easel.settings(estimator, sampler);
+    let (points, lines) = (by(best("point")?), by(best("line")?));
+    let mut right = easel.run(lines, wanted.samples, 1);
     let samples = easel.fitting(right.times.seconds(), points);
-    let mut left = easel.by(points, samples);
+    let mut left = easel.run(points, samples, 1);
     for _ in 0..TIMES {
         left.time_again(easel.targets, TIMED_SECONDS);
         right.time_again(easel.targets, TIMED_SECONDS);
     }
     Some(vec![
-        easel.show(&left, format!("{samples} × {points}")),
-        easel.show(&right, format!("{} × {lines}", wanted.samples)),
-        easel.truth(noiseless(spec, rows)),
+        easel.show(&left, format!("{samples} × {}", points.estimator)),
+        easel.show(&right, format!("{} × {}", wanted.samples, lines.estimator)),
+        easel.truth(noiseless(spec, rows).map(by)),
     ])
 }
 

@@ -32,8 +32,8 @@ pub struct StudySpec {
     pub time_budget: Option<f64>,
     /// First seed.
     pub seed: u64,
-    /// Which lights a shading point samples.
-    pub lights: LightChoice,
+    /// Which lights a shading point samples: each choice with each estimator.
+    pub lights: Vec<LightChoice>,
     /// Representation of emissive spheres and disks.
     pub spheres: Spheres,
     /// Whether the plan may skip work (`Settings::skip`).
@@ -56,10 +56,10 @@ pub struct StudySpec {
 }
 
 /// A pixel with a name.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Spot {
     /// Name of the view in tables, behind that of the scene.
-    pub label: &'static str,
+    pub label: String,
     /// The pixel.
     pub pixel: [u32; 2],
 }
@@ -73,8 +73,8 @@ pub struct Gallery {
     pub height: u32,
     /// Cost of each picture.
     pub budget: Budget,
-    /// The pattern.
-    pub sampler: SamplerKind,
+    /// The patterns, each with each estimator and choice of lights.
+    pub samplers: Vec<SamplerKind>,
     /// The estimators.
     pub estimators: Vec<Estimator>,
     /// Rounds of the reference, of four replicates each.
@@ -152,31 +152,54 @@ impl StudySpec {
     /// The methods that are measured on each scene.
     #[must_use]
     pub fn design(&self) -> Design<Settings> {
-        let settings = Settings {
-            lights: self.lights,
-            spheres: self.spheres,
-            skip: self.skip,
-            ..Settings::default()
-        };
-        let samplers = |&estimator: &Estimator| {
-            let method = move |&sampler: &SamplerKind| Method {
-                trials: self.trials_of(sampler),
-                ..method(Settings {
-                    estimator,
-                    sampler,
-                    ..settings
-                })
-            };
-            self.samplers.iter().map(method)
+        let methods = self.methods(&self.estimators, &self.samplers);
+        let method = |settings: Settings| Method {
+            estimator: self.name(&settings),
+            trials: self.trials_of(settings.sampler),
+            ..method(settings)
         };
         Design {
             seed: self.seed,
             reference_rounds: self.reference_rounds,
             cell_seconds: self.cell_seconds,
             ..Design::new(
-                self.estimators.iter().flat_map(samplers).collect(),
+                methods.into_iter().map(method).collect(),
                 self.samples.clone(),
             )
+        }
+    }
+
+    /// Each estimator with each choice of lights and each pattern.
+    fn methods(&self, estimators: &[Estimator], samplers: &[SamplerKind]) -> Vec<Settings> {
+        let mut all = Vec::new();
+        for &estimator in estimators {
+            for &lights in &self.lights {
+                all.extend(samplers.iter().map(|&sampler| Settings {
+                    estimator,
+                    lights,
+                    sampler,
+                    spheres: self.spheres,
+                    skip: self.skip,
+                    ..Settings::default()
+                }));
+            }
+        }
+        all
+    }
+
+    /// The pictures of a gallery, in order.
+    pub(super) fn pictures(&self, gallery: &Gallery) -> Vec<Settings> {
+        self.methods(&gallery.estimators, &gallery.samplers)
+    }
+
+    /// The name of an estimator, with the choice of lights where there are several.
+    pub(super) fn name(&self, settings: &Settings) -> String {
+        let Settings {
+            estimator, lights, ..
+        } = settings;
+        match self.lights.len() {
+            1 => estimator.to_string(),
+            _ => format!("{estimator}, lights={lights}"),
         }
     }
 
@@ -199,7 +222,7 @@ impl StudySpec {
             ("samplers", joined(&self.samplers)),
             ("estimators", joined(&self.estimators)),
             ("trials", trials),
-            ("lights", self.lights.to_string()),
+            ("lights", joined(&self.lights)),
             ("spheres", self.spheres.to_string()),
             ("skip", self.skip.to_string()),
             ("time budget", budget.unwrap_or_default()),
@@ -270,7 +293,7 @@ impl Default for StudySpec {
             }),
             time_budget: None,
             seed: 1,
-            lights: LightChoice::All,
+            lights: vec![LightChoice::All],
             spheres: Spheres::default(),
             skip: true,
             papers: Vec::new(),

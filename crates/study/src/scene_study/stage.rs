@@ -174,7 +174,8 @@ fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
         Pixels::List(list) => list.len() as u64,
     };
     let trials = spec.samplers.iter().map(|s| u64::from(spec.trials_of(*s)));
-    let cells = spec.samples.len() as u64 * spec.estimators.len() as u64;
+    let cells = [spec.samples.len(), spec.estimators.len(), spec.lights.len()];
+    let cells: u64 = cells.into_iter().map(|n| n as u64).product();
     let most = trials.clone().max().unwrap_or(0);
     let trials = trials.sum::<u64>().saturating_mul(cells);
     let point = size_of::<([u32; 2], ShadingPoint)>() as u64;

@@ -101,8 +101,8 @@ impl Work<'_, '_, '_> {
                         Budget::Seconds(seconds) => 1.5 * seconds,
                         Budget::Samples(_) => 1.0,
                     };
-                    for (k, estimator) in wanted.estimators.iter().enumerate() {
-                        add(Piece::GalleryPicture(k), estimator.to_string(), seconds);
+                    for (k, settings) in self.spec.pictures(wanted).iter().enumerate() {
+                        add(Piece::GalleryPicture(k), self.spec.name(settings), seconds);
                     }
                     Ok(())
                 })?;
@@ -216,10 +216,11 @@ impl Work<'_, '_, '_> {
                 Ok(to_bytes(&part))
             }),
             Piece::GalleryPicture(k) => self.with_gallery(*view, |wanted, job| {
-                let estimator = *wanted.estimators.get(*k).context("no such picture")?;
+                let all = self.spec.pictures(wanted);
+                let settings = *all.get(*k).context("no such picture")?;
                 let targets = job.problem;
                 let reference = gathered(job, units, needed)?.reference();
-                let picture = pictures::picture(self.spec, wanted, targets, &reference, estimator);
+                let picture = pictures::picture(self.spec, wanted, targets, &reference, settings);
                 Ok(to_bytes(&[picture].as_slice()))
             }),
             Piece::Exhibit => {

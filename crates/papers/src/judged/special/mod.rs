@@ -5,7 +5,8 @@
 )]
 
 mod billen;
-mod peters;
+pub(crate) mod inverse;
+pub(crate) mod peters;
 mod salesin;
 mod shirley;
 
@@ -20,23 +21,27 @@ use std::f64::consts::PI;
 /// Numbers by name.
 pub(super) type Out = BTreeMap<String, Measured>;
 
-/// A function's name, and what measures.
-pub(super) type Special = (&'static str, fn(&Bench<'_>, &mut Out) -> Result<()>);
+/// A function's name, the study that it belongs to, and what measures.
+pub(super) type Special = (
+    &'static str,
+    &'static str,
+    fn(&Bench<'_>, &mut Out) -> Result<()>,
+);
 
 /// All of them.
 pub(super) const ALL: [Special; 12] = [
-    ("a line on a diffuse surface", billen::diffuse_line),
-    ("a line on a Phong lobe", billen::phong_line),
-    ("visibility in growing scenes", billen::growth),
-    ("balance heuristic as printed", salesin::combination),
-    ("a ramp by van der Corput", salesin::sequences),
-    ("formulas of linear lights", peters::linear_lights),
-    ("two steps of the inversion", peters::two_steps),
-    ("rounding of the inversion", peters::single_precision),
-    ("costs of linear lights", peters::costs),
-    ("noise that survives a blur", peters::blurred),
-    ("a proxy triangle", shirley::grazing),
-    ("the far side of a sphere", shirley::unseen),
+    ("diffuse line", "", billen::diffuse_line),
+    ("phong line", "", billen::phong_line),
+    ("growth", "billen-growth", billen::growth),
+    ("combination", "", salesin::combination),
+    ("sequences", "", salesin::sequences),
+    ("linear formulas", "peters-fig3", peters::linear_lights),
+    ("two steps", "peters-fig3", peters::two_steps),
+    ("rounding", "peters-fig4", peters::single_precision),
+    ("costs", "peters-table1", peters::costs),
+    ("blur", "peters-fig7", peters::blurred),
+    ("proxy", "shirley", shirley::grazing),
+    ("far side", "shirley", shirley::unseen),
 ];
 
 /// Independent uniform numbers.

@@ -1,22 +1,22 @@
 //! Peters 2021.
 
+use super::inverse::{self, antiderivative};
 use super::{Numbers, Out, integral};
 use crate::judged::bench::Bench;
 use crate::measured::Measured;
-use crate::peters_diffuse::backward;
-use crate::peters_inverse::{self, antiderivative};
-use crate::picture_study::{blurred_rmse, render_with, rmse};
 use anyhow::{Result, bail};
-use linelit_film::Image;
+use indicatif::ProgressBar;
+use linelit_elementary::{atan2, exp};
+use linelit_film::{Image, Tile};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
-use linelit_integrator::{Renderer, Settings};
+use linelit_integrator::{Renderer, Settings, ShadingPoint};
 use linelit_lights::linear::{LineView, LinearSampler, LinearTechnique, ProjectedLine};
 use linelit_lights::{AngularLines, Light, SolidAngleSampler};
 use linelit_lights::{LineTechnique as _, LinearPointTechnique as _, PointTechnique as _};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_study::engine::CpuClock;
-use linelit_study::scene_study::{Targets, all_pixels};
+use linelit_study::scene_study::{Targets, all_pixels, render};
 use linelit_testkit::peters_as_printed::sample_as_printed;
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -100,7 +100,7 @@ fn transformed(numbers: &mut Numbers, at: impl Fn(f64) -> DVec3, s: DVec3, lengt
 /// The worst backward error of the paper's iteration after two steps (§3.4).
 pub(super) fn two_steps(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let cases = bench.pick(500, 400_000, 20_000_000);
-    let worst = peters_inverse::worst(cases, bench.context.seed).climbed;
+    let worst = inverse::worst(cases, 2, bench.context.seed);
     let name = "backward error of two steps".to_owned();
     out.insert(name, Measured::exact(worst));
     Ok(())
@@ -123,27 +123,12 @@ pub(super) fn single_precision(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let numbers = Sampler::new(SamplerKind::Independent, bench.context.seed);
     let (mut raw, mut times, mut most) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (pixel, point) in &Targets::find(&renderer, &all_pixels(side, side)).points {
-        let narrow = |v: DVec3| v.as_vec3().to_array();
-        let [p0, p1] = [line.p0, line.p1].map(|p| narrow(p - point.position));
-        let n = narrow(point.normal);
-        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-        let Some(exact) = ProjectedLine::new(wide(p0), wide(p1), wide(n)) else {
-            continue;
-        };
         let set = numbers.points(*pixel, 0, SAMPLES);
-        let errors = (0..SAMPLES).map(|i| {
-            #[allow(
-                clippy::cast_possible_truncation,
-                reason = "single precision is the point"
-            )]
-            let xi = set.get_1d(i) as f32;
-            let sample = sample_as_printed(p0, p1, n, xi);
-            sample.map_or(1.0, |w| backward(&exact, wide(w), f64::from(xi)))
-        });
-        let worst = errors.fold(0.0, f64::max);
-        raw = raw.max(worst);
-        times = times.max(worst * exact.projected_solid_angle());
-        most = most.max(exact.projected_solid_angle());
+        let errors = (0..SAMPLES).filter_map(|i| backward_errors(&line, point, set.get_1d(i)));
+        let worst = errors.fold(DVec3::ZERO, DVec3::max);
+        raw = raw.max(worst.x);
+        times = times.max(worst.x * worst.z);
+        most = most.max(worst.z);
     }
     out.insert("f32, worst".to_owned(), Measured::exact(raw));
     out.insert(
@@ -151,6 +136,39 @@ pub(super) fn single_precision(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         Measured::exact(times / most),
     );
     Ok(())
+}
+
+/// Backward errors as printed, in `f32`, and ours, in `f64`, of the same `f32` input, and the
+/// projected solid angle; `None` where no light falls.
+pub(crate) fn backward_errors(line: &Segment, point: &ShadingPoint, xi: f64) -> Option<DVec3> {
+    let narrow = |v: DVec3| v.as_vec3().to_array();
+    let [p0, p1] = [line.p0, line.p1].map(|p| narrow(p - point.position));
+    let n = narrow(point.normal);
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "single precision is the point"
+    )]
+    let xi = xi as f32;
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let exact = ProjectedLine::new(wide(p0), wide(p1), wide(n))?;
+    let xi64 = f64::from(xi);
+    let ours = exact.sample(xi64);
+    let own = if exact.view().is_short() {
+        (exact.invert_fractions(ours.lambda, ours.rest) - xi64).abs()
+    } else {
+        backward(&exact, ours.direction, xi64)
+    };
+    let printed = sample_as_printed(p0, p1, n, xi).map_or(1.0, |w| backward(&exact, wide(w), xi64));
+    Some(DVec3::new(printed, own, exact.projected_solid_angle()))
+}
+
+/// The backward error of a direction in the plane of the line; at most one, also for no direction.
+fn backward(exact: &ProjectedLine, w: DVec3, xi: f64) -> f64 {
+    let (p0, p1) = exact.view().ends();
+    let axis = p0.cross(p1).normalize_or_zero();
+    let v = atan2(p0.cross(w).dot(axis), p0.dot(w));
+    let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
+    if error <= 1.0 { error } else { 1.0 }
 }
 
 /// Nanoseconds of making a sampler and of one of its samples, by technique, at points over a floor;
@@ -289,7 +307,7 @@ pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let side = bench.pick(8, 80, 224);
     scene.set_resolution(side, side);
     let renderer = Renderer::new(&scene);
-    let render = |estimator: &str, sampler, seed| -> Result<Image> {
+    let picture = |estimator: &str, sampler, seed| -> Result<Image> {
         let settings = Settings {
             estimator: estimator.parse()?,
             sampler,
@@ -298,16 +316,10 @@ pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
             show_lights: false,
             ..Settings::default()
         };
-        let progress = bench.context.progress;
-        Ok(render_with(
-            &renderer,
-            &settings,
-            [side; 2],
-            progress,
-            |_| {},
-        ))
+        let window = Tile::whole(side, side);
+        Ok(render(&renderer, &settings, window, &ProgressBar::hidden()).0)
     };
-    let exact = render("line-analytic", SamplerKind::Stratified, 0)?;
+    let exact = picture("line-analytic", SamplerKind::Stratified, 0)?;
     for (name, sampler) in [
         ("independent, white", SamplerKind::Independent),
         ("independent, blue", SamplerKind::BlueNoiseIndependent),
@@ -317,9 +329,10 @@ pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         let (mut raw, mut after) = (Vec::new(), Vec::new());
         for k in 0..bench.pick(2, 6, 8) {
             let estimator = "point-linear[technique=clipped-solid-angle]";
-            let image = render(estimator, sampler, bench.context.seed.wrapping_add(k))?;
-            raw.push(rmse(&image, &exact).powi(2));
-            after.push(blurred_rmse(&image, &exact, 1.5).powi(2));
+            let image = picture(estimator, sampler, bench.context.seed.wrapping_add(k))?;
+            let [plain, blurred] = squares(&image, &exact);
+            raw.push(plain);
+            after.push(blurred);
         }
         for (what, squares) in [("noise", raw), ("blurred noise", after)] {
             out.insert(
@@ -329,4 +342,41 @@ pub(super) fn blurred(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The mean squared difference of two pictures, and that of both blurred by a Gaussian of 1.5
+/// pixels: what an eye at a distance sees, and less of blue noise than of white.
+fn squares(a: &Image, b: &Image) -> [f64; 2] {
+    let pixels = a.rgb.iter().zip(&b.rgb);
+    let error: Vec<DVec3> = pixels
+        .map(|(p, q)| DVec3::from(p.map(f64::from)) - DVec3::from(q.map(f64::from)))
+        .collect();
+    let (w, h) = (a.width as usize, a.height as usize);
+    let both = blur(&blur(&error, [w, h], 1), [w, h], w);
+    let mean = |of: &[DVec3]| {
+        let sum: f64 = of.iter().map(|e| e.length_squared()).sum();
+        sum / (3.0 * of.len() as f64)
+    };
+    [mean(&error), mean(&both)]
+}
+
+/// One pass of a separable blur, along rows (`stride` 1) or columns (`stride` the width); what is
+/// outside the image does not count.
+fn blur(image: &[DVec3], [w, h]: [usize; 2], stride: usize) -> Vec<DVec3> {
+    const SIGMA: f64 = 1.5;
+    let length = if stride == 1 { w } else { h };
+    let blurred = |i: usize| {
+        let at = if stride == 1 { i % w } else { i / w };
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for d in -6_i32..=6 {
+            let Some(other) = at.checked_add_signed(d as isize).filter(|k| *k < length) else {
+                continue;
+            };
+            let g = exp(-0.5 * (f64::from(d) / SIGMA).powi(2));
+            total += g;
+            sum += g * image[i + other * stride - at * stride];
+        }
+        sum / total
+    };
+    (0..w * h).map(blurred).collect()
 }

@@ -1,0 +1,54 @@
+//! Small scenes that the papers' claims are measured on.
+
+use crate::{Files, luminaires};
+
+/// A diffuse floor under a light and nothing else.
+const BARE: &str = include_str!("papers/bare.pbrt");
+/// A screen with one slanted edge halfway between the floor and the light.
+const SCREEN: &str = include_str!("papers/screen.pbrt");
+/// A second light that a ceiling hides.
+const HIDDEN: &str = include_str!("papers/hidden.pbrt");
+/// A linear light that goes through the horizon.
+const HORIZON: &str = include_str!("papers/horizon.pbrt");
+/// A floor that reflects as Frostbite's surfaces do, under a long linear light.
+const FLOOR: &str = include_str!("papers/floor.pbrt");
+
+fn file(name: &str, text: impl Into<String>) -> Files {
+    vec![(format!("{name}.pbrt"), text.into().into_bytes())]
+}
+
+pub(crate) fn bare() -> Files {
+    file("bare", BARE)
+}
+
+pub(crate) fn screened() -> Files {
+    file("screened", [BARE, SCREEN].concat())
+}
+
+pub(crate) fn hidden() -> Files {
+    file("hidden", [BARE, HIDDEN].concat())
+}
+
+pub(crate) fn horizon() -> Files {
+    file("horizon", HORIZON)
+}
+
+pub(crate) fn wet() -> Files {
+    file("wet", FLOOR.replace("ROUGHNESS", "0.22"))
+}
+
+pub(crate) fn dry() -> Files {
+    file("dry", FLOOR.replace("ROUGHNESS", "0.6"))
+}
+
+pub(crate) fn luminaires_2() -> Files {
+    file("luminaires-2", luminaires::room(2))
+}
+
+pub(crate) fn luminaires_32() -> Files {
+    file("luminaires-32", luminaires::room(32))
+}
+
+pub(crate) fn shining_ball() -> Files {
+    file("shining-ball", luminaires::shining_ball())
+}
