@@ -27,7 +27,7 @@ pub use layers::Layers;
 pub use lobe::Lobe;
 pub use peaks::Peaks;
 pub use phong::Phong;
-pub use reflection::{ClosedForm, ClosedLobe, Reflection};
+pub use reflection::{ClosedForm, ClosedLobe, Known, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
 pub use transformed_cosine::{TransformedCosine, TransformedCosines};
@@ -97,13 +97,6 @@ impl Reflection for Bsdf {
         }
     }
 
-    fn constant(&self) -> Option<DVec3> {
-        match self {
-            Self::Lambert(lambert) => Some(lambert.value()),
-            Self::Phong(..) | Self::Layers(_) => None,
-        }
-    }
-
     /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R,
     /// microfacets by their visible normals; one of them, with a probability in proportion to about
     /// its albedo, for which `u[0]` is split and rescaled. `None` for a black surface, and where a
@@ -155,11 +148,16 @@ impl Reflection for Bsdf {
         }
     }
 
-    fn closed_form(&self) -> Option<ClosedForm<'_>> {
+    fn known(&self, wo: DVec3, n: DVec3) -> Known<'_> {
         match self {
-            Self::Lambert(diffuse) => Some(ClosedForm::new(*diffuse, &[])),
-            Self::Phong(diffuse, lobe) => Some(ClosedForm::phong(*diffuse, lobe)),
-            Self::Layers(layers) => ClosedForm::layers(layers),
+            Self::Lambert(diffuse) => Known::All(ClosedForm::new(*diffuse, &[])),
+            Self::Phong(diffuse, lobe) => Known::All(ClosedForm::phong(*diffuse, lobe)),
+            Self::Layers(layers) => match ClosedForm::layers(layers) {
+                Some(form) => Known::All(form),
+                None => Known::Cosines {
+                    are_unlike: layers.is_unlike_cosines(wo, n),
+                },
+            },
         }
     }
 
@@ -174,16 +172,12 @@ impl Reflection for Bsdf {
     }
 
     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
-        Some(match self {
-            Self::Layers(layers) => layers.transformed_cosines(wo, n),
-            Self::Lambert(_) | Self::Phong(..) => self.closed_form()?.transformed_cosines(wo, n),
-        })
-    }
-
-    fn is_unlike_cosines(&self, wo: DVec3, n: DVec3) -> bool {
         match self {
-            Self::Layers(layers) => layers.is_unlike_cosines(wo, n),
-            Self::Lambert(_) | Self::Phong(..) => false,
+            Self::Layers(layers) => Some(layers.transformed_cosines(wo, n)),
+            Self::Lambert(_) | Self::Phong(..) => {
+                let form = self.known(wo, n).closed_form()?;
+                Some(form.transformed_cosines(wo, n))
+            }
         }
     }
 }

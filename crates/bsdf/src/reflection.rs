@@ -8,7 +8,7 @@ use linelit_geometry::{DVec3, Segment};
 ///
 /// Directions are unit vectors in the world: ω_i to the light, ω_o to the viewer, n the shading
 /// normal on the viewer's side. Three methods are needed. Estimators that integrate over the
-/// reflection in closed form ask [`closed_form`](Self::closed_form); where there is none they take
+/// reflection in closed form ask what is [`known`](Self::known) of it; where nothing is they take
 /// points of the visible part of the light instead.
 pub trait Reflection {
     /// f(ω_i, ω_o) in 1/sr by channel, for ω_i above the surface. Finite and not negative.
@@ -30,16 +30,11 @@ pub trait Reflection {
         false
     }
 
-    /// f in 1/sr by channel where it is the same for all directions above the surface, to the bit:
-    /// samples then need not ask for it one by one. `None`, the default, is always allowed.
-    fn constant(&self) -> Option<DVec3> {
-        None
-    }
-
-    /// The reflection as a sum whose integrals over lines and polygons are known; `None`, the
-    /// default, for any other.
-    fn closed_form(&self) -> Option<ClosedForm<'_>> {
-        None
+    /// What integrals in closed form know of the reflection for light that goes to ω_o:
+    /// [`Known::Nothing`], the default, is always allowed.
+    fn known(&self, wo: DVec3, n: DVec3) -> Known<'_> {
+        let _ = (wo, n);
+        Known::Nothing
     }
 
     /// Where along a segment, given relative to the point, the reflection is largest or has a kink:
@@ -50,20 +45,54 @@ pub trait Reflection {
         None
     }
 
-    /// About f cos for light from ω_o as a sum of linearly transformed cosines, by which lights are
-    /// sampled and samples weighed (Peters 2021, section 4). Only noise depends on it: the default
-    /// is the closed form's; `None` if nothing is known.
+    /// About f cos for light that goes to ω_o as a sum of linearly transformed cosines, by which
+    /// lights are sampled and samples weighed (Peters 2021, section 4). Only noise depends on it:
+    /// the default is that of the closed form; `None` if nothing is known.
     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
-        Some(self.closed_form()?.transformed_cosines(wo, n))
+        let form = self.known(wo, n).closed_form()?;
+        Some(form.transformed_cosines(wo, n))
+    }
+}
+
+/// What integrals in closed form know of a reflection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known<'a> {
+    /// Nothing: estimators take points of the visible part of the light.
+    Nothing,
+    /// All of it: a sum whose integrals over lines and polygons are known. Without lobes the value
+    /// is that of its diffuse part in all directions above the surface.
+    All(ClosedForm<'a>),
+    /// [Transformed cosines](Reflection::transformed_cosines) that look like it.
+    Cosines {
+        /// Whether samples by these cosines alone would have rare and large values, since the
+        /// reflection has much where they are next to nothing: estimators then draw by
+        /// [`Reflection::sample`], too. Of this crate's reflections, that of facets that are rough
+        /// in one direction alone: seen from beside it, its light lies along a curve.
+        are_unlike: bool,
+    },
+}
+
+impl<'a> Known<'a> {
+    /// The sum whose integrals are known, if there is one.
+    #[must_use]
+    pub const fn closed_form(self) -> Option<ClosedForm<'a>> {
+        match self {
+            Self::All(form) => Some(form),
+            Self::Nothing | Self::Cosines { .. } => None,
+        }
     }
 
-    /// Whether samples by those cosines alone would have rare and large values, since the
-    /// reflection has much where they are next to nothing: estimators then draw by
-    /// [`sample`](Self::sample), too. No, unless said. Of this crate's reflections, that of facets
-    /// that are rough in one direction alone: seen from beside it, its light lies along a curve.
-    fn is_unlike_cosines(&self, wo: DVec3, n: DVec3) -> bool {
-        let _ = (wo, n);
-        false
+    /// f in 1/sr by channel, where it is the same for all directions above the surface.
+    #[must_use]
+    pub fn constant(self) -> Option<DVec3> {
+        let form = self.closed_form().filter(|form| form.is_diffuse());
+        form.map(|form| form.diffuse.value())
+    }
+
+    /// Whether the reflection is unlike its transformed cosines.
+    #[must_use]
+    pub const fn is_unlike_cosines(self) -> bool {
+        matches!(self, Self::Cosines { are_unlike: true })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{
     Buffers, EmissionTexture, Estimator, Integration, LineDirection, LinearOptions, Lines, PointBy,
     Points, Query, Technique, combination, linear, point_sum,
 };
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{Known, Reflection};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, CylinderLight, Disk, Light, LinearLight, Sphere};
 use linelit_spheres::CylinderView;
@@ -61,9 +61,8 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
 }
 
 /// The estimator with BSDF samples beside it: for integrals of transformed cosines alone that the
-/// reflection is [unlike](Reflection::is_unlike_cosines).
+/// reflection is [unlike](Known::is_unlike_cosines).
 fn with_bsdf_samples<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Estimator> {
-    let point = query.point;
     let Some(Technique::Lines(lines)) = query.estimator.alone() else {
         return None;
     };
@@ -71,11 +70,10 @@ fn with_bsdf_samples<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Estima
         || lines.direction == LineDirection::UniformPerLine
         || matches!(query.light.light, Light::Linear(_) | Light::Cylinder(_))
         || query.light.texture.is_some()
-        || point.bsdf.closed_form().is_some()
     {
         return None;
     }
-    let is_unlike = point.bsdf.is_unlike_cosines(point.outgoing, point.normal);
+    let is_unlike = query.point.known().is_unlike_cosines();
     is_unlike.then(|| Estimator::from(*lines).with(Points::bsdf()))
 }
 
@@ -93,11 +91,7 @@ fn round_by_rays<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Points> {
     let Some(Technique::Lines(lines)) = query.estimator.alone() else {
         return by_rays(query);
     };
-    let point = query.point;
-    let is_known = || {
-        let cosines = || point.bsdf.transformed_cosines(point.outgoing, point.normal);
-        point.bsdf.closed_form().is_some() || cosines().is_some()
-    };
+    let is_known = || query.point.known() != Known::Nothing;
     let keeps_lines = lines.integration.is_none_or(Integration::keeps_lines);
     (keeps_lines || !is_known()).then(|| Points::by(PointBy::SolidAngle))
 }

@@ -110,7 +110,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         point: &'p ShadingPoint<R>,
     ) -> Option<ClosedForm<'p>> {
         match self.texture {
-            None => point.bsdf.closed_form(),
+            None => point.known().closed_form(),
             Some(_) => None,
         }
     }

@@ -45,7 +45,7 @@ pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> Option<DVec3> {
     let point = query.point;
-    let closed = point.bsdf.closed_form();
+    let closed = point.known().closed_form();
     if closed.is_none() {
         let line = linear.segment.relative_to(point.position);
         point.bsdf.peaks(&line, point.outgoing, point.normal)?;
@@ -112,11 +112,7 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
         | LinearHeuristic::ClampedOptimal(_) => LinearTechnique::ProjectedSolidAngle,
     };
     let (x, n) = (query.point.position, query.point.normal);
-    let cosines = query
-        .point
-        .bsdf
-        .transformed_cosines(query.point.outgoing, n);
-    let glossy = cosines.and_then(|c| {
+    let glossy = query.point.cosines().and_then(|c| {
         let glossy = Glossy::new(&c, query.point, &linear.segment)?;
         Some((c.diffuse, glossy))
     });

@@ -111,12 +111,12 @@ impl Known {
     /// What the reflection at a shading point says of itself.
     pub fn of<R: Reflection>(point: &ShadingPoint<R>) -> Self {
         let (bsdf, wo, n) = (&point.bsdf, point.outgoing, point.normal);
-        let closed = match bsdf.closed_form() {
+        let closed = match point.known().closed_form() {
             None => Closed::Nowhere,
             Some(form) if form.is_diffuse() => Closed::Diffuse,
             Some(_) => Closed::AlongLines,
         };
-        let cosines = match bsdf.transformed_cosines(wo, n) {
+        let cosines = match point.cosines() {
             None => Cosines::Unknown,
             Some(cosines) if cosines.lobes().is_empty() => Cosines::Flat,
             Some(_) => Cosines::Lobes,

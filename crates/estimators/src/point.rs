@@ -1,6 +1,6 @@
 //! The point whose light is estimated.
 
-use linelit_bsdf::{Bsdf, Reflection};
+use linelit_bsdf::{Bsdf, Known, Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, Vector3, predicates};
 
 /// A point of a surface, what it reflects and who looks at it.
@@ -66,6 +66,16 @@ impl<R: Reflection> ShadingPoint<R> {
             outgoing: unit(outgoing.dvec3()),
             bsdf,
         }
+    }
+
+    /// What integrals in closed form know of the reflection.
+    pub fn known(&self) -> Known<'_> {
+        self.bsdf.known(self.outgoing, self.normal)
+    }
+
+    /// What the reflection looks like as transformed cosines, if that is known.
+    pub(crate) fn cosines(&self) -> Option<TransformedCosines> {
+        self.bsdf.transformed_cosines(self.outgoing, self.normal)
     }
 
     /// The cosine at the shading point towards the unit vector `w`: zero below the horizon of the

@@ -153,7 +153,7 @@ impl PointBlock {
             return false;
         };
         let len = numbers.len().min(SIZE);
-        let even = query.light.even().zip(query.point.bsdf.constant());
+        let even = query.light.even().zip(query.point.known().constant());
         let seen = Seen {
             x: query.point.position,
             normals: query.point.horizons(),
@@ -411,7 +411,7 @@ mod tests {
             };
             let drawn = columns(&mut rng, x);
             let (local, is_even) = (round % 2 == 0, round % 7 > 2);
-            let f = point.bsdf.constant().expect("Lambert");
+            let f = point.known().constant().expect("Lambert");
             let seen = Seen {
                 x,
                 normals: point.horizons(),

@@ -125,7 +125,7 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
     {
         let (point, mut techniques) = (self.point, techniques.into_iter());
         if techniques.any(Technique::asks_for_cosines) {
-            point.bsdf.transformed_cosines(point.outgoing, point.normal)
+            point.cosines()
         } else {
             None
         }

@@ -1,6 +1,5 @@
 //! Shading points: where a camera ray meets the scene.
 
-use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_scene::Bounce;
 use std::ops::{Deref, DerefMut};
@@ -34,7 +33,7 @@ impl ShadingPoint {
     /// Whether the material's light has a closed form along a line and over a polygon.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {
-        self.shading.bsdf.closed_form().is_some()
+        self.shading.known().closed_form().is_some()
     }
 }
 

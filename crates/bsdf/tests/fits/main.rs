@@ -429,7 +429,7 @@ fn what_is_unlike_is_said() {
         let weights: Vec<f64> = (0..400).filter_map(|_| weight()).collect();
         #[allow(clippy::cast_precision_loss, reason = "at most 400")]
         let square = weights.iter().sum::<f64>() / weights.len() as f64;
-        if bsdf.is_unlike_cosines(wo, DVec3::Z) {
+        if bsdf.known(wo, DVec3::Z).is_unlike_cosines() {
             (unlike, high) = (unlike + 1, high + u32::from(square > 4.0));
         } else {
             assert!(square < 8.0, "{alpha:?}, {wo}: {square}");

@@ -195,7 +195,7 @@ pub(super) fn surface(
 fn albedo(point: &ShadingPoint) -> DVec3 {
     const SIDE: u8 = 8;
     let passed: DVec3 = point.bounces.iter().map(|bounce| bounce.weight).sum();
-    if let Some(f) = point.bsdf.constant() {
+    if let Some(f) = point.known().constant() {
         return passed + f * std::f64::consts::PI;
     }
     let (outgoing, normal) = (point.outgoing, point.normal);

@@ -183,9 +183,7 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
     buffers: &mut SampleBuffers,
 ) -> Option<DVec3> {
     let (point, light) = (query.point, &area.polygon);
-    let cosines = point
-        .bsdf
-        .transformed_cosines(point.outgoing, point.normal)?;
+    let cosines = point.cosines()?;
     let known = known(query, area, light, &cosines, shaft, buffers)?;
     let plane = (known.plane).filter(|_| cheapest(query, area) == PointBy::Area);
     let visible = plane.and_then(|plane| {

@@ -67,9 +67,7 @@ pub(crate) fn visible_round_light<R: Reflection, T: EmissionTexture>(
     buffers: &mut SampleBuffers,
 ) -> Option<DVec3> {
     let point = query.point;
-    let mut cosines = point
-        .bsdf
-        .transformed_cosines(point.outgoing, point.normal)?;
+    let mut cosines = point.cosines()?;
     let known = known_of_round(point, view, emitted, &mut cosines, shaft, buffers)?;
     let lobes = DiskLobes::new(&view.disk, view.x, &cosines)?;
     let rest = differences(query, view, &lobes, &buffers.fit, shaft);

@@ -2,7 +2,7 @@
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, ClosedForm, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe};
-use linelit_bsdf::{OrenNayar, Phong, Reflection, Reflector, Substrate};
+use linelit_bsdf::{Known, OrenNayar, Phong, Reflection, Reflector, Substrate};
 use linelit_bsdf::{TransformedCosine, TransformedCosines};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
@@ -63,8 +63,8 @@ impl Reflection for Lobes {
         Bsdf::Lambert(self.0).pdf(wi, wo, n)
     }
 
-    fn closed_form(&self) -> Option<ClosedForm<'_>> {
-        Some(ClosedForm::new(self.0, &self.1))
+    fn known(&self, _: DVec3, _: DVec3) -> Known<'_> {
+        Known::All(ClosedForm::new(self.0, &self.1))
     }
 }
 
@@ -372,6 +372,10 @@ impl Reflection for Misled {
 
     fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
         self.0.pdf(wi, wo, n)
+    }
+
+    fn known(&self, _: DVec3, _: DVec3) -> Known<'_> {
+        Known::Cosines { are_unlike: false }
     }
 
     fn transformed_cosines(&self, _: DVec3, _: DVec3) -> Option<TransformedCosines> {

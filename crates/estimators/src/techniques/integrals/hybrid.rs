@@ -57,7 +57,7 @@ impl Integral for Cheapest {
             return by_texture(query, area, buffers);
         }
         let (lines, occlusion) = (query.samples, &query.light.occlusion);
-        let closed = query.point.bsdf.closed_form();
+        let closed = query.point.known().closed_form();
         let is_diffuse = closed.is_some_and(|form| form.is_diffuse());
         let by = if is_diffuse {
             cheapest(query, area)
@@ -128,21 +128,20 @@ fn points_with_cosines(lines: u32) -> u32 {
 }
 
 /// Points of a light that emits an image, half of them by the image; or a third, and a third by a
-/// reflection that is [unlike](Reflection::is_unlike_cosines) transformed cosines.
+/// reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines) transformed cosines.
 fn by_texture<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    let point = query.point;
-    let closed = point.bsdf.closed_form();
-    let by = if closed.is_some_and(|form| form.is_diffuse()) {
+    let known = query.point.known();
+    let by = if known.constant().is_some() {
         PointBy::SolidAngle
     } else {
         PointBy::Ltc
     };
     let mut estimator = Estimator::points(by).with(Points::by(PointBy::Texture));
-    if point.bsdf.is_unlike_cosines(point.outgoing, point.normal) {
+    if known.is_unlike_cosines() {
         estimator = estimator.with(Points::bsdf());
     }
     let query = Query {
