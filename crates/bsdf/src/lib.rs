@@ -5,6 +5,7 @@
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
 mod facet_cosine;
+mod fit;
 mod fresnel;
 mod frostbite;
 mod lambert;
@@ -20,6 +21,7 @@ mod substrate;
 mod tests;
 mod transformed_cosine;
 
+pub use fit::{CosineFit, minimise};
 pub use fresnel::Fresnel;
 pub use frostbite::Frostbite;
 pub use lambert::{Lambert, OrenNayar};

@@ -15,8 +15,8 @@
 )]
 
 use crate::fit_errors::{FITTED, Model, alone, nodes, rows, view};
-use linelit_bsdf::Reflection;
 use linelit_bsdf::microfacet::schlick;
+use linelit_bsdf::{Reflection, minimise};
 use linelit_geometry::DVec3;
 use linelit_testkit::program::arguments;
 use std::fs;
@@ -88,53 +88,6 @@ impl Target {
             .min_by(|a, b| f(*a).total_cmp(&f(*b)));
         minimise(minimise(best.expect("a start"), f), f)
     }
-}
-
-/// The downhill simplex of Nelder and Mead, to 1e-9 of a divergence.
-fn minimise(start: [f64; 3], f: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
-    let mut simplex: Vec<([f64; 3], f64)> = (0..4)
-        .map(|i| {
-            let p = std::array::from_fn(|j| start[j] + if i == j + 1 { 0.05 } else { 0.0 });
-            (p, f(p))
-        })
-        .collect();
-    for _ in 0..200 {
-        simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
-        if simplex[3].1 - simplex[0].1 < 1e-9 {
-            break;
-        }
-        let centre: [f64; 3] =
-            std::array::from_fn(|j| simplex[..3].iter().map(|s| s.0[j]).sum::<f64>() / 3.0);
-        let worst = simplex[3];
-        let along = |t: f64| -> ([f64; 3], f64) {
-            let p = std::array::from_fn(|j| centre[j] + t * (worst.0[j] - centre[j]));
-            (p, f(p))
-        };
-        let reflected = along(-1.0);
-        if reflected.1 < simplex[0].1 {
-            let expanded = along(-2.0);
-            simplex[3] = if expanded.1 < reflected.1 {
-                expanded
-            } else {
-                reflected
-            };
-        } else if reflected.1 < simplex[2].1 {
-            simplex[3] = reflected;
-        } else {
-            let contracted = along(0.5);
-            if contracted.1 < worst.1 {
-                simplex[3] = contracted;
-            } else {
-                let best = simplex[0].0;
-                for s in &mut simplex[1..] {
-                    s.0 = std::array::from_fn(|j| 0.5 * (s.0[j] + best[j]));
-                    s.1 = f(s.0);
-                }
-            }
-        }
-    }
-    simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
-    simplex[0].0
 }
 
 /// α and the cosine of a cell.

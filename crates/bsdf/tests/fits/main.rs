@@ -7,8 +7,8 @@ mod fit_errors;
 use fit_errors::{alone, nodes, rows, view};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
-    Bsdf, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflection,
-    Reflector, Substrate, TransformedCosine,
+    Bsdf, ClosedLobe, CosineFit, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong,
+    Reflection, Reflector, Substrate, TransformedCosine, TransformedCosines,
 };
 use linelit_geometry::{DVec3, Segment};
 use linelit_testkit::assert_close;
@@ -436,4 +436,68 @@ fn what_is_unlike_is_said() {
         }
     }
     assert!(unlike > 1000 && 3 * high > 2 * unlike, "{high} of {unlike}");
+}
+
+/// Half of ∫ |f cos/albedo − g/albedo| dω, the share of the light that a sum of cosines has in the
+/// wrong directions, on the midpoints of 400 squares by 400 of the hemisphere.
+fn misplaced(bsdf: &Bsdf, cosines: &TransformedCosines, wo: DVec3) -> f64 {
+    let (mut seen, mut fitted) = (Vec::new(), Vec::new());
+    let middle = |i: u32| (f64::from(i) + 0.5) / 400.0;
+    for i in 0..400 * 400 {
+        // Equal shares of the measure cos dω.
+        let w = view(middle(i / 400).sqrt(), TAU * middle(i % 400));
+        let local = cosines.frame.to_local(w);
+        let lobes = cosines.lobes().iter();
+        let lobes: f64 = lobes.map(|lobe| lobe.albedo.x * lobe.density(local)).sum();
+        seen.push(bsdf.eval(w, wo, DVec3::Z).x);
+        fitted.push(cosines.diffuse.x * FRAC_1_PI + lobes / w.z);
+    }
+    let [a, b] = [&seen, &fitted].map(|all| all.iter().sum::<f64>());
+    let apart = seen.iter().zip(&fitted);
+    0.5 * apart.map(|(f, g)| (f / a - g / b).abs()).sum::<f64>()
+}
+
+/// At most a fifth of the light is in wrong directions, from grazing angles to above; a cosine
+/// alone has up to four fifths there.
+#[test]
+fn any_isotropic_reflection_is_fitted() {
+    let mut worst = 0.0_f64;
+    for (name, bsdf) in fitted_reflections() {
+        let fit = CosineFit::new(&bsdf);
+        for cosine in [0.15, 0.4, 0.75, 0.97] {
+            let wo = view(cosine, 0.7);
+            let fitted = fit.transformed_cosines(wo, DVec3::Z);
+            let flat = TransformedCosines::new(fitted.frame, DVec3::X);
+            let share = misplaced(&bsdf, &fitted, wo);
+            assert!(share < 0.2, "{name}, {cosine}: {share}");
+            worst = worst.max(misplaced(&bsdf, &flat, wo));
+        }
+    }
+    assert!(worst > 0.7, "{worst}");
+}
+
+fn fitted_reflections() -> Vec<(&'static str, Bsdf)> {
+    let rough = |alpha: f64, diffuse: f64| {
+        let mirror = Reflector {
+            reflectance: DVec3::ONE,
+            facets: TrowbridgeReitz::isotropic(alpha),
+            fresnel: Fresnel::Dielectric { eta: 1.0 / 1.5 },
+        };
+        let mut layers = Layers::new(DVec3::X);
+        assert!(layers.add(DVec3::ONE, Lobe::Reflector(mirror)));
+        let under = OrenNayar::new(DVec3::splat(diffuse), 0.3);
+        assert!(layers.add(DVec3::ONE, Lobe::OrenNayar(under)));
+        Bsdf::Layers(layers)
+    };
+    let phong = Phong {
+        specular: DVec3::splat(0.4),
+        exponent: 30.0,
+    };
+    let albedo = DVec3::splat(0.3);
+    vec![
+        ("narrow facets", rough(0.1, 0.1)),
+        ("facets", rough(0.3, 0.4)),
+        ("wide facets", rough(0.5, 0.2)),
+        ("Phong", Bsdf::Phong(Lambert { albedo }, phong)),
+    ]
 }

@@ -1,0 +1,260 @@
+//! Transformed cosines fitted to any reflection.
+#![allow(
+    clippy::disallowed_types,
+    reason = "a fit is made once, before anything is lit"
+)]
+
+use crate::{Reflection, TransformedCosine, TransformedCosines};
+use linelit_elementary::{exp, ln};
+use linelit_geometry::{DMat3, DVec3, Frame};
+use std::f64::consts::FRAC_1_PI;
+
+/// Views that are fitted: their cosines are squares of even steps, for lobes change fastest at
+/// grazing angles.
+const VIEWS: u8 = 33;
+/// Directions for each view: the square of this.
+const SIDE: u32 = 32;
+/// What is added to the cosine of the view where a map is divided by it.
+const NEAR: f64 = 0.1;
+
+/// The diffuse part and the lobe that a reflection looks like, by the cosine of the view: what
+/// [`Reflection::transformed_cosines`] asks for, of any isotropic reflection.
+///
+/// With it `exact` and `hybrid` integrate these cosines in closed form over what is visible of a
+/// light, and points complete them; without it they take points alone.
+///
+/// ```
+/// use linelit_bsdf::{Bsdf, CosineFit, Known, Lambert, Phong, Reflection, TransformedCosines};
+/// use linelit_bsdf::geometry::DVec3;
+///
+/// /// A reflection of one's own.
+/// struct Own(Bsdf, CosineFit);
+///
+/// impl Reflection for Own {
+/// #   fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 { self.0.eval(wi, wo, n) }
+/// #   fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
+/// #       self.0.sample(u, wo, n)
+/// #   }
+/// #   fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 { self.0.pdf(wi, wo, n) }
+///     // … `eval`, `sample` and `pdf`.
+///     fn known(&self, _wo: DVec3, _n: DVec3) -> Known<'_> {
+///         Known::Cosines { are_unlike: false }
+///     }
+///
+///     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+///         Some(self.1.transformed_cosines(wo, n))
+///     }
+/// }
+///
+/// let phong = Phong { specular: DVec3::splat(0.5), exponent: 20.0 };
+/// let bsdf = Bsdf::Phong(Lambert { albedo: DVec3::splat(0.25) }, phong);
+/// let own = Own(bsdf.clone(), CosineFit::new(&bsdf));
+/// assert_eq!(own.transformed_cosines(DVec3::Z, DVec3::Z).unwrap().lobes().len(), 1);
+/// ```
+///
+/// **Fit**: of the mixture p of the cosine and of one map that has the least divergence
+/// ∫ g ln(g/p) dω of Kullback and Leibler from g = f cos/albedo, by the downhill simplex, with
+/// directions of [`Reflection::sample`]; a tenth of a second. Maps between views are interpolated.
+/// Only noise depends on how near it is.
+///
+/// **Source**: Heitz, Dupuy, Hill & Neubelt 2016; the form of the map is that of `facet_cosine`.
+#[derive(Clone, Debug)]
+pub struct CosineFit {
+    views: Vec<View>,
+}
+
+/// What is kept of a view.
+#[derive(Clone, Copy, Debug, Default)]
+struct View {
+    diffuse: DVec3,
+    lobe: DVec3,
+    /// p, q and r of the map's entries p/(c + k)², q and −r s/(c + k).
+    map: [f64; 3],
+}
+
+/// A mixture in the frame whose x axis lies towards the viewer.
+struct Mixture {
+    /// The share of the cosine itself.
+    flat: f64,
+    /// Widths along x and y, and how far x moves with z.
+    map: [f64; 3],
+}
+
+impl Mixture {
+    /// By logarithms of widths, r, and the logit of the share.
+    fn new([p, q, r, logit]: [f64; 4], cosine: f64) -> Self {
+        Self {
+            flat: 1.0 / (1.0 + exp(-logit)),
+            map: entries([exp(p), exp(q), r], cosine),
+        }
+    }
+
+    /// The densities of the cosine and of the lobe, with their shares.
+    fn densities(&self, w: DVec3) -> [f64; 2] {
+        let [a, b, skew] = self.map;
+        let (x, y) = ((w.x + skew * w.z) / a, w.y / b);
+        let r2 = x * x + y * y + w.z * w.z;
+        let z = w.z * FRAC_1_PI;
+        [self.flat * z, (1.0 - self.flat) * z / (a * b * r2 * r2)]
+    }
+}
+
+/// The entries of a map for a view.
+fn entries([p, q, r]: [f64; 3], cosine: f64) -> [f64; 3] {
+    let near = cosine + NEAR;
+    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    [p / (near * near), q, r * sine / near]
+}
+
+impl CosineFit {
+    /// Fits an isotropic reflection: one that does not change when it is turned about the normal.
+    #[must_use]
+    pub fn new(reflection: &impl Reflection) -> Self {
+        let mut start = [ln(0.2), ln(0.2), 1.0, 0.0];
+        let cosines = (0..VIEWS)
+            .rev()
+            .map(|k| (f64::from(k) / f64::from(VIEWS - 1)).powi(2));
+        let mut views: Vec<View> = cosines
+            .map(|cosine| {
+                let (view, found) = fit(reflection, cosine, start);
+                start = found;
+                view
+            })
+            .collect();
+        views.reverse();
+        Self { views }
+    }
+
+    /// About f cos for light that goes to ω_o.
+    #[must_use]
+    pub fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
+        let cosine = wo.dot(n).abs().min(1.0);
+        let last = usize::from(VIEWS - 1);
+        let place = cosine.sqrt() * f64::from(VIEWS - 1);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between zero and the number of views"
+        )]
+        let k = (place as usize).min(last - 1);
+        #[allow(clippy::cast_precision_loss, reason = "a few dozen")]
+        let t = place - k as f64;
+        let [a, b] = [self.views[k], self.views[k + 1]];
+        let mix = |a: f64, b: f64| a * (1.0 - t) + b * t;
+        let [along, across, skew] = entries([0, 1, 2].map(|i| mix(a.map[i], b.map[i])), cosine);
+        let x = (wo - n * wo.dot(n)).try_normalize();
+        let x = x.unwrap_or_else(|| Frame::from_normal(n).x);
+        let frame = Frame {
+            x,
+            y: n.cross(x),
+            z: n,
+        };
+        let mut sum = TransformedCosines::new(frame, a.diffuse.lerp(b.diffuse, t));
+        sum.add(TransformedCosine {
+            map: DMat3::from_cols(
+                DVec3::X * along,
+                DVec3::Y * across,
+                DVec3::new(-skew, 0.0, 1.0),
+            ),
+            albedo: a.lobe.lerp(b.lobe, t),
+        });
+        sum
+    }
+}
+
+/// Fits one view; what was found is where the next one starts.
+fn fit(reflection: &impl Reflection, cosine: f64, start: [f64; 4]) -> (View, [f64; 4]) {
+    let wo = DVec3::new(
+        ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt(),
+        0.0,
+        cosine,
+    );
+    let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+    let nodes: Vec<(DVec3, DVec3)> = (0..SIDE * SIDE)
+        .filter_map(|i| {
+            let w = reflection.sample([middle(i / SIDE), middle(i % SIDE)], wo, DVec3::Z)?;
+            let pdf = reflection.pdf(w, wo, DVec3::Z) * f64::from(SIDE * SIDE);
+            let sent = reflection.eval(w, wo, DVec3::Z) * (w.z / pdf);
+            (w.z > 0.0 && sent.is_finite()).then_some((w, sent))
+        })
+        .collect();
+    let total: f64 = nodes.iter().map(|(_, sent)| sent.element_sum()).sum();
+    if total <= 0.0 {
+        let map = [1.0, 1.0, 0.0];
+        return (
+            View {
+                map,
+                ..View::default()
+            },
+            start,
+        );
+    }
+    let divergence = |p: [f64; 4]| {
+        let mixture = Mixture::new(p, cosine);
+        let at = |(w, sent): &(DVec3, DVec3)| {
+            let [flat, lobe] = mixture.densities(*w);
+            sent.element_sum() * ln((flat + lobe).max(f64::MIN_POSITIVE))
+        };
+        -nodes.iter().map(at).sum::<f64>() / total
+    };
+    let found = minimise(minimise(start, divergence), divergence);
+    // What each part sends by channel, as far as it explains the directions.
+    let mixture = Mixture::new(found, cosine);
+    let (mut diffuse, mut lobe) = (DVec3::ZERO, DVec3::ZERO);
+    for (w, sent) in &nodes {
+        let densities = mixture.densities(*w);
+        let share = densities[0] / (densities[0] + densities[1]);
+        diffuse += *sent * share;
+        lobe += *sent * (1.0 - share);
+    }
+    let map = [exp(found[0]), exp(found[1]), found[2]];
+    (View { diffuse, lobe, map }, found)
+}
+
+/// A place near the start where `f` is least: the downhill simplex of Nelder and Mead, to 1e-9 of a
+/// value.
+pub fn minimise<const N: usize>(start: [f64; N], f: impl Fn([f64; N]) -> f64) -> [f64; N] {
+    let corner = |i: usize| {
+        let p = std::array::from_fn(|j| start[j] + if i == j + 1 { 0.05 } else { 0.0 });
+        (p, f(p))
+    };
+    let mut simplex: Vec<([f64; N], f64)> = (0..=N).map(corner).collect();
+    for _ in 0..200 {
+        simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if simplex[N].1 - simplex[0].1 < 1e-9 {
+            break;
+        }
+        #[allow(clippy::cast_precision_loss, reason = "a few")]
+        let centre: [f64; N] =
+            std::array::from_fn(|j| simplex[..N].iter().map(|s| s.0[j]).sum::<f64>() / N as f64);
+        let worst = simplex[N];
+        let along = |t: f64| -> ([f64; N], f64) {
+            let p = std::array::from_fn(|j| centre[j] + t * (worst.0[j] - centre[j]));
+            (p, f(p))
+        };
+        let reflected = along(-1.0);
+        if reflected.1 < simplex[0].1 {
+            let expanded = along(-2.0);
+            simplex[N] = if expanded.1 < reflected.1 {
+                expanded
+            } else {
+                reflected
+            };
+        } else if reflected.1 < simplex[N - 1].1 {
+            simplex[N] = reflected;
+        } else {
+            let contracted = along(0.5);
+            if contracted.1 < worst.1 {
+                simplex[N] = contracted;
+            } else {
+                let best = simplex[0].0;
+                for s in &mut simplex[1..] {
+                    s.0 = std::array::from_fn(|j| 0.5 * (s.0[j] + best[j]));
+                    s.1 = f(s.0);
+                }
+            }
+        }
+    }
+    simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+    simplex[0].0
+}
