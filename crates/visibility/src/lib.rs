@@ -4,8 +4,7 @@
 //! answers
 //!
 //! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight; for many from one
-//!   point [`Occluders::closest_hits`] and [`Occluders::any_hits`], for many from anywhere
-//!   [`Occluders::any_hit_stream`];
+//!   point [`Occluders::closest_hits`] and [`Occluders::any_hits`];
 //! - *shafts*: [`Occluders::shaft`] finds with **one** walk all that is between a shading point and
 //!   a polygonal or linear light. The [`Shaft`] then tells for all line samples of the point at
 //!   once which intervals of each are visible ([`Shaft::visible`]), for single points of the light
@@ -109,7 +108,6 @@ mod scratch;
 mod shaft;
 mod sides;
 mod silhouette;
-mod stream;
 mod surfaces;
 mod sweep;
 mod turning;

@@ -178,26 +178,6 @@ pub(crate) fn largest_inverse_at(size: f64) -> f64 {
     reason = "the bounds allow for the rounding"
 )]
 impl RayQuery {
-    /// Of a ray that is not traced.
-    pub(crate) const IDLE: Self = Self {
-        exact: WatertightRay {
-            origin: [0.0; 3],
-            axes: [0; 3],
-            shear: [0.0; 3],
-        },
-        t_min: 0.0,
-        t_max: 0.0,
-        exclude: (0, 0),
-        enter: [0; 3],
-        leave: [0; 3],
-        inverse: [0.0; 3],
-        near: [0.0; 3],
-        offset_enter: [0.0; 3],
-        offset_leave: [0.0; 3],
-        t_min32: 0.0,
-        t_max32: 0.0,
-    };
-
     /// `None` for a ray that cannot meet anything: not finite, without direction, or empty.
     ///
     /// Inlined into the kernels, so that it is never copied.
@@ -478,7 +458,7 @@ fn any_kernel<S: Simd>(
 
 /// The highest bit of a number that is not zero.
 #[inline(always)]
-pub(crate) fn highest(bits: u8) -> usize {
+fn highest(bits: u8) -> usize {
     (7 - bits.leading_zeros()) as usize
 }
 

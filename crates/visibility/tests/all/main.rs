@@ -17,4 +17,3 @@ mod limits;
 mod margins;
 mod refit;
 mod silhouettes;
-mod streams;
