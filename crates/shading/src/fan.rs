@@ -31,7 +31,15 @@ pub(crate) struct Fan<const N: usize> {
 
 impl<const N: usize> Fan<N> {
     /// Clips; `None` where nothing is left, without length, or with an end at the shading point.
-    pub(crate) fn new(p0: DVec3, p1: DVec3, vectors: &[DVec3; N]) -> Option<Self> {
+    ///
+    /// With `widths`, what changes linearly between these at the ends, not negative, takes the
+    /// place of `k·p` of the second vector.
+    pub(crate) fn new(
+        p0: DVec3,
+        p1: DVec3,
+        vectors: &[DVec3; N],
+        widths: Option<[f64; 2]>,
+    ) -> Option<Self> {
         let largest = p0.abs().max(p1.abs()).max_element();
         let unit = if (1e-60..1e60).contains(&largest) {
             1.0
@@ -41,6 +49,9 @@ impl<const N: usize> Fan<N> {
         let whole = [p0 * unit, p1 * unit];
         let mut ends = whole;
         let mut values = vectors.map(|k| [dot(k, whole[0]), dot(k, whole[1])]);
+        if let (Some(widths), Some(second)) = (widths, values.get_mut(1)) {
+            *second = widths.map(|w| w * unit);
+        }
         let mut fraction = 1.0;
         let base = values;
         for (i, k) in vectors.iter().enumerate() {

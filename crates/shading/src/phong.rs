@@ -65,6 +65,15 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     })
 }
 
+/// `∫ max(0, n·p) w(p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon whose width w changes linearly
+/// between those at its ends: see [`ribbon::tapered`](crate::ribbon::tapered).
+#[must_use]
+pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64, widths: [f64; 2]) -> f64 {
+    // Over |p| a width is as the cosine of an emitter.
+    let fan = Fan::new(p0, p1, &[n, DVec3::ZERO, axis], Some(widths)).filter(|_| k >= 0.0);
+    fan.map_or(0.0, |fan| nonnegative(integrate(&fan, axis, k) * fan.unit))
+}
+
 /// `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, 1/length: for each unit of
 /// radiance × radius. See [`cylinder`](crate::cylinder).
 #[inline]
@@ -90,7 +99,7 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 #[inline(never)]
 fn robust(points: [Point; 4], k: f64, of: impl FnOnce(&Fan<2>, DVec3) -> f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
+    let Some(fan) = Fan::new(p0, p1, &[n, axis], None).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     nonnegative(of(&fan, axis))
@@ -100,7 +109,7 @@ fn robust(points: [Point; 4], k: f64, of: impl FnOnce(&Fan<2>, DVec3) -> f64) ->
 /// emission falls with the cosine to m, which need not be perpendicular to the line.
 #[must_use]
 pub fn half_space(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, axis: DVec3, k: f64) -> f64 {
-    let Some(fan) = Fan::new(p0, p1, &[n, m, axis]).filter(|_| k >= 0.0) else {
+    let Some(fan) = Fan::new(p0, p1, &[n, m, axis], None).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     nonnegative(integrate(&fan, axis, k) * fan.unit)

@@ -168,7 +168,7 @@ pub fn line(
     budget: u32,
 ) -> Estimate {
     let finite = p0.is_finite() && p1.is_finite() && n.is_finite();
-    let Some(fan) = Fan::new(p0, p1, &[n]).filter(|_| finite) else {
+    let Some(fan) = Fan::new(p0, p1, &[n], None).filter(|_| finite) else {
         return Estimate::default();
     };
     let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];

@@ -32,13 +32,20 @@ const DEPTH: f64 = 40.0;
 /// ```
 #[must_use]
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
-    integrate(p0, p1, n, xi, lambda, |fan| fan.unit * fan.unit)
+    tapered(p0, p1, n, xi, lambda, [1.0; 2])
+}
+
+/// Multiplies the integrand of [`ribbon`] with a width that changes linearly between those at the
+/// ends: see [`ribbon::tapered`](crate::ribbon::tapered).
+#[must_use]
+pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64, widths: [f64; 2]) -> f64 {
+    integrate([p0, p1, n, xi], lambda, widths, |fan| fan.unit * fan.unit)
 }
 
 /// The same for a thin cylinder, for each unit of radiance × radius, 1/length.
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
-    integrate(p0, p1, n, xi, lambda, |fan| {
+    integrate([p0, p1, n, xi], lambda, [1.0; 2], |fan| {
         let reach = fan.reach();
         if reach > 0.0 {
             2.0 * fan.sine / reach * fan.unit
@@ -49,14 +56,13 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
 }
 
 fn integrate(
-    p0: DVec3,
-    p1: DVec3,
-    n: DVec3,
-    xi: DVec3,
+    [p0, p1, n, xi]: [DVec3; 4],
     lambda: f64,
-    scale: impl Fn(&Fan<1>) -> f64,
+    widths: [f64; 2],
+    scale: impl Fn(&Fan<2>) -> f64,
 ) -> f64 {
-    let Some(fan) = Fan::new(p0, p1, &[n]).filter(|_| lambda >= 0.0) else {
+    let fan = Fan::new(p0, p1, &[n, DVec3::ZERO], Some(widths));
+    let Some(fan) = fan.filter(|_| lambda >= 0.0) else {
         return 0.0;
     };
     let start = fan.ends[0] / fan.radii[0];
@@ -69,7 +75,8 @@ fn integrate(
     } else {
         [scale, 1.0]
     };
-    let closeness = [inner / fan.radii[0], inner / fan.radii[1]];
+    let [w0, w1] = fan.values[1].map(|w| w / fan.unit);
+    let closeness = [w0 * inner / fan.radii[0], w1 * inner / fan.radii[1]];
     if fan.sine <= 0.0 {
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
         return nonnegative(flat * exp(lambda * (first - 1.0)) * scale);

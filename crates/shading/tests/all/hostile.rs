@@ -164,6 +164,12 @@ fn along_lines(source: &mut Source, wrong: &mut Wrong) {
     wrong.light("phong::cylinder", phong::cylinder(p0, p1, n, axis, k));
     let half = phong::half_space(p0, p1, n, m, axis, k);
     wrong.light("phong::half_space", half);
+    let widths = [m.x.abs(), m.y.abs()];
+    wrong.light("ribbon::tapered", ribbon::tapered(p0, p1, n, widths));
+    let tapered = phong::tapered(p0, p1, n, axis, k, widths);
+    wrong.light("phong::tapered", tapered);
+    let tapered = spherical_gaussian::tapered(p0, p1, n, axis, k, widths);
+    wrong.light("spherical_gaussian::tapered", tapered);
     let gauss = spherical_gaussian::ribbon(p0, p1, n, axis, k);
     wrong.light("spherical_gaussian::ribbon", gauss);
     let gauss = spherical_gaussian::cylinder(p0, p1, n, axis, k);

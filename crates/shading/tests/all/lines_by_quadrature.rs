@@ -202,6 +202,32 @@ proptest! {
         compare("spherical_gaussian::cylinder", &input, got, LOBES, (2.0 * h * value, 2.0 * h * error));
     }
 
+    /// Of a width that is not zero at the far end, and of one that is at either.
+    #[test]
+    fn tapered_forms(input in input(), ends in prop::sample::select(vec![[0.0, 1.0], [1.0, 0.0], [0.3, 1.0]])) {
+        let Input { ends: [a, b], n, axis, k, .. } = input;
+        let line = Line::new(a, b);
+        let size = line.ends[1] - line.ends[0];
+        let width = |s: &Seen| {
+            let [to, from] = [line.ends[1], line.ends[0]].map(|end| dot(&s.p, &line.along) - end);
+            ends[0] * (-to / size).to_f64() + ends[1] * (from / size).to_f64()
+        };
+        let seen = |s: &Seen| width(s) * s.cosine(n) / s.distance().powi(3);
+        let diffuse = line.integral(&[n], &[n], seen);
+        compare("ribbon::tapered", &input, ribbon::tapered(a, b, n, ends), DIFFUSE, diffuse);
+        let power = |s: &Seen| {
+            let z = s.cosine(axis);
+            if z > 0.0 { z.powf(k) } else { 0.0 }
+        };
+        let lobe = line.integral(&[n, axis], &[axis], |s| seen(s) * power(s));
+        compare("phong::tapered", &input, phong::tapered(a, b, n, axis, k, ends), LOBES, lobe);
+        let xi = vector::<Dd>(axis.to_array());
+        let gauss = |s: &Seen| (Dd::new(k) * (dot(&xi, &s.p) / s.r - Dd::new(1.0))).to_f64().exp();
+        let lobe = line.integral(&[n], &[axis], |s| seen(s) * gauss(s));
+        let got = spherical_gaussian::tapered(a, b, n, axis, k, ends);
+        compare("spherical_gaussian::tapered", &input, got, LOBES, lobe);
+    }
+
     #[test]
     fn the_crates_own_quadrature(input in input()) {
         let Input { ends: [a, b], n, .. } = input;
