@@ -371,6 +371,14 @@ impl ConvexPolygon {
             .unwrap_or(DVec3::ZERO)
     }
 
+    /// Begins with another vertex of the same polygon, which is counted around it.
+    #[must_use]
+    pub fn starting_at(&self, vertex: usize) -> Self {
+        let mut out = *self;
+        out.vertices[..self.count].rotate_left(vertex % self.count);
+        out
+    }
+
     /// The same polygon facing the other way.
     #[must_use]
     pub fn flipped(&self) -> Self {

@@ -44,7 +44,7 @@ pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light};
 pub use light::{LinearLight, Sphere, SphereLight};
 pub use line::by_angle::AngularLines;
-pub use line::by_length::{LineSample, LineSampler, OffsetDensity};
+pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Width};
 pub use line::by_texture::TexturedLines;
 pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::{AreaSampler, PointColumns, PointSample};

@@ -74,6 +74,7 @@ proptest! {
         };
         sound(&polygon)?;
         sound(&polygon.flipped())?;
+        sound(&polygon.starting_at(7))?;
         if let Some(part) = polygon.clip(vector(x), vector(direction)) {
             prop_assert!(part.area() > 0.0 && part.area().is_finite());
             prop_assert!(part.vertices().iter().all(|v| is_inside(&polygon, *v)), "{part:?}");

@@ -168,13 +168,7 @@ impl LineTechnique for LineSampler {
     }
 
     fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
-        let (t, total) = if let [part] = visible {
-            let part = within(part);
-            let total = part.length();
-            (at_most(part.lo + fraction(xi) * total, part.hi), total)
-        } else {
-            among(visible, fraction(xi))
-        };
+        let (t, total) = Width::Even.place(visible, xi);
         if total > 0.0 {
             let pdf = Self::joint(line.pdf, line.segment.length() * total);
             PointSample::at(line.segment.at(t), pdf)
@@ -200,6 +194,40 @@ impl LineTechnique for LineSampler {
             .map(|i| (t.min(i.hi) - i.lo).max(0.0))
             .sum();
         Some([self.invert(u)?, below_one(below / measure(visible))])
+    }
+}
+
+/// Width of the strip for which a line stands, along the line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Width {
+    /// The full width all along, as between parallel lines.
+    #[default]
+    Even,
+    /// Growth from nothing where the line begins to the full width at its end, as between lines
+    /// that all begin in one point ([`AreaSampler::line`](crate::AreaSampler::line)).
+    Growing,
+}
+
+impl Width {
+    /// A place t in [0, 1] of what is visible of a line, uniform in the area of its strip, from one
+    /// random number, and ∫ w dt over what is visible of the strip's width w, in the full one.
+    #[inline]
+    #[must_use]
+    pub fn place(self, visible: &[Interval], xi: f64) -> (f64, f64) {
+        match (self, visible) {
+            (Self::Even, [part]) => {
+                let part = within(part);
+                let total = part.length();
+                (at_most(part.lo + fraction(xi) * total, part.hi), total)
+            }
+            (Self::Even, _) => among(visible.iter().map(within), fraction(xi)),
+            (Self::Growing, _) => {
+                let parts = visible.iter().map(within);
+                let squares = parts.map(|part| Interval::new(part.lo * part.lo, part.hi * part.hi));
+                let (square, total) = among(squares, fraction(xi));
+                (square.sqrt(), 0.5 * total)
+            }
+        }
     }
 }
 
@@ -252,10 +280,10 @@ fn at_most(x: f64, most: f64) -> f64 {
 }
 
 /// The place with the fraction `xi` of the intervals' length below it, and that length.
-fn among(visible: &[Interval], xi: f64) -> (f64, f64) {
-    let total = measure(visible);
+fn among(visible: impl Iterator<Item = Interval> + Clone, xi: f64) -> (f64, f64) {
+    let total = visible.clone().map(|part| part.length()).sum();
     let (mut rest, mut t) = (xi * total, 0.0);
-    for part in visible.iter().map(within) {
+    for part in visible {
         t = at_most(part.lo + rest, part.hi);
         if rest < part.length() {
             break;

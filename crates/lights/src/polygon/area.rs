@@ -5,7 +5,7 @@ use crate::density::{Area, Measure, Pdf};
 use crate::pieces::{Pieces, fraction_each};
 use crate::polygon::fan::{self, Vector};
 use linelit_geometry::finite::below_one;
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 
 /// A point of a light and the density it was drawn with.
@@ -116,6 +116,36 @@ impl<'a> AreaSampler<'a> {
             },
             density: Pdf::new(1.0 / polygon.area()),
         }
+    }
+
+    /// Samples by a fan of triangles also where the polygon is a parallelogram: points of one first
+    /// number are on a line from the first corner.
+    #[must_use]
+    pub fn by_fan(polygon: &'a ConvexPolygon) -> Self {
+        Self {
+            cut: Cut::Fan(weigh(polygon)),
+            ..Self::new(polygon)
+        }
+    }
+
+    /// The line on which the points of a first number `u` are, whatever the second.
+    ///
+    /// By a [fan](Self::by_fan) lines run from the first corner to the border, as many over equal
+    /// areas (Billen & Dutré 2016, §8): a line of length R at the angle φ has the density R²/(2A)
+    /// in φ. With dA = r dr dφ, ∫ f dA is the mean over lines of (2A/R²) ∫ f r dr: a line stands
+    /// for a thin triangle, 2A/R wide at the border if it is drawn alone.
+    ///
+    /// ```
+    /// use linelit_lights::geometry::{ConvexPolygon, DVec3};
+    /// use linelit_lights::AreaSampler;
+    /// let square = ConvexPolygon::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
+    /// let line = AreaSampler::by_fan(&square).line(0.75);
+    /// assert_eq!((line.p0, line.p1), (DVec3::ZERO, DVec3::new(0.5, 1.0, 0.0)));
+    /// ```
+    #[must_use]
+    pub fn line(&self, u: f64) -> Segment {
+        let at = |v: f64| self.sample([u, v]).point;
+        Segment::new(at(0.0), at(1.0))
     }
 
     /// The points of two random numbers each.

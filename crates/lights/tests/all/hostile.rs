@@ -14,7 +14,7 @@ use linelit_lights::{
     LinearPointTechnique, Measure, Offset, OffsetDensity, Pdf, Pieces, PointColumns, PointSample,
     PointTechnique, PointsOnLines, ProxySampler, RegionSampler, SolidAngle, SolidAngleSampler,
     Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle,
-    TransformedSampler, sample_linear,
+    TransformedSampler, Width, sample_linear,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -232,6 +232,22 @@ proptest! {
         for by in [OffsetDensity::Uniform, OffsetDensity::Length] {
             let lines = LineSampler::new(&p, angle, by);
             on_lines(&lines, &shape, u, &visible, offset, v(q))?;
+        }
+    }
+
+    #[test]
+    fn lines_from_corners(
+        shape in polygon(), corner in 0..9_usize, u in [hostile_unit(), hostile_unit()], visible in parts(), q in hostile_vector(),
+    ) {
+        let polygon = shape.polygon.starting_at(corner);
+        let fan = AreaSampler::by_fan(&polygon);
+        let line = fan.line(u[0]);
+        prop_assert!(is_on(line.p0, &shape) && is_on(line.p1, &shape), "{line:?}");
+        on_polygon(fan.sample(u), &shape)?;
+        numbers(fan.invert(v(q)))?;
+        for width in [Width::Even, Width::Growing] {
+            let (t, total) = width.place(&visible, u[1]);
+            prop_assert!((0.0..=1.0).contains(&t) && (0.0..=visible.len() as f64).contains(&total), "{t} {total}");
         }
     }
 

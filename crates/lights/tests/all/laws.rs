@@ -7,6 +7,7 @@ use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
     AngularLines, Area, AreaSampler, LineSampler, LineTechnique, Measure, OffsetDensity, Pdf,
     PointTechnique, PointsOnLines, ProxySampler, SolidAngle, SolidAngleSampler, TransformedSampler,
+    Width,
 };
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::laws::{Surface, Technique};
@@ -180,7 +181,7 @@ trait Law {
 }
 
 /// How many techniques [`hold`] goes through.
-const TECHNIQUES: usize = 8;
+const TECHNIQUES: usize = 10;
 
 /// Holds every point technique on a polygon to a law.
 fn hold(law: &impl Law, case: &Case) {
@@ -201,6 +202,9 @@ fn hold(law: &impl Law, case: &Case) {
     law.hold("solid-angle lines", case, &PointsOnLines(solid));
     law.hold("warped solid-angle lines", case, &PointsOnLines(warped));
     law.hold("projected solid angle", case, &PointsOnLines(cosine));
+    law.hold("lines from a corner", case, &AreaSampler::by_fan(polygon));
+    let turned = polygon.starting_at(2);
+    law.hold("another corner", case, &AreaSampler::by_fan(&turned));
 }
 
 /// χ² of so many samples at a level, a density that integrates to one, and sample → invert →
@@ -320,6 +324,44 @@ fn occluded_lines_estimate_what_is_visible() {
             let hidden = line.segment.at(0.5);
             assert!(!lines.joint_pdf(hidden, &visible).is_positive());
             assert!(!lines.point(&line, &[], 0.5).pdf.is_positive());
+        }
+    }
+}
+
+/// Points of what is visible of a line are uniform in the area of its strip, even or growing from
+/// a corner: as many in each part of equal widths, or differences of squares.
+#[test]
+fn places_are_uniform_in_what_is_visible() {
+    let visible = [Interval::new(0.5, 0.75), Interval::new(0.875, 1.0)];
+    let below = |t: f64, power: i32| {
+        let part = |i: &Interval| (t.min(i.hi).powi(power) - i.lo.powi(power)).max(0.0);
+        visible.iter().map(part).sum::<f64>()
+    };
+    for (width, power) in [(Width::Even, 1), (Width::Growing, 2)] {
+        let all = below(1.0, power);
+        for i in 0..100 {
+            let xi = (f64::from(i) + 0.5) / 100.0;
+            let (t, total) = width.place(&visible, xi);
+            // Some roundings of numbers below one, over a share of .3.
+            assert!(
+                (total - all / f64::from(power)).abs() < 1e-15,
+                "{width:?} {total}"
+            );
+            assert!((below(t, power) / all - xi).abs() < 1e-14, "{width:?} {t}");
+        }
+        assert!(width.place(&[], 0.5).1.abs() < f64::MIN_POSITIVE);
+    }
+    // The points of a whole line are those of the sampler.
+    for case in &cases() {
+        let fan = AreaSampler::by_fan(&case.polygon);
+        let (line, slack) = (
+            fan.line(0.3),
+            16.0 * resolution(case) * case.polygon.diameter(),
+        );
+        for v in [0.0, 0.25, 0.9] {
+            let (t, _) = Width::Growing.place(&[Interval::UNIT], v);
+            let apart = line.at(t) - fan.sample([0.3, v]).point;
+            assert!(apart.length() < slack, "{}: {apart}", case.name);
         }
     }
 }
