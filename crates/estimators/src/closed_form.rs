@@ -8,7 +8,8 @@ use crate::{EmissionTexture, PlanCounters, Query, SampleBuffers, ShadingPoint};
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, Disk, LinearLight};
-use linelit_shading::{batch, cylinder, horizon, phong, polygon, quadrature, spherical_gaussian};
+use linelit_shading::{batch, cylinder, horizon, phong, polygon, quadrature};
+use linelit_shading::{ribbon, spherical_gaussian};
 use linelit_spheres::{CylinderView, DiskCone, SphereProjected};
 use linelit_visibility::{Shaft, ShaftClass};
 
@@ -28,6 +29,8 @@ pub(crate) struct Pieces {
     pieces: Vec<Segment>,
     /// What their integrals are multiplied with.
     weights: Vec<f64>,
+    /// Widths at both ends of each; none where all are of width one.
+    widths: Vec<[f64; 2]>,
     values: Vec<f64>,
 }
 
@@ -35,6 +38,12 @@ impl Pieces {
     pub(crate) fn clear(&mut self) {
         self.pieces.clear();
         self.weights.clear();
+        self.widths.clear();
+    }
+
+    /// Number of pieces.
+    pub(crate) fn len(&self) -> usize {
+        self.pieces.len()
     }
 
     /// Adds the visible parts of a line.
@@ -53,6 +62,14 @@ impl Pieces {
         }
     }
 
+    /// Gives what was added of a line since `first` the widths of one that grows from nothing where
+    /// it begins to one at its end: all lines that are integrated together do.
+    pub(crate) fn taper<R>(&mut self, first: usize, point: &ShadingPoint<R>, line: &Segment) {
+        let (begin, length) = (line.p0 - point.position, line.length());
+        let widths = |piece: &Segment| [piece.p0, piece.p1].map(|p| p.distance(begin) / length);
+        self.widths.extend(self.pieces[first..].iter().map(widths));
+    }
+
     /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces, of what a flat light sends to the
     /// shading point and the height of that over its plane.
     pub(crate) fn light<R>(
@@ -67,20 +84,36 @@ impl Pieces {
         }
         let n = point.normal;
         self.values.resize(self.pieces.len(), 0.0);
-        batch::ribbons(&self.pieces, n, &mut self.values);
+        if self.widths.is_empty() {
+            batch::ribbons(&self.pieces, n, &mut self.values);
+        }
+        for (i, widths) in self.widths.iter().enumerate() {
+            self.values[i] = ribbon::tapered(self.pieces[i].p0, self.pieces[i].p1, n, *widths);
+        }
         let weighted = self.values.iter().zip(&self.weights).map(|(v, w)| v * w);
         let mut reflected = reflection.diffuse.value() * weighted.sum::<f64>();
         for lobe in reflection.lobes(point.outgoing, n) {
             let mut sum = 0.0;
-            for (piece, weight) in self.pieces.iter().zip(&self.weights) {
+            for (i, (piece, weight)) in self.pieces.iter().zip(&self.weights).enumerate() {
+                let Segment { p0, p1 } = *piece;
+                let widths = self.widths.get(i).copied();
                 sum += weight
-                    * match lobe {
-                        ClosedLobe::Power { axis, exponent, .. } => {
-                            phong::ribbon(piece.p0, piece.p1, n, axis, exponent)
+                    * match (lobe, widths) {
+                        (ClosedLobe::Power { axis, exponent, .. }, None) => {
+                            phong::ribbon(p0, p1, n, axis, exponent)
                         }
-                        ClosedLobe::Gaussian {
-                            axis, sharpness, ..
-                        } => spherical_gaussian::ribbon(piece.p0, piece.p1, n, axis, sharpness),
+                        (ClosedLobe::Power { axis, exponent, .. }, Some(widths)) => {
+                            phong::tapered(p0, p1, n, axis, exponent, widths)
+                        }
+                        (
+                            ClosedLobe::Gaussian {
+                                axis, sharpness, ..
+                            },
+                            _,
+                        ) => {
+                            let widths = widths.unwrap_or([1.0; 2]);
+                            spherical_gaussian::tapered(p0, p1, n, axis, sharpness, widths)
+                        }
                     };
             }
             reflected += lobe.scale() * sum;

@@ -73,7 +73,7 @@ impl Offsets {
     clippy::cast_sign_loss,
     reason = "below the count"
 )]
-fn stratum(u: f64, count: usize) -> usize {
+pub(crate) fn stratum(u: f64, count: usize) -> usize {
     ((u * count as f64) as usize).min(count.saturating_sub(1))
 }
 

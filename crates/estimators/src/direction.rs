@@ -42,13 +42,19 @@ impl Lines {
             LineDirection::Adaptive
             | LineDirection::Parallel
             | LineDirection::Spread(_)
-            | LineDirection::UniformPerLine => u,
+            | LineDirection::UniformPerLine
+            | LineDirection::Stratified
+            | LineDirection::Origin => u,
         }
     }
 
     /// [`Lines::fraction`] of the only lines of a query.
     pub(crate) fn only_fraction<R, T: EmissionTexture>(&self, query: &Query<'_, R, T>) -> f64 {
-        let u = query.numbers.in_common(Stream::Orientation, 1).get_1d(0);
-        self.fraction(query, u)
+        self.fraction(query, only_number(query))
     }
+}
+
+/// The random number that directs the only lines of a query.
+pub(crate) fn only_number<R, T: EmissionTexture>(query: &Query<'_, R, T>) -> f64 {
+    query.numbers.in_common(Stream::Orientation, 1).get_1d(0)
 }

@@ -6,8 +6,8 @@ use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
 use crate::techniques::points::round::{RoundPoints, Viewer};
 use crate::{
-    Buffers, EmissionTexture, Estimator, Integration, LineDirection, LinearOptions, Lines, PointBy,
-    Points, Query, Technique, combination, linear, point_sum,
+    Buffers, EmissionTexture, Estimator, Integration, LinearOptions, Lines, PointBy, Points, Query,
+    Technique, combination, linear, point_sum,
 };
 use linelit_bsdf::{Known, Reflection};
 use linelit_geometry::DVec3;
@@ -63,11 +63,11 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
 /// The estimator with BSDF samples beside it: for integrals of transformed cosines alone that the
 /// reflection is [unlike](Known::is_unlike_cosines).
 fn with_bsdf_samples<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Estimator> {
-    let Some(Technique::Lines(lines)) = query.estimator.alone() else {
+    let Some(technique @ Technique::Lines(lines)) = query.estimator.alone() else {
         return None;
     };
     if lines.integration.is_none_or(Integration::keeps_lines)
-        || lines.direction == LineDirection::UniformPerLine
+        || technique.must_stand_alone()
         || matches!(query.light.light, Light::Linear(_) | Light::Cylinder(_))
         || query.light.texture.is_some()
     {

@@ -100,8 +100,9 @@ impl<T: Into<Technique>> From<T> for Estimator {
 impl Estimator {
     /// Techniques with their shares, weighted. `None` for no part, more than [`MOST_TECHNIQUES`], a
     /// share of zero, [`Weights::Alone`] for several techniques or one that it is not
-    /// for, [`LineDirection::UniformPerLine`] with any other weights, and weights that have no
-    /// text: of [`PointBy::Linear`] alone, or of several of them but balanced.
+    /// for, directions of lines that only a technique alone can have ([`LineDirection`]) with any
+    /// other weights, and weights that have no text: of [`PointBy::Linear`] alone, or of several of
+    /// them but balanced.
     #[must_use]
     pub fn new(parts: &[Part], weights: Weights) -> Option<Self> {
         let width: usize = parts.iter().map(|p| p.technique.width()).sum();

@@ -1,7 +1,8 @@
 //! Line samples: the visibility of a whole segment at once.
 
 use crate::closed_form::{Pieces, without_samples};
-use crate::control::Offsets;
+use crate::control::{Offsets, stratum};
+use crate::direction::only_number;
 use crate::light::even_emission;
 use crate::techniques::points::LightPoint;
 use crate::{
@@ -9,7 +10,8 @@ use crate::{
 };
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
-use linelit_lights::{AreaLight, LineSample, LineSampler, LineTechnique};
+use linelit_lights::{AreaLight, AreaSampler, LineSample, LineSampler, LineTechnique, Pdf};
+use linelit_lights::{PointTechnique, Width};
 use linelit_visibility::Shaft;
 use std::f64::consts::PI;
 
@@ -36,10 +38,23 @@ pub(crate) struct Draws {
     /// The lines, those of positive density.
     samples: Vec<Draw>,
     offsets: Offsets,
+    /// Widths of their strips along them.
+    width: Width,
     /// The same lines.
     pub lines: Vec<Segment>,
     /// What is visible of them.
     pub pieces: Pieces,
+}
+
+/// A line from a corner of a polygon; the density is that across its end on the border.
+fn from_corner(fan: &AreaSampler<'_>, u: f64) -> LineSample {
+    let segment = fan.line(u);
+    let per_area = fan.pdf(segment.p1).value();
+    LineSample {
+        segment,
+        offset: u,
+        pdf: Pdf::new(0.5 * segment.length() * per_area),
+    }
 }
 
 /// A line sample.
@@ -53,26 +68,57 @@ struct Draw {
 }
 
 impl Draws {
-    /// Draws all line samples of the query. Gives what draws points on any of them.
+    /// Draws all line samples of the query.
     pub(crate) fn draw<R, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
         area: &AreaLight,
         options: &Lines,
         along: Along<'_>,
-    ) -> LineSampler {
-        let family = |fraction: f64| LineSampler::new(&area.polygon, fraction * PI, options.offset);
-        let each = options.direction == LineDirection::UniformPerLine;
-        let independent = || (query.numbers).independent(Stream::Orientation, query.samples);
-        let angles = each.then(independent);
-        let lines = family(match &angles {
-            Some(angles) => angles.get_1d(0),
-            None => options.only_fraction(query),
-        });
-        let line = |i: u32, u: f64| match &angles {
-            Some(angles) if i > 0 => family(angles.get_1d(i)).sample(u),
-            _ => lines.sample(u),
-        };
+    ) {
+        let parallel = |fraction| LineSampler::new(&area.polygon, fraction * PI, options.offset);
+        let (numbers, samples) = (&query.numbers, query.samples);
+        self.width = Width::Even;
+        match options.direction {
+            LineDirection::Origin => {
+                self.width = Width::Growing;
+                let corner = stratum(only_number(query), area.polygon.vertices().len());
+                let polygon = area.polygon.starting_at(corner);
+                let fan = AreaSampler::by_fan(&polygon);
+                self.draw_each(query, along, options.control, |_, u| from_corner(&fan, u));
+            }
+            LineDirection::Stratified => {
+                let places = numbers.points(Stream::Orientation, samples);
+                let set = query.numbers();
+                self.clear();
+                for i in 0..samples {
+                    let [fraction, u] = set.get_2d(i);
+                    self.push(parallel(fraction).sample(u), 1.0, places.get_1d(i));
+                }
+            }
+            LineDirection::UniformPerLine => {
+                let fractions = numbers.independent(Stream::Orientation, samples);
+                let line = |i, u| parallel(fractions.get_1d(i)).sample(u);
+                self.draw_each(query, along, LineControl::None, line);
+            }
+            LineDirection::Adaptive
+            | LineDirection::Fixed(_)
+            | LineDirection::Parallel
+            | LineDirection::Spread(_) => {
+                let lines = parallel(options.only_fraction(query));
+                self.draw_each(query, along, options.control, |_, u| lines.sample(u));
+            }
+        }
+    }
+
+    /// Draws lines by one random number each, and by a second one for a point where one is wanted.
+    fn draw_each<R, T: EmissionTexture>(
+        &mut self,
+        query: &Query<'_, R, T>,
+        along: Along<'_>,
+        control: LineControl,
+        line: impl Fn(u32, f64) -> LineSample,
+    ) {
         match along {
             Along::Point => {
                 self.clear();
@@ -82,16 +128,8 @@ impl Draws {
                     self.push(line(i, u), 1.0, v);
                 }
             }
-            Along::Analytic(_) => {
-                let control = if each {
-                    LineControl::None
-                } else {
-                    options.control
-                };
-                self.draw_integrated(query, control, line);
-            }
+            Along::Analytic(_) => self.draw_integrated(query, control, line),
         }
-        lines
     }
 
     /// Draws lines whose integrals are known, which need no second number for a point.
@@ -132,13 +170,12 @@ impl Draws {
     }
 }
 
-/// Sums over the lines that `family` and its like drew on a light what their visible parts send;
-/// `visible` tells the parts of a line.
+/// Sums over the lines that were drawn on a light what their visible parts send; `visible` tells
+/// the parts of a line.
 pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     along: Along<'_>,
-    family: &LineSampler,
     draws: &mut Draws,
     visible: impl Fn(usize) -> &'v [Interval],
 ) -> DVec3 {
@@ -153,12 +190,15 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
         match along {
             Along::Analytic(_) => {
                 let weight = share / line.pdf.value();
+                let first = draws.pieces.len();
                 draws.pieces.add(point, &line.segment, parts, weight);
+                if draws.width == Width::Growing {
+                    draws.pieces.taper(first, point, &line.segment);
+                }
             }
             Along::Point => {
-                let on_light = family.point(line, parts, *v).point;
-                let at = LightPoint::new(on_light, point.position, &area.polygon);
-                let visible: f64 = parts.iter().map(Interval::length).sum();
+                let (t, visible) = draws.width.place(parts, *v);
+                let at = LightPoint::new(line.segment.at(t), point.position, &area.polygon);
                 let integral = at.cos_light.abs() / at.square * visible * line.segment.length();
                 sum += query.unshadowed(&at) * integral * (1.0 / line.pdf.value());
             }
@@ -181,9 +221,9 @@ pub(crate) fn in_shaft<R: Reflection, T: EmissionTexture>(
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
     let SampleBuffers { draws, visible, .. } = &mut *buffers;
-    let family = draws.draw(query, area, options, along);
+    draws.draw(query, area, options, along);
     shaft.visible(&draws.lines, visible);
-    let sum = gather(query, area, along, &family, draws, |i| visible.line(i));
+    let sum = gather(query, area, along, draws, |i| visible.line(i));
     buffers.count_lines();
     sum / f64::from(query.samples)
 }

@@ -22,13 +22,13 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
 ) -> DVec3 {
     let along = Along::best(query);
     let mut draws = Draws::default();
-    let family = draws.draw(query, area, &Lines::AREA, along);
+    draws.draw(query, area, &Lines::AREA, along);
     let (x, own) = (query.point.position, &query.light.triangles);
     let parts: Vec<Vec<Interval>> = draws
         .lines
         .iter()
         .map(|line| brute::visible(positions, triangles, x, line, own, query.margins))
         .collect();
-    let sum = line_sum::gather(query, area, along, &family, &mut draws, |i| &parts[i]);
+    let sum = line_sum::gather(query, area, along, &mut draws, |i| &parts[i]);
     sum / f64::from(query.samples)
 }

@@ -96,7 +96,7 @@ impl FromStr for Estimator {
         }
         if parts.iter().any(|p| p.technique.must_stand_alone()) {
             return error(
-                "orientation `uniform` has no density to combine by; expected parallel, fixed:FRACTION or spread:COUNT",
+                "orientation `uniform`, `stratified` or `origin` is for line-area, line-analytic, exact or hybrid alone, without mis, pieces or points; expected parallel, fixed:FRACTION or spread:COUNT",
             );
         }
         error(format!(

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Scenes of few and of many triangles, with shafts of every kind, next to estimators that use
 /// every kernel: rays, shafts, dense walks, lines in closed form, lobes.
-const RENDERS: [(&str, &str); 16] = [
+const RENDERS: [(&str, &str); 17] = [
     ("strips", "line-analytic"),
     ("strips", "line-solid-angle:3+point-bsdf[mis=smooth]"),
     ("cornell-box", "exact"),
@@ -17,6 +17,7 @@ const RENDERS: [(&str, &str); 16] = [
     ("triangle-soup-large", "point-solid-angle"),
     ("grid-planes", "line-analytic[orientation=uniform]"),
     ("grid-planes", "hybrid"),
+    ("logo-large", "line-analytic[orientation=origin]"),
     ("triangle-soup", "line-area+point-area"),
     ("triangle-soup", "exact"),
     ("triangle-soup-large", "line-analytic"),

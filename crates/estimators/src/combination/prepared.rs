@@ -80,15 +80,9 @@ impl<P, L> PreparedTechnique<P, L> {
                     1,
                 ),
             };
-            let count = match lines.direction {
-                LineDirection::Spread(count) => count,
-                LineDirection::Adaptive
-                | LineDirection::Fixed(_)
-                | LineDirection::Parallel
-                | LineDirection::UniformPerLine => {
-                    push_lines(lines.fraction(query, u(index + 1)), expected);
-                    continue;
-                }
+            let LineDirection::Spread(count) = lines.direction else {
+                push_lines(lines.fraction(query, u(index + 1)), expected);
+                continue;
             };
             for k in 0..count {
                 let fraction = lines.measure().spread(u(index + 1), k, count);

@@ -305,7 +305,8 @@ impl Technique {
 
     /// Whether it cannot be weighted: there is no density to weight by.
     pub(crate) fn must_stand_alone(&self) -> bool {
-        matches!(self, Self::Lines(l) if l.direction == LineDirection::UniformPerLine)
+        use LineDirection::{Origin, Stratified, UniformPerLine};
+        matches!(self, Self::Lines(l) if matches!(l.direction, UniformPerLine | Stratified | Origin))
     }
 
     /// Whether the option `mis` is its own, so that weights of techniques cannot be said with it.

@@ -47,7 +47,7 @@ fn with_options(points: Points) -> impl Strategy<Value = Technique> {
 }
 
 /// A measure counts where lines are not integrated in closed form, a density of offsets where the
-/// measure is area.
+/// measure is area and lines are parallel.
 fn with_line_options(lines: Lines) -> impl Strategy<Value = Technique> {
     let exact = (-10.0..=-3.0f64, any::<u32>()).prop_map(|(digits, limit)| ExactOptions {
         tolerance: 10f64.powf(digits).clamp(1e-10, 1e-3),
@@ -57,6 +57,8 @@ fn with_line_options(lines: Lines) -> impl Strategy<Value = Technique> {
     let direction = prop_oneof![
         Just(LineDirection::Parallel),
         Just(LineDirection::UniformPerLine),
+        Just(LineDirection::Stratified),
+        Just(LineDirection::Origin),
         (-1e6..1e6f64).prop_map(LineDirection::Fixed),
         (1..=8u8).prop_map(LineDirection::Spread),
     ];
@@ -68,7 +70,8 @@ fn with_line_options(lines: Lines) -> impl Strategy<Value = Technique> {
                 Integration::Exact(_) => Integration::Exact(exact),
                 other => other,
             });
-            let offset = match uniform && lines.by == LineBy::Area {
+            let has_offsets = lines.by == LineBy::Area && direction != LineDirection::Origin;
+            let offset = match uniform && has_offsets {
                 true => OffsetDensity::Uniform,
                 false => OffsetDensity::Length,
             };
@@ -157,6 +160,9 @@ fn texts_round_trip() {
         "line-area[orientation=fixed:0.25]",
         "line-area[orientation=parallel]",
         "line-area[orientation=uniform,offset=uniform]",
+        "line-area[orientation=stratified,offset=uniform]",
+        "line-area[orientation=origin]",
+        "exact[limit=3,orientation=origin,control=none]",
         "line-analytic[offset=uniform]",
         "line-analytic[control=none]",
         "hybrid[orientation=fixed:0.5,control=none]",
@@ -266,6 +272,13 @@ fn errors_say_what_was_expected() {
         ("line-area[pieces=two]", "one or each"),
         ("line-area[points=0]", "from 1 to"),
         ("line-area[orientation=uniform]+point-bsdf", "spread:COUNT"),
+        ("line-area[orientation=stratified,points=2]", "alone"),
+        ("line-solid-angle[orientation=origin]", "alone"),
+        ("line-area+line-area[orientation=origin]", "alone"),
+        (
+            "line-area[orientation=origin,offset=uniform]",
+            "no option `offset`",
+        ),
         ("line-area[orientation=spread:9]", "spread:COUNT"),
         ("point-area[pieces=one]", "no option `pieces`"),
         (

@@ -7,7 +7,7 @@ use crate::common::{
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
 
-const ESTIMATORS: [&str; 13] = [
+const ESTIMATORS: [&str; 17] = [
     "point-area",
     "point-bsdf",
     "point-solid-angle",
@@ -21,6 +21,10 @@ const ESTIMATORS: [&str; 13] = [
     "hybrid",
     "point-area[visibility=shaft]",
     "point-solid-angle[visibility=shaft]",
+    "line-area[orientation=stratified]",
+    "line-analytic[orientation=stratified]",
+    "line-area[orientation=origin]",
+    "line-analytic[orientation=origin]",
 ];
 
 /// Techniques of all kinds in one.

@@ -7,7 +7,7 @@ use linelit_lights::Light;
 use std::fmt::Write;
 
 /// Estimators that are no mixes.
-const SINGLE: [&str; 15] = [
+const SINGLE: [&str; 18] = [
     "point-area",
     "point-visible-area",
     "point-solid-angle",
@@ -19,6 +19,9 @@ const SINGLE: [&str; 15] = [
     "line-area",
     "line-analytic",
     "line-analytic[orientation=uniform]",
+    "line-analytic[orientation=stratified]",
+    "line-area[orientation=origin]",
+    "line-analytic[orientation=origin]",
     "line-texture+point-area",
     "line-area+point-bsdf",
     "exact",

@@ -29,7 +29,7 @@ pub struct Lines {
     pub integration: Option<Integration>,
     /// Direction of the lines.
     pub direction: LineDirection,
-    /// Density of the offsets of lines by [`LineBy::Area`].
+    /// Density of the offsets of parallel lines by [`LineBy::Area`].
     pub offset: OffsetDensity,
     /// What is done against the noise of lines whose integrals are known.
     pub control: LineControl,
@@ -52,9 +52,16 @@ pub enum LineDirection {
     Fixed(f64),
     /// One random direction for each shading point (what Billen & Dutré 2016 prefer).
     Parallel,
-    /// A direction for each line, which brings back the rate N^-1/2. Only for a technique that
-    /// stands alone.
+    /// A direction for each line, independent of the others', while offsets follow the pattern:
+    /// this brings back the rate N^-1/2. Only for a technique that stands alone.
     UniformPerLine,
+    /// A direction for each line, direction and offset by one pattern of two dimensions (Billen &
+    /// Dutré 2016, §5.1.1). Only for a technique that stands alone.
+    Stratified,
+    /// Lines from one corner of the light to its border, from a random one for each shading point,
+    /// as many over equal areas ([`AreaSampler::line`](linelit_lights::AreaSampler::line); Billen &
+    /// Dutré 2016, §8): [`Lines::offset`] does not count. Only for a technique that stands alone.
+    Origin,
     /// So many directions, evenly spread from a random first one, each a technique of its own: the
     /// continuum of directions by the balance heuristic over those drawn (stochastic MIS, West et
     /// al. 2020). As every direction covers the whole light, each draw of directions is unbiased by
@@ -69,7 +76,7 @@ pub enum LineControl {
     /// linearly from line to line has noise in the first and last stratum only, and the variance
     /// falls as N⁻⁴ where the plain mean's falls as N⁻³ (Chopin & Gerber 2024). Unbiased.
     ///
-    /// For all lines of one direction, by patterns of
+    /// For all lines of one direction or one origin, by patterns of
     /// [independent strata](linelit_samplers::SampleSet::has_independent_strata); where the pattern
     /// has none, and for lines of which a point is drawn, as [`LineControl::None`].
     Slopes,
@@ -123,6 +130,11 @@ impl Lines {
         }
     }
 
+    /// Whether the density of offsets counts.
+    fn has_offsets(&self) -> bool {
+        self.measure() == LineBy::Area && self.direction != LineDirection::Origin
+    }
+
     /// Whether its samples need no weights as an estimator's only technique, which is then
     /// [`Weights::Alone`](crate::Weights::Alone): by area, one direction at a time, and a point in
     /// each visible piece. Any other is a combination of one.
@@ -141,7 +153,7 @@ impl Lines {
             Some(integration) => self.integration = Some(integration.read(options)?),
         }
         options.read("orientation", DIRECTIONS, direction, &mut self.direction)?;
-        if self.measure() == LineBy::Area {
+        if self.has_offsets() {
             options.choose("offset", OFFSETS, &mut self.offset)?;
         }
         if self.integration.is_some() {
@@ -165,9 +177,11 @@ impl Lines {
             LineDirection::Parallel => out.push("orientation=parallel".to_owned()),
             LineDirection::Fixed(fraction) => out.push(format!("orientation=fixed:{fraction}")),
             LineDirection::UniformPerLine => out.push("orientation=uniform".to_owned()),
+            LineDirection::Stratified => out.push("orientation=stratified".to_owned()),
+            LineDirection::Origin => out.push("orientation=origin".to_owned()),
             LineDirection::Spread(count) => out.push(format!("orientation=spread:{count}")),
         }
-        if self.offset == OffsetDensity::Uniform && self.measure() == LineBy::Area {
+        if self.offset == OffsetDensity::Uniform && self.has_offsets() {
             out.push("offset=uniform".to_owned());
         }
         if self.control == LineControl::None && self.integration.is_some() {
@@ -202,14 +216,15 @@ const CONTROLS: [(&str, LineControl); 2] =
 const PIECES: [(&str, Pieces); 2] = [("one", Pieces::One), ("each", Pieces::Each)];
 
 /// What `orientation` may be.
-const DIRECTIONS: &str =
-    "adaptive, parallel, uniform, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
+const DIRECTIONS: &str = "adaptive, parallel, uniform, stratified, origin, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
 
 fn direction(value: &str) -> Option<LineDirection> {
     match value.split_once(':') {
         None if value == "adaptive" => Some(LineDirection::Adaptive),
         None if value == "parallel" => Some(LineDirection::Parallel),
         None if value == "uniform" => Some(LineDirection::UniformPerLine),
+        None if value == "stratified" => Some(LineDirection::Stratified),
+        None if value == "origin" => Some(LineDirection::Origin),
         Some(("spread", count)) => {
             let count = count.parse().ok()?;
             let fits = (1..=MOST_TECHNIQUES).contains(&usize::from(count));
