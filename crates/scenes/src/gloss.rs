@@ -99,7 +99,8 @@ pub(super) fn strips() -> Files {
     vec![scene("strips", about, camera, [320, 200], &world)]
 }
 
-/// Fig. 1: slabs that stand on a glossy floor before a wide light.
+/// Fig. 1: slabs that stand on a glossy floor before a wide light, whose first edge is level: lines
+/// along it pass by the slabs' edges, which are upright.
 pub(super) fn monoliths() -> Files {
     let floor = Mesh::polygon(&facing_up([-4.0, -3.0], [4.0, 3.2], 0.0));
     let mut slabs = Mesh::default();
@@ -120,13 +121,13 @@ pub(super) fn monoliths() -> Files {
             turn,
         );
     }
-    let mut world = plastic([0.3, 0.3, 0.32], 0.5, 0.12, &floor);
-    world += &plastic([0.05, 0.05, 0.06], 0.4, 0.2, &slabs);
+    let mut world = plastic([0.3, 0.3, 0.32], 0.5, 0.05, &floor);
+    world += &plastic([0.05, 0.05, 0.06], 0.4, 0.1, &slabs);
     let corners = [
-        [-2.2, 0.9, 2.6],
         [-2.2, 2.3, 2.3],
         [2.2, 2.3, 2.3],
         [2.2, 0.9, 2.6],
+        [-2.2, 0.9, 2.6],
     ];
     world += &light([5.0, 4.8, 4.4], &corners);
     let camera =

@@ -10,8 +10,8 @@ const VIEW: [u16; 2] = [64, 48];
 /// The room of the Cornell box, lit through a window in its left wall.
 pub(super) fn window() -> Files {
     let mut blinds = Mesh::default();
-    for k in 0..9u8 {
-        let y = 0.72 + 0.11 * f64::from(k);
+    for k in 0..4u8 {
+        let y = 1.32 + 0.11 * f64::from(k);
         blinds.cuboid([-0.93, y, -0.75], [-0.86, y + 0.012, 0.75], 0.0);
     }
     let block = Mesh::block([0.05, 0.0, -0.45], [0.65, 0.6, 0.15], 0.29);
@@ -20,7 +20,7 @@ pub(super) fn window() -> Files {
     world += &gloss::plastic([0.3, 0.32, 0.35], 0.5, 0.15, &block);
     // The first edge is level, as the blinds are.
     world += "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n\
-        AreaLightSource \"diffuse\" \"string filename\" [ \"window.tga\" ] \"float scale\" [ 90 ]\n\
+        AreaLightSource \"diffuse\" \"string filename\" [ \"window.tga\" ] \"float scale\" [ 170 ]\n\
         Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ]\n\
         \"point3 P\" [ -0.98 1.7 -0.7  -0.98 1.7 0.7  -0.98 0.7 0.7  -0.98 0.7 -0.7 ]\n\
         \"point2 uv\" [ 0 1  1 1  1 0  0 0 ]\nAttributeEnd\n";
@@ -29,23 +29,26 @@ pub(super) fn window() -> Files {
     vec![main, ("window.tga".to_owned(), tga(VIEW, view))]
 }
 
-/// The colour of a pixel, row 0 on top: a low sun in a dim sky over dark hills, and a cross of
-/// bars.
+/// The colour of a pixel, row 0 on top: a low sun in a dusky sky over dark hills, and a frame with
+/// a cross of bars. A hundredth of the image, the sun, is more than half of its light.
 fn view(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = VIEW;
     let (x, y) = (i32::from(i), i32::from(j));
     let [w, h] = [i32::from(width), i32::from(height)];
     let hills = h - 14 - (x - 20) * (x - 44) / 90;
-    let (dx, dy) = (x - 45, y - 15);
-    if (x - w / 2).abs() < 2 || (y - h / 2).abs() < 2 {
+    let (dx, dy) = (x - 44, y - 29);
+    let from_sun = dx * dx + dy * dy;
+    let is_frame = x < 2 || y < 2 || x >= w - 2 || y >= h - 2;
+    if is_frame || (x - w / 2).abs() < 2 || (y - h / 2).abs() < 2 {
         [4, 4, 4]
-    } else if dx * dx + dy * dy <= 10 {
+    } else if from_sun <= 10 {
         [255, 244, 214]
     } else if y > hills {
-        [14, 20, 12]
+        [8, 11, 7]
     } else {
         let low = u8::try_from(y.clamp(0, 40)).unwrap_or(0);
-        [34 + low, 46 + low / 2, 76 - low / 4]
+        let glow = u8::try_from(900 / (from_sun + 12)).unwrap_or(0);
+        [10 + low / 2 + glow, 16 + low / 3 + glow / 2, 34 - low / 4]
     }
 }
 
