@@ -5,6 +5,10 @@ use crate::judged::bench::Bench;
 use crate::measured::Measured;
 use anyhow::Result;
 use linelit_geometry::{DVec3, Segment, ShadowTriangle};
+use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_samplers::SamplerKind;
+use linelit_study::engine::CpuClock;
+use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 use std::hint::black_box;
 use std::time::Instant;
@@ -199,3 +203,53 @@ impl Tests {
         Self { all, blockers }
     }
 }
+
+/// The share of visibility in the processor time of one line at a point, walk and clipping together
+/// (§6.2): what the same estimates take longer than without anything in the way, in turns.
+pub(super) fn share(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    let settings = Settings {
+        estimator: "line-analytic[orientation=parallel,control=none]".parse()?,
+        sampler: SamplerKind::Independent,
+        samples: 1,
+        seed: bench.context.seed,
+        // As the paper means it: nothing is skipped that a scene does not need.
+        skip: false,
+        ..Settings::default()
+    };
+    let [width, height] = bench.pick([4; 2], [24; 2], [48; 2]);
+    for name in SHARES {
+        let mut scene = bench.context.library.load(name)?.scene;
+        scene.set_resolution(width, height);
+        let mut bare = scene.clone();
+        bare.triangles.fill([0; 3]);
+        let (renderer, empty) = (Renderer::new(&scene), Renderer::new(&bare));
+        let targets = Targets::find(&renderer, &all_pixels(width, height));
+        let mut workspace = Workspace::new();
+        let mut time = |renderer: &Renderer<'_>, passes: u32| {
+            let clock = CpuClock::start();
+            for repetition in 0..passes {
+                for (pixel, point) in &targets.points {
+                    let light =
+                        renderer.direct(&settings, point, *pixel, repetition, &mut workspace);
+                    black_box(light);
+                }
+            }
+            clock.seconds()
+        };
+        let passes = bench.pick(1, 4, 16);
+        let ratios: Vec<f64> = (0..bench.pick(3, 12, 24))
+            .map(|_| time(&empty, passes) / time(&renderer, passes))
+            .collect();
+        let rest = Measured::geometric_mean(&ratios);
+        let walk = Measured::exact(1.0).minus(rest);
+        out.insert(format!("time of visibility, {name}"), walk);
+    }
+    Ok(())
+}
+
+/// Scenes whose share of visibility is measured.
+const SHARES: [&str; 3] = [
+    "grid-planes-large",
+    "triangle-soup-large",
+    "colonnade-large",
+];

@@ -29,12 +29,14 @@ pub(super) type Special = (
 );
 
 /// All of them.
-pub(super) const ALL: [Special; 12] = [
+pub(super) const ALL: [Special; 14] = [
     ("diffuse line", "", billen::diffuse_line),
     ("phong line", "", billen::phong_line),
     ("growth", "billen-growth", billen::growth),
+    ("share", "billen-growth", billen::share),
     ("combination", "", salesin::combination),
     ("sequences", "", salesin::sequences),
+    ("weights", "salesin-fig4", salesin::weights),
     ("linear formulas", "peters-fig3", peters::linear_lights),
     ("two steps", "peters-fig3", peters::two_steps),
     ("rounding", "peters-fig4", peters::single_precision),

@@ -1,6 +1,7 @@
 //! Salesin & Jarosz 2019, and what scrambling does to Billen & Dutré's nets.
 
 use super::{Numbers, Out, integral};
+use crate::drawings::{OCCLUDERS, Smoothing, visible, weight};
 use crate::judged::bench::Bench;
 use crate::measured::Measured;
 use anyhow::Result;
@@ -53,5 +54,55 @@ pub(super) fn sequences(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let order = |few: f64, many: f64| (many / few).ln() / 256_f64.ln();
     let gain = order(scrambled(4), scrambled(1024)) - order(plain(4), plain(1024));
     out.insert("a ramp, scrambled".to_owned(), Measured::exact(gain));
+    Ok(())
+}
+
+/// The largest steps of the weights of Fig. 4 between places a ten millionth of half the light
+/// apart: at the light's borders, at the edges of what the triangles hide, and where lines slip off
+/// a corner of one.
+pub(super) fn weights(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
+    const STEP: f64 = 1e-7;
+    let places = bench.pick(4, 256, 1024);
+    let along = |k: u32| 2.0 * (f64::from(k) + 0.5) / f64::from(places) - 1.0;
+    for (smoothing, name) in [
+        (Smoothing::None, "none"),
+        (Smoothing::Fixed, "fixed"),
+        (Smoothing::Variable, "variable"),
+    ] {
+        let [mut border, mut edge, mut corner] = [0.0_f64; 3];
+        for axis in 0..2 {
+            let of = |t: f64, offset: f64| {
+                let at = if axis == 0 { [t, offset] } else { [offset, t] };
+                weight(smoothing, at)
+            };
+            for offset in (0..places).map(along) {
+                let step = |a: f64, b: f64| (of(a, offset) - of(b, offset)).abs();
+                border = border.max(step(STEP - 1.0, -1.0 - STEP));
+                border = border.max(step(1.0 - STEP, 1.0 + STEP));
+                let ends = visible(axis, offset);
+                let ends = ends.as_slice().iter().flat_map(|part| [part.lo, part.hi]);
+                // Ends at the light's borders are counted above.
+                for end in ends.filter(|t| 0.0 < *t && *t < 1.0) {
+                    let end = 2.0 * end - 1.0;
+                    edge = edge.max(step(end + STEP, end - STEP));
+                }
+            }
+            // Lines that pass by a corner on its one side and its other; what is hidden of the
+            // light is twice as large as what hides it.
+            for at in OCCLUDERS.iter().flatten() {
+                let (u, v) = (2.0 * at[axis], 2.0 * at[1 - axis]);
+                for t in (0..places).map(along).filter(|t| (t - u).abs() > 0.01) {
+                    let both = [of(t, v + STEP), of(t, v - STEP)];
+                    // Where the edge itself is crossed, one of them is hidden.
+                    if both.iter().all(|w| *w > 0.0) {
+                        corner = corner.max((both[0] - both[1]).abs());
+                    }
+                }
+            }
+        }
+        for (place, step) in [("borders", border), ("edges", edge), ("corners", corner)] {
+            out.insert(format!("{name}, {place}"), Measured::exact(step));
+        }
+    }
     Ok(())
 }
