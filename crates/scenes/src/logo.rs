@@ -12,8 +12,8 @@ const STROKES: [[f64; 4]; 5] = [
     [0.35, 1.45, 1.1, 1.4],  // T: bar
 ];
 
-/// So sharp a lobe that stratified points and lines have the orders that Billen & Dutré report for
-/// their logo, whose exponent is large and not told.
+/// So sharp a lobe that the orders of stratified points and lines come near those that Billen &
+/// Dutré report for their logo, whose exponent is large and not told.
 const EXPONENT: f64 = 50_000.0;
 
 /// Letters on a glossy plane and a light behind them: the plane mirrors both towards the camera.
