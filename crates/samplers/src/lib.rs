@@ -17,9 +17,8 @@
 //!
 //! Numbers of different dimensions are padded: independent, each set stratified in itself. A
 //! [`Block`] of a set is for one of several that share it.
-//! [`Sampler::rng`] is a generator for code that takes one of `rand`'s. [`split`] chooses among
-//! several things and keeps the number. The building blocks ([`sobol_02`], [`owen_scramble`],
-//! [`blue_noise_rank`], [`hash`]) are public.
+//! [`Sampler::rng`] is a generator for code that takes one of `rand`'s. The building blocks
+//! ([`sobol_02`], [`owen_scramble`], [`blue_noise_rank`], [`hash`]) are public.
 //!
 //! Streams are frozen: golden values in the tests pin them, and changing one is a breaking change.
 
@@ -40,7 +39,6 @@ mod owen;
 mod permute;
 mod sampler;
 mod sobol;
-mod split;
 mod stratified;
 mod zsobol;
 
@@ -50,7 +48,6 @@ pub use kind::{SamplerKind, UnknownSampler};
 pub use owen::owen_scramble;
 pub use sampler::{SampleSet, Sampler};
 pub use sobol::{sobol_02, van_der_corput};
-pub use split::split;
 
 /// The README's examples are tests.
 #[cfg(doctest)]

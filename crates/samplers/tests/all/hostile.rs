@@ -1,12 +1,11 @@
-//! Every public function with arguments that attack it: none panics, all numbers lie in [0, 1), and
-//! what is chosen has a share. Only [`split`] takes floats; the others take any bits of integers.
+//! Every public function with arguments that attack it: none panics, and all numbers lie in [0, 1).
 
 use linelit_samplers::{
     Block, SampleSet, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64,
-    owen_scramble, sobol_02, split, van_der_corput,
+    owen_scramble, sobol_02, van_der_corput,
 };
 use linelit_testkit::public;
-use linelit_testkit::strategies::{hostile, hostile_unit};
+use linelit_testkit::strategies::hostile_unit;
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -36,15 +35,6 @@ fn word() -> impl Strategy<Value = u32> {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: linelit_testkit::cases::cases(10_000), failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn choices(u in hostile_unit(), shares in prop::collection::vec(hostile(), 0..6)) {
-        let positive: f64 = shares.iter().filter(|s| **s > 0.0).sum();
-        match split(u, &shares) {
-            Some((k, v)) => prop_assert!(shares[k] > 0.0 && is_unit(v), "{k} {v}"),
-            None => prop_assert!(positive <= 0.0 || positive.is_infinite()),
-        }
-    }
 
     #[test]
     fn blocks(index in word(), of in word(), u in hostile_unit(), marks in [hostile_unit(), hostile_unit()]) {
