@@ -86,12 +86,6 @@ pub(crate) struct VisibilityArgs {
     /// Fewer points and rounds.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// No table, but the bare work for a profiler: N lines a point, or eight rays for 0.
-    #[arg(long, value_name = "N")]
-    pub(crate) only: Option<u32>,
-    /// How many times `--only` works.
-    #[arg(long, value_name = "K", default_value_t = 1, requires = "only")]
-    pub(crate) repeat: u32,
     /// How scenes are read.
     #[command(flatten)]
     pub(crate) read: ReadArgs,

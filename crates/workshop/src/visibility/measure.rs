@@ -195,33 +195,9 @@ pub(super) fn time(
         result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
     }
     result.counters = scratch.counters;
-    let hits = trace_rays(occluders, &rays, &mut scratch);
-    result.hit_share = hits as f64 / rays.len() as f64;
+    let hit = |ray: &&Ray| occluders.any_hit(ray, &NONE, &mut scratch);
+    result.hit_share = rays.iter().filter(hit).count() as f64 / rays.len() as f64;
     result
-}
-
-/// Answers `count` lines a point (none: eight rays a point) `times` over: nothing but the work, for
-/// profilers.
-#[inline(never)]
-pub(super) fn repeat(occluders: &Occluders, work: &Workload<'_>, count: u32, times: u32) {
-    let mut random = Pcg64Mcg::seed_from_u64(11);
-    let lines = stratified_lines(work.light.corners(), count, &mut || random.random());
-    let rays = shadow_rays(work, 8);
-    let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
-    for _ in 0..times {
-        if count > 0 {
-            std::hint::black_box(trace_lines(occluders, work, &lines, &mut scratch, &mut out));
-        } else {
-            std::hint::black_box(trace_rays(occluders, &rays, &mut scratch));
-        }
-    }
-}
-
-/// The number of rays that meet something.
-#[inline(never)]
-fn trace_rays(occluders: &Occluders, rays: &[Ray], scratch: &mut Scratch) -> usize {
-    let hit = |ray: &&Ray| occluders.any_hit(ray, &NONE, scratch);
-    rays.iter().filter(hit).count()
 }
 
 /// The mean visible share of lines over all shading points.

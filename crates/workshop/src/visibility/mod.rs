@@ -9,7 +9,7 @@ use linelit_cli::output::Output;
 use linelit_geometry::DVec3;
 use linelit_scenes::VisibilityScene;
 use linelit_visibility::{LightCorners, Occluders};
-use measure::{Timings, Workload, repeat, shading_points, time};
+use measure::{Timings, Workload, shading_points, time};
 use rivals::Rivals;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -54,10 +54,7 @@ fn rows(
     let start = Instant::now();
     let occluders = Occluders::build(&scene.positions, &scene.triangles);
     let build = start.elapsed().as_secs_f64();
-    let rivals = args
-        .only
-        .is_none()
-        .then(|| Rivals::build(&scene.positions, &scene.triangles));
+    let rivals = Rivals::build(&scene.positions, &scene.triangles);
     let (side, rounds) = if args.quick { (24, 7) } else { (48, 15) };
     let bytes = occluders.memory() as f64 / occluders.triangle_count().max(1) as f64;
     if !args.json {
@@ -84,13 +81,9 @@ fn rows(
             light: corners,
             points: &points,
         };
-        let Some(rivals) = &rivals else {
-            repeat(&occluders, &work, args.only.unwrap_or(0), args.repeat);
-            continue;
-        };
         // A linear light has one line.
         let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
-        let mut t = time(&occluders, rivals, &work, lines, rounds);
+        let mut t = time(&occluders, &rivals, &work, lines, rounds);
         t.shared.sort_by_key(|row| row.count);
         if args.json {
             found.extend(t.shared.iter().map(|row| {
