@@ -124,11 +124,11 @@ pub(crate) fn check_size(
 /// bytes for each of the file if that is more, 4 GiB at most.
 ///
 /// ```
-/// use linelit_film::{ByteImage, Pixels, decode_picture, encode_tga};
+/// use linelit_film::{ByteImage, Exposure, Image, Pixels, decode_picture, encode_png};
 ///
-/// let pixel = ByteImage { width: 1, height: 1, rgb: vec![[1, 2, 3]] };
-/// let file = encode_tga(&pixel)?;
-/// assert_eq!(decode_picture("a.tga", &file).unwrap()?.pixels, Pixels::Bytes(pixel));
+/// let file = encode_png(&Image::new(1, 1), Exposure::default())?;
+/// let black = ByteImage { width: 1, height: 1, rgb: vec![[0; 3]] };
+/// assert_eq!(decode_picture("a.png", &file).unwrap()?.pixels, Pixels::Bytes(black));
 /// assert!(decode_picture("a.txt", b"text").is_none());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -2,27 +2,26 @@
 //! the files they are kept in.
 //!
 //! - [`Image`]: linear radiance, `f32`.
-//! - [`Moments`], [`MomentImage`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
+//! - [`Moments`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
 //! - [`tiles`]: rectangles of work in a fixed order.
 //! - [`Document`]: named layers and metadata, read from and written to EXR.
 //! - [`Flip`]: the difference that one sees when two pictures alternate.
 //! - [`decode_picture`]: any PNG, TGA, EXR, PFM or, with the feature `jpeg`, JPEG file.
-//! - [`write_pfm`], [`write_png`], [`encode_tga`], [`HeatMap`].
+//! - [`write_png`], [`HeatMap`].
 //!
 //! Every file is written under a temporary name and renamed ([`write_atomically`]); equal contents
 //! give equal bytes. Damaged input is an error that says what was expected and found, never a
 //! panic. This crate knows nothing of scenes, lights or samples.
 //!
 //! ```
-//! use linelit_film::{Document, MomentImage, Moments};
+//! use linelit_film::{Document, Moments};
 //!
 //! let mut pixel = Moments::default();
 //! for radiance in [1.0, 2.0, 6.0] {
 //!     pixel.push([radiance; 3]);
 //! }
-//! let film = MomentImage::from_pixels(1, 1, vec![pixel]).unwrap();
 //! let mut document = Document::new(1, 1);
-//! document.add_image("variance", &film.variance_image())?;
+//! document.add_scalar("variance", vec![pixel.variance_of_mean()[0] as f32])?;
 //! document.set("seed", 7);
 //! let bytes = document.encode()?;
 //! assert_eq!(linelit_film::decode_exr(&bytes)?, document);
@@ -66,8 +65,6 @@ pub use document::{Channel, Document, Layer, Placement, Samples};
 pub use error::{FilmError, FormatError};
 pub use flip::Flip;
 pub use image::Image;
-pub use moments::{MomentImage, Moments};
+pub use moments::Moments;
 pub use openexr::decode as decode_exr;
-pub use pfm::write_pfm;
-pub use tga::encode_tga;
 pub use tiles::{Tile, tiles};

@@ -1,6 +1,4 @@
-//! Running mean and spread, one value or a whole film.
-
-use crate::{Image, image::area};
+//! Running mean and spread.
 
 /// Count, mean and sum of squared deviations (M2) of colours, per channel.
 ///
@@ -77,43 +75,6 @@ impl Moments {
     pub fn variance_of_mean(&self) -> [f64; 3] {
         let count = self.count as f64;
         self.variance().map(|variance| variance / count)
-    }
-}
-
-/// [`Moments`] of every pixel, rows from top to bottom.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MomentImage {
-    width: u32,
-    height: u32,
-    pixels: Vec<Moments>,
-}
-
-impl MomentImage {
-    /// A film from its pixels; `None` when their number is not `width · height`.
-    #[must_use]
-    pub fn from_pixels(width: u32, height: u32, pixels: Vec<Moments>) -> Option<Self> {
-        (pixels.len() == area(width, height)).then_some(Self {
-            width,
-            height,
-            pixels,
-        })
-    }
-
-    /// All pixels, row by row.
-    #[must_use]
-    pub fn pixels(&self) -> &[Moments] {
-        &self.pixels
-    }
-
-    /// The variances of the means ([`Moments::variance_of_mean`]), rounded to `f32`.
-    #[must_use]
-    pub fn variance_image(&self) -> Image {
-        let variances = self.pixels.iter().map(Moments::variance_of_mean);
-        Image {
-            width: self.width,
-            height: self.height,
-            rgb: variances.map(|variance| variance.map(to_f32)).collect(),
-        }
     }
 }
 
@@ -199,19 +160,5 @@ mod tests {
     fn one_value_has_no_variance() {
         assert!(gather(&[3.0]).variance()[0].is_nan());
         assert!(Moments::default().variance_of_mean()[2].is_nan());
-    }
-
-    #[test]
-    fn the_variance_of_a_film_is_that_of_its_means() {
-        let pixels = [gather(&[1.0, 3.0]), gather(&[5.0])];
-        assert!(MomentImage::from_pixels(2, 2, pixels.into()).is_none());
-        let film = MomentImage::from_pixels(2, 1, pixels.into()).unwrap();
-        // M2 = 2, and a quarter of it for half the channel.
-        let [two, one] = [0, 1].map(|x| film.variance_image().get(x, 0));
-        assert_eq!(
-            two.map(f32::to_bits),
-            [1.0_f32, 1.0, 0.25].map(f32::to_bits)
-        );
-        assert!(one[0].is_nan());
     }
 }

@@ -1,25 +1,8 @@
 //! Portable float maps: a text header and raw 32-bit rows from bottom to top.
 
-use std::path::Path;
-
-use crate::{FilmError, FormatError, Image};
+use crate::{FormatError, Image};
 
 const FORMAT: &str = "PFM";
-
-/// Writes a colour PFM file, little-endian.
-///
-/// # Errors
-/// [`FilmError::Invalid`] for a picture without pixels, [`FilmError::Io`].
-pub fn write_pfm(path: &Path, image: &Image) -> Result<(), FilmError> {
-    image.check()?;
-    let mut bytes = format!("PF\n{} {}\n-1.0\n", image.width, image.height).into_bytes();
-    for row in image.rgb.chunks_exact(image.width as usize).rev() {
-        for value in row.iter().flatten() {
-            bytes.extend(value.to_le_bytes());
-        }
-    }
-    crate::write_atomically(path, &bytes)
-}
 
 /// The picture in the bytes of a file, if it takes at most `limit` bytes of memory.
 ///

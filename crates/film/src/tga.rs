@@ -1,7 +1,7 @@
-//! Reading and writing TGA pictures.
+//! Reading TGA pictures.
 
+use crate::ByteImage;
 use crate::decode::{DecodeError, check_size};
-use crate::{ByteImage, FilmError};
 
 /// Reads a TGA file: true colour or grey, 8, 24 or 32 bits, plain or run-length encoded.
 /// The error is a message without a place.
@@ -105,24 +105,6 @@ fn decode_runs(
     Ok(rgb)
 }
 
-/// The bytes of an uncompressed TGA file of 24 bits.
-///
-/// # Errors
-/// When the picture has no pixels or is larger than the format allows (65535 pixels along a side).
-pub fn encode_tga(image: &ByteImage) -> Result<Vec<u8>, FilmError> {
-    let side = |n: u32| match u16::try_from(n) {
-        Ok(n @ 1..) => Ok(n.to_le_bytes()),
-        _ => Err(FilmError::Invalid(format!(
-            "the sides of a TGA picture are 1 to 65535 pixels, not {n}"
-        ))),
-    };
-    let ([w0, w1], [h0, h1]) = (side(image.width)?, side(image.height)?);
-    // True colour without a map; the top row first.
-    let mut file = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, w0, w1, h0, h1, 24, 0x20];
-    file.extend(image.rgb.iter().flat_map(|[r, g, b]| [*b, *g, *r]));
-    Ok(file)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,13 +144,6 @@ mod tests {
         file.extend([0x81, 9, 0x00, 7]);
         let image = read(&file).unwrap();
         assert_eq!(image.rgb, [[9; 3], [9; 3], [7; 3]]);
-    }
-
-    #[test]
-    fn what_is_written_is_read() {
-        let rgb = (0..6).map(|i| [i, 2 * i, 255 - i]).collect();
-        let image = ByteImage::of([3, 2], rgb).unwrap();
-        assert!(read(&encode_tga(&image).unwrap()).unwrap() == image);
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod dd;
 pub mod folder;
 pub mod laws;
 pub mod peters_as_printed;
+pub mod pictures;
 pub mod precise;
 pub mod program;
 pub mod public;

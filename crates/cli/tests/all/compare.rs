@@ -1,7 +1,8 @@
 //! `compare`: figures, parts, and the pictures that it writes.
 
 use crate::common::{folder, linelit, path, succeeded, text};
-use linelit_film::{Document, Exposure, Image, Placement, srgb_decode, write_pfm, write_png};
+use linelit_film::{Document, Exposure, Image, Placement, srgb_decode, write_png};
+use linelit_testkit::pictures;
 use serde_json::Value;
 use std::path::Path;
 
@@ -29,7 +30,7 @@ fn pair(folder: &Path) -> [std::path::PathBuf; 2] {
     document.add_image("seen", &seen).unwrap();
     document.set("seed", 2);
     document.write(&names[0]).unwrap();
-    write_pfm(&names[1], &ramp).unwrap();
+    std::fs::write(&names[1], pictures::pfm([16, 12], &ramp.rgb)).unwrap();
     names
 }
 
@@ -80,7 +81,7 @@ fn what_cannot_be_compared_is_said() {
     let dir = folder("compare-errors");
     let [exr, pfm] = pair(&dir);
     let small = dir.join("small.pfm");
-    write_pfm(&small, &Image::new(2, 3)).unwrap();
+    std::fs::write(&small, pictures::pfm([2, 3], &[[0.0; 3]; 6])).unwrap();
     let (layer, absent) = (format!("{}:x", pfm.display()), dir.join("none.png"));
     std::fs::write(dir.join("broken.png"), "no picture").unwrap();
     for (arguments, status, what) in [
@@ -270,7 +271,7 @@ fn maps_are_what_the_figures_are_means_of() {
         let image = Image::read_layer(file, layer).unwrap();
         let cut = Image::from_fn(8, 6, |x, y| image.get(x + 8, y + 6));
         let name = dir.join(format!("cut-{}.pfm", layer.unwrap_or("")));
-        write_pfm(&name, &cut).unwrap();
+        std::fs::write(&name, pictures::pfm([8, 6], &cut.rgb)).unwrap();
         name
     };
     let [a, b] = [cut(&exr, Some("seen")), cut(&pfm, None)];

@@ -1,6 +1,5 @@
 //! Helpers of the integration tests.
 
-use linelit_film::{ByteImage, encode_tga};
 use linelit_formats::{LoadOptions, Loaded, Root};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
@@ -39,9 +38,8 @@ pub(crate) fn line(scene: &Scene, k: usize) -> &LinearLight {
 }
 
 /// Writes a picture of bytes.
-pub(crate) fn write_tga(path: &Path, [width, height]: [u32; 2], rgb: Vec<[u8; 3]>) {
-    let picture = ByteImage { width, height, rgb };
-    std::fs::write(path, encode_tga(&picture).unwrap()).unwrap();
+pub(crate) fn write_tga(path: &Path, size: [u32; 2], rgb: &[[u8; 3]]) {
+    std::fs::write(path, linelit_testkit::pictures::tga(size, rgb)).unwrap();
 }
 
 /// Equal to within `f32` rounding of coordinates of about one.

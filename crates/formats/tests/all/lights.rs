@@ -232,7 +232,7 @@ fn lines_are_linear_lights() {
 fn images_on_lines_are_named() {
     let folder = Folder::new("line");
     let path = folder.join("a.tga");
-    crate::common::write_tga(&path, [1, 1], vec![[128; 3]]);
+    crate::common::write_tga(&path, [1, 1], &[[128; 3]]);
     let text = format!(
         "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" \"string filename\" \"{}\"
          Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0]",
@@ -256,7 +256,7 @@ fn the_power_of_a_light_with_an_image_is_the_images() {
     let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 0], [0, 0, 0]];
     let luminance = [0.212_671, 0.715_160];
     let whole = (luminance[0] + luminance[1]) / 4.0;
-    crate::common::write_tga(&path, [4, 1], colours.to_vec());
+    crate::common::write_tga(&path, [4, 1], &colours);
     let light = |rest: &str| {
         format!(
             "AreaLightSource \"diffuse\" \"string filename\" \"{}\" \"float power\" 100 {rest}",
@@ -297,14 +297,14 @@ fn the_power_of_a_light_with_an_image_is_the_images() {
         assert!((got - want).abs() <= bound, "{text}: {got} {want}");
     }
     // Of a black image there is none, and a line has no place for one.
-    crate::common::write_tga(&path, [1, 1], vec![[0; 3]]);
+    crate::common::write_tga(&path, [1, 1], &[[0; 3]]);
     let text = format!("Camera \"perspective\" WorldBegin {} {square}", light(""));
     let loaded = load(&text);
     assert!(loaded.scene.lights.is_empty());
     let said =
         |loaded: &Loaded, what: &str| loaded.warnings.iter().any(|w| w.to_string().contains(what));
     assert!(said(&loaded, "an area light emits nothing"));
-    crate::common::write_tga(&path, [1, 1], vec![[128; 3]]);
+    crate::common::write_tga(&path, [1, 1], &[[128; 3]]);
     let line = "Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0]";
     let loaded = load(&format!(
         "Camera \"perspective\" WorldBegin {} {line}",

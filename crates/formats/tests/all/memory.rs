@@ -1,6 +1,5 @@
 //! Scenes in memory, with all that they name: no file is read.
 
-use linelit_film::{ByteImage, encode_tga};
 use linelit_formats::{
     ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, Watch, from_bytes,
 };
@@ -21,13 +20,7 @@ fn load(text: &str, files: &[(&str, &[u8])]) -> Result<Loaded, SceneError> {
 
 #[test]
 fn what_a_scene_in_memory_names_is_found_there_and_nowhere_else() {
-    let rgb = vec![[255, 0, 0]; 4];
-    let picture = ByteImage {
-        width: 2,
-        height: 2,
-        rgb,
-    };
-    let picture = encode_tga(&picture).unwrap();
+    let picture = linelit_testkit::pictures::tga([2, 2], &[[255, 0, 0]; 4]);
     let part = b"Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"sub/red.tga\"
         Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"";
     let files = [("part.pbrt", &part[..]), ("sub/red.tga", &picture)];

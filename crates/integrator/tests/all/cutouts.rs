@@ -1,7 +1,6 @@
 //! Holes by masks against holes in the geometry.
 
 use crate::common::load;
-use linelit_formats::assembly::film::{ByteImage, encode_tga};
 use linelit_formats::{LoadOptions, Root};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
@@ -71,12 +70,8 @@ fn cut_out() -> String {
 /// A scene that may name the leaf.
 fn with_leaf(text: &str) -> Scene {
     let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [u8::from(is_there(x, y)) * 9; 3]));
-    let image = ByteImage {
-        width: SIDE,
-        height: SIDE,
-        rgb: texels.collect(),
-    };
-    let files = BTreeMap::from([("leaf.tga".to_owned(), encode_tga(&image).unwrap())]);
+    let leaf = linelit_testkit::pictures::tga([SIDE; 2], &texels.collect::<Vec<_>>());
+    let files = BTreeMap::from([("leaf.tga".to_owned(), leaf)]);
     let options = LoadOptions {
         root: Root::Memory(Arc::new(files)),
         ..LoadOptions::default()
