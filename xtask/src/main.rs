@@ -95,13 +95,11 @@ fn main() -> ExitCode {
             }
         },
         "fuzz" | "test" => {
-            let fuzz = command == "fuzz";
-            let done = if fuzz {
-                suite::fuzz(rest)
-            } else {
-                suite::run(rest)
+            let run = match command == "fuzz" {
+                true => suite::fuzz,
+                false => suite::run,
             };
-            match done {
+            match run(rest) {
                 Ok(status) => status,
                 Err(unknown) => return usage(&unknown),
             }

@@ -8,28 +8,14 @@ use std::io;
 use std::process::Command;
 
 /// Packs all published crates, without building them.
-pub(crate) fn package() -> Vec<String> {
-    problem(of_all(
-        "package --workspace --no-verify --allow-dirty --quiet",
-    ))
+pub(crate) fn package() -> Result<(), String> {
+    of_all("package --workspace --no-verify --allow-dirty --quiet")
 }
 
 /// Does with all published crates all that publishing does, but for the last step: they are built
 /// from their packages, and crates.io is asked whether it has them.
-pub(crate) fn publish() -> Vec<String> {
-    problem(of_all(
-        "publish --workspace --dry-run --allow-dirty --quiet",
-    ))
-}
-
-/// Compiles the tests of the packages, unpacked, and runs `xtask/outside` on them, copied out of
-/// the workspace.
-pub(crate) fn outside() -> Vec<String> {
-    problem(try_outside())
-}
-
-fn problem(outcome: Result<(), String>) -> Vec<String> {
-    outcome.err().into_iter().collect()
+pub(crate) fn publish() -> Result<(), String> {
+    of_all("publish --workspace --dry-run --allow-dirty --quiet")
 }
 
 /// A command of cargo's on the published crates.
@@ -41,7 +27,9 @@ fn of_all(words: &str) -> Result<(), String> {
     run(command)
 }
 
-fn try_outside() -> Result<(), String> {
+/// Compiles the tests of the packages, unpacked, and runs `xtask/outside` on them, copied out of
+/// the workspace.
+pub(crate) fn outside() -> Result<(), String> {
     let house = House::read(&cargo::root())?;
     let place = cargo::target().join("outside");
     let template = cargo::root().join("xtask/outside");

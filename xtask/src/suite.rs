@@ -130,10 +130,16 @@ impl Part {
 /// A step's parts.
 fn expand(step: &str, seed: u64) -> Vec<Part> {
     let one = |name: &str, command| vec![Part::new(name, checked(command))];
-    let own = |name: &str, work: fn() -> Vec<String>| vec![Part::new(name, Box::new(work))];
+    let packed = |name: &str, work: fn() -> Result<(), String>| {
+        let problems = move || work().err().into_iter().collect();
+        vec![Part::new(name, Box::new(problems))]
+    };
     match step {
         "fmt" => one("rustfmt", quiet("fmt --all --check", "-l")),
-        "tidy" => own("tidy: the house rules", || tidy::problems(&cargo::root())),
+        "tidy" => {
+            let rules = || tidy::problems(&cargo::root());
+            vec![Part::new("tidy: the house rules", Box::new(rules))]
+        }
         "clippy" => {
             let all = quiet(
                 "clippy --workspace --all-targets --keep-going",
@@ -141,7 +147,7 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
             );
             one("clippy, all targets", all)
         }
-        "package" => own("packages of published crates", packages::package),
+        "package" => packed("packages of published crates", packages::package),
         // Test programs run one after another, and each ends with its longest test alone on one
         // core: the steps behind take the other. Other examples and benches clippy has compiled.
         "test" => {
@@ -176,11 +182,11 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
                 Part::new(properties_name, checked(properties)),
             ]
         }
-        "outside" => own(
+        "outside" => packed(
             "tests of the packages, and a renderer outside on them",
             packages::outside,
         ),
-        "publish" => own("publishing, but for the last step", packages::publish),
+        "publish" => packed("publishing, but for the last step", packages::publish),
         _ => Vec::new(),
     }
 }
