@@ -79,9 +79,6 @@ impl OutputFolder {
 
     /// A folder for what is done so far of the study, which goes when its files are written; what
     /// an interrupted one left there stays, unless one is to begin `fresh`.
-    ///
-    /// # Errors
-    /// If that cannot be removed.
     pub fn temporary(&mut self, fresh: bool) -> Result<PathBuf> {
         let path = self.path.join(PLAN);
         if fresh {
@@ -105,9 +102,6 @@ impl OutputFolder {
 
     /// Writes all files, each whole or not at all, and removes those of the study before this one
     /// that have no successor.
-    ///
-    /// # Errors
-    /// If a file cannot be written or removed.
     pub fn finish(self) -> Result<()> {
         let earlier = self.listed();
         // Should the process end between two files, the next study knows of them all.

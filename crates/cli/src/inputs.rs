@@ -43,9 +43,6 @@ impl<'a> Sources<'a> {
     }
 
     /// Reads a scene.
-    ///
-    /// # Errors
-    /// If it cannot be found or read.
     pub fn load(&self, name: &str) -> Result<Scene> {
         let seen: Arc<Mutex<Files>> = Arc::default();
         let (told, pack) = (Arc::clone(&seen), self.pack);
@@ -74,9 +71,6 @@ impl<'a> Sources<'a> {
     }
 
     /// The plan of units of a `kind` on scenes that were read, and the files that it keeps.
-    ///
-    /// # Errors
-    /// If a scene was not read.
     pub fn plan(
         &self,
         kind: &str,
@@ -108,9 +102,6 @@ pub fn program() -> String {
 }
 
 /// The name of a scene that leads there from any working folder of this machine.
-///
-/// # Errors
-/// If there is no such scene.
 pub fn whole_path(name: &str) -> Result<String> {
     Ok(match Place::find(name)? {
         Place::File(path) => std::path::absolute(&path)

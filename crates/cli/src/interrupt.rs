@@ -12,9 +12,6 @@ const ENDED_BY_SIGNAL: i32 = 128;
 static STOPPED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// From now on the first signal is only noted, for [`stopped`]; the second ends the process.
-///
-/// # Errors
-/// If the system does not allow it.
 pub fn watch() -> io::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         let status = ENDED_BY_SIGNAL + signal;

@@ -22,9 +22,6 @@ const SAMPLES: u32 = 64;
 const SCENE: &str = "grid-planes-large";
 
 /// Draws the pictures, or says which are of an old state.
-///
-/// # Errors
-/// If one cannot be drawn or written, or `--check` finds an old one.
 pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
     let library = args.read.library();
     let mut files = gallery(&library)?;

@@ -84,9 +84,6 @@ struct PlanInfo {
 }
 
 /// Says what is in a scene.
-///
-/// # Errors
-/// If the scene cannot be read.
 pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     let mut loaded = args.common.read.library().load(&args.scene)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];

@@ -23,9 +23,6 @@ struct Row {
 }
 
 /// Names what there is.
-///
-/// # Errors
-/// If nothing can be printed.
 pub fn run(args: &ListArgs, out: &mut Output) -> Result<()> {
     match args.what {
         Some(what) if args.json => writeln!(out, "{}", serde_json::to_string(&rows(what))?)?,

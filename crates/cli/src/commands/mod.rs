@@ -26,9 +26,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPool;
 
 /// A pool of the threads that the flags ask for.
-///
-/// # Errors
-/// If the system starts none.
 pub fn pool(args: &SceneArgs) -> Result<ThreadPool> {
     pool_of(args.threads)
 }

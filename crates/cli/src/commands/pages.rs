@@ -8,9 +8,6 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 
 /// Prints a script that completes words in a shell.
-///
-/// # Errors
-/// If nothing can be printed.
 pub fn completions(shell: Shell, out: &mut Output) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "linelit", &mut script);
@@ -19,9 +16,6 @@ pub fn completions(shell: Shell, out: &mut Output) -> Result<()> {
 }
 
 /// Prints the page of the program, or writes it into a folder with those of its commands.
-///
-/// # Errors
-/// If nothing can be printed or written.
 pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();

@@ -123,9 +123,6 @@ pub fn merge(args: &MergeArgs, out: &mut Output) -> Result<()> {
 }
 
 /// Says how far a plan is, whichever program made it.
-///
-/// # Errors
-/// If it cannot be looked at.
 pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
     let folder = Folder::open(&args.plan)?;
     if args.watch {

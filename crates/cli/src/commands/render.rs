@@ -25,9 +25,6 @@ use std::time::Instant;
 const LONG: f64 = 30.0;
 
 /// Renders a scene to an image.
-///
-/// # Errors
-/// If the scene cannot be read or the image cannot be written.
 pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     check_file(&args.file, &args.output)?;
     aovs::check(&args.picture, is_png(&args.output))?;
