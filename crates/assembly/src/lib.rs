@@ -6,7 +6,6 @@ mod assembly;
 mod diagnostics;
 mod framing;
 mod gzip;
-mod monotone;
 mod options;
 pub mod ply;
 mod polygon;

@@ -1,36 +1,39 @@
 //! Cutting polygons into triangles.
 
-use crate::monotone;
 use linelit_geometry::{DVec2, DVec3, Frame};
 
-/// Polygons with more corners than this are swept over: ears cost time in proportion to the square
-/// of the corners, but do something for every polygon that crosses itself.
-const MAX_EARS: usize = 256;
+/// The most corners of a polygon that is not convex: time grows with their square.
+const MOST_CORNERS: usize = 1024;
 
 /// Appends the triangles of a polygon given by its corners, all in range.
 ///
 /// Convex polygons become fans from the first corner (a quad `0 1 2 3` becomes `0 1 2`, `0 2 3`,
-/// as in pbrt); others are cut in their mean plane. Polygons of more than 256 corners that cross
-/// themselves there become fans, too.
-pub fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u32; 3]>) {
+/// as in pbrt); others are cut in their mean plane.
+///
+/// # Errors
+/// When it is not convex and has more than 1024 corners; the error says so of "it".
+pub fn triangulate(
+    positions: &[DVec3],
+    corners: &[u32],
+    out: &mut Vec<[u32; 3]>,
+) -> Result<(), String> {
     let n = corners.len();
     if n < 3 {
-        return;
+        return Ok(());
     }
     let fan = |out: &mut Vec<[u32; 3]>| {
         out.extend((1..n - 1).map(|k| [corners[0], corners[k], corners[k + 1]]));
+        Ok(())
     };
     if n == 3 {
-        fan(out);
-        return;
+        return fan(out);
     }
     let points: Vec<DVec3> = corners.iter().map(|i| positions[*i as usize]).collect();
     let normal: DVec3 = (1..n - 1)
         .map(|k| (points[k] - points[0]).cross(points[k + 1] - points[0]))
         .sum();
     let Some(normal) = normal.try_normalize() else {
-        fan(out);
-        return;
+        return fan(out);
     };
     let frame = Frame::from_normal(normal);
     let flat: Vec<DVec2> = points
@@ -38,16 +41,16 @@ pub fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u32; 3]>
         .map(|p| *p - points[0])
         .map(|p| DVec2::new(p.dot(frame.x), p.dot(frame.y)))
         .collect();
-    if n > MAX_EARS {
-        match monotone::triangulate(&flat) {
-            Some(triangles) => out.extend(triangles.iter().map(|t| t.map(|k| corners[k]))),
-            None => fan(out),
-        }
-    } else if (0..n).all(|i| turn(flat[(i + n - 1) % n], flat[i], flat[(i + 1) % n]) >= 0.0) {
-        fan(out);
-    } else {
-        cut_ears(&flat, corners, out);
+    if (0..n).all(|i| turn(flat[(i + n - 1) % n], flat[i], flat[(i + 1) % n]) >= 0.0) {
+        return fan(out);
     }
+    if n > MOST_CORNERS {
+        return Err(format!(
+            "has {n} corners and is not convex; at most {MOST_CORNERS} are cut into triangles"
+        ));
+    }
+    cut_ears(&flat, corners, out);
+    Ok(())
 }
 
 /// Twice the signed area of a triangle.
@@ -90,27 +93,63 @@ fn cut_ears(points: &[DVec2], corners: &[u32], out: &mut Vec<[u32; 3]>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::TAU;
+
+    fn ring(n: u32, radius: impl Fn(u32) -> f64) -> Vec<DVec3> {
+        let corner = |k| radius(k) * DVec2::from_angle(f64::from(k) * TAU / f64::from(n));
+        (0..n).map(|k| corner(k).extend(3.0)).collect()
+    }
+
+    fn cut(polygon: &[DVec3]) -> Result<Vec<[u32; 3]>, String> {
+        let (corners, mut out): (Vec<u32>, _) = ((0..).take(polygon.len()).collect(), Vec::new());
+        triangulate(polygon, &corners, &mut out).map(|()| out)
+    }
+
+    /// The area of each triangle, seen from above.
+    fn areas(polygon: &[DVec3], triangles: &[[u32; 3]]) -> Vec<f64> {
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| polygon[i as usize]);
+            0.5 * (b - a).cross(c - a).z
+        };
+        triangles.iter().map(area).collect()
+    }
 
     #[test]
     fn a_concave_arrow_keeps_its_area() {
-        let p = [(0.0, 0.0), (2.0, 1.0), (0.0, 2.0), (0.5, 1.0)];
-        let p: Vec<DVec3> = p.iter().map(|(x, y)| DVec3::new(*x, *y, 3.0)).collect();
-        let mut out = Vec::new();
-        triangulate(&p, &[3, 0, 1, 2], &mut out);
-        let area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| p[i as usize]);
-            0.5 * (b - a).cross(c - a).z
-        };
-        assert_eq!(out.len(), 2);
-        assert!(out.iter().all(|t| area(t) > 0.0), "{out:?}");
-        assert!((out.iter().map(area).sum::<f64>() - 1.5).abs() < 1e-12);
+        let p = [(0.0, 2.0), (0.5, 1.0), (0.0, 0.0), (2.0, 1.0)];
+        let p = p.map(|(x, y)| DVec3::new(x, y, 3.0));
+        let areas = areas(&p, &cut(&p).unwrap());
+        assert_eq!(areas.len(), 2);
+        assert!(areas.iter().all(|area| *area > 0.0), "{areas:?}");
+        assert!((areas.iter().sum::<f64>() - 1.5).abs() < 1e-12);
     }
 
     #[test]
     fn quads_are_cut_as_pbrt_cuts_them() {
         let p = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
-        let mut out = Vec::new();
-        triangulate(&p, &[0, 1, 2, 3], &mut out);
-        assert_eq!(out, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(cut(&p).unwrap(), [[0, 1, 2], [0, 2, 3]]);
+    }
+
+    #[test]
+    fn of_very_many_corners_only_convex_polygons_are_cut() {
+        let star = |n| cut(&ring(n, |k| 1.0 + 0.1 * f64::from(k % 2)));
+        assert_eq!(star(1024).unwrap().len(), 1022);
+        let message = "has 1026 corners and is not convex; at most 1024 are cut into triangles";
+        assert_eq!(star(1026), Err(message.to_owned()));
+        assert_eq!(cut(&ring(10_000, |_| 1.0)).unwrap().len(), 9998);
+    }
+
+    proptest! {
+        #[test]
+        fn stars_are_cut(radii in prop::collection::vec(0.01..10.0_f64, 5..200)) {
+            let star = ring(u32::try_from(radii.len()).unwrap(), |k| radii[k as usize]);
+            let areas = areas(&star, &cut(&star).unwrap());
+            let fan = (0..star.len()).map(|k| (star[k], star[(k + 1) % star.len()]));
+            let whole: f64 = fan.map(|(a, b)| 0.5 * a.cross(b).z).sum();
+            // Coordinates up to 10: an area rounds by 6 ε · 20²/2 at most.
+            prop_assert!(areas.len() == star.len() - 2 && areas.iter().all(|area| *area > -3e-13));
+            prop_assert!((areas.iter().sum::<f64>() - whole).abs() < 200.0 * 6e-13);
+        }
     }
 }

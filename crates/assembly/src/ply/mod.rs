@@ -249,10 +249,10 @@ impl Sink {
                 .windows(2)
                 .map(|two| [corners[0], two[0], two[1]]);
             self.mesh.triangles.extend(fan);
-        } else {
-            triangulate(&self.mesh.positions, &corners, &mut self.mesh.triangles);
+            return Ok(());
         }
-        Ok(())
+        triangulate(&self.mesh.positions, &corners, &mut self.mesh.triangles)
+            .map_err(|it| format!("face {number} {it}"))
     }
 }
 

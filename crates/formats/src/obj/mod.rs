@@ -10,7 +10,8 @@ mod lines;
 mod mtl;
 mod statements;
 
-use linelit_assembly::{Assembly, LoadOptions, Loaded, Result, Source, triangulate};
+use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded};
+use linelit_assembly::{Result, Source, triangulate};
 use linelit_geometry::DVec3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use mtl::Entry;
@@ -59,7 +60,10 @@ pub(crate) fn load(
             }
             continue;
         }
-        let mesh = mesh_data(model.mesh);
+        let (mesh, left_out) = mesh_data(model.mesh);
+        for it in left_out {
+            base.warn(ErrorKind::BadMesh, format!("a face {it}"), "left out", at)?;
+        }
         let place = Placement {
             material,
             emission,
@@ -79,8 +83,9 @@ fn position(mesh: &Mesh, index: u32) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|k| f64::from(mesh.positions[start + k])))
 }
 
-/// A mesh of polygons as one of triangles.
-fn mesh_data(mesh: Mesh) -> MeshData {
+/// A mesh of polygons as one of triangles, and what is said of polygons that are left out.
+fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
+    let mut left_out = Vec::new();
     let count = mesh.positions.len() / 3;
     let mut data = MeshData {
         positions: (0..count).map(|k| position(&mesh, index(k))).collect(),
@@ -94,10 +99,10 @@ fn mesh_data(mesh: Mesh) -> MeshData {
     let mut rest = &mesh.indices[..];
     for arity in mesh.face_arities {
         let (corners, behind) = rest.split_at(arity as usize);
-        triangulate(&data.positions, corners, &mut data.triangles);
+        left_out.extend(triangulate(&data.positions, corners, &mut data.triangles).err());
         rest = behind;
     }
-    data
+    (data, left_out)
 }
 
 /// Vertices are numbered by tobj in `u32`.

@@ -422,3 +422,34 @@ fn what_is_left_out_of_a_ply_file_is_named() {
             .any(|w| w.message().contains("face properties"))
     );
 }
+
+/// Of a plate with more than five hundred teeth.
+#[test]
+fn faces_of_too_many_corners_are_refused() {
+    let read = |format, text: &str| {
+        linelit_formats::from_bytes(format, text.as_bytes(), "plate", &LoadOptions::default())
+    };
+    let tooth = |k: u32| format!("{k} {} 0", k % 2);
+    let ends = ["1099 -1 0".to_owned(), "0 -1 0".to_owned()];
+    let corners: Vec<String> = (0..1100).map(tooth).chain(ends).collect();
+    let n = corners.len();
+    let numbers = |from: usize| {
+        let numbers: Vec<String> = (from..from + n).rev().map(|k| k.to_string()).collect();
+        numbers.join(" ")
+    };
+    let it = format!("has {n} corners and is not convex; at most 1024 are cut into triangles");
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {n}\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list int int vertex_indices\nend_header\n\
+         {}\n{n} {}\n",
+        corners.join("\n"),
+        numbers(0)
+    );
+    let error = read(Format::Ply, &ply).unwrap_err();
+    assert_eq!(error.message(), format!("face 0 {it}"));
+    let obj = format!("v {}\nf {}\nf 1 3 2\n", corners.join("\nv "), numbers(1));
+    let loaded = read(Format::Obj, &obj).unwrap();
+    assert_eq!(loaded.scene.triangles.len(), 1);
+    let mut warnings = loaded.warnings.iter().map(|w| w.message());
+    assert!(warnings.any(|w| w == format!("a face {it}")));
+}
