@@ -141,7 +141,6 @@ fn linear(c: &mut Criterion) {
     );
     let ltc = |x, n| LtcSampler::new(&light, x, n, m);
     both(&mut g, "ltc", ltc, |s, u, _| s.sample(u));
-    batch(&mut g, "ltc", ltc, LtcSampler::sample_into);
     let coarse = |x: DVec3, n: DVec3| {
         LineView::with_edge(light.p0 - x, light.p1 - x, light.vector(), Some(n))
             .and_then(ProjectedLine::of)

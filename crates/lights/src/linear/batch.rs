@@ -7,7 +7,7 @@
 
 use super::projected::{End, Inversion};
 use super::view::{LineView, SolidAngleEnd, nearer};
-use crate::linear::numbers::{Angle, Bounds, STEPS, rotate, sine_and_cosine, step_sin_cos};
+use crate::linear::numbers::{Angle, Bounds, CLOSE, STEPS, rotate, sine_and_cosine, step_sin_cos};
 
 /// Most samples in a block.
 pub(crate) const BLOCK: usize = 16;
@@ -37,14 +37,14 @@ struct Angles {
 
 impl Batch {
     /// Samples for at most [`BLOCK`] random numbers: steps until the longest was below the fraction
-    /// `close` of the distance to the nearer end.
-    pub(crate) fn fill(&mut self, arc: &Inversion, view: &LineView, numbers: &[f64], close: f64) {
+    /// [`CLOSE`] of the distance to the nearer end.
+    pub(crate) fn fill(&mut self, arc: &Inversion, view: &LineView, numbers: &[f64]) {
         let n = numbers.len().min(BLOCK);
         let mut xi = [0.0; BLOCK];
         xi[..n].copy_from_slice(&numbers[..n]);
         let mut at = start(arc, view, &xi, n);
         for _ in 0..STEPS {
-            if advance(arc, &xi, n, &mut at, close) {
+            if advance(arc, &xi, n, &mut at) {
                 break;
             }
         }
@@ -117,7 +117,7 @@ fn steps(arc: &Inversion, xi: &Column, n: usize, at: &Angles) -> Column {
 
 /// One step of every sample; whether all have arrived.
 #[inline(never)]
-fn advance(arc: &Inversion, xi: &Column, n: usize, at: &mut Angles, close: f64) -> bool {
+fn advance(arc: &Inversion, xi: &Column, n: usize, at: &mut Angles) -> bool {
     let n = n.min(BLOCK);
     let step = steps(arc, xi, n, at);
     let (mut sine, mut cosine) = ([0.0; BLOCK], [0.0; BLOCK]);
@@ -140,7 +140,7 @@ fn advance(arc: &Inversion, xi: &Column, n: usize, at: &mut Angles, close: f64) 
         at.c[i] = c;
         at.v[i] += step[i];
         let room = at.v[i].at_most(arc.delta - at.v[i]);
-        busy |= u64::from(step[i].abs() > close * room);
+        busy |= u64::from(step[i].abs() > CLOSE * room);
     }
     busy == 0
 }

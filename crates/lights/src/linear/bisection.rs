@@ -6,16 +6,15 @@
 //! bracket. Peters 2021 compares against it (Table 1, Fig. 6g). Differences of the antiderivative
 //! cancel for lines that are short, far or nearly collinear with the shading point, down to no
 //! digits at all: the baseline is kept as it is, for the comparison. The tolerance is the backward
-//! error of Peters' two steps unless said otherwise, so that the cost is compared at equal
-//! accuracy.
+//! error of Peters' two steps, so that the cost is compared at equal accuracy.
 
 use super::view::LineView;
 use linelit_elementary::atan;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
-/// Iterations end when the CDF is hit to this, by default.
-pub(crate) const TOLERANCE: f64 = 1.58e-5;
+/// Iterations end when the CDF is hit to this …
+const TOLERANCE: f64 = 1.58e-5;
 /// … or after so many (their 20 are too few for a line 1e5 times as long as its distance: off by
 /// 3e-4).
 const MOST: u32 = 60;
@@ -31,11 +30,10 @@ pub(crate) struct LineIntegral {
     s1: f64,
     f0: f64,
     total: f64,
-    tolerance: f64,
 }
 
 impl LineIntegral {
-    pub(crate) fn new(view: &LineView, normal: DVec3, tolerance: f64) -> Option<Self> {
+    pub(crate) fn new(view: &LineView, normal: DVec3) -> Option<Self> {
         let (p0, p1) = view.ends();
         let d = (p1 - p0).try_normalize()?;
         let (s0, s1) = (p0.dot(d), p1.dot(d));
@@ -48,7 +46,6 @@ impl LineIntegral {
             s1,
             f0: 0.0,
             total: 0.0,
-            tolerance,
         };
         out.f0 = out.antiderivative(s0);
         out.total = out.antiderivative(s1) - out.f0;
@@ -83,7 +80,7 @@ impl LineIntegral {
                 s = 0.5 * (lo + hi);
             }
             let excess = (self.antiderivative(s) - self.f0) / self.total - xi;
-            if excess.abs() < self.tolerance {
+            if excess.abs() < TOLERANCE {
                 break;
             }
             if excess > 0.0 {

@@ -1,6 +1,5 @@
 //! Sampling a linear light proportionally to a linearly transformed cosine (Peters 2021, §4.1).
 
-use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
 use super::view::LineView;
 use super::{LinearSample, view_from};
@@ -77,19 +76,6 @@ impl LtcSampler {
     #[must_use]
     pub fn integral(&self) -> f64 {
         self.line.projected_solid_angle() / (PI * self.factor)
-    }
-
-    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both
-    /// holds; the same numbers to rounding as [`LtcSampler::sample`] gives, and cheaper each.
-    pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
-        let mut batch = Batch::default();
-        for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
-            let n = numbers.len().min(slots.len());
-            self.line.fill(&numbers[..n], &mut batch);
-            for (i, slot) in slots[..n].iter_mut().enumerate() {
-                *slot = self.at(batch.lambda[i], batch.cosine[i]);
-            }
-        }
     }
 
     /// The sample at a place in cosine space with the cosine there.

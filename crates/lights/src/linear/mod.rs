@@ -21,10 +21,10 @@ pub use view::{ArcPoint, LineView};
 use crate::LinearPointTechnique;
 use crate::density::{Length, Pdf, ThinSolidAngle};
 use batch::{BLOCK, Batch};
-use bisection::{LineIntegral, TOLERANCE};
+use bisection::LineIntegral;
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{DVec3, Segment, predicates};
-use numbers::{Bounds, CLOSE};
+use numbers::Bounds;
 use projected::Inversion;
 use warps::Warp;
 
@@ -142,7 +142,7 @@ impl LinearSampler {
             T::SolidAngle | T::ClippedSolidAngle => Kind::SolidAngle,
             T::LinearCosine => Kind::Warped(Warp::linear(&view)?),
             T::QuadraticCosine => Kind::Warped(Warp::quadratic(&view)?),
-            T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal, TOLERANCE)?),
+            T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal)?),
             T::ProjectedSolidAngle => Kind::Projected(Inversion::of(&view)?),
         };
         let whole = match &kind {
@@ -155,25 +155,6 @@ impl LinearSampler {
             kind,
             view,
             density: 1.0 / whole,
-        })
-    }
-
-    /// [`LinearTechnique::NewtonBisection`] with another tolerance for the CDF than 1.58e-5, for
-    /// comparing costs at equal error. Below 1e-12 it often iterates in vain, because its
-    /// antiderivative cancels.
-    #[must_use]
-    pub fn newton_bisection(
-        light: &Segment,
-        x: DVec3,
-        normal: DVec3,
-        tolerance: f64,
-    ) -> Option<Self> {
-        let view = view_from(light, x, Some(normal))?;
-        let integral = LineIntegral::new(&view, normal, tolerance)?;
-        Some(Self {
-            density: 1.0 / integral.projected_solid_angle(),
-            kind: Kind::Bisection(integral),
-            view,
         })
     }
 
@@ -205,7 +186,7 @@ impl LinearSampler {
             let mut batch = Batch::default();
             for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
                 let n = numbers.len().min(slots.len());
-                batch.fill(p, &self.view, &numbers[..n], CLOSE);
+                batch.fill(p, &self.view, &numbers[..n]);
                 for (i, slot) in slots[..n].iter_mut().enumerate() {
                     let at = |v: &[[f64; BLOCK]; 3]| DVec3::new(v[0][i], v[1][i], v[2][i]);
                     *slot = LinearSample {

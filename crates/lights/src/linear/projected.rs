@@ -1,6 +1,5 @@
 //! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
 
-use super::batch::Batch;
 use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
 use crate::linear::numbers::{
     Angle, Bounds, CLOSE, LEAST, STEPS, double_angle, rotate, sine_and_cosine, sine_remainder,
@@ -296,11 +295,6 @@ impl ProjectedLine {
     #[must_use]
     pub fn pdf(&self, lambda: f64) -> f64 {
         self.view.cosine(lambda) / self.projected_solid_angle()
-    }
-
-    /// Samples of at most [`BLOCK`](super::batch::BLOCK) random numbers.
-    pub(crate) fn fill(&self, xi: &[f64], batch: &mut Batch) {
-        batch.fill(&self.arc, &self.view, xi, CLOSE);
     }
 }
 
