@@ -17,17 +17,23 @@
 //! > the file, for all paragraphs from here on
 //! the name of what is spoiled
 //! - a text that stands in the file exactly once, of one line or several
-//! + what stands in its place; {} is the factor 1 + 1e-6, {1e-4} another one
+//! + what stands in its place; {} is the factor 1 + 1e-6, {1e-4} another one, {1} a switch to 2
 //! ```
+//!
+//! A paragraph without a name goes along with the one before. In place of `$` a table of claims has
+//! `?` and a command that prints claims with their verdicts, as `linelit converge claims --json`
+//! does. It runs twice with nothing spoiled: claims that differ between these are flickering, and
+//! count nowhere. Then each row says which claims have another verdict than at first, and the end
+//! says which claims nothing turned. What has no factors there is spoiled in all runs.
 //!
 //! All paragraphs with factors are built at once, and the environment says which factor is not one:
 //! the copy's crates get a function for that, the repository's own have none. A paragraph without
 //! factors is built alone. Every command must succeed at first with nothing spoiled. Exit status: 0
-//! everything was noticed, 1 something was not, 2 the table does not fit.
+//! everything was noticed, or every claim turned, 1 something was not, 2 the table does not fit.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -42,6 +48,10 @@ const VARIABLE: &str = "LINELIT_SPOILED";
 #[derive(Clone, Debug, Default)]
 struct Spoiling {
     command: String,
+    /// Whether the command prints claims, whose verdicts have to change.
+    judges: bool,
+    /// Whether it goes along with the paragraph before.
+    continues: bool,
     file: String,
     name: String,
     text: String,
@@ -107,6 +117,11 @@ fn read_table(text: &str) -> Result<Vec<Spoiling>, String> {
         match line.split_at_checked(2) {
             _ if line.trim().is_empty() => {
                 if !next.text.is_empty() {
+                    next.continues = next.name.is_empty();
+                    if next.continues {
+                        let before = all.last().map(|s: &Spoiling| s.name.clone());
+                        next.name = before.ok_or_else(|| format!("line {number}: no name"))?;
+                    }
                     all.push(next.clone());
                 } else if !next.name.is_empty() {
                     return Err(format!("line {number}: {} has no text", next.name));
@@ -116,7 +131,10 @@ fn read_table(text: &str) -> Result<Vec<Spoiling>, String> {
                 next.replacement.clear();
             }
             Some(("# ", _)) => {}
-            Some(("$ ", command)) => command.clone_into(&mut next.command),
+            Some((mark @ ("$ " | "? "), command)) => {
+                command.clone_into(&mut next.command);
+                next.judges = mark == "? ";
+            }
             Some(("> ", file)) => file.clone_into(&mut next.file),
             Some(("- ", text)) => next.text = joined(&next.text, text),
             Some(("+ ", text)) => next.replacement = joined(&next.replacement, text),
@@ -219,14 +237,91 @@ fn run(command: &str, root: &Path, target: &Path, number: usize) -> io::Result<E
     })
 }
 
-/// Spoils each of some that are in one copy, and says what noticed; those that nothing did.
-fn try_all(
+/// The verdicts that a command prints, by claim.
+fn verdicts(
+    command: &str,
+    root: &Path,
+    target: &Path,
+    number: usize,
+) -> Result<BTreeMap<String, String>, String> {
+    // It fails where a verdict is not the one on record.
+    let run = Command::new("sh")
+        .args(["-c", command])
+        .current_dir(root)
+        .env("CARGO_TARGET_DIR", target)
+        .env(VARIABLE, number.to_string())
+        .output()
+        .map_err(|e| e.to_string())?;
+    let text = String::from_utf8_lossy(&run.stdout);
+    let (mut all, mut id) = (BTreeMap::new(), "");
+    for line in text.lines() {
+        let value = |key| {
+            line.trim()
+                .strip_prefix(key)?
+                .trim_matches([' ', ','])
+                .get(1..)
+        };
+        if let Some(found) = value("\"id\":") {
+            id = found.trim_end_matches('"');
+        } else if let Some(found) = value("\"verdict\":") {
+            all.insert(id.to_owned(), found.trim_end_matches('"').to_owned());
+        }
+    }
+    if all.is_empty() {
+        let why = String::from_utf8_lossy(&run.stderr);
+        return Err(format!("{command} prints no claims: {why}"));
+    }
+    Ok(all)
+}
+
+/// Spoils each of some that are in one copy, and says which claims turned; those that never did.
+fn turn_all(
+    command: &str,
     root: &Path,
     target: &Path,
     spoilings: &[(usize, Spoiling)],
-) -> io::Result<Vec<Spoiling>> {
+) -> Result<Vec<String>, String> {
+    let verdicts = |number| verdicts(command, root, target, number);
+    let (mut right, again) = (verdicts(0)?, verdicts(0)?);
+    right.retain(|id, verdict| {
+        let is_steady = again.get(id) == Some(verdict);
+        if !is_steady {
+            println!("flickering: {id} ({verdict})");
+        }
+        is_steady && !verdict.starts_with("not measurable")
+    });
+    // How far each claim turned: not at all, to or from consistent, to what contradicts it.
+    let mut far: BTreeMap<&String, u8> = right.keys().map(|id| (id, 0)).collect();
+    println!("| spoiled | turned | claims | time |\n|---|---:|---|---:|");
+    for (number, spoiling) in spoilings.iter().filter(|(_, s)| !s.continues) {
+        let start = Instant::now();
+        let found = verdicts(*number)?;
+        let mut turned = Vec::new();
+        for (id, old) in &right {
+            let Some(new) = found.get(id).filter(|new| *new != old) else {
+                continue;
+            };
+            turned.push(format!("{id} ({old}, now {new})"));
+            let contradicts = old != "consistent" && new != "consistent";
+            far.entry(id)
+                .and_modify(|f| *f = (*f).max(1 + u8::from(contradicts)));
+        }
+        let (name, seconds) = (&spoiling.name, start.elapsed().as_secs_f64());
+        let (count, list) = (turned.len(), turned.join("; "));
+        println!("| {name} | {count} | {list} | {seconds:.0} s |");
+    }
+    let those = |wanted: u8| far.iter().filter(move |(_, far)| **far == wanted);
+    for (id, _) in those(1) {
+        println!("to or from consistent alone: {id} ({})", right[*id]);
+    }
+    let never = those(0).map(|(id, _)| format!("{id} ({})", right[*id]));
+    Ok(never.collect())
+}
+
+/// Spoils each of some that are in one copy, and says what noticed; those that nothing did.
+fn try_all(root: &Path, target: &Path, spoilings: &[(usize, Spoiling)]) -> io::Result<Vec<String>> {
     let mut survivors = Vec::new();
-    for (number, spoiling) in spoilings {
+    for (number, spoiling) in spoilings.iter().filter(|(_, s)| !s.continues) {
         let start = Instant::now();
         let ended = run(&spoiling.command, root, target, *number)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -240,13 +335,13 @@ fn try_all(
         };
         println!("| {place} | {} | {by} | {seconds:.0} s |", spoiling.name);
         if matches!(ended, Ended::Well) {
-            survivors.push(spoiling.clone());
+            survivors.push(format!("{}: {}", spoiling.file, spoiling.name));
         }
     }
     Ok(survivors)
 }
 
-fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<Spoiling>, String> {
+fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, String> {
     let told = |e: io::Error| e.to_string();
     let home = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
@@ -255,10 +350,15 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<Spoiling>,
     let text = fs::read_to_string(table).map_err(|e| format!("{}: {e}", table.display()))?;
     let has_all = |s: &Spoiling| {
         let all = format!("{} {} {}", s.command, s.file, s.name);
-        words.iter().all(|word| all.contains(word.as_str()))
+        let always = s.judges && s.replaced(0).1 == 0;
+        always || words.iter().all(|word| all.contains(word.as_str()))
     };
     let all: Vec<Spoiling> = read_table(&text)?.into_iter().filter(has_all).collect();
-    let numbered = all.into_iter().enumerate().map(|(i, s)| (i + 1, s));
+    let mut number = 0;
+    let numbered = all.into_iter().map(|s| {
+        number += usize::from(!s.continues);
+        (number, s)
+    });
     let (together, alone): (Vec<_>, Vec<_>) = numbered.partition(|(_, s)| s.replaced(0).1 > 0);
     let (root, target) = (folder.join("copy"), folder.join("target"));
     copy(&home, &root).map_err(told)?;
@@ -271,6 +371,12 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<Spoiling>,
         .chain(&alone)
         .map(|(_, s)| s.command.as_str())
         .collect();
+    if let Some((_, Spoiling { command, .. })) = together.iter().find(|(_, s)| s.judges) {
+        for (number, always) in &alone {
+            always.apply(*number, &root)?;
+        }
+        return turn_all(command, &root, &target, &together);
+    }
     for command in commands {
         if let Ended::Failed(why) = run(command, &root, &target, 0).map_err(told)? {
             return Err(format!(
@@ -314,9 +420,7 @@ fn main() -> ExitCode {
         Ok(survivors) if survivors.is_empty() => ExitCode::SUCCESS,
         Ok(survivors) => {
             println!("\n{} of them nothing noticed:", survivors.len());
-            survivors
-                .iter()
-                .for_each(|s| println!("{}: {}", s.file, s.name));
+            survivors.iter().for_each(|s| println!("{s}"));
             ExitCode::FAILURE
         }
     }
