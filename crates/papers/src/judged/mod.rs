@@ -100,29 +100,29 @@ fn judge(claim: &Claim, study: &str, measurements: &Measurements) -> Result<Judg
         (Some(expect), Some(measured)) => expect.judge(measured),
         _ => Verdict::NotMeasurable,
     };
-    let check = match &claim.check {
-        Some(check) => {
-            let found = find(&check.figure)?;
-            let verdict = check.expect.judge(found);
-            let holds = matches!(verdict, Verdict::Confirmed | Verdict::Consistent);
-            Some((found, holds))
-        }
-        None => None,
-    };
+    let check = claim.check.as_ref().map(|check| {
+        let found = find(&check.figure)?;
+        let verdict = check.expect.judge(found);
+        let holds = matches!(verdict, Verdict::Confirmed | Verdict::Consistent);
+        anyhow::Ok((found, holds))
+    });
     Ok(Judged {
         claim: claim.clone(),
         study: study.to_owned(),
         measured,
         verdict,
-        check,
+        check: check.transpose()?,
     })
 }
 
-/// What a run says against the record: verdicts, and reasons that do not hold.
+/// What a run says against the record: verdicts, reasons that do not hold, figures that are none.
 fn failures(judged: &[Judged]) -> Vec<String> {
     let mut all = Vec::new();
     for one in judged {
         let (claim, found) = (&one.claim, page::found(one));
+        if one.measured.is_some_and(|m| m.known().is_none()) {
+            all.push(format!("`{}` could not be measured", claim.id));
+        }
         if claim.verdict.contradicts(one.verdict) {
             all.push(format!(
                 "`{}` is {} ({found}, expected {}), {} on record",
