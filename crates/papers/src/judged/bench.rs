@@ -21,7 +21,7 @@ pub(super) enum Effort {
     Smallest,
     /// Enough for every verdict, within minutes.
     Quick,
-    /// Twice as many pixels each way, four times as many trials.
+    /// Four times as many trials: intervals are half as wide.
     Full,
 }
 
@@ -127,7 +127,7 @@ impl Bench<'_> {
             let mut scene = self.context.library.load(name)?.scene;
             if points.spots.is_empty() {
                 let [width, height] = points.grid.unwrap_or([64; 2]);
-                let [w, h] = self.pick([4, 4], [width, height], [2 * width, 2 * height]);
+                let [w, h] = self.pick([4, 4], [width, height], [width, height]);
                 scene.set_resolution(w, h);
                 let renderer = Renderer::new(&scene);
                 self.view(points, &renderer, &all_pixels(w, h), &path, out)?;

@@ -34,7 +34,7 @@ pub(super) struct Points {
     pub(super) name: String,
     /// Built-in scenes.
     pub(super) scenes: Vec<String>,
-    /// Pixels across and down, in the quick form; in full twice as many each way. Without it all
+    /// Pixels across and down, but for the smallest form. Without it all
     /// pixels of the default study.
     pub(super) grid: Option<[u32; 2]>,
     /// Single pixels in place of the grid, each a view of its own.
