@@ -72,7 +72,7 @@ impl fmt::Display for LightKind {
 }
 
 /// Where the integrals of a reflection have closed forms
-/// ([`Reflection::closed_form`]).
+/// ([`Reflection::known`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Closed {
     /// Nowhere.
