@@ -150,7 +150,11 @@ impl Page {
     /// # Errors
     /// If a scene cannot be read.
     pub fn run(&self, context: &Context<'_>) -> Result<Findings> {
-        let mut found = judged::run(context, self.name, self.about)?;
+        let mut title = self.about.to_owned();
+        if let Some(first) = title.get_mut(..1) {
+            first.make_ascii_uppercase();
+        }
+        let mut found = judged::run(context, self.name, &title)?;
         if let Some(draw) = self.drawing {
             let section = draw(context).context(self.name)?;
             for (number, picture) in (1..).zip(&section.pictures) {
