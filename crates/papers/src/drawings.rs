@@ -118,11 +118,11 @@ fn inverses(_: &Context<'_>) -> Result<Section> {
             .map(|i| at(cdf(angle(i)), sin(angle(i))))
             .collect();
         let dash = ["none", "8 3", "2 3", "8 3 2 3", "1 2"][k];
-        let (x, y) = (44.0 + 125.0 * cdf(last), 24.0 + 13.0 * k as f64);
-        let (path, [ns, nt]) = (points.join("L"), normal);
+        let (path, [ns, nt], y) = (points.join("L"), normal, 200 + 18 * k);
         let _ = write!(
             svg,
-            r#"<path d="M{path}" stroke-width="2" stroke-dasharray="{dash}"/><text x="{x:.1}" y="{y:.1}" fill="currentColor" stroke="none">({ns}, {nt})</text>"#
+            r#"<path d="M{path}M400,{y}h36" stroke-width="2" stroke-dasharray="{dash}"/><text x="444" y="{}" fill="currentColor" stroke="none">({ns}, {nt})</text>"#,
+            y + 4
         );
     }
     let plot = Plot {
