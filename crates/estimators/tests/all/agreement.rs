@@ -376,35 +376,11 @@ fn weights_by_power_give_the_same_light() {
     }
 }
 
-/// A reflection whose transformed cosines are another's.
-struct Misled(Bsdf, TransformedCosines);
+/// A reflection of which nothing but transformed cosines is known, which a function of the viewer
+/// and the normal says.
+struct Likened<F>(Bsdf, F);
 
-impl Reflection for Misled {
-    fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
-        self.0.eval(wi, wo, n)
-    }
-
-    fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
-        self.0.sample(u, wo, n)
-    }
-
-    fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
-        self.0.pdf(wi, wo, n)
-    }
-
-    fn known(&self, _: DVec3, _: DVec3) -> Known<'_> {
-        Known::Cosines { are_unlike: false }
-    }
-
-    fn transformed_cosines(&self, _: DVec3, _: DVec3) -> Option<TransformedCosines> {
-        Some(self.1)
-    }
-}
-
-/// A reflection of three methods, and what it looks like by [`CosineFit`].
-struct Fitted(Opaque, CosineFit);
-
-impl Reflection for Fitted {
+impl<F: Fn(DVec3, DVec3) -> TransformedCosines> Reflection for Likened<F> {
     fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
         self.0.eval(wi, wo, n)
     }
@@ -422,12 +398,13 @@ impl Reflection for Fitted {
     }
 
     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
-        Some(self.1.transformed_cosines(wo, n))
+        Some(self.1(wo, n))
     }
 }
 
-/// A fit lets `exact` integrate what an own reflection looks like: the same light, with a tenth of
-/// the variance of the points that it takes without, on every light but the one with an image.
+/// A fit lets `exact` integrate what an own reflection looks like: the same light, with .011 to
+/// .026 of the variance of the points that it takes without, on every light but the one with an
+/// image. A ratio of two variances of 256 estimates is known to a factor of 1.5 (α = 0.001).
 #[test]
 fn fitted_reflections_have_the_same_light_with_less_noise() {
     let phong = Phong {
@@ -435,12 +412,12 @@ fn fitted_reflections_have_the_same_light_with_less_noise() {
         exponent: 12.0,
     };
     let bsdf = Bsdf::Phong(matte(), phong);
-    let fitted = Fitted(Opaque(bsdf.clone()), CosineFit::new(&bsdf));
-    let (x, n) = (DVec3::X * 0.25, DVec3::Z);
-    hold("fitted", 1, x, n, fitted);
-    let fitted = Fitted(Opaque(bsdf.clone()), CosineFit::new(&bsdf));
-    let fitted = ShadingPoint::new(x, n, DVec3::new(-0.6, 0.0, 0.8), fitted);
-    let alone = ShadingPoint::new(x, n, DVec3::new(-0.6, 0.0, 0.8), Opaque(bsdf));
+    let fit = CosineFit::new(&bsdf);
+    let fitted = || Likened(bsdf.clone(), |wo, n| fit.transformed_cosines(wo, n));
+    let (x, n, wo) = (DVec3::X * 0.25, DVec3::Z, DVec3::new(-0.6, 0.0, 0.8));
+    hold("fitted", 1, x, n, fitted());
+    let alone = ShadingPoint::new(x, n, wo, Opaque(bsdf.clone()));
+    let fitted = ShadingPoint::new(x, n, wo, fitted());
     for light in lights().iter().filter(|(_, image)| image.is_none()) {
         if matches!(light.0, Light::Linear(_) | Light::Cylinder(_)) {
             // Their lines want peaks, too.
@@ -449,7 +426,7 @@ fn fitted_reflections_have_the_same_light_with_less_noise() {
         let between = occluders(true);
         let with = means(light, &between, &fitted, ("exact", true), 16, 0..256).variance();
         let without = means(light, &between, &alone, ("exact", true), 16, 0..256).variance();
-        assert!(with < 0.1 * without, "{:?}: {with} for {without}", light.0);
+        assert!(with < 0.04 * without, "{:?}: {with} for {without}", light.0);
     }
 }
 
@@ -492,7 +469,7 @@ fn cosines_that_are_zero_cost_noise_alone() {
             3,
             DVec3::X * 0.25,
             DVec3::Z,
-            Misled(bsdf.clone(), cosines),
+            Likened(bsdf.clone(), |_, _| cosines),
         );
     }
 }
