@@ -9,9 +9,8 @@ use crate::techniques::{lines::LineFamily, points::PointSource};
 use crate::transformed::Fit;
 use crate::{PlanCounters, SegmentCounters};
 use linelit_geometry::{DVec3, Segment};
-use linelit_lights::RegionSampler;
+use linelit_lights::{CylinderLines, RegionSampler};
 use linelit_penumbra::{PartOnDisk, Penumbra};
-use linelit_spheres::CylinderLines;
 use linelit_visibility::{Scratch, VisibleLines};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on

@@ -7,10 +7,9 @@ use crate::seen_disk::SeenDisk;
 use crate::{EmissionTexture, PlanCounters, Query, SampleBuffers, ShadingPoint};
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
-use linelit_lights::{AreaLight, Disk, LinearLight};
+use linelit_lights::{AreaLight, CylinderView, Disk, DiskCone, LinearLight, SphereProjected};
 use linelit_shading::{batch, cylinder, horizon, phong, polygon, quadrature};
 use linelit_shading::{ribbon, spherical_gaussian};
-use linelit_spheres::{CylinderView, DiskCone, SphereProjected};
 use linelit_visibility::{Shaft, ShaftClass};
 
 /// What quadrature asks of its estimated error, relative, on each part between peaks and kinks. The

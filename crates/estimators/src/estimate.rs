@@ -11,8 +11,7 @@ use crate::{
 };
 use linelit_bsdf::{Known, Reflection};
 use linelit_geometry::DVec3;
-use linelit_lights::{AreaLight, CylinderLight, Disk, Light, LinearLight, Sphere};
-use linelit_spheres::CylinderView;
+use linelit_lights::{AreaLight, CylinderLight, CylinderView, Disk, Light, LinearLight, Sphere};
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
 ///

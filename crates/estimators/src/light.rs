@@ -5,9 +5,9 @@ use crate::{OcclusionStats, PlanCounters, ShadingPoint};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{
-    AreaLight, AreaSampler, Disk, Emission, ImportanceImage, Light, Sphere, TexturedSampler,
+    AreaLight, AreaSampler, CylinderArea, CylinderView, Disk, DiskArea, Emission, ImportanceImage,
+    Light, Sphere, SphereCap, TexturedSampler,
 };
-use linelit_spheres::{CylinderArea, CylinderView, DiskArea, SphereCap};
 use std::ops::Range;
 
 /// Emission that varies over an area light, and what points are drawn in proportion to.

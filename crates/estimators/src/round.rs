@@ -14,8 +14,7 @@ use crate::{PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_elementary::{cos, sin_cos};
 use linelit_geometry::{DVec3, Frame, Segment, Triangle};
-use linelit_lights::{Disk, Emission, Light, Sphere};
-use linelit_spheres::DiskArea;
+use linelit_lights::{Disk, DiskArea, Emission, Light, Sphere};
 use linelit_visibility::{Shaft, ShaftClass};
 use std::f64::consts::TAU;
 

@@ -11,8 +11,9 @@ use linelit_lights::linear::{
     LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
 use linelit_lights::{
-    AngularLines, AreaSampler, ImportanceImage, LineSampler, LineTechnique, LinearPointTechnique,
-    OffsetDensity, PointColumns, PointTechnique, ProxySampler, SolidAngleSampler, TexturedLines,
+    AngularLines, AreaSampler, Disk, DiskArea, DiskCone, ImportanceImage, LineSampler,
+    LineTechnique, LinearPointTechnique, OffsetDensity, PointColumns, PointSample, PointTechnique,
+    ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone, SphereProjected, TexturedLines,
     TexturedSampler,
 };
 use linelit_testkit::rng::golden_numbers;
@@ -77,6 +78,11 @@ fn per_sample<T, R>(
             }
         });
     });
+}
+
+/// A sample by two random numbers.
+fn by_two<T: PointTechnique>(s: &T, u: f64, v: f64) -> PointSample<T::Measure> {
+    s.sample([u, v])
 }
 
 /// Sixteen samples at once.
@@ -204,6 +210,56 @@ fn polygon(c: &mut Criterion) {
     g.finish();
 }
 
+fn round(c: &mut Criterion) {
+    let mut g = c.benchmark_group("round");
+    let disk = Disk {
+        center: DVec3::Z,
+        normal: DVec3::Z,
+        radius: 0.5,
+    };
+    both(
+        &mut g,
+        "disk by area",
+        |_, _| Some(DiskArea::new(&disk)),
+        by_two,
+    );
+    both(
+        &mut g,
+        "disk by solid angle",
+        |x, _| Some(DiskCone::new(&disk, x)),
+        by_two,
+    );
+    let sphere = Sphere {
+        center: DVec3::new(0.0, 0.0, 2.0),
+        radius: 0.5,
+    };
+    both(
+        &mut g,
+        "sphere by area",
+        |_, _| Some(SphereCap::whole(&sphere)),
+        by_two,
+    );
+    both(
+        &mut g,
+        "sphere by visible area",
+        |x, _| Some(SphereCap::visible(&sphere, x)),
+        by_two,
+    );
+    both(
+        &mut g,
+        "sphere by solid angle",
+        |x, _| Some(SphereCone::new(&sphere, x)),
+        by_two,
+    );
+    both(
+        &mut g,
+        "sphere by projected solid angle",
+        |x, n| SphereProjected::new(&sphere, x, n),
+        by_two,
+    );
+    g.finish();
+}
+
 /// Images of 256 × 256 pixels.
 fn texture(c: &mut Criterion) {
     const SIZE: usize = 256;
@@ -242,5 +298,5 @@ fn short() -> Criterion {
         .sample_size(20)
 }
 
-criterion_group! { name = benches; config = short(); targets = linear, polygon, texture }
+criterion_group! { name = benches; config = short(); targets = linear, polygon, round, texture }
 criterion_main!(benches);

@@ -37,6 +37,7 @@ mod pieces;
 mod polygon;
 #[cfg(feature = "rand")]
 mod random;
+mod round;
 mod technique;
 
 pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
@@ -54,6 +55,15 @@ pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::transformed::TransformedSampler;
 #[cfg(feature = "rand")]
 pub use random::Random;
+pub use round::along::ChordMeasure;
+pub use round::chords::DiskChords;
+pub use round::cone::TransformedCone;
+pub use round::cylinder::{CylinderArea, CylinderView};
+pub use round::cylinder_lines::CylinderLines;
+pub use round::disk::DiskArea;
+pub use round::disk_cone::DiskCone;
+pub use round::projected::SphereProjected;
+pub use round::sphere::{SphereCap, SphereCone};
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
 
 // What public signatures name, so that one dependency is enough.

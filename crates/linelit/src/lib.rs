@@ -25,7 +25,6 @@ pub use linelit_scene as scene;
 pub use linelit_selection as selection;
 pub use linelit_shading as shading;
 pub use linelit_simd as simd;
-pub use linelit_spheres as spheres;
 #[cfg(feature = "study")]
 pub use linelit_study as study;
 pub use linelit_visibility as visibility;

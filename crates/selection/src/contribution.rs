@@ -2,8 +2,7 @@
 
 use core::f64::consts::FRAC_1_PI;
 use linelit_geometry::{DVec3, predicates};
-use linelit_lights::{AreaSampler, Light, PointTechnique};
-use linelit_spheres::{CylinderArea, DiskArea, SphereCap};
+use linelit_lights::{AreaSampler, CylinderArea, DiskArea, Light, PointTechnique, SphereCap};
 
 /// A surface point for which lights are chosen.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,10 @@
 use super::{House, Member, Source};
 
 /// Crates that do no I/O, start no thread, do not allocate per sample and cannot fail.
-const PURE: &str = "elementary simd geometry samplers lights spheres bsdf shading mis";
+const PURE: &str = "elementary simd geometry samplers lights bsdf shading mis";
 
 /// The crates in the path of a pixel.
-const PIXEL_PATH: &str = "elementary simd geometry samplers lights spheres selection bsdf shading visibility mis penumbra estimators integrator";
+const PIXEL_PATH: &str = "elementary simd geometry samplers lights selection bsdf shading visibility mis penumbra estimators integrator";
 
 /// The crate of vendor intrinsics: the workspace's lints deny `unsafe_code` there, one file allows
 /// it with a reason. In all others it is forbidden.

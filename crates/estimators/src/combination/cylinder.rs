@@ -11,9 +11,8 @@ use crate::techniques::points::round::RoundPoints;
 use crate::{Buffers, EmissionTexture, Lines, PointBy, Queries, Query, SampleBuffers};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
-use linelit_lights::{CylinderLight, LineSample};
+use linelit_lights::{CylinderLight, CylinderLines, CylinderView, LineSample};
 use linelit_shading::quadrature::Model;
-use linelit_spheres::{CylinderLines, CylinderView};
 use linelit_visibility::{Shaft, ShaftClass};
 
 /// Any estimator but points with rays, on what is seen of a cylinder: as

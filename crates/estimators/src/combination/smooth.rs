@@ -11,8 +11,8 @@ use crate::{EmissionTexture, Smoothing, Weights};
 use linelit_bsdf::Reflection;
 use linelit_elementary::{atan2, sin};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, ParallelLines, Segment, intervals::Interval};
+use linelit_lights::CylinderView;
 use linelit_mis::smoothing;
-use linelit_spheres::CylinderView;
 use std::f64::consts::FRAC_PI_2;
 
 /// What is hidden of a line, as a share of it, to be smoothed with a fixed width. Ends of visible

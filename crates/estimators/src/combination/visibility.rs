@@ -3,7 +3,7 @@
 use crate::Queries;
 use crate::point_sum::bits;
 use linelit_geometry::{DVec3, Segment};
-use linelit_spheres::CylinderView;
+use linelit_lights::CylinderView;
 use linelit_visibility::{Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines};
 
 /// Answers for one shading point and one light.

@@ -12,6 +12,7 @@ mod precise;
 mod reference;
 mod regions;
 mod robust;
+mod round;
 mod solid_angle;
 mod textures;
 mod vectors;

@@ -15,8 +15,7 @@ use crate::techniques::line_techniques;
 use crate::text::{Options, Result};
 use crate::{EmissionTexture, Integration, LineBy, MOST_TECHNIQUES};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
-use linelit_lights::{LineSample, LineTechnique, OffsetDensity};
-use linelit_spheres::ChordMeasure;
+use linelit_lights::{ChordMeasure, LineSample, LineTechnique, OffsetDensity};
 use std::f64::consts::PI;
 
 /// Lines on area lights, and what is done with their visible parts.

@@ -3,8 +3,7 @@
 use super::{LineMeasure, LineSetup};
 use crate::EmissionTexture;
 use crate::techniques::points::Polygon;
-use linelit_lights::{AngularLines, OffsetDensity};
-use linelit_spheres::ChordMeasure;
+use linelit_lights::{AngularLines, ChordMeasure, OffsetDensity};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SolidAngle;

@@ -5,8 +5,7 @@ use super::{PointDensity, Polygon};
 use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
-use linelit_lights::{AreaSampler, Disk, Sphere};
-use linelit_spheres::{CylinderArea, CylinderView, DiskArea, SphereCap};
+use linelit_lights::{AreaSampler, CylinderArea, CylinderView, Disk, DiskArea, Sphere, SphereCap};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Area;

@@ -6,8 +6,7 @@ use crate::light::Shape;
 use crate::{EmissionTexture, ShadingPoint};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
-use linelit_lights::{Disk, Sphere};
-use linelit_spheres::CylinderView;
+use linelit_lights::{CylinderView, Disk, Sphere};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bsdf;

@@ -12,10 +12,9 @@ use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
     Disk, Pdf, PointTechnique, RegionSampler, SolidAngle, SolidAngleSampler, Sphere,
-    SurfaceMeasure, TransformedSampler,
+    SurfaceMeasure, TransformedCone, TransformedSampler,
 };
 use linelit_shading::polygon;
-use linelit_spheres::TransformedCone;
 use std::f64::consts::FRAC_1_PI;
 
 /// Lobes that are drawn by: those that reflect the most of the light, others as the cosine.

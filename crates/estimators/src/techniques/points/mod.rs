@@ -19,9 +19,9 @@ use crate::{EmissionTexture, LinearOptions, PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{
-    AreaSampler, Disk, Pdf, PointColumns, PointTechnique, Sphere, SurfaceMeasure,
+    AreaSampler, ChordMeasure, CylinderLines, CylinderView, Disk, DiskCone, Pdf, PointColumns,
+    PointTechnique, Sphere, SphereCone, SurfaceMeasure,
 };
-use linelit_spheres::{ChordMeasure, CylinderLines, CylinderView, DiskCone, SphereCone};
 use round::{RoundPoints, Viewer};
 
 /// Points, and how their visibility is asked for.

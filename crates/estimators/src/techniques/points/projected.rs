@@ -4,8 +4,10 @@ use super::round::{RoundPoints, Viewer};
 use super::{PointDensity, Polygon};
 use crate::EmissionTexture;
 use linelit_geometry::DVec3;
-use linelit_lights::{AngularLines, Disk, PointsOnLines, Sphere};
-use linelit_spheres::{ChordMeasure, CylinderLines, CylinderView, DiskChords, SphereProjected};
+use linelit_lights::{
+    AngularLines, ChordMeasure, CylinderLines, CylinderView, Disk, DiskChords, PointsOnLines,
+    Sphere, SphereProjected,
+};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ProjectedSolidAngle;

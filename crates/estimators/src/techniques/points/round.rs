@@ -10,9 +10,8 @@ use crate::techniques::points::PointDensity;
 use crate::{PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
-use linelit_lights::Disk;
-use linelit_spheres::{
-    CylinderArea, CylinderLines, CylinderView, DiskArea, DiskChords, DiskCone, SphereCap,
+use linelit_lights::{
+    CylinderArea, CylinderLines, CylinderView, Disk, DiskArea, DiskChords, DiskCone, SphereCap,
     SphereCone, SphereProjected,
 };
 

@@ -1,11 +1,11 @@
 //! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap,
 //! solid angle.
 
+use crate::{Area, Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 use core::f64::consts::PI;
 use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, Frame, predicates};
-use linelit_lights::{Area, Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 
 /// The point with the unit normal `n`.
 pub(crate) fn at(sphere: &Sphere, n: DVec3) -> DVec3 {
@@ -71,9 +71,8 @@ fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
 /// `1/(4πR²)`; at least half of it is wasted outside.
 ///
 /// ```
-/// use linelit_spheres::geometry::DVec3;
-/// use linelit_spheres::lights::{PointTechnique, Sphere};
-/// use linelit_spheres::SphereCap;
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{PointTechnique, Sphere, SphereCap};
 /// let sphere = Sphere { center: DVec3::new(0.0, 0.0, 4.0), radius: 1.0 };
 /// let cap = SphereCap::visible(&sphere, DVec3::ZERO);
 /// let s = cap.sample([0.2, 0.9]);
@@ -161,9 +160,8 @@ impl PointTechnique for SphereCap {
 /// the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
 ///
 /// ```
-/// use linelit_spheres::geometry::DVec3;
-/// use linelit_spheres::lights::{PointTechnique, Sphere};
-/// use linelit_spheres::SphereCone;
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{PointTechnique, Sphere, SphereCone};
 /// let moon = Sphere { center: DVec3::new(0.0, 0.0, 1e9), radius: 1.0 };
 /// let cone = SphereCone::new(&moon, DVec3::ZERO);
 /// // Ω = π (R/d)² to 16 digits, where 1 − cos θ would be zero.

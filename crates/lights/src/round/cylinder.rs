@@ -1,10 +1,10 @@
 //! The side of a cylinder as a shading point sees it, and points on it by area.
 
+use crate::{Area, Cylinder, Pdf, PointSample, PointTechnique};
 use core::f64::consts::PI;
 use linelit_elementary::{atan, atan2, hypot, sin, sin_cos, tan};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
-use linelit_lights::{Area, Cylinder, Pdf, PointSample, PointTechnique};
 
 /// What a shading point outside an endless cylinder sees of a finite one: a strip of its side.
 ///
@@ -20,9 +20,8 @@ use linelit_lights::{Area, Cylinder, Pdf, PointSample, PointTechnique};
 /// fraction t is where the fraction t of the line is.
 ///
 /// ```
-/// use linelit_spheres::geometry::{DVec3, Segment};
-/// use linelit_spheres::lights::Cylinder;
-/// use linelit_spheres::CylinderView;
+/// use linelit_lights::geometry::{DVec3, Segment};
+/// use linelit_lights::{Cylinder, CylinderView};
 /// let axis = Segment::new(DVec3::new(0.0, 2.0, -1.0), DVec3::new(0.0, 2.0, 1.0));
 /// let view = CylinderView::new(&Cylinder { axis, radius: 1.0 }, DVec3::ZERO).unwrap();
 /// // R k = 1/2 from the axis.
@@ -468,9 +467,8 @@ fn between(p: [f64; 3], q: [f64; 3], t: f64) -> [f64; 3] {
 /// `None` beside what is sampled by more than 64 ε of its coordinates.
 ///
 /// ```
-/// use linelit_spheres::geometry::{DVec3, Segment};
-/// use linelit_spheres::lights::{Cylinder, PointTechnique};
-/// use linelit_spheres::CylinderArea;
+/// use linelit_lights::geometry::{DVec3, Segment};
+/// use linelit_lights::{Cylinder, CylinderArea, PointTechnique};
 /// let tube = Cylinder { axis: Segment::new(DVec3::ZERO, DVec3::Z), radius: 0.5 };
 /// let by_area = CylinderArea::visible(&tube, DVec3::X);
 /// let u = by_area.invert(by_area.sample([0.2, 0.9]).point).unwrap();

@@ -1,15 +1,15 @@
 //! Lines along the side of a cylinder, and points on what is visible of them.
 
-use crate::along::{Along, holds};
-use crate::cylinder::Slice;
+use super::along::{Along, holds};
+use super::cylinder::Slice;
 use crate::{ChordMeasure, CylinderView};
+use crate::{Cylinder, sample_linear};
+use crate::{LineSample, Offset, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
 use core::f64::consts::{PI, TAU};
 use linelit_elementary::{acos, asin, atan2, hypot, sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
-use linelit_lights::{Cylinder, sample_linear};
-use linelit_lights::{LineSample, Offset, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
 
 /// Pieces on which the density of a line's angle is linear.
 const PIECES: usize = 12;
@@ -42,9 +42,8 @@ const LEAST: f64 = 0.05;
 /// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
 ///
 /// ```
-/// use linelit_spheres::geometry::{DVec3, Segment, intervals::Interval};
-/// use linelit_spheres::lights::Cylinder;
-/// use linelit_spheres::{ChordMeasure, CylinderLines};
+/// use linelit_lights::geometry::{DVec3, Segment, intervals::Interval};
+/// use linelit_lights::{ChordMeasure, Cylinder, CylinderLines};
 /// let axis = Segment::new(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let tube = Cylinder { axis, radius: 0.5 };
 /// let lines = CylinderLines::new(&tube, DVec3::ZERO, &[DVec3::Z], ChordMeasure::SolidAngle);

@@ -1,14 +1,14 @@
 //! Points of a disk by projected solid angle: on chords.
 
+use super::along::Along;
 use crate::ChordMeasure;
-use crate::along::Along;
+use crate::linear::ThinLine;
+use crate::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
 use core::f64::consts::PI;
 use linelit_elementary::{atan2, hypot, sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
-use linelit_lights::linear::ThinLine;
-use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
 
 /// Pieces on which the density of the offset's angle is linear.
 const PIECES: usize = 16;
@@ -45,9 +45,8 @@ const SINES: [f64; PIECES / 2 + 1] = [
 /// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
 ///
 /// ```
-/// use linelit_spheres::DiskChords;
-/// use linelit_spheres::geometry::DVec3;
-/// use linelit_spheres::lights::{Disk, PointTechnique};
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{Disk, DiskChords, PointTechnique};
 /// let disk = Disk { center: DVec3::Z, normal: -DVec3::Z, radius: 0.5 };
 /// let points = DiskChords::new(&disk, 0.3, DVec3::ZERO, &[DVec3::Z]);
 /// let sample = points.sample([0.5, 0.25]);

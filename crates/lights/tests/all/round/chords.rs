@@ -6,8 +6,7 @@
 )]
 
 use linelit_geometry::{DVec3, Frame};
-use linelit_lights::{Disk, PointTechnique};
-use linelit_spheres::{DiskChords, DiskCone};
+use linelit_lights::{Disk, DiskChords, DiskCone, PointTechnique};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::gauss_legendre;
 use linelit_testkit::rng::SplitMix64;

@@ -1,10 +1,10 @@
 //! Directions towards disks that follow linearly transformed cosines.
 
+use crate::{Disk, Pdf, SolidAngle};
 use core::f64::consts::{PI, TAU};
 use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DMat3, DVec3, EllipticCone, Frame};
-use linelit_lights::{Disk, Pdf, SolidAngle};
 
 /// The least tangent of a half angle in an image, and the least ratio of its two.
 const LEAST: f64 = 1e-6;
@@ -28,9 +28,8 @@ const LEAST: f64 = 1e-6;
 /// than 1e-6 of its distance in the image, where directions would have too few digits.
 ///
 /// ```
-/// use linelit_spheres::geometry::{DMat3, DVec3};
-/// use linelit_spheres::lights::Disk;
-/// use linelit_spheres::TransformedCone;
+/// use linelit_lights::geometry::{DMat3, DVec3};
+/// use linelit_lights::{Disk, TransformedCone};
 /// let disk = Disk { center: DVec3::Z, normal: DVec3::Z, radius: 0.5 };
 /// // A lobe a fifth as wide as the cosine.
 /// let map = DMat3::from_diagonal(DVec3::new(0.2, 0.2, 1.0));

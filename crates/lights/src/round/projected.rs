@@ -1,11 +1,11 @@
 //! Spheres by projected solid angle.
 
-use crate::sphere::{at, faces};
+use super::sphere::{at, faces};
+use crate::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 use core::f64::consts::PI;
 use linelit_elementary::{asin, atan2, cbrt, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
-use linelit_lights::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 
 /// In proportion to the cosine n·ω within the sphere's solid angle above the horizon of n: zero
 /// variance on a diffuse surface that sees all of it.
@@ -43,9 +43,8 @@ use linelit_lights::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 /// ns where that cuts: both well below a shadow ray.
 ///
 /// ```
-/// use linelit_spheres::geometry::DVec3;
-/// use linelit_spheres::lights::{PointTechnique, Sphere};
-/// use linelit_spheres::SphereProjected;
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{PointTechnique, Sphere, SphereProjected};
 /// let lamp = Sphere { center: DVec3::new(2.0, 0.0, 0.5), radius: 1.0 };
 /// let sampler = SphereProjected::new(&lamp, DVec3::ZERO, DVec3::Z).unwrap();
 /// let estimate = |u| {

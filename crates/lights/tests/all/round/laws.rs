@@ -2,9 +2,9 @@
 //! round trips; on ordinary, tiny, huge, grazing and far-from-origin lights.
 
 use linelit_geometry::{DMat3, DVec3, Frame};
-use linelit_lights::{Disk, PointTechnique, Sphere};
-use linelit_spheres::{
-    DiskArea, DiskCone, SphereCap, SphereCone, SphereProjected, TransformedCone,
+use linelit_lights::{
+    Disk, DiskArea, DiskCone, PointTechnique, Sphere, SphereCap, SphereCone, SphereProjected,
+    TransformedCone,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};

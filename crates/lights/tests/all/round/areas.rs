@@ -1,10 +1,9 @@
 //! How much of what is round is seen, and where samples of it are, by elementary geometry.
 
 use linelit_geometry::{DMat3, DVec3, Segment};
-use linelit_lights::{Cylinder, Disk, PointTechnique, Sphere};
-use linelit_spheres::{
-    ChordMeasure, CylinderArea, CylinderLines, CylinderView, DiskCone, SphereCap, SphereCone,
-    SphereProjected, TransformedCone,
+use linelit_lights::{
+    ChordMeasure, Cylinder, CylinderArea, CylinderLines, CylinderView, Disk, DiskCone,
+    PointTechnique, Sphere, SphereCap, SphereCone, SphereProjected, TransformedCone,
 };
 use linelit_testkit::assert_close;
 use linelit_testkit::cases::cases;

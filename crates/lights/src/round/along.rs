@@ -1,9 +1,9 @@
 //! Measures along a line of a light, and points on what is visible of it.
 
+use crate::linear::{LineView, ProjectedLine, ThinLine};
 use linelit_geometry::finite::fraction;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
-use linelit_lights::linear::{LineView, ProjectedLine, ThinLine};
 
 /// The measure of lines along a cylinder, and of points on them.
 #[derive(Clone, Copy, Debug, PartialEq)]

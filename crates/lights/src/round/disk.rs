@@ -1,10 +1,10 @@
 //! Disks, uniform by area through the concentric map.
 
+use crate::{Area, Disk, Pdf, PointSample, PointTechnique};
 use core::f64::consts::FRAC_PI_4;
 use linelit_elementary::{atan, hypot, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame};
-use linelit_lights::{Area, Disk, Pdf, PointSample, PointTechnique};
 
 /// Samples a disk uniformly by area: density 1/(πR²) everywhere.
 ///
@@ -12,9 +12,8 @@ use linelit_lights::{Area, Disk, Pdf, PointSample, PointTechnique};
 /// stay stratified. `invert` gives `None` outside the disk by more than 64 ε of its coordinates.
 ///
 /// ```
-/// use linelit_spheres::geometry::DVec3;
-/// use linelit_spheres::lights::{Disk, PointTechnique};
-/// use linelit_spheres::DiskArea;
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{Disk, DiskArea, PointTechnique};
 /// let by_area = DiskArea::new(&Disk { center: DVec3::Z, normal: DVec3::Z, radius: 1.0 });
 /// let u = by_area.invert(by_area.sample([0.2, 0.9]).point).unwrap();
 /// assert!((u[0] - 0.2).abs() < 1e-15 && (u[1] - 0.9).abs() < 1e-15);

@@ -1,11 +1,11 @@
 //! Disks by solid angle: the elliptic cone of directions that meet them.
 
-use crate::disk::DiskArea;
+use super::disk::DiskArea;
+use crate::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
 use core::f64::consts::{FRAC_PI_2, PI};
 use linelit_elementary::{atan2, hypot, sin_cos};
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Frame, predicates};
-use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
 
 /// Pieces of a quarter turn on which the density of the turn is linear.
 const PIECES: usize = 8;
@@ -32,9 +32,8 @@ const PIECES: usize = 8;
 /// times 1 + R/h, h the distance from the plane.
 ///
 /// ```
-/// use linelit_spheres::geometry::DVec3;
-/// use linelit_spheres::lights::{Disk, PointTechnique};
-/// use linelit_spheres::DiskCone;
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{Disk, DiskCone, PointTechnique};
 /// let disk = Disk { center: DVec3::new(0.0, 0.0, 3.0), normal: DVec3::Z, radius: 4.0 };
 /// let cone = DiskCone::new(&disk, DVec3::ZERO);
 /// // On the axis the cone is circular: Ω = 2π (1 − h/√(h² + R²)).

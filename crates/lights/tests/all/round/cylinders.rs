@@ -2,8 +2,9 @@
 //! irradiance.
 
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
-use linelit_lights::{Cylinder, PointTechnique};
-use linelit_spheres::{ChordMeasure, CylinderArea, CylinderLines, CylinderView};
+use linelit_lights::{
+    ChordMeasure, Cylinder, CylinderArea, CylinderLines, CylinderView, PointTechnique,
+};
 use linelit_testkit::cases::cases;
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::laws::Technique;
