@@ -34,7 +34,7 @@ struct Choice {
 
 impl Layers {
     /// How many lobes fit beside the diffuse one.
-    pub const MAX: usize = 8;
+    pub const MAX: usize = TransformedCosines::MAX;
 
     /// Nothing, with the direction (in the world, of any length) that anisotropic lobes call x;
     /// zero if there are none.

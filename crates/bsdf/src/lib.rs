@@ -32,10 +32,10 @@ pub use phong::Phong;
 pub use reflection::{ClosedForm, ClosedLobe, Known, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
-pub use transformed_cosine::{TransformedCosine, TransformedCosines};
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;
+pub use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
 
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};

@@ -106,3 +106,91 @@ impl Ltc {
         nonnegative(self.albedo / PI * cylinder::irradiance(a, b, DVec3::Z) / width)
     }
 }
+
+/// A lobe of a reflection times the receiver's cosine, as a cosine under a linear map M: about
+/// albedo · p(ω) with p(ω) = max(0, c.z)/π |det M⁻¹|/|c|⁴ and c = M⁻¹ω.
+///
+/// **Source**: Heitz, Dupuy, Hill & Neubelt 2016.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransformedCosine {
+    /// M, from the cosine's space (its axis is z) to the local frame of the surface (its normal is
+    /// z); invertible.
+    pub map: DMat3,
+    /// About ∫ f cos dω of the lobe over the hemisphere, by channel.
+    pub albedo: DVec3,
+}
+
+impl TransformedCosine {
+    /// p(ω), the density of the lobe in a unit direction of the local frame, per solid angle; it
+    /// integrates to one over the sphere. Zero for a map without an inverse.
+    #[must_use]
+    pub fn density(&self, w: DVec3) -> f64 {
+        Ltc::new(self.map, 1.0).density(w)
+    }
+
+    /// The lobe of a reflection scaled by a colour.
+    #[must_use]
+    pub fn scaled(self, scale: DVec3) -> Self {
+        Self {
+            albedo: self.albedo * scale,
+            ..self
+        }
+    }
+}
+
+/// What a reflection times the receiver's cosine looks like from one direction, as a sum of
+/// linearly transformed cosines: the cosine itself, and lobes.
+///
+/// It is what samples of lights are drawn by and weighed with, so only noise depends on how near it
+/// is. It may be zero where the reflection is not: combine it with a technique that is not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransformedCosines {
+    /// The local frame of the maps: z is the normal.
+    pub frame: Frame,
+    /// The albedo of what the cosine itself stands for, by channel.
+    pub diffuse: DVec3,
+    lobes: [TransformedCosine; Self::MAX],
+    count: usize,
+}
+
+impl TransformedCosines {
+    /// The most lobes beside the cosine itself.
+    pub const MAX: usize = 8;
+
+    /// The cosine itself, in a local frame with the normal as z, and no lobe.
+    #[must_use]
+    pub const fn new(frame: Frame, diffuse: DVec3) -> Self {
+        Self {
+            frame,
+            diffuse,
+            lobes: [TransformedCosine {
+                map: DMat3::IDENTITY,
+                albedo: DVec3::ZERO,
+            }; Self::MAX],
+            count: 0,
+        }
+    }
+
+    /// Adds a lobe, unless it is black; one too many, or one whose map is of no numbers or flat,
+    /// counts as the cosine itself.
+    pub fn add(&mut self, lobe: TransformedCosine) {
+        if lobe.albedo == DVec3::ZERO {
+            return;
+        }
+        let determinant = lobe.map.determinant();
+        let usable = determinant.is_finite() && determinant.abs() > 0.0;
+        match self.lobes.get_mut(self.count) {
+            Some(slot) if usable => {
+                *slot = lobe;
+                self.count += 1;
+            }
+            _ => self.diffuse += lobe.albedo,
+        }
+    }
+
+    /// The lobes beside the cosine itself.
+    #[must_use]
+    pub fn lobes(&self) -> &[TransformedCosine] {
+        &self.lobes[..self.count]
+    }
+}
