@@ -33,11 +33,13 @@ mod image;
 mod light;
 mod line;
 pub mod linear;
+mod mixture;
 mod pieces;
 mod polygon;
 #[cfg(feature = "rand")]
 mod random;
 mod round;
+mod surface;
 mod technique;
 
 pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
@@ -47,6 +49,7 @@ pub use light::{LinearLight, Sphere, SphereLight};
 pub use line::by_angle::AngularLines;
 pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Width};
 pub use line::by_texture::TexturedLines;
+pub use mixture::{DiskLobes, Lobes, Mixture, VisibleLobes};
 pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::{AreaSampler, PointColumns, PointSample};
 pub use polygon::proxy::ProxySampler;
@@ -64,6 +67,10 @@ pub use round::disk::DiskArea;
 pub use round::disk_cone::DiskCone;
 pub use round::projected::SphereProjected;
 pub use round::sphere::{SphereCap, SphereCone};
+pub use surface::lines::{LineDensity, LineFamily, LineSetup, through};
+pub use surface::points::{PointDensity, PointSource};
+pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};
+pub use surface::{LightPoint, Shape, Surface, Viewer, around_unit_circle};
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
 
 // What public signatures name, so that one dependency is enough.

@@ -1,6 +1,6 @@
-//! Every public function with floats that attack it in any argument: none panics, densities are
-//! finite and not negative, numbers given back lie in [0, 1), and what is drawn with a positive
-//! density lies on the light.
+//! Every public function, those of round lights and of surfaces in files of their own, with floats
+//! that attack it in any argument: none panics, densities are finite and not negative, numbers
+//! given back lie in [0, 1), and what is drawn with a positive density lies on the light.
 
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
@@ -25,11 +25,15 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 #[test]
-fn every_public_function_is_called_here_or_for_round_lights() {
+fn every_public_function_is_called_with_hostile_numbers() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let tests = concat!(include_str!("hostile.rs"), include_str!("round/hostile.rs"));
-    // `Random` hands on what techniques give.
-    let missing = public::missing(&src, tests, &["Random"]);
+    let tests = concat!(
+        include_str!("hostile.rs"),
+        include_str!("round/hostile.rs"),
+        include_str!("surfaces.rs")
+    );
+    // `Random` hands on what techniques give, and points by a texture are made by `PointSource`.
+    let missing = public::missing(&src, tests, &["Random", "TexturedPoints"]);
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 

@@ -14,5 +14,6 @@ mod regions;
 mod robust;
 mod round;
 mod solid_angle;
+mod surfaces;
 mod textures;
 mod vectors;

@@ -1,0 +1,265 @@
+//! Points of a light by linearly transformed cosines that look like the reflection.
+
+use crate::surface::points::Draw;
+use crate::{
+    Disk, LightPoint, Pdf, PointTechnique, RegionSampler, SolidAngle, SolidAngleSampler, Surface,
+    TransformedCone, TransformedSampler,
+};
+use linelit_geometry::finite::below_one;
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
+use linelit_shading::ltc::TransformedCosines;
+use linelit_shading::polygon;
+use std::f64::consts::FRAC_1_PI;
+
+/// Lobes that are drawn by: those that reflect the most of the light, others as the cosine.
+const KEPT: usize = 2;
+
+/// The least share of samples uniform in the solid angle: bounds weights where the reflection has
+/// more than its transformed cosines, which may be zero.
+const LEAST_UNIFORM: f64 = 0.1;
+
+/// Disks that cover less than this of a lobe's cosine are drawn by it alone: its density there is
+/// everywhere more than a hundredth of its largest.
+const TAIL: f64 = 0.9;
+
+/// The lobes of a reflection over a light, drawn from as one technique.
+#[derive(Clone, Copy, Debug)]
+pub struct Mixture<U, L> {
+    /// Uniform in the solid angle, with its share of the samples.
+    uniform: (U, f64),
+    lobes: [Option<(L, f64)>; KEPT],
+}
+
+/// The lobes of a reflection over a polygon.
+pub type Lobes = Mixture<SolidAngleSampler, TransformedSampler>;
+
+/// The lobes of a reflection over what is visible of a polygon.
+pub type VisibleLobes<'r> = Mixture<&'r RegionSampler, TransformedSampler>;
+
+/// The lobes of a reflection over a disk; uniform in what the cosine makes of it if need be.
+pub type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
+
+impl<U, L: Copy> Mixture<U, L> {
+    /// Lobes and their shares of the samples, in proportion to what each reflects of the light:
+    /// `rest` is what the cosine itself does, `sampler` gives what draws by a lobe, given its
+    /// number and its map to the world, with what it reflects, `least` what it wants to be drawn
+    /// uniformly, and `uniform` what draws so, told its share.
+    fn shared(
+        cosines: &TransformedCosines,
+        mut rest: f64,
+        sampler: impl Fn(usize, DMat3) -> Option<(L, f64)>,
+        least: impl Fn(&L) -> f64,
+        uniform: impl FnOnce(f64) -> U,
+    ) -> Self {
+        let frame = &cosines.frame;
+        let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
+        let mut lobes: [Option<(L, f64)>; KEPT] = [None; KEPT];
+        for (k, lobe) in cosines.lobes().iter().enumerate() {
+            let Some((sampler, part)) = sampler(k, to_world * lobe.map) else {
+                continue;
+            };
+            let mut next = Some((sampler, part)).filter(|(_, part)| *part > 0.0);
+            let size = |slot: &Option<(L, f64)>| slot.map_or(0.0, |(_, p)| p);
+            for slot in &mut lobes {
+                if size(&next) > size(slot) {
+                    std::mem::swap(slot, &mut next);
+                }
+            }
+            rest += size(&next);
+        }
+        let sum: f64 = lobes.iter().flatten().map(|(_, part)| part).sum();
+        let least = lobes.iter().flatten().map(|(lobe, _)| least(lobe));
+        let share = least.fold(rest / (rest + sum), f64::max);
+        let share = if sum > 0.0 && share <= 1.0 {
+            share
+        } else {
+            1.0
+        };
+        for (_, part) in lobes.iter_mut().flatten() {
+            *part *= (1.0 - share) / sum;
+        }
+        Self {
+            uniform: (uniform(share), share),
+            lobes,
+        }
+    }
+
+    /// Draws from one of the lobes, or uniformly, for the choice of which `u[0]` is split and
+    /// rescaled.
+    fn pick<D>(
+        &self,
+        [mut a, b]: [f64; 2],
+        by_lobe: impl Fn(&L, [f64; 2]) -> D,
+        uniformly: impl Fn(&U, [f64; 2]) -> D,
+    ) -> D {
+        for (lobe, share) in self.lobes.iter().flatten() {
+            if a < *share {
+                return by_lobe(lobe, [below_one(a / share), b]);
+            }
+            a -= share;
+        }
+        let (uniform, share) = &self.uniform;
+        uniformly(uniform, [below_one(a / share), b])
+    }
+
+    /// The density of all together.
+    fn pdf(
+        &self,
+        by_lobe: impl Fn(&L) -> Pdf<SolidAngle>,
+        uniformly: impl Fn(&U) -> Pdf<SolidAngle>,
+    ) -> f64 {
+        let lobes = self.lobes.iter().flatten();
+        let sum: f64 = lobes
+            .map(|(lobe, share)| share * by_lobe(lobe).value())
+            .sum();
+        sum + self.uniform.1 * uniformly(&self.uniform.0).value()
+    }
+}
+
+impl Lobes {
+    /// The lobes of a reflection over a polygon, for the shading point `x`.
+    #[must_use]
+    pub fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let seen = light.relative_to(x, &mut relative);
+        let flat = polygon::irradiance_by_edges(seen, cosines.frame.z);
+        let rest = cosines.diffuse.element_sum() * FRAC_1_PI * flat;
+        let sampler = |k: usize, map| {
+            let sampler = TransformedSampler::new(light, x, map)?;
+            let integral = polygon::irradiance_by_edges(sampler.image().vertices(), DVec3::Z);
+            let albedo = cosines.lobes()[k].albedo.element_sum();
+            Some((sampler, albedo * FRAC_1_PI * integral))
+        };
+        let uniform = |_| SolidAngleSampler::new(light, x);
+        Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, uniform)
+    }
+}
+
+impl<'r> VisibleLobes<'r> {
+    /// The lobes of a reflection on what is visible of a light, if it is known, and what of it the
+    /// cosine itself and each lobe reflect: one number more than there are lobes.
+    #[must_use]
+    pub fn within(
+        visible: &'r RegionSampler,
+        light: &ConvexPolygon,
+        x: DVec3,
+        cosines: &TransformedCosines,
+        reflected: &[f64],
+    ) -> Self {
+        let rest = reflected[0].max(0.0);
+        let sampler = |k: usize, map| {
+            let sampler = TransformedSampler::new(light, x, map)?;
+            Some((sampler, reflected[k + 1]))
+        };
+        Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| visible)
+    }
+
+    /// A visible point and the density per solid angle there; `None` where a lobe leads to what is
+    /// hidden.
+    pub fn draw(&self, u: [f64; 2], light: &ConvexPolygon, x: DVec3) -> Option<(LightPoint, f64)> {
+        let (visible, _) = &self.uniform;
+        let by_lobe = |lobe: &TransformedSampler, u| {
+            let point = lobe.sample(u).point;
+            visible.holds(point).then_some(point)
+        };
+        let uniformly = |visible: &&RegionSampler, u| {
+            let sample = visible.sample(u);
+            sample.pdf.is_positive().then_some(sample.point)
+        };
+        let point = self.pick(u, by_lobe, uniformly)?;
+        let at = LightPoint::new(point, x, &Surface::Polygon(light));
+        let uniform = visible.density().to_solid_angle(at.square, at.cos_light);
+        Some((at, self.pdf(|lobe| lobe.pdf(point), |_| uniform)))
+    }
+}
+
+impl DiskLobes {
+    /// `None` where directions are no way to draw points of the disk: it is seen from its plane, or
+    /// very small.
+    #[must_use]
+    pub fn new(disk: &Disk, x: DVec3, cosines: &TransformedCosines) -> Option<Self> {
+        let Frame { x: e, y: f, z } = cosines.frame;
+        let sampler = |k: usize, map| {
+            let sampler = TransformedCone::new(disk, x, map)?;
+            let albedo = cosines.lobes()[k].albedo.element_sum();
+            Some((sampler, albedo * sampler.about_integral()))
+        };
+        let flat = || TransformedCone::new(disk, x, DMat3::from_cols(e, f, z));
+        let diffuse = cosines.diffuse.element_sum();
+        let rest = match diffuse > 0.0 {
+            true => diffuse * flat()?.about_integral(),
+            false => 0.0,
+        };
+        let least = |lobe: &TransformedCone| match lobe.coverage() > TAIL {
+            true => LEAST_UNIFORM,
+            false => 0.0,
+        };
+        let uniform = |share| if share > 0.0 { flat() } else { None };
+        let mixture = Self::shared(cosines, rest, sampler, least, uniform);
+        let (uniform, share) = &mixture.uniform;
+        (*share <= 0.0 || uniform.is_some()).then_some(mixture)
+    }
+}
+
+impl Draw for DiskLobes {
+    fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
+        let by_lobe = |cone: &TransformedCone, u| Some(cone.sample(u).0);
+        let uniformly = |cone: &Option<TransformedCone>, u| Some(cone.as_ref()?.sample(u).0);
+        let direction = self.pick(u, by_lobe, uniformly)?;
+        let on_light = surface.meets(x, direction)?;
+        let at = LightPoint::towards(on_light, on_light - x, direction, surface);
+        Some((at, self.density(&at)))
+    }
+
+    fn density(&self, at: &LightPoint) -> f64 {
+        let pdf = |cone: &TransformedCone| cone.pdf(at.direction);
+        self.pdf(pdf, |uniform| uniform.as_ref().map_or(Pdf::ZERO, pdf))
+    }
+}
+
+impl Draw for Lobes {
+    fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
+        let by_lobe = |lobe: &TransformedSampler, u| lobe.sample(u).point;
+        let point = self.pick(u, by_lobe, |all, u| all.sample(u).point);
+        let at = LightPoint::new(point, x, surface);
+        Some((at, self.density(&at)))
+    }
+
+    fn density(&self, at: &LightPoint) -> f64 {
+        self.pdf(|lobe| lobe.pdf(at.point), |all| all.pdf(at.point))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_shading::ltc::TransformedCosine;
+    use linelit_testkit::assert_close;
+
+    /// A lobe that lies on the light takes all of its albedo, wherever on the light it is: the
+    /// image of a narrow one is so wide that the cosine in its middle says nothing.
+    #[test]
+    fn narrow_lobes_on_the_light_get_their_share() {
+        let normal = DVec3::new(0.3, -0.2, 0.9).normalize();
+        let frame = Frame::from_normal(normal);
+        let corner = frame.z + frame.x * 0.1 - frame.y * 0.4;
+        let light = ConvexPolygon::parallelogram(corner, frame.x * 0.8, frame.y * 1.3).unwrap();
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let seen = light.relative_to(DVec3::ZERO, &mut relative);
+        let flat = 0.3 * FRAC_1_PI * polygon::irradiance(seen, normal);
+        for (u, v) in [(0.5, 0.5), (0.1, 0.2), (0.9, 0.1), (0.95, 0.97)] {
+            let to = frame.to_local(corner + frame.x * (0.8 * u) + frame.y * (1.3 * v));
+            let lobe = Frame::from_normal(to.normalize());
+            let width = 1e-4;
+            let map = DMat3::from_cols(lobe.x * width, lobe.y * width, lobe.z);
+            let mut cosines = TransformedCosines::new(frame, DVec3::splat(0.3));
+            let albedo = DVec3::splat(0.04);
+            cosines.add(TransformedCosine { map, albedo });
+            let lobes = Lobes::new(&light, DVec3::ZERO, &cosines);
+            let share = lobes.lobes[0].unwrap().1;
+            // Of a cosine lobe, (1e-4/.04)² is further from its axis than .04 of light around.
+            let want = (0.04 / (0.04 + flat)).min(1.0 - LEAST_UNIFORM);
+            assert_close!(share, want, rel = 1e-5, "({u}, {v})");
+        }
+    }
+}

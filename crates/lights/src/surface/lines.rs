@@ -1,0 +1,155 @@
+//! Lines on the surface of any light that has them, by any density.
+
+use super::texture::{self, EmissionTexture};
+use super::{LightPoint, Surface, Viewer};
+use crate::{
+    AngularLines, CylinderLines, LineSample, LineSampler, LineTechnique, OffsetDensity,
+    TexturedLines,
+};
+use linelit_geometry::intervals::Interval;
+use linelit_geometry::{DVec3, ParallelLines, Segment};
+
+/// The measure in which lines, and points on them, are uniform where nothing occludes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineDensity {
+    /// Area: points uniform in length (Salesin & Jarosz 2019, eq. 14).
+    Area,
+    /// Solid angle (eqs. 16–19), for any polygon and direction.
+    SolidAngle,
+    /// Nearly solid angle: offsets from a density that needs no iteration
+    /// ([`AngularLines::by_warped_solid_angle`]); on cylinders as [`LineDensity::SolidAngle`].
+    Warped,
+    /// Projected solid angle of the part above the horizon.
+    Projected,
+    /// The light's texture: offsets by what is on the line, points by the texture along what is
+    /// visible of it ([`TexturedLines`]); area where there is no texture, or where the light is no
+    /// parallelogram that is wholly above the horizon.
+    Texture,
+}
+
+/// The direction of parallel lines, and the density of their offsets where they are by area.
+#[derive(Clone, Copy, Debug)]
+pub struct LineSetup {
+    /// The direction in half turns from the first edge of the whole light, as it was asked for or
+    /// drawn: for what is laid out on that light, such as its texture.
+    pub fraction: f64,
+    /// That direction in radians from the first edge of the surface, which may be a part of the
+    /// light.
+    pub angle: f64,
+    /// Whether the direction was asked for, not drawn.
+    pub fixed: bool,
+    /// The density of offsets of [`LineDensity::Area`].
+    pub offset: OffsetDensity,
+}
+
+/// Lines of one direction on a light, ready for a shading point.
+#[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a few of them live in a buffer or on the stack"
+)]
+pub enum LineFamily<'t> {
+    /// Lines on a polygon, by area.
+    Area(LineSampler),
+    /// Lines on a polygon, by an angle.
+    Angular(AngularLines),
+    /// Lines on a polygon, by its texture.
+    Texture(TexturedLines<'t>),
+    /// Lines along a cylinder.
+    Cylinder(CylinderLines),
+}
+
+impl<'t> LineFamily<'t> {
+    /// Lines on a surface by a density, for whoever looks at it; `None` of a surface that has no
+    /// lines.
+    #[must_use]
+    pub fn new<T: EmissionTexture>(
+        by: LineDensity,
+        surface: Surface<'t>,
+        texture: Option<&'t T>,
+        setup: LineSetup,
+        from: &Viewer<'_>,
+    ) -> Option<Self> {
+        let textured = match (by, surface, texture) {
+            (LineDensity::Texture, Surface::Polygon(light), Some(texture)) => {
+                texture::lines(texture, light, setup)
+            }
+            _ => None,
+        };
+        let textured = textured.map(Self::Texture);
+        textured.or_else(|| surface.lines(by, setup, from))
+    }
+
+    /// The unit direction of the lines; zero where there are none.
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        match self {
+            Self::Area(lines) => lines.lines().direction(),
+            Self::Angular(lines) => lines.lines().direction(),
+            Self::Texture(lines) => lines.lines().direction(),
+            Self::Cylinder(lines) => lines.direction(),
+        }
+    }
+
+    /// A line from one random number in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: f64) -> LineSample {
+        of!(family self, lines => lines.sample(u))
+    }
+
+    /// A point of the visible parts of a line, from one random number in [0, 1), and its density
+    /// per solid angle at the shading point `x`: the joint one of line and point.
+    #[must_use]
+    pub fn point(
+        &self,
+        line: &LineSample,
+        visible: &[Interval],
+        u: f64,
+        x: DVec3,
+        surface: &Surface<'_>,
+    ) -> (LightPoint, f64) {
+        of!(family self, lines => {
+            let sample = lines.point(line, visible, u);
+            let at = LightPoint::new(sample.point, x, surface);
+            (at, at.density(sample.pdf))
+        })
+    }
+
+    /// The line through a point of the light.
+    #[must_use]
+    pub fn through(&self, point: DVec3) -> Segment {
+        match self {
+            Self::Area(lines) => through(lines.lines(), point),
+            Self::Angular(lines) => through(lines.lines(), point),
+            Self::Texture(lines) => through(lines.lines(), point),
+            Self::Cylinder(lines) => lines.through(point),
+        }
+    }
+
+    /// The joint density per solid angle at a point whose line has these visible parts.
+    #[must_use]
+    pub fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
+        of!(family self, lines => {
+            at.density(lines.joint_pdf(at.point, visible))
+        })
+    }
+
+    /// The factor of an integral along a line, beside its offset's density: the height of the
+    /// shading point over the plane that touches a cylinder there, and 1 on a polygon, whose lines
+    /// share their plane.
+    #[must_use]
+    pub fn height(&self, line: &LineSample) -> f64 {
+        match self {
+            Self::Cylinder(lines) => lines.height(line),
+            Self::Area(_) | Self::Angular(_) | Self::Texture(_) => 1.0,
+        }
+    }
+}
+
+/// The line of a family of parallel lines through a point of the light.
+#[must_use]
+pub fn through(lines: &ParallelLines, point: DVec3) -> Segment {
+    let (a, b) = lines.range();
+    let (offset, _) = lines.coordinates(point);
+    lines.segment(offset.clamp(a, b)).unwrap_or_default()
+}

@@ -1,0 +1,201 @@
+//! Surfaces of lights: what each shape says of itself, and points and lines of any of them.
+//!
+//! A shape is one file of this folder, which implements [`Shape`] for it, and one arm of
+//! [`Surface`]; whatever draws its points and lines is an arm of [`PointSource`] and
+//! [`LineFamily`].
+
+/// The code for whichever variant the value is, of these or of [`Surface`], [`PointSource`] or
+/// [`LineFamily`].
+macro_rules! of {
+    (surface $value:expr, $one:ident => $code:expr) => {
+        of!([Polygon Sphere Disk Cylinder] $value, $one => $code)
+    };
+    (source $value:expr, $one:ident => $code:expr) => {
+        of!([
+            Area Proxy SolidAngle Projected Lobes Texture SphereCap SphereCone SphereProjected
+            DiskArea DiskCone DiskChords DiskLobes CylinderArea CylinderLines
+        ] $value, $one => $code)
+    };
+    (family $value:expr, $one:ident => $code:expr) => {
+        of!([Area Angular Texture Cylinder] $value, $one => $code)
+    };
+    ([$($variant:ident)+] $value:expr, $one:ident => $code:expr) => {
+        match $value {
+            $(Self::$variant($one) => $code,)+
+        }
+    };
+}
+
+mod cylinder;
+mod disk;
+pub(crate) mod lines;
+pub(crate) mod points;
+mod polygon;
+mod sphere;
+pub(crate) mod texture;
+
+pub use disk::around_unit_circle;
+
+use crate::{CylinderView, Disk, Pdf, Sphere, SurfaceMeasure};
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_shading::ltc::TransformedCosines;
+use lines::{LineDensity, LineFamily, LineSetup};
+use points::{PointDensity, PointSource};
+
+/// A point of a light, and the direction from the shading point to it.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPoint {
+    /// The point, in the coordinates of the light.
+    pub point: DVec3,
+    /// The point relative to the shading point.
+    pub to_light: DVec3,
+    /// The unit direction from the shading point.
+    pub direction: DVec3,
+    /// The square of the distance.
+    pub square: f64,
+    /// The cosine between the light's normal and the direction to the shading point: positive on
+    /// the side that the normal points to.
+    pub cos_light: f64,
+}
+
+impl LightPoint {
+    /// A point of a surface as the shading point `x` meets it.
+    #[inline]
+    #[must_use]
+    pub fn new(point: DVec3, x: DVec3, surface: &Surface<'_>) -> Self {
+        let to_light = point - x;
+        Self::towards(point, to_light, to_light / to_light.length(), surface)
+    }
+
+    /// A point of a surface of which the direction is known.
+    #[inline]
+    #[must_use]
+    pub fn towards(point: DVec3, to_light: DVec3, direction: DVec3, surface: &Surface<'_>) -> Self {
+        Self {
+            point,
+            to_light,
+            direction,
+            square: to_light.length_squared(),
+            cos_light: -surface.normal(point).dot(direction),
+        }
+    }
+
+    /// A density of this point per solid angle.
+    #[inline]
+    #[must_use]
+    pub fn density<M: SurfaceMeasure>(&self, pdf: Pdf<M>) -> f64 {
+        M::to_solid_angle(pdf, self.square, self.cos_light).value()
+    }
+}
+
+/// The shading point that looks at a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewer<'a> {
+    /// The place of the shading point.
+    pub position: DVec3,
+    /// The shading normal, a unit vector.
+    pub normal: DVec3,
+    /// The unit normal of the surface that the point lies on: another horizon.
+    pub geometric_normal: DVec3,
+    /// The point's reflection, if that is known and a density asks for it.
+    pub cosines: Option<&'a TransformedCosines>,
+}
+
+/// The surface of a light: one arm for each shape.
+#[derive(Clone, Copy, Debug)]
+pub enum Surface<'a> {
+    /// A polygon, or the part of it above the horizons.
+    Polygon(&'a ConvexPolygon),
+    /// A sphere.
+    Sphere(&'a Sphere),
+    /// A disk.
+    Disk(&'a Disk),
+    /// The side of a cylinder, as its shading point sees it.
+    Cylinder(&'a CylinderView),
+}
+
+/// A shape as the surface of a light.
+pub trait Shape {
+    /// The unit normal at one of its points, on the side that emits.
+    fn normal(&self, point: DVec3) -> DVec3;
+
+    /// The normal, if it is the same everywhere.
+    fn flat(&self) -> Option<DVec3> {
+        None
+    }
+
+    /// The place where a ray from the shading point `x` meets it first; none from inside.
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3>;
+
+    /// Half the smaller extent: the width that Salesin & Jarosz 2019 recommend for weights that
+    /// are smooth at the borders.
+    fn half_width(&self) -> f64;
+
+    /// The product of `edge` of the distances of a point from the borders that the shading point
+    /// `x` sees, positive inside (Salesin & Jarosz 2019, eq. 23).
+    fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64;
+
+    /// Gives what draws points by a density, which is another one where it has nothing to say of
+    /// the shape: [`PointDensity::Texture`] knows no texture here.
+    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t>;
+
+    /// Gives what draws lines by a density, of which [`LineDensity::Texture`] is that by area;
+    /// `None` of a shape that has no lines.
+    fn lines<'t>(
+        &'t self,
+        by: LineDensity,
+        setup: LineSetup,
+        from: &Viewer<'_>,
+    ) -> Option<LineFamily<'t>> {
+        let _ = (by, setup, from);
+        None
+    }
+}
+
+impl<'a> Surface<'a> {
+    /// The unit normal at one of its points, on the side that emits.
+    #[inline]
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        of!(surface self, shape => Shape::normal(*shape, point))
+    }
+
+    /// The normal, if it is the same everywhere.
+    #[must_use]
+    pub fn flat(&self) -> Option<DVec3> {
+        of!(surface self, shape => shape.flat())
+    }
+
+    /// The place where a ray from the shading point `x` meets it first; none from inside.
+    #[must_use]
+    pub fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        of!(surface self, shape => Shape::meets(*shape, x, direction))
+    }
+
+    /// Half the smaller extent: see [`Shape::half_width`].
+    #[must_use]
+    pub fn half_width(&self) -> f64 {
+        of!(surface self, shape => shape.half_width())
+    }
+
+    /// The product of `edge` of the distances from the borders: see [`Shape::border`].
+    pub fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
+        of!(surface self, shape => shape.border(point, x, edge))
+    }
+
+    /// Gives what draws points by a density: see [`Shape::points`].
+    fn points(self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'a> {
+        of!(surface self, shape => shape.points(by, from))
+    }
+
+    /// Gives what draws lines by a density: see [`Shape::lines`].
+    fn lines(self, by: LineDensity, setup: LineSetup, from: &Viewer<'_>) -> Option<LineFamily<'a>> {
+        of!(surface self, shape => shape.lines(by, setup, from))
+    }
+}
+
+/// The place where a ray meets a plane ahead of it.
+fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) -> Option<DVec3> {
+    let t = normal.dot(on_it - x) / normal.dot(direction);
+    (t > 0.0 && t.is_finite()).then(|| x + direction * t)
+}

@@ -1,0 +1,105 @@
+//! Spheres as surfaces of lights.
+//!
+//! A sphere of constant radiance is, seen from outside, the flat disk of its outline with the same
+//! radiance: the circle in which the cone of directions touches it, r²/d from the centre towards
+//! the shading point. What stands between the point and that disk hides both alike, but for what
+//! is inside the sphere before the disk, which hides the disk only.
+
+use super::points::{PointDensity, PointSource};
+use super::{Shape, Viewer, disk, on_plane};
+use crate::{Disk, Sphere, SphereCap, SphereCone, SphereProjected};
+use linelit_geometry::{DVec3, Triangle};
+
+impl Sphere {
+    /// The circle in which the cone from `x` touches the sphere, as a disk with its normal towards
+    /// `x`; `None` from inside.
+    #[must_use]
+    pub fn outline(&self, x: DVec3) -> Option<Disk> {
+        let to_x = x - self.center;
+        let distance = to_x.length();
+        if !(distance > self.radius && distance < f64::INFINITY) {
+            return None;
+        }
+        let (normal, ratio) = (to_x / distance, self.radius / distance);
+        let square = (distance - self.radius) * (distance + self.radius);
+        Some(Disk {
+            center: self.center + normal * (self.radius * ratio),
+            normal,
+            radius: ratio * square.sqrt(),
+        })
+    }
+
+    /// The disk before all of the sphere that has its solid angle: what hides it hides the sphere.
+    /// `None` from inside.
+    #[must_use]
+    pub fn before(&self, x: DVec3) -> Option<Disk> {
+        let to_x = self.outline(x)?.normal;
+        let distance = (x - self.center).dot(to_x);
+        let nearest = distance - self.radius;
+        let square = (distance - self.radius) * (distance + self.radius);
+        (nearest > 0.0).then(|| Disk {
+            center: self.center + to_x * self.radius,
+            normal: to_x,
+            radius: self.radius * nearest / square.sqrt(),
+        })
+    }
+
+    /// Whether nothing of a triangle is inside the sphere: then what it hides of the outline it
+    /// hides of the sphere.
+    #[must_use]
+    pub fn is_clear_of(&self, [a, b, c]: [DVec3; 3]) -> bool {
+        let nearest = Triangle::new(a, b, c).nearest(self.center);
+        nearest.distance(self.center) >= self.radius
+    }
+}
+
+impl Shape for Sphere {
+    #[inline]
+    fn normal(&self, point: DVec3) -> DVec3 {
+        self.normal(point)
+    }
+
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        let to_center = self.center - x;
+        let along = to_center.dot(direction);
+        // The distance of the ray from the centre, without the cancellation of d² − along².
+        let across = (to_center - direction * along).length();
+        if along <= 0.0 || across > self.radius {
+            return None;
+        }
+        let inside = ((self.radius - across) * (self.radius + across)).sqrt();
+        (along > inside).then(|| x + direction * (along - inside))
+    }
+
+    fn half_width(&self) -> f64 {
+        self.radius
+    }
+
+    /// That of the outline, at the point that is seen in the same direction; 1 from inside.
+    fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
+        let Some(outline) = self.outline(x) else {
+            return 1.0;
+        };
+        let direction = (point - x).normalize_or_zero();
+        let seen = on_plane(outline.center, outline.normal, x, direction);
+        seen.map_or(0.0, |seen| outline.border(seen, x, edge))
+    }
+
+    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
+        let x = from.position;
+        let by_angle = || PointSource::SphereCone(SphereCone::new(self, x));
+        match by {
+            PointDensity::Area => PointSource::SphereCap(SphereCap::whole(self)),
+            PointDensity::VisibleArea => PointSource::SphereCap(SphereCap::visible(self, x)),
+            PointDensity::SolidAngle | PointDensity::Proxy | PointDensity::Texture => by_angle(),
+            PointDensity::ProjectedSolidAngle => match SphereProjected::new(self, x, from.normal) {
+                Some(projected) => PointSource::SphereProjected(projected),
+                None => PointSource::SphereCap(SphereCap::whole(self)),
+            },
+            PointDensity::Lobes => {
+                let lobes = self.outline(x).and_then(|seen| disk::lobes(&seen, from));
+                lobes.map_or_else(by_angle, PointSource::DiskLobes)
+            }
+        }
+    }
+}
