@@ -4,10 +4,8 @@ use crate::Spheres;
 use crate::selection::Tables;
 use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{
-    CylinderLight, DiskLight, ImportanceImage, Light, Sphere, SphereLight, TexturedSampler,
-};
-use linelit_scene::{EmissiveCylinder, EmissiveSphere, Scene, SceneLight};
+use linelit_lights::{ImportanceImage, Light, TexturedSampler};
+use linelit_scene::{Scene, SceneLight};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -208,51 +206,16 @@ fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
 /// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets;
 /// `None` without such lights.
 fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
-    let outward = |s: &&EmissiveSphere| !s.inward && !s.emission.two_sided;
-    let spheres = scene.spheres.iter().filter(outward).map(|s| {
-        let light = Light::Sphere(SphereLight {
-            sphere: Sphere {
-                center: s.center,
-                radius: s.radius,
-            },
-            radiance: s.emission.radiance,
-        });
-        (&s.lights, &s.triangles, light)
-    });
-    let disks = scene.disks.iter().map(|d| {
-        let light = Light::Disk(DiskLight {
-            disk: d.disk,
-            emission: d.emission,
-        });
-        (&d.lights, &d.triangles, light)
-    });
-    let outward = |c: &&EmissiveCylinder| !c.inward && !c.emission.two_sided;
-    let cylinders = scene.cylinders.iter().filter(outward).map(|c| {
-        let light = Light::Cylinder(CylinderLight {
-            cylinder: c.cylinder,
-            radiance: c.emission.radiance,
-        });
-        (&c.lights, &c.triangles, light)
-    });
-    let round: Vec<_> = spheres.chain(disks).chain(cylinders).collect();
-    if round.is_empty() {
-        return None;
-    }
-    let mut out = Vec::new();
-    for planned in lights {
-        match round.iter().find(|(all, ..)| all.contains(&planned.index)) {
-            None => out.push(planned.clone()),
-            Some((all, triangles, light)) if all.start == planned.index => out.push(PlannedLight {
-                index: planned.index,
-                light: Arc::new(*light),
-                triangles: (*triangles).clone(),
-                texture: None,
-                estimator: None,
-                is_apart: false,
-                occlusion: OcclusionStats::default(),
-            }),
-            Some(_) => {}
-        }
-    }
-    Some(out)
+    let exact = |facet: &PlannedLight| {
+        let mut round = scene.round.iter().filter(|round| round.outward);
+        let Some(round) = round.find(|round| round.lights.contains(&facet.index)) else {
+            return Some(facet.clone());
+        };
+        (round.lights.start == facet.index).then(|| PlannedLight {
+            light: Arc::new(round.light),
+            triangles: round.triangles.clone(),
+            ..facet.clone()
+        })
+    };
+    (!scene.round.is_empty()).then(|| lights.iter().filter_map(exact).collect())
 }

@@ -2,10 +2,7 @@
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
-use crate::scene::{
-    EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32,
-    to_f64,
-};
+use crate::scene::{Mesh, RoundLight, Scene, SceneLight, outward, to_f32, to_f64};
 use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
@@ -135,9 +132,7 @@ pub struct SceneBuilder {
     alphas: Vec<Alpha>,
     pub(crate) lights: Vec<SceneLight>,
     light_ranges: Vec<(u32, u32, u32)>,
-    pub(crate) spheres: Vec<EmissiveSphere>,
-    pub(crate) disks: Vec<EmissiveDisk>,
-    pub(crate) cylinders: Vec<EmissiveCylinder>,
+    pub(crate) round: Vec<RoundLight>,
     emission_maps: Vec<Arc<Texture>>,
     pub(crate) max_triangles: usize,
     /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
@@ -160,9 +155,7 @@ impl SceneBuilder {
             materials: vec![Material::default_matte()],
             lights: Vec::new(),
             light_ranges: Vec::new(),
-            spheres: Vec::new(),
-            disks: Vec::new(),
-            cylinders: Vec::new(),
+            round: Vec::new(),
             emission_maps: Vec::new(),
             max_lights: MAX_LIGHTS.min(max_triangles / 4),
             max_triangles: max_triangles.min(u32::MAX as usize / 4),
@@ -213,11 +206,10 @@ impl SceneBuilder {
         index(self.emission_maps.len() - 1)
     }
 
-    /// How many lights so far are remembered as the spheres, disks and cylinders that they stand
-    /// for ([`Scene::spheres`], [`Scene::disks`], [`Scene::cylinders`]).
+    /// The number of spheres, disks and cylinders so far that lights stand for ([`Scene::round`]).
     #[must_use]
     pub fn round_light_count(&self) -> usize {
-        self.spheres.len() + self.disks.len() + self.cylinders.len()
+        self.round.len()
     }
 
     /// Adds a mesh: transforms, rounds, drops triangles without area, makes lights.
@@ -468,9 +460,7 @@ impl SceneBuilder {
             alphas: self.alphas,
             materials: self.materials,
             lights: self.lights,
-            spheres: self.spheres,
-            disks: self.disks,
-            cylinders: self.cylinders,
+            round: self.round,
             camera,
             film,
             light_ranges: self.light_ranges,

@@ -2,10 +2,10 @@
 
 use crate::EmissionSpec;
 use crate::builder::{Placement, RoundShape, SceneBuilder, index};
-use crate::scene::{EmissiveCylinder, EmissiveDisk, EmissiveSphere};
+use crate::scene::RoundLight;
 use linelit_geometry::glam::DMat3;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
-use linelit_lights::{Cylinder, Disk, Light, Sphere};
+use linelit_lights::{Cylinder, CylinderLight, Disk, DiskLight, Light, Sphere, SphereLight};
 
 impl SceneBuilder {
     /// Remembers the round shape that the last lights, so many, and the triangles from `first` on
@@ -21,47 +21,41 @@ impl SceneBuilder {
         let start = self.lights.len() - lights;
         let lights = index(start)..index(self.lights.len());
         let triangles = index(first)..index(self.triangles.len());
-        match shape {
-            RoundShape::Sphere(of) => {
-                let Some(Sphere { center, radius }) = sphere(of, place) else {
-                    return;
-                };
+        let emission = |area| spec.emission(spec.radiance_over(area));
+        let emits_outwards = |radius: f64| place.reverse == (radius < 0.0) && !spec.two_sided;
+        let found = match shape {
+            RoundShape::Sphere(of) => sphere(of, place).map(|Sphere { center, radius }| {
                 let area = 4.0 * std::f64::consts::PI * radius * radius;
-                self.spheres.push(EmissiveSphere {
-                    center,
-                    radius: radius.abs(),
-                    emission: spec.emission(spec.radiance_over(area)),
-                    inward: place.reverse != (radius < 0.0),
-                    lights,
-                    triangles,
-                });
-            }
+                let sphere = SphereLight {
+                    sphere: Sphere {
+                        center,
+                        radius: radius.abs(),
+                    },
+                    radiance: emission(area).radiance,
+                };
+                (Light::Sphere(sphere), emits_outwards(radius))
+            }),
             RoundShape::Disk(of) => {
                 let Some(Light::Area(facet)) = self.lights.get(start).map(|l| &*l.light) else {
                     return;
                 };
-                if let Some(disk) = disk(of, place, facet.polygon.normal()) {
-                    let emission = spec.emission(spec.radiance_over(disk.area()));
-                    self.disks.push(EmissiveDisk {
-                        disk,
-                        emission,
-                        lights,
-                        triangles,
-                    });
-                }
+                disk(of, place, facet.polygon.normal()).map(|disk| {
+                    let emission = emission(disk.area());
+                    (Light::Disk(DiskLight { disk, emission }), true)
+                })
             }
-            RoundShape::Cylinder(of) => {
-                if let Some(cylinder) = cylinder(of, place) {
-                    self.cylinders.push(EmissiveCylinder {
-                        emission: spec.emission(spec.radiance_over(cylinder.area())),
-                        inward: place.reverse != (of.radius < 0.0),
-                        cylinder,
-                        lights,
-                        triangles,
-                    });
-                }
-            }
-        }
+            RoundShape::Cylinder(of) => cylinder(of, place).map(|cylinder| {
+                let radiance = emission(cylinder.area()).radiance;
+                let light = Light::Cylinder(CylinderLight { cylinder, radiance });
+                (light, emits_outwards(of.radius))
+            }),
+        };
+        self.round.extend(found.map(|(light, outward)| RoundLight {
+            light,
+            outward,
+            lights,
+            triangles,
+        }));
     }
 }
 

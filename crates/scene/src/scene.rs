@@ -9,7 +9,7 @@ use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light};
+use linelit_lights::{AreaLight, Emission, Light};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -73,46 +73,15 @@ impl SceneLight {
     }
 }
 
-/// An emissive sphere, without a texture, whose facets are among the lights.
+/// A whole emissive sphere, disk or side of a cylinder without a texture, whose facets are among
+/// the lights.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EmissiveSphere {
-    /// In world space.
-    pub center: DVec3,
-    /// In world space.
-    pub radius: f64,
-    /// What it emits; one-sided is outward, unless `inward`.
-    pub emission: Emission,
-    /// The emitting side is the inside.
-    pub inward: bool,
-    /// The lights that stand for it.
-    pub lights: Range<u32>,
-    /// Its facets.
-    pub triangles: Range<u32>,
-}
-
-/// An emissive disk, without a hole and without a texture, whose facets are among the lights.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EmissiveDisk {
-    /// In world space, its normal on the emitting side.
-    pub disk: Disk,
-    /// What it emits.
-    pub emission: Emission,
-    /// The lights that stand for it.
-    pub lights: Range<u32>,
-    /// Its facets.
-    pub triangles: Range<u32>,
-}
-
-/// The side of an emissive cylinder, all around and without a texture, whose facets are among the
-/// lights.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EmissiveCylinder {
-    /// In world space.
-    pub cylinder: Cylinder,
-    /// What it emits; one-sided is outward, unless `inward`.
-    pub emission: Emission,
-    /// The emitting side is the inside.
-    pub inward: bool,
+pub struct RoundLight {
+    /// The light in world space, as it is if it emits outwards; a disk's normal is on the emitting
+    /// side.
+    pub light: Light,
+    /// Whether it emits outwards and no more, as `light` says; disks always do.
+    pub outward: bool,
     /// The lights that stand for it.
     pub lights: Range<u32>,
     /// Its facets.
@@ -139,12 +108,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Lights.
     pub lights: Vec<SceneLight>,
-    /// Emissive spheres, which `lights` has as facets.
-    pub spheres: Vec<EmissiveSphere>,
-    /// Emissive disks, which `lights` has as facets.
-    pub disks: Vec<EmissiveDisk>,
-    /// Emissive cylinders, which `lights` has as facets.
-    pub cylinders: Vec<EmissiveCylinder>,
+    /// Emissive spheres, disks and cylinders, which `lights` has as facets.
+    pub round: Vec<RoundLight>,
     /// The camera.
     pub camera: Camera,
     /// Size, crop and filter of the picture.

@@ -3,7 +3,8 @@
 use crate::common::{area, assert_near, line, load, world};
 use linelit_formats::Loaded;
 use linelit_geometry::DVec3;
-use linelit_scene::Scene;
+use linelit_lights::{CylinderLight, DiskLight, Light, SphereLight};
+use linelit_scene::{RoundLight, Scene};
 use linelit_testkit::folder::Folder;
 use std::f64::consts::PI;
 
@@ -321,10 +322,13 @@ fn spheres_remember_what_they_are() {
         "AreaLightSource \"diffuse\" Translate 1 2 3 Scale 2 2 -2 Shape \"sphere\" \"float radius\" 0.5",
     );
     check_ranges(&scene);
-    let sphere = &scene.spheres[0];
+    let found = &scene.round[0];
+    let Light::Sphere(SphereLight { sphere, .. }) = found.light else {
+        panic!("a sphere: {found:?}");
+    };
     assert_near(sphere.center, DVec3::new(1.0, 2.0, 3.0));
-    assert!((sphere.radius - 1.0).abs() < 1e-15 && !sphere.inward);
-    assert_eq!(sphere.lights, 0..u32::try_from(scene.lights.len()).unwrap());
+    assert!((sphere.radius - 1.0).abs() < 1e-15 && found.outward);
+    assert_eq!(found.lights, 0..u32::try_from(scene.lights.len()).unwrap());
     for k in 0..scene.lights.len() {
         let polygon = &area(&scene, k).polygon;
         assert!(
@@ -334,7 +338,15 @@ fn spheres_remember_what_they_are() {
     }
     // An ellipsoid is no sphere.
     let scene = world("AreaLightSource \"diffuse\" Scale 1 2 1 Shape \"sphere\"");
-    assert!(scene.spheres.is_empty() && !scene.lights.is_empty());
+    assert!(scene.round.is_empty() && !scene.lights.is_empty());
+}
+
+/// The cylinder that a round light is.
+fn tube_of(round: &RoundLight) -> CylinderLight {
+    let Light::Cylinder(light) = round.light else {
+        panic!("a cylinder: {round:?}");
+    };
+    light
 }
 
 #[test]
@@ -346,21 +358,22 @@ fn cylinders_remember_what_they_are() {
         let place = "Translate 1 2 3 Rotate 90 0 1 0 Scale 2 -2 4";
         let scene = world(&format!("{light}{turn}{place} {tube}"));
         check_ranges(&scene);
-        let found = &scene.cylinders[0];
-        assert_near(found.cylinder.axis.p0, DVec3::new(-1.0, 2.0, 3.0));
-        assert_near(found.cylinder.axis.p1, DVec3::new(5.0, 2.0, 3.0));
-        assert!((found.cylinder.radius - 0.5).abs() < 1e-15);
-        assert_eq!(found.inward, inward);
-        assert_eq!(found.emission.radiance, DVec3::new(1.0, 2.0, 3.0));
+        let found = &scene.round[0];
+        let CylinderLight { cylinder, radiance } = tube_of(found);
+        assert_near(cylinder.axis.p0, DVec3::new(-1.0, 2.0, 3.0));
+        assert_near(cylinder.axis.p1, DVec3::new(5.0, 2.0, 3.0));
+        assert!((cylinder.radius - 0.5).abs() < 1e-15);
+        assert_eq!(found.outward, !inward);
+        assert_eq!(radiance, DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(found.lights, 0..u32::try_from(scene.lights.len()).unwrap());
         let facet = &area(&scene, 0).polygon;
-        let out = found.cylinder.normal(facet.centroid()) * if inward { -1.0 } else { 1.0 };
+        let out = cylinder.normal(facet.centroid()) * if inward { -1.0 } else { 1.0 };
         assert!(facet.normal().dot(out) > 0.9, "{facet:?} {found:?}");
     }
     // Power goes to the exact side.
     let text = "AreaLightSource \"diffuse\" \"float power\" 5 Shape \"cylinder\"";
-    let of_power = &world(text).cylinders[0];
-    let power = of_power.emission.radiance.element_sum() / 3.0 * of_power.cylinder.area() * PI;
+    let CylinderLight { cylinder, radiance } = tube_of(&world(text).round[0]);
+    let power = radiance.element_sum() / 3.0 * cylinder.area() * PI;
     assert!((power - 5.0).abs() < 1e-12, "{power}");
     // Elliptic, slanted, cut and flat ones are facets.
     for shape in [
@@ -370,7 +383,7 @@ fn cylinders_remember_what_they_are() {
     ] {
         let scene = world(&format!("{light}{shape}"));
         assert!(
-            scene.cylinders.is_empty() && !scene.lights.is_empty(),
+            scene.round.is_empty() && !scene.lights.is_empty(),
             "{shape}"
         );
     }
@@ -402,13 +415,14 @@ fn the_facets_of_a_round_light_are_as_bright_as_it_is() {
     ] {
         let scene = light(shape);
         let want = 100.0 / (PI * area_of_it);
-        let round = [
-            scene.spheres.first().map(|s| s.emission),
-            scene.disks.first().map(|d| d.emission),
-            scene.cylinders.first().map(|c| c.emission),
-        ];
-        for emission in round.into_iter().flatten() {
-            assert!((emission.radiance.x / want - 1.0).abs() < 1e-14, "{shape}");
+        for round in &scene.round {
+            let radiance = match &round.light {
+                Light::Sphere(s) => s.radiance,
+                Light::Disk(d) => d.emission.radiance,
+                Light::Cylinder(c) => c.radiance,
+                other => panic!("{other:?} is not round"),
+            };
+            assert!((radiance.x / want - 1.0).abs() < 1e-14, "{shape}");
         }
         let mut power = 0.0;
         for k in 0..scene.lights.len() {
@@ -478,17 +492,22 @@ fn disks_remember_what_they_are() {
         let text = format!("{light}{turn}Translate 1 2 3 Rotate 90 0 1 0 Scale 2 2 -2 {disk}");
         let scene = world(&text);
         check_ranges(&scene);
-        let found = &scene.disks[0];
-        assert_near(found.disk.center, DVec3::new(0.5, 2.0, 3.0));
-        assert!((found.disk.radius - 1.0).abs() < 1e-15);
-        assert!((found.disk.normal.x.abs() - 1.0).abs() < 1e-15);
+        let found = &scene.round[0];
+        let disk_of = |round: &RoundLight| match round.light {
+            Light::Disk(DiskLight { disk, .. }) => disk,
+            other => panic!("{other:?} is no disk"),
+        };
+        let there = disk_of(found);
+        assert_near(there.center, DVec3::new(0.5, 2.0, 3.0));
+        assert!((there.radius - 1.0).abs() < 1e-15);
+        assert!((there.normal.x.abs() - 1.0).abs() < 1e-15);
         assert_eq!(found.lights, 0..u32::try_from(scene.lights.len()).unwrap());
         let facets = area(&scene, 0).polygon.normal();
-        assert!(facets.dot(found.disk.normal) > 0.999, "{facets} {found:?}");
+        assert!(facets.dot(there.normal) > 0.999, "{facets} {found:?}");
         let without = world(&format!(
             "{light}Translate 1 2 3 Rotate 90 0 1 0 Scale 2 2 -2 {disk}"
         ));
-        let same = without.disks[0].disk.normal.dot(found.disk.normal);
+        let same = disk_of(&without.round[0]).normal.dot(there.normal);
         assert!((same - sign).abs() < 1e-15, "{same}");
     }
     // Ellipses, rings and sectors are facets.
@@ -499,7 +518,7 @@ fn disks_remember_what_they_are() {
     ] {
         let scene = world(&format!("{light}{shape}"));
         assert!(
-            scene.disks.is_empty() && !scene.lights.is_empty(),
+            scene.round.is_empty() && !scene.lights.is_empty(),
             "{shape}"
         );
     }

@@ -9,6 +9,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{
     Estimator, LightChoice, Renderer, Settings, ShadingPoint, Spheres, Workspace,
 };
+use linelit_lights::{Light, SphereLight};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
@@ -181,8 +182,7 @@ fn round_lights_by_lines() {
         \"float zmin\" -0.5 \"float zmax\" 0.5 AttributeEnd";
     for light in [SPHERE, DISK, CYLINDER] {
         let scene = room(light, CLUTTER);
-        let round = scene.spheres.len() + scene.disks.len() + scene.cylinders.len();
-        assert_eq!(round, 1);
+        assert_eq!(scene.round.len(), 1);
         let exact = |estimator: &str| Settings {
             spheres: Spheres::Exact,
             ..settings(estimator)
@@ -202,7 +202,9 @@ fn round_lights_by_lines() {
 fn a_sphere_is_lamberts() {
     let scene = room(SPHERE, "");
     let renderer = Renderer::new(&scene);
-    let sphere = &scene.spheres[0];
+    let Light::Sphere(SphereLight { sphere, .. }) = scene.round[0].light else {
+        panic!("a sphere");
+    };
     let mut workspace = Workspace::new();
     for (pixel, point) in lit_points(&renderer) {
         let to = sphere.center - point.position;
