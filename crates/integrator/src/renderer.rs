@@ -4,11 +4,8 @@ use crate::probe;
 use crate::world::World;
 use crate::{LightChoice, Plan, PlannedLight, Settings, ShadingPoint, Workspace, selection};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{
-    Estimator, Queries, Query, RandomNumbers, brute_force, estimate, streams,
-};
+use linelit_estimators::{Estimator, Queries, Query, RandomNumbers, estimate, streams};
 use linelit_geometry::DVec3;
-use linelit_lights::Light;
 use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Projection, Scene};
 use linelit_visibility::{Fan, Occluders};
@@ -258,39 +255,6 @@ impl<'s> Renderer<'s> {
         [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
     }
 
-    /// Whether rays `distance` pixels to either side of the pixel's centre meet surfaces other than
-    /// the ray through it: there, renderers may differ by the rounding of their cameras.
-    #[must_use]
-    pub fn straddles_edge(&self, pixel: [u32; 2], distance: f64) -> bool {
-        let mut workspace = Workspace::new();
-        let [x, y] = pixel.map(f64::from);
-        let mut surface_at = |dx: f64, dy: f64| {
-            let at = [x + 0.5 + dx, y + 0.5 + dy];
-            let (hit, direction) = self.world.camera_hit(at, &mut workspace)?;
-            let surface = self
-                .scene()
-                .surface(hit.triangle, hit.barycentric, direction);
-            Some((self.scene().mesh_of(hit.triangle), surface.geometric_normal))
-        };
-        let centre = surface_at(0.0, 0.0);
-        let same = |other: &Option<(u32, DVec3)>| match (&centre, other) {
-            (Some((a, n)), Some((b, m))) => a == b && n.dot(*m) > 0.999,
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        let d = distance;
-        let around = [
-            (-d, -d),
-            (d, -d),
-            (-d, d),
-            (d, d),
-            (d, 0.0),
-            (-d, 0.0),
-            (0.0, d),
-            (0.0, -d),
-        ];
-        !around.iter().all(|&(dx, dy)| same(&surface_at(dx, dy)))
-    }
-
     /// The light that all lights of the scene send directly from `point` to its viewer,
     /// W/(m²·sr).
     ///
@@ -390,39 +354,6 @@ impl<'s> Renderer<'s> {
             query.queries = Queries::SeparateRays;
         }
         estimate(&query, buffers)
-    }
-
-    /// The direct light of all area lights by `count` stratified lines each, with visibility by
-    /// brute force in `f64` ([`brute_force`]), in scenes without holes.
-    ///
-    /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
-    /// a single camera sample with the default sampler and the same seed and count.
-    #[must_use]
-    pub fn brute_force(
-        &self,
-        point: &ShadingPoint,
-        pixel: [u32; 2],
-        count: u32,
-        seed: u64,
-    ) -> DVec3 {
-        let estimator = Estimator::analytic();
-        let mut sum = DVec3::ZERO;
-        for light in self.plan.lights() {
-            let Light::Area(area) = &*light.light else {
-                continue;
-            };
-            let sampler = Settings::default().sampler;
-            let numbers = RandomNumbers::new(sampler, seed, pixel, light.index);
-            let source = light.source();
-            let query = Query::new(self.occluders(), &source, point, &estimator, numbers, count);
-            sum += brute_force(
-                &query,
-                area,
-                &self.scene().positions,
-                &self.scene().triangles,
-            );
-        }
-        sum
     }
 }
 

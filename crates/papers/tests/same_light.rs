@@ -1,8 +1,11 @@
 //! The same light, by every estimator, on every built-in scene.
 
+use linelit_estimators::{Query, RandomNumbers, brute_force};
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
-use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_integrator::{Estimator, PlannedLight, Renderer, Settings, Spheres, Workspace};
+use linelit_lights::Light;
+use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_scenes::Library;
 use linelit_study::engine::{Cell, CellRun, run_cell};
@@ -144,10 +147,28 @@ fn by_triangles(
 ) -> Vec<DVec3> {
     let renderer = Renderer::new(scene);
     let oracle = Renderer::new(occluders);
+    let lights = oracle.plan().lights_of(Spheres::Facets);
+    let estimator = Estimator::analytic();
     let mut workspace = Workspace::new();
     let mut light = |pixel| {
         let point = renderer.shading_point(pixel, &mut workspace)?;
-        Some(oracle.brute_force(&point, pixel, lines, seed))
+        let of_light = |light: &PlannedLight| {
+            let Light::Area(area) = &*light.light else {
+                return DVec3::ZERO;
+            };
+            let source = light.source();
+            let numbers = RandomNumbers::new(SamplerKind::Auto, seed, pixel, light.index);
+            let query = Query::new(
+                oracle.occluders(),
+                &source,
+                &point,
+                &estimator,
+                numbers,
+                lines,
+            );
+            brute_force(&query, area, &occluders.positions, &occluders.triangles)
+        };
+        Some(lights.iter().map(of_light).sum())
     };
     all_pixels(side, side)
         .into_iter()
