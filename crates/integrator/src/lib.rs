@@ -21,8 +21,7 @@ pub use picture::Window;
 pub use plan::{Plan, PlannedLight, PlannedTexture};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::Renderer;
-pub use selection::LightChoice;
-pub use settings::{Settings, Spheres};
+pub use settings::{LightChoice, Settings, Spheres};
 pub use workspace::{Counts, Workspace};
 
 // What public signatures name, so that one dependency is enough.

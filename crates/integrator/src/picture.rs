@@ -5,25 +5,22 @@ use linelit_geometry::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The most pixels that are filled at once.
-const AT_ONCE: usize = 64;
-
 /// The pixels of a picture, or of a part of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// From the first column to one past the last.
+    /// The columns.
     pub columns: Range<u32>,
-    /// From the first row to one past the last.
+    /// The rows.
     pub rows: Range<u32>,
 }
 
 impl Window {
-    /// What `fill` makes of the pixels, row by row, and the sum of what was counted meanwhile.
+    /// The values that `fill` gives the pixels, row by row, and the sum of what was counted
+    /// meanwhile.
     ///
-    /// `fill` is given the first of some pixels of a row, where to put what it makes of them, and
-    /// memory of its thread. Rows are shared among the threads of the current rayon pool; values
-    /// do not depend on their number if `fill` depends on the pixels alone. `row_done` is called
-    /// after each row.
+    /// `fill` is given the first pixel of a row, the values of the row, and memory of its thread.
+    /// Rows are shared among the threads of the current rayon pool; values do not depend on their
+    /// number if `fill` depends on the pixels alone. `row_done` is called after each row.
     pub fn map<T: Clone + Default + Send>(
         &self,
         row_done: impl Fn() + Sync,
@@ -35,10 +32,7 @@ impl Window {
         let counts: Vec<Counts> = (self.rows.clone().into_par_iter())
             .zip(rows)
             .map_init(Workspace::new, |workspace, (y, row)| {
-                let starts = self.columns.clone().step_by(AT_ONCE);
-                for (x, pixels) in starts.zip(row.chunks_mut(AT_ONCE)) {
-                    fill([x, y], pixels, workspace);
-                }
+                fill([self.columns.start, y], row, workspace);
                 row_done();
                 workspace.take_counts()
             })
@@ -59,9 +53,8 @@ impl Renderer<'_> {
         row_done: impl Fn() + Sync,
     ) -> (Vec<[f32; 3]>, Counts) {
         window.map(row_done, |first, pixels: &mut [[f32; 3]], workspace| {
-            let mut values = [DVec3::ZERO; AT_ONCE];
-            let values = &mut values[..pixels.len()];
-            self.row(settings, first, values, workspace);
+            let mut values = vec![DVec3::ZERO; pixels.len()];
+            self.row(settings, first, &mut values, workspace);
             for (pixel, value) in pixels.iter_mut().zip(values) {
                 #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
                 let stored = value.to_array().map(|v| v as f32);

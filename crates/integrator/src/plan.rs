@@ -1,13 +1,13 @@
-//! What a scene, and what a shading point, does not need.
+//! The lights that a scene, and those that a shading point, needs.
 
-use crate::Spheres;
-use crate::selection::Tables;
+use crate::{LightChoice, Spheres};
 use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{ImportanceImage, Light, TexturedSampler};
 use linelit_scene::{Scene, SceneLight};
+use linelit_selection::{Discrete, LightTree};
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A light that can contribute to some point of the scene.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct PlannedLight {
     pub estimator: Option<Estimator>,
     /// Whether it is sampled for itself where one of the other lights is picked for each sample.
     pub is_apart: bool,
-    /// How occluded the light usually is; chooses the strategy of `hybrid`.
+    /// The light's usual occlusion, which chooses the strategy of `hybrid`.
     pub occlusion: OcclusionStats,
 }
 
@@ -63,76 +63,57 @@ impl EmissionTexture for PlannedTexture {
     }
 }
 
-/// Lights and decisions that remain once all that cannot matter is dropped; built once per scene.
+/// The lights of a scene that emit.
 ///
-/// Per scene it drops lights that emit nothing. Per shading point it drops lights that face away or
-/// lie below the horizon, and all lights where the material reflects nothing. What visibility then
-/// finds (empty shafts, lights hidden by one occluder) is skipped by the estimators. All of it is
-/// counted in [`PlanCounters`](linelit_estimators::PlanCounters); every skip leaves the image as it
-/// is, bit for bit, or replaces an estimate by the exact value.
+/// Lights that emit nothing are dropped once, for the whole scene. Per shading point, lights that
+/// face away or lie below the horizon are, and all lights where the material reflects nothing.
+/// What visibility then finds (empty shafts, lights hidden by one occluder) is skipped by the
+/// estimators. All of it is counted in [`PlanCounters`](linelit_estimators::PlanCounters); every
+/// skip leaves the image as it is, bit for bit, or replaces an estimate by the exact value.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    lights: LightSet,
+    facets: LightSet,
     /// Lights with exact spheres in place of their facets, if there are any.
-    with_spheres: Option<LightSet>,
-    dark_lights: usize,
+    exact: Option<LightSet>,
+}
+
+/// Tables for picking one of the union, the same for all shading points; made when first asked for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tables {
+    pub uniform: OnceLock<Option<Discrete>>,
+    pub power: OnceLock<Option<Discrete>>,
+    pub tree: OnceLock<LightTree>,
 }
 
 /// Lights, and tables for picking one of the union.
 #[derive(Clone, Debug)]
 pub(crate) struct LightSet {
-    /// Those apart first.
+    /// Those apart come first.
     lights: Vec<PlannedLight>,
-    apart: usize,
     pub tables: Tables,
 }
 
 impl LightSet {
     fn new(lights: Vec<PlannedLight>) -> Self {
-        Self {
-            lights,
-            apart: 0,
-            tables: Tables::default(),
-        }
+        let tables = Tables::default();
+        Self { lights, tables }
     }
 
-    /// Those that are sampled for themselves, and the union of which one is picked.
-    pub(crate) fn split(&self) -> (&[PlannedLight], &[PlannedLight]) {
-        self.lights.split_at(self.apart)
-    }
-
-    fn set_apart(&mut self, light: u32, is_apart: bool) {
-        for planned in self.lights.iter_mut().filter(|l| l.index == light) {
-            planned.is_apart = is_apart;
+    /// The lights that are sampled for themselves, and the union of which one is picked.
+    pub(crate) fn split(&self, choice: LightChoice) -> (&[PlannedLight], &[PlannedLight]) {
+        match choice {
+            LightChoice::All => (&self.lights, &[]),
+            _ => (self.lights).split_at(self.lights.partition_point(|l| l.is_apart)),
         }
-        self.lights.sort_by_key(|l| (!l.is_apart, l.index));
-        self.apart = self.lights.iter().filter(|l| l.is_apart).count();
-        self.tables = Tables::default();
     }
 }
 
 impl Plan {
-    /// The plan of a scene.
-    #[must_use]
-    pub fn new(scene: &Scene) -> Self {
-        let all = scene.lights.iter().zip(0u32..);
-        let textured = scene.lights.iter().filter(|l| l.map.is_some()).count();
-        let lights: Vec<_> = all
-            .filter(|(light, _)| light.light.power() > 0.0)
-            .map(|(light, index)| PlannedLight {
-                index,
-                light: Arc::clone(&light.light),
-                triangles: light.triangles.clone(),
-                texture: texture(light, textured),
-                estimator: None,
-                is_apart: false,
-                occlusion: OcclusionStats::default(),
-            })
-            .collect();
+    /// The plan of the lights of a scene that emit.
+    pub(crate) fn new(scene: &Scene, lights: Vec<PlannedLight>) -> Self {
         Self {
-            dark_lights: scene.lights.len() - lights.len(),
-            with_spheres: with_spheres(scene, &lights).map(LightSet::new),
-            lights: LightSet::new(lights),
+            exact: (!scene.round.is_empty()).then(|| LightSet::new(with_round(scene, &lights))),
+            facets: LightSet::new(lights),
         }
     }
 
@@ -142,56 +123,41 @@ impl Plan {
         &self.set_of(spheres).lights
     }
 
-    /// The same, and the tables for choosing among them.
+    /// The lights that emit, and the tables for choosing among them.
     pub(crate) fn set_of(&self, spheres: Spheres) -> &LightSet {
-        match (&self.with_spheres, spheres) {
+        match (&self.exact, spheres) {
             (Some(set), Spheres::Exact) => set,
-            _ => &self.lights,
+            _ => &self.facets,
         }
     }
 
-    /// The lights that emit, spheres as facets.
-    #[must_use]
-    pub fn lights(&self) -> &[PlannedLight] {
-        &self.lights.lights
-    }
-
-    /// Notes how occluded the lights are.
-    pub(crate) fn set_occlusion(&mut self, stats: &[OcclusionStats]) {
-        let others = self.with_spheres.iter_mut();
-        let mut others = others.flat_map(|set| &mut set.lights).peekable();
-        for (light, stats) in self.lights.lights.iter_mut().zip(stats) {
-            light.occlusion = *stats;
-            // The same lights in the same order, without the facets of spheres after the first.
-            if let Some(same) = others.next_if(|r| r.index == light.index) {
-                same.occlusion = *stats;
+    /// Changes a light of the scene; an exact sphere is the first of its facets.
+    pub(crate) fn change(&mut self, light: u32, change: impl Fn(&mut PlannedLight)) {
+        for set in std::iter::once(&mut self.facets).chain(&mut self.exact) {
+            if let Some(planned) = set.lights.iter_mut().find(|l| l.index == light) {
+                change(planned);
             }
+            set.lights.sort_by_key(|l| (!l.is_apart, l.index));
+            set.tables = Tables::default();
         }
     }
+}
 
-    /// Gives a light of the scene an estimator of its own, or none; an exact sphere has that of the
-    /// first of its facets.
-    pub(crate) fn set_estimator(&mut self, light: u32, estimator: Option<Estimator>) {
-        let others = self.with_spheres.iter_mut().flat_map(|set| &mut set.lights);
-        for planned in self.lights.lights.iter_mut().chain(others) {
-            if planned.index == light {
-                planned.estimator = estimator;
-            }
-        }
-    }
-
-    /// Takes a light of the scene out of the union that one light is picked of, or puts it back.
-    pub(crate) fn set_apart(&mut self, light: u32, is_apart: bool) {
-        for set in std::iter::once(&mut self.lights).chain(&mut self.with_spheres) {
-            set.set_apart(light, is_apart);
-        }
-    }
-
-    /// Lights of the scene that emit nothing.
-    #[must_use]
-    pub const fn dark_lights(&self) -> usize {
-        self.dark_lights
-    }
+/// The lights of a scene that emit.
+pub(crate) fn emitting(scene: &Scene) -> Vec<PlannedLight> {
+    let textured = scene.lights.iter().filter(|l| l.map.is_some()).count();
+    (scene.lights.iter().zip(0u32..))
+        .filter(|(light, _)| light.light.power() > 0.0)
+        .map(|(light, index)| PlannedLight {
+            index,
+            light: Arc::clone(&light.light),
+            triangles: light.triangles.clone(),
+            texture: texture(light, textured),
+            estimator: None,
+            is_apart: false,
+            occlusion: OcclusionStats::default(),
+        })
+        .collect()
 }
 
 /// The texture of one of `count` textured lights.
@@ -203,9 +169,8 @@ fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
     Some(PlannedTexture(Arc::new(texture)))
 }
 
-/// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets;
-/// `None` without such lights.
-fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
+/// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets.
+fn with_round(scene: &Scene, lights: &[PlannedLight]) -> Vec<PlannedLight> {
     let exact = |facet: &PlannedLight| {
         let mut round = scene.round.iter().filter(|round| round.outward);
         let Some(round) = round.find(|round| round.lights.contains(&facet.index)) else {
@@ -217,5 +182,5 @@ fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLig
             ..facet.clone()
         })
     };
-    (!scene.round.is_empty()).then(|| lights.iter().filter_map(exact).collect())
+    lights.iter().filter_map(exact).collect()
 }

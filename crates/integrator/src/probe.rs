@@ -1,47 +1,53 @@
-//! How occluded lights are, asked from a grid of camera points.
+//! Lights asked from a grid of camera points: how occluded they are.
 
 use crate::world::World;
-use crate::{PlannedLight, PlannedTexture, Workspace};
-use linelit_bsdf::Bsdf;
-use linelit_estimators::{
-    Buffers, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers,
-};
-use linelit_lights::{AreaLight, Light};
+use crate::{PlannedLight, ShadingPoint, Workspace};
+use linelit_estimators::{Buffers, Estimator, OcclusionProbe, Query, RandomNumbers};
+use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 
-/// Camera rays across and down.
-const RAYS: u32 = 8;
-
-/// Camera rays for lines, whose direction is known from penumbrae alone.
-const RAYS_FOR_LINES: u32 = 2 * RAYS;
+/// Camera rays across and down, for questions that cost much.
+pub(crate) const RAYS: u32 = 8;
 
 /// The most lights that are looked at.
 const MOST_LIGHTS: usize = 16;
 
-/// Occlusion statistics of the lights of the plan; empty where there are too many to ask.
-pub(crate) fn occlusion(world: &World<'_>, lights: &[PlannedLight]) -> Vec<OcclusionStats> {
+/// Notes how occluded the area lights are, unless there are too many to ask.
+pub(crate) fn note_occlusion(world: &World<'_>, lights: &mut [PlannedLight]) {
     if lights.len() > MOST_LIGHTS {
-        return Vec::new();
+        return;
     }
     let mut probes = vec![OcclusionProbe::default(); lights.len()];
-    over_grid(world, lights, RAYS, |k, query, area, buffers| {
-        probes[k].look(query, area, buffers);
-    });
-    over_grid(world, lights, RAYS_FOR_LINES, |k, query, area, buffers| {
-        probes[k].look_along_lines(query, area, buffers);
-    });
-    probes.into_iter().map(OcclusionProbe::stats).collect()
+    let estimator = Estimator::hybrid();
+    // The direction of lines is known from penumbrae alone, for which it takes more rays.
+    for (rays, along_lines) in [(RAYS, false), (2 * RAYS, true)] {
+        over_grid(world, lights, rays, |k, point, buffers| {
+            let Light::Area(area) = &*lights[k].light else {
+                return;
+            };
+            let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], lights[k].index);
+            let source = lights[k].source();
+            let query = Query::new(&world.shadows, &source, point, &estimator, numbers, 1);
+            if along_lines {
+                probes[k].look_along_lines(&query, area, buffers);
+            } else {
+                probes[k].look(&query, area, buffers);
+            }
+        });
+    }
+    for (light, probe) in lights.iter_mut().zip(probes) {
+        light.occlusion = probe.stats();
+    }
 }
 
-/// Visits the area lights, by their number in the plan, that reach points of a grid of so many rays
-/// across and down.
-fn over_grid(
+/// Visits the lights, by their number, that reach the points which a grid of so many camera rays
+/// across and down meets.
+pub(crate) fn over_grid(
     world: &World<'_>,
     lights: &[PlannedLight],
     rays: u32,
-    mut visit: impl FnMut(usize, &Query<'_, Bsdf, PlannedTexture>, &AreaLight, &mut Buffers),
+    mut visit: impl FnMut(usize, &ShadingPoint, &mut Buffers),
 ) {
-    let estimator = Estimator::hybrid();
     let film = &world.scene.film;
     let mut workspace = Workspace::new();
     let along = |k: u32, size: u32| {
@@ -55,14 +61,8 @@ fn over_grid(
         };
         let buffers = &mut workspace.buffers;
         for (k, light) in lights.iter().enumerate() {
-            let source = light.source();
-            if let Light::Area(area) = &*light.light
-                && source.reaches(&point, &mut buffers.samples.plan)
-            {
-                let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], light.index);
-                let occluders = world.hiding();
-                let query = Query::new(occluders, &source, &point, &estimator, numbers, 1);
-                visit(k, &query, area, buffers);
+            if light.source().reaches(&point, &mut buffers.samples.plan) {
+                visit(k, &point, buffers);
             }
         }
     }

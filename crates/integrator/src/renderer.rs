@@ -1,8 +1,8 @@
 //! From a pixel to its direct light.
 
-use crate::probe;
+use crate::selection::Streams;
 use crate::world::World;
-use crate::{LightChoice, Plan, PlannedLight, Settings, ShadingPoint, Workspace, selection};
+use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace, plan, probe, selection};
 use linelit_bsdf::Reflection;
 use linelit_estimators::{Estimator, Queries, Query, RandomNumbers, estimate, streams};
 use linelit_geometry::DVec3;
@@ -14,7 +14,7 @@ use std::ops::Range;
 /// A scene ready to be estimated: occluders built, plan made.
 #[derive(Debug)]
 pub struct Renderer<'s> {
-    world: World<'s>,
+    pub(crate) world: World<'s>,
     plan: Plan,
 }
 
@@ -22,10 +22,10 @@ impl<'s> Renderer<'s> {
     /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        let (world, mut plan) = (World::new(scene), Plan::new(scene));
+        let (world, mut lights) = (World::new(scene), plan::emitting(scene));
         scene.prepare_textures();
-        let occlusion = probe::occlusion(&world, plan.lights());
-        plan.set_occlusion(&occlusion);
+        probe::note_occlusion(&world, &mut lights);
+        let plan = Plan::new(scene, lights);
         Self { world, plan }
     }
 
@@ -44,7 +44,8 @@ impl<'s> Renderer<'s> {
     /// Gives a light, by its number in the scene, an estimator of its own in place of the
     /// settings'; `None` takes it back. A light that the scene does not have is ignored.
     pub fn set_light_estimator(&mut self, light: u32, estimator: Option<Estimator>) {
-        self.plan.set_estimator(light, estimator);
+        self.plan
+            .change(light, |planned| planned.estimator = estimator);
     }
 
     /// Samples a light, by its number in the scene, for itself with all samples, where one of the
@@ -54,19 +55,15 @@ impl<'s> Renderer<'s> {
     /// would take nearly all samples from the lamps of a room (Shirley & Wang 1991, section 5). A
     /// light that the scene does not have is ignored.
     pub fn set_light_apart(&mut self, light: u32, is_apart: bool) {
-        self.plan.set_apart(light, is_apart);
+        self.plan
+            .change(light, |planned| planned.is_apart = is_apart);
     }
 
-    /// What camera rays meet: the triangles of the scene by their numbers.
+    /// The triangles of the scene, by their numbers, as camera rays meet them. Rays to lights may
+    /// meet fewer.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
-        self.world.views()
-    }
-
-    /// What hides lights: the same, but for holes to lights alone and what casts no shadow.
-    #[must_use]
-    pub const fn light_occluders(&self) -> &Occluders {
-        self.world.hiding()
+        &self.world.views
     }
 
     /// The radiance of a pixel, W/(m²·sr), linear RGB, times the scale of the scene's film. A pure
@@ -77,29 +74,18 @@ impl<'s> Renderer<'s> {
     /// (pbrt-v4 keeps an eighth of the pixel from 64 samples on.)
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
-        self.pixel_samples(settings, pixel, workspace, |_| {})
-    }
-
-    /// [`Renderer::pixel`], which tells `each` the radiance of every camera sample: of a film's
-    /// moments, for one. Samples are spread evenly over the pixel, so that the variance of their
-    /// mean is less than what they, as if independent, say.
-    pub fn pixel_samples(
-        &self,
-        settings: &Settings,
-        pixel: [u32; 2],
-        workspace: &mut Workspace,
-        mut each: impl FnMut(DVec3),
-    ) -> DVec3 {
-        let mut sum = DVec3::ZERO;
-        for block in settings.sample_blocks() {
-            sum += self.pixel_block(settings, pixel, block, workspace, &mut each);
-        }
+        let block = |block| self.pixel_block(settings, pixel, block, workspace, |_| {});
+        let sum: DVec3 = settings.sample_blocks().map(block).sum();
         sum / f64::from(settings.pixel_samples.max(1))
     }
 
     /// The sum of the radiance of some camera samples of a pixel, one of
-    /// [`Settings::sample_blocks`]. Who adds the blocks of a pixel in their order, and divides by
-    /// the number of samples, has [`Renderer::pixel`] to the bit, whoever computed them.
+    /// [`Settings::sample_blocks`]; `each` is told the radiance of every sample. Who adds the
+    /// blocks of a pixel in their order, and divides by the number of samples, has
+    /// [`Renderer::pixel`] to the bit, whoever computed them.
+    ///
+    /// Samples are spread evenly over the pixel, so that the variance of their mean is less than
+    /// what they, as if independent, say.
     pub fn pixel_block(
         &self,
         settings: &Settings,
@@ -109,40 +95,23 @@ impl<'s> Renderer<'s> {
         mut each: impl FnMut(DVec3),
     ) -> DVec3 {
         let count = settings.pixel_samples.max(1);
-        let camera = (count > 1).then(|| {
-            let sampler = Sampler::new(settings.sampler, settings.seed);
-            sampler.points(pixel, streams::CAMERA, count)
+        let sampler = Sampler::new(settings.sampler, settings.seed);
+        let jitter = (count > 1).then(|| sampler.points(pixel, streams::CAMERA, count));
+        let samples = block.map(|i| {
+            let jitter = jitter.as_ref().map_or([0.5, 0.5], |set| set.get_2d(i));
+            self.camera_sample(pixel, i, jitter)
         });
-        let spacing = f64::from(count).sqrt().recip();
         let mut sum = DVec3::ZERO;
-        for i in block {
-            let jitter = camera
-                .as_ref()
-                .map_or([0.5, 0.5], |camera| camera.get_2d(i));
-            let offset = self.film_offset(jitter);
-            // By reference: points are large, and a move is a copy.
-            let mut sample = DVec3::ZERO;
-            if let Some(point) = &self
-                .world
-                .shading_point_at(pixel, offset, spacing, workspace)
-            {
-                let streams = Streams {
-                    pixel,
-                    path: 0,
-                    block: Block::new(i, count),
-                };
-                sample = self.shown(settings, streams, point, workspace);
-                sum += sample;
-            }
-            each(sample);
-        }
+        self.see(settings, samples, workspace, |radiance| {
+            sum += radiance;
+            each(radiance);
+        });
         sum
     }
 
     /// The radiance of neighbouring pixels of a row, from `first` on to the right, in place of what
-    /// `out` holds: as [`Renderer::pixel`] for one after the other, but that their camera rays are
-    /// traced together ([`Occluders::closest_hits`]) where each has one, and one place is where all
-    /// begin.
+    /// `out` holds: as [`Renderer::pixel`] for one after the other, but that with one camera sample
+    /// each their camera rays are traced together.
     pub fn row(
         &self,
         settings: &Settings,
@@ -150,56 +119,83 @@ impl<'s> Renderer<'s> {
         out: &mut [DVec3],
         workspace: &mut Workspace,
     ) {
-        let [mut x, y] = first;
-        let camera = &self.scene().camera;
-        let one_place = matches!(camera.projection(), Projection::Perspective { .. });
-        if settings.pixel_samples > 1 || !one_place {
-            for value in out {
-                *value = self.pixel(settings, [x, y], workspace);
-                x = x.wrapping_add(1);
+        let pixels = (0..).map(|k| [first[0].wrapping_add(k), first[1]]);
+        if settings.pixel_samples > 1 {
+            for (value, pixel) in out.iter_mut().zip(pixels) {
+                *value = self.pixel(settings, pixel, workspace);
             }
             return;
         }
-        let [dx, dy] = self.film_offset([0.5, 0.5]);
-        let at = |x: u32| [f64::from(x) + dx, f64::from(y) + dy];
+        let pixels = pixels.take(out.len());
+        let samples = pixels.map(|pixel| self.camera_sample(pixel, 0, [0.5, 0.5]));
+        let mut values = out.iter_mut();
+        self.see(settings, samples, workspace, |radiance| {
+            if let Some(value) = values.next() {
+                *value = radiance;
+            }
+        });
+    }
+
+    /// A camera sample at a place of the pixel's filter, uniform over the filter's support.
+    fn camera_sample(&self, pixel: [u32; 2], index: u32, jitter: [f64; 2]) -> CameraSample {
+        let radius = self.scene().film.filter_radius;
+        let at = [0, 1].map(|i| {
+            let offset = 0.5 + (2.0 * jitter[i] - 1.0) * radius[i];
+            f64::from(pixel[i]) + offset
+        });
+        CameraSample { pixel, index, at }
+    }
+
+    /// Tells `each` the radiance that each camera sample brings. Up to eight camera rays that begin
+    /// in one place are traced together ([`Occluders::closest_hits`]).
+    fn see(
+        &self,
+        settings: &Settings,
+        mut samples: impl Iterator<Item = CameraSample>,
+        workspace: &mut Workspace,
+        mut each: impl FnMut(DVec3),
+    ) {
+        let camera = &self.scene().camera;
+        let one_place = matches!(camera.projection(), Projection::Perspective { .. });
+        let count = settings.pixel_samples.max(1);
+        let spacing = f64::from(count).sqrt().recip();
+        let mut together = [CameraSample::default(); 8];
         let mut directions = [DVec3::ZERO; 8];
-        for out in out.chunks_mut(8) {
-            let mut origin = DVec3::ZERO;
-            let mut next = x;
-            for direction in &mut directions[..out.len()] {
-                let [x, y] = at(next);
-                let ray = camera.ray(x, y);
-                (origin, *direction) = (ray.origin, ray.direction);
-                next = next.wrapping_add(1);
+        loop {
+            let (mut found, mut origin) = (0, DVec3::ZERO);
+            for sample in samples.by_ref().take(if one_place { 8 } else { 1 }) {
+                let ray = camera.ray(sample.at[0], sample.at[1]);
+                (origin, directions[found], together[found]) = (ray.origin, ray.direction, sample);
+                found += 1;
+            }
+            if found == 0 {
+                return;
             }
             let fan = Fan {
                 origin,
-                directions: &directions[..out.len()],
+                directions: &directions[..found],
                 t_min: 0.0,
                 t_max: f64::INFINITY,
             };
             let Workspace { buffers, hits, .. } = &mut *workspace;
-            self.occluders()
-                .closest_hits(&fan, hits, &mut buffers.scratch);
-            for (i, value) in out.iter_mut().enumerate() {
-                *value = match workspace.hits[i] {
-                    None => DVec3::ZERO,
-                    Some(hit) => {
-                        let point = &self.world.seen_at(at(x), &hit, directions[i], 1.0);
-                        let streams = Streams {
-                            pixel: [x, y],
-                            path: 0,
-                            block: Block::WHOLE,
-                        };
-                        self.shown(settings, streams, point, workspace)
-                    }
+            (self.world.views).closest_hits(&fan, hits, &mut buffers.scratch);
+            for (k, CameraSample { pixel, index, at }) in together[..found].iter().enumerate() {
+                let Some(hit) = workspace.hits[k] else {
+                    each(DVec3::ZERO);
+                    continue;
                 };
-                x = x.wrapping_add(1);
+                let point = &self.world.seen_at(*at, &hit, directions[k], spacing);
+                let streams = Streams {
+                    pixel: *pixel,
+                    path: 0,
+                    block: Block::new(*index, count),
+                };
+                each(self.shown(settings, streams, point, workspace));
             }
         }
     }
 
-    /// What a camera ray brings from a point.
+    /// The radiance that a camera ray brings from a point.
     fn shown(
         &self,
         settings: &Settings,
@@ -216,7 +212,7 @@ impl<'s> Renderer<'s> {
         (emitted + reflected) * self.scene().film.scale
     }
 
-    /// Direct light, and what perfect mirrors and glass show.
+    /// Direct light, and the light that perfect mirrors and glass show.
     fn reflected(
         &self,
         settings: &Settings,
@@ -249,32 +245,20 @@ impl<'s> Renderer<'s> {
         self.world.shading_point(pixel, workspace)
     }
 
-    /// Offset of a camera sample in the pixel's filter, uniform over the filter's support.
-    fn film_offset(&self, jitter: [f64; 2]) -> [f64; 2] {
-        let radius = self.scene().film.filter_radius;
-        [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
-    }
-
     /// The light that all lights of the scene send directly from `point` to its viewer,
-    /// W/(m²·sr).
-    ///
-    /// `pixel` and `repetition` name the random numbers: the index of the camera sample, each of
-    /// which takes its part of the patterns of the pixel's [`Settings::pixel_samples`]; past that
-    /// number, the same of the next shading point of a path.
+    /// W/(m²·sr). `pixel` names the random numbers: they are those of its first camera sample.
     #[must_use]
     pub fn direct(
         &self,
         settings: &Settings,
         point: &ShadingPoint,
         pixel: [u32; 2],
-        repetition: u32,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        let count = settings.pixel_samples.max(1);
         let streams = Streams {
             pixel,
-            path: repetition / count,
-            block: Block::new(repetition, count),
+            path: 0,
+            block: Block::new(0, settings.pixel_samples),
         };
         self.direct_by(settings, point, streams, workspace)
     }
@@ -286,7 +270,7 @@ impl<'s> Renderer<'s> {
         streams: Streams,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        // What is counted is then a function of the arguments, as the radiance is.
+        // The counts are then a function of the arguments, as the radiance is.
         workspace.buffers.scratch.forget_latest();
         workspace.buffers.samples.plan.points += 1;
         if settings.skip && point.bsdf.is_black() {
@@ -294,10 +278,7 @@ impl<'s> Renderer<'s> {
             return DVec3::ZERO;
         }
         let set = self.plan.set_of(settings.spheres);
-        let (mut apart, mut union) = set.split();
-        if settings.lights == LightChoice::All {
-            (apart, union) = (self.plan.lights_of(settings.spheres), &[]);
-        }
+        let (apart, union) = set.split(settings.lights);
         let mut sum = DVec3::ZERO;
         for light in apart {
             sum += self.one_light(settings, light, point, streams, workspace);
@@ -347,7 +328,7 @@ impl<'s> Renderer<'s> {
             block: streams.block,
         };
         let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
-        let (occluders, samples) = (self.light_occluders(), settings.samples);
+        let (occluders, samples) = (&self.world.shadows, settings.samples);
         let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
         query.skip = settings.skip;
         if !settings.share {
@@ -357,12 +338,10 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// The names of the random numbers of a shading point.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Streams {
-    pub pixel: [u32; 2],
-    /// The number of the shading point on the path of perfect reflections of a camera sample.
-    pub path: u32,
-    /// The part of the pixel's patterns that the camera sample takes.
-    pub block: Block,
+/// A camera sample: its pixel, its number in the pixel, and its place on the film.
+#[derive(Clone, Copy, Debug, Default)]
+struct CameraSample {
+    pixel: [u32; 2],
+    index: u32,
+    at: [f64; 2],
 }

@@ -1,7 +1,7 @@
 //! The buffers of one thread.
 
-use crate::selection::Drawn;
 use linelit_estimators::{Buffers, PlanCounters, SegmentCounters};
+use linelit_samplers::Block;
 use linelit_visibility::{Counters, Hit};
 use std::ops::AddAssign;
 
@@ -10,11 +10,25 @@ use std::ops::AddAssign;
 #[derive(Debug, Default)]
 pub struct Workspace {
     pub(crate) buffers: Buffers,
-    /// What the camera rays of a few pixels meet.
+    /// The surfaces that a few camera rays meet.
     pub(crate) hits: Vec<Option<Hit>>,
-    /// Lights picked for a shading point, and the weights by which.
+    /// The lights picked for a shading point.
     pub(crate) drawn: Vec<Drawn>,
+    /// Numbers in proportion to which they are picked.
     pub(crate) weights: Vec<f64>,
+}
+
+/// A light that some of the samples have picked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drawn {
+    /// Index into the lights that there are to pick.
+    pub light: usize,
+    /// Number of samples that picked it.
+    pub count: u32,
+    /// αᵢ.
+    pub probability: f64,
+    /// The place of these samples among those of the camera samples that picked the light.
+    pub block: Block,
 }
 
 /// Everything that was counted.

@@ -64,7 +64,7 @@ fn pieces(context: &Context<'_>) -> Result<Section> {
                 return DVec3::ZERO;
             };
             workspace.take_counts();
-            let _ = renderer.direct(&settings, &point, pixel, 0, workspace);
+            let _ = renderer.direct(&settings, &point, pixel, workspace);
             let segments = workspace.take_counts().segments;
             DVec3::splat(segments.pieces as f64 / segments.lines.max(1) as f64)
         };

@@ -130,7 +130,7 @@ fn by_lines(scene: &Scene, side: u32, lines: u32, seed: u64) -> Vec<DVec3> {
     let mut workspace = Workspace::new();
     let mut light = |pixel| {
         let point = renderer.shading_point(pixel, &mut workspace)?;
-        Some(renderer.direct(&settings, &point, pixel, 0, &mut workspace))
+        Some(renderer.direct(&settings, &point, pixel, &mut workspace))
     };
     all_pixels(side, side)
         .into_iter()

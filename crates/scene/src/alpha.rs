@@ -36,6 +36,16 @@ pub struct AlphaGrid {
 impl AlphaGrid {
     /// Most texels from zero that coordinates may be: what is beyond is moved there.
     pub const FARTHEST: f64 = 16_777_216.0;
+
+    /// The place of texture coordinates in the unit square of the grid, whose rows count from the
+    /// top: at most [`AlphaGrid::FARTHEST`] texels from zero, and zero if it is no number.
+    #[must_use]
+    pub fn place(&self, uv: DVec2) -> [f64; 2] {
+        let most = Self::FARTHEST / DVec2::new(self.width.into(), self.height.into());
+        let at = self.mapping.apply(uv);
+        let at = DVec2::new(at.x, 1.0 - at.y).clamp(-most, most);
+        at.to_array().map(|c| if c.is_finite() { c } else { 0.0 })
+    }
 }
 
 impl Alpha {
@@ -153,9 +163,8 @@ mod tests {
 
     /// The number of a grid at texture coordinates, by its nearest texel.
     fn nearest(grid: &AlphaGrid, uv: DVec2) -> f32 {
-        let uv = grid.mapping.apply(uv);
-        let (w, h) = (f64::from(grid.width), f64::from(grid.height));
-        let [x, y] = [uv.x * w, (1.0 - uv.y) * h];
+        let [x, y] = grid.place(uv);
+        let (x, y) = (x * f64::from(grid.width), y * f64::from(grid.height));
         let x = crate::texture::wrapped(grid.wrap[0], x.floor(), grid.width).unwrap();
         let y = crate::texture::wrapped(grid.wrap[1], y.floor(), grid.height).unwrap();
         grid.values[(y * grid.width + x) as usize]

@@ -114,7 +114,7 @@ fn look(scene: &mut Scene) -> (PlanInfo, BTreeMap<&'static str, LightGroup>) {
     let round = lights.filter(|l| !matches!(*l.light, Light::Area(_) | Light::Linear(_)));
     round.for_each(|l| add_light(&mut exact, &l.light));
     let plan = PlanInfo {
-        dark_lights: renderer.plan().dark_lights(),
+        dark_lights: scene.lights.len() - renderer.plan().lights_of(Spheres::Facets).len(),
         pixels: [side, side],
         counts: counts.plan.rows().collect(),
     };

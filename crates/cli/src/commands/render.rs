@@ -10,7 +10,7 @@ use crate::inputs::Sources;
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
-use linelit_integrator::{Counts, Renderer, Settings};
+use linelit_integrator::{Counts, Renderer, Settings, Spheres};
 use linelit_plan::{Folder, Shard};
 use linelit_scene::Scene;
 use linelit_study::memory;
@@ -228,12 +228,9 @@ fn explain(
     times: [f64; 3],
     out: &mut Output,
 ) -> Result<(), OutputError> {
-    writeln!(
-        out,
-        "{:>14}  lights, {} of them dark",
-        renderer.plan().lights().len(),
-        renderer.plan().dark_lights()
-    )?;
+    let lights = renderer.plan().lights_of(Spheres::Facets).len();
+    let dark = renderer.scene().lights.len() - lights;
+    writeln!(out, "{lights:>14}  lights, {dark} of them dark")?;
     for pair in renderer.methods(settings) {
         let methods: Vec<_> = pair.methods.iter().map(ToString::to_string).collect();
         let materials = &renderer.scene().materials;

@@ -81,8 +81,8 @@ fn skips_do_not_change_points() {
         for (pixel, point) in points(&renderer) {
             let on = settings(name, 8, 3);
             let off = Settings { skip: false, ..on };
-            let a = renderer.direct(&on, &point, pixel, 0, &mut workspace);
-            let b = renderer.direct(&off, &point, pixel, 0, &mut workspace);
+            let a = renderer.direct(&on, &point, pixel, &mut workspace);
+            let b = renderer.direct(&off, &point, pixel, &mut workspace);
             assert_eq!(
                 a.to_array().map(f64::to_bits),
                 b.to_array().map(f64::to_bits),
@@ -99,7 +99,7 @@ fn exact_is_lamberts_formula() {
     let renderer = Renderer::new(&scene);
     let mut workspace = linelit_integrator::Workspace::new();
     for (pixel, point) in points(&renderer) {
-        let got = renderer.direct(&settings("exact", 1, 0), &point, pixel, 0, &mut workspace);
+        let got = renderer.direct(&settings("exact", 1, 0), &point, pixel, &mut workspace);
         // An independent evaluation: a fine midpoint rule on the light, error O(h^2) with
         // h = 1/256: second derivatives of the integrand are below 10 of its scale here, so
         // 1/24 h^2 10 2 = 1.3e-5 relative.
@@ -151,7 +151,7 @@ fn phong_floor_of_exponent_zero() {
     let mut workspace = linelit_integrator::Workspace::new();
     let [zero, small] = renderers.each_ref().map(|renderer| {
         let direct = |(pixel, point): ([u32; 2], _)| {
-            renderer.direct(&settings("exact", 1, 0), &point, pixel, 0, &mut workspace)
+            renderer.direct(&settings("exact", 1, 0), &point, pixel, &mut workspace)
         };
         points(renderer).into_iter().map(direct).collect::<Vec<_>>()
     });

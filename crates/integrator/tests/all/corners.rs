@@ -103,7 +103,7 @@ fn a_wall_hides_lights_of_any_number_of_corners() {
                                 ..settings(name, 8, 1)
                             };
                             let mut direct = |r: &Renderer<'_>| {
-                                r.direct(&settings, point, *pixel, 0, &mut workspace)
+                                r.direct(&settings, point, *pixel, &mut workspace)
                             };
                             assert_eq!(
                                 direct(&hidden),
@@ -114,7 +114,7 @@ fn a_wall_hides_lights_of_any_number_of_corners() {
                         // Directions of the floor meet the light rarely.
                         let settings = settings(name, 256, 1);
                         let direct = |r: &Renderer<'_>, workspace: &mut Workspace| {
-                            r.direct(&settings, point, *pixel, 0, workspace)
+                            r.direct(&settings, point, *pixel, workspace)
                         };
                         if lit == 0 {
                             lit += usize::from(direct(&open, &mut workspace) != DVec3::ZERO);

@@ -41,7 +41,7 @@ fn point_at(renderer: &Renderer<'_>, x: [f64; 3]) -> ShadingPoint {
 
 fn exact(renderer: &Renderer<'_>, estimator: &str, point: &ShadingPoint) -> DVec3 {
     let settings = settings(estimator, 1, 0);
-    renderer.direct(&settings, point, [0, 0], 0, &mut Workspace::new())
+    renderer.direct(&settings, point, [0, 0], &mut Workspace::new())
 }
 
 /// Four triangles that cross each other, the light's sides and a corner; coordinates are exact in
@@ -136,7 +136,7 @@ fn agrees_with_lines(scene: &Scene, lines: u32) {
     let mut workspace = Workspace::new();
     for at in &all {
         let (pixel, point) = at;
-        let _ = renderer.direct(&settings("exact", 1, 0), point, *pixel, 0, &mut workspace);
+        let _ = renderer.direct(&settings("exact", 1, 0), point, *pixel, &mut workspace);
         let plan = workspace.take_counts().plan;
         if plan.exact_penumbrae == 0 || plan.exact_fallbacks > 0 {
             continue;

@@ -63,7 +63,7 @@ AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
             seen[usize::from(want > 0.0)] += 1;
             for estimator in ["exact", "line-analytic", "point-area"] {
                 let settings = settings(estimator, 1, 0);
-                let got = renderer.direct(&settings, &point, pixel, 0, &mut Workspace::new());
+                let got = renderer.direct(&settings, &point, pixel, &mut Workspace::new());
                 // Samples may miss what is lit, but not what is dark.
                 let error = match estimator {
                     "exact" => (got.x - want).abs(),

@@ -190,7 +190,6 @@ fn shadows_are_the_same() {
             &settings("line-analytic", 1, 0),
             point,
             *pixel,
-            0,
             &mut workspace,
         )
     };
@@ -211,7 +210,7 @@ fn projected_solid_angle_has_no_variance() {
             let want = quadrature(&scene, &point, 0);
             for seed in 0..8 {
                 let s = settings("point-linear", 1, seed);
-                let got = renderer.direct(&s, &point, pixel, 0, &mut workspace).x;
+                let got = renderer.direct(&s, &point, pixel, &mut workspace).x;
                 // The estimate is L f ∫ cos / cos × cos of the sample: its cosine is recomputed
                 // from the direction, which loses ε/cos where the light grazes.
                 assert!((got - want).abs() <= 1e-9 * want, "{pixel:?} {got} {want}");

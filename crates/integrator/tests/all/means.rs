@@ -24,7 +24,7 @@ fn mean(scene: &Scene, name: &str, samples: u32, seeds: u64) -> (f64, f64) {
             ..settings(name, samples, seed)
         };
         let direct = |(pixel, point): &([u32; 2], _)| {
-            renderer.direct(&settings, point, *pixel, 0, &mut workspace)
+            renderer.direct(&settings, point, *pixel, &mut workspace)
         };
         all.iter().map(direct).sum::<DVec3>().element_sum()
     };

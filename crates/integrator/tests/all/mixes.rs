@@ -38,7 +38,7 @@ fn sharing_the_shaft_changes_nothing() {
             ..shared
         };
         for (pixel, point) in points(&renderer) {
-            let mut direct = |s| renderer.direct(s, &point, pixel, 0, &mut workspace);
+            let mut direct = |s| renderer.direct(s, &point, pixel, &mut workspace);
             let (a, b) = (direct(&shared), direct(&apart));
             // Ends of intervals are good to 1e-12 of the light in either shaft; a sliver of a
             // piece that only one of the two finds carries as much light as it is long.

@@ -23,9 +23,7 @@ fn penumbra(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     all.retain(|(pixel, point)| {
         let light = |seed| {
             let settings = settings("line-analytic", SamplerKind::Independent, 4, seed);
-            renderer
-                .direct(&settings, point, *pixel, 0, &mut workspace)
-                .x
+            renderer.direct(&settings, point, *pixel, &mut workspace).x
         };
         let values: Welford = (0..8).map(light).collect();
         values.std_dev() > 0.02 * values.mean()
@@ -58,9 +56,7 @@ fn slopes(
                 let light = |trial: u32| {
                     let seed = u64::from(samples) << 32 | u64::from(group * TRIALS + trial);
                     let settings = settings(estimator, sampler, samples, seed);
-                    renderer
-                        .direct(&settings, point, *pixel, 0, &mut workspace)
-                        .x
+                    renderer.direct(&settings, point, *pixel, &mut workspace).x
                 };
                 variance += (0..TRIALS).map(light).collect::<Welford>().variance();
             }

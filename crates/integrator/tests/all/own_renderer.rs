@@ -56,7 +56,7 @@ fn an_own_renderer_gives_the_same_light() {
             DVec3::new(-0.4, 0.3, 1e-3),
         ] {
             point.position = x;
-            let want = renderer.direct(&settings, &point, [0, 0], 0, &mut workspace);
+            let want = renderer.direct(&settings, &point, [0, 0], &mut workspace);
             let got = radiance(x, estimator, settings.samples, settings.seed);
             let error = (got - want).abs().max_element() / want.max_element();
             assert!(

@@ -82,8 +82,9 @@ fn a_film_scales_its_picture() {
             assert_eq!(ours.map(|v| 0.25 * v), theirs, "row {y}");
             let sample = |renderer: &Renderer<'_>, workspace: &mut Workspace| {
                 let mut sum = DVec3::ZERO;
+                let (pixel, all) = ([y, y], 0..pixel_samples);
                 let add = |sample| sum += sample;
-                let _ = renderer.pixel_samples(&settings, [y, y], workspace, add);
+                let _ = renderer.pixel_block(&settings, pixel, all, workspace, add);
                 sum
             };
             let want = 0.25 * sample(&plain, &mut workspace);
@@ -172,7 +173,7 @@ fn an_estimate_counts_its_own_work_alone() {
             };
             for seed in 0..4 {
                 let count = |workspace: &mut Workspace| {
-                    let value = renderer.direct(&settings(seed), &point, pixel, 0, workspace);
+                    let value = renderer.direct(&settings(seed), &point, pixel, workspace);
                     (value, workspace.take_counts().visibility)
                 };
                 let alone = count(&mut Workspace::new());

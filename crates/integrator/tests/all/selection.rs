@@ -215,7 +215,7 @@ fn a_sphere_is_lamberts() {
             samples: 4096,
             ..settings("point-solid-angle")
         };
-        let got = renderer.direct(&base, &point, pixel, 0, &mut workspace).x;
+        let got = renderer.direct(&base, &point, pixel, &mut workspace).x;
         // A smooth integrand over a net of 4096 points: (log N)/N is 2e-3 of its variation, which
         // is some 0.3 of the mean here; Kd and L are f32.
         assert!((got - want).abs() < 6e-4 * want, "{pixel:?} {got} {want}");
@@ -225,7 +225,7 @@ fn a_sphere_is_lamberts() {
             samples: 1,
             ..settings("point-projected-solid-angle")
         };
-        let got = renderer.direct(&one, &point, pixel, 0, &mut workspace).x;
+        let got = renderer.direct(&one, &point, pixel, &mut workspace).x;
         assert!((got - want).abs() < 1e-6 * want, "{pixel:?} {got} {want}");
     }
 }
@@ -247,8 +247,8 @@ fn facets_are_nearly_the_sphere() {
         ..base
     };
     for (pixel, point) in lit_points(&renderer) {
-        let a = renderer.direct(&base, &point, pixel, 0, &mut workspace).x;
-        let b = renderer.direct(&exact, &point, pixel, 0, &mut workspace).x;
+        let a = renderer.direct(&base, &point, pixel, &mut workspace).x;
+        let b = renderer.direct(&exact, &point, pixel, &mut workspace).x;
         // 24 steps around and 12 along: middles of facets lie 0.9 % of the radius inside, their
         // corners 0.8 % outside. The outline's area is off by at most twice that.
         assert!((a / b - 1.0).abs() < 0.018, "{pixel:?} {a} {b}");
@@ -266,8 +266,8 @@ fn the_same_bits_each_time() {
             ..settings("point-area")
         };
         for (pixel, point) in lit_points(&renderer) {
-            let a = renderer.direct(&s, &point, pixel, 0, &mut one);
-            let b = Renderer::new(&scene).direct(&s, &point, pixel, 0, &mut two);
+            let a = renderer.direct(&s, &point, pixel, &mut one);
+            let b = Renderer::new(&scene).direct(&s, &point, pixel, &mut two);
             assert_eq!(
                 a.to_array().map(f64::to_bits),
                 b.to_array().map(f64::to_bits)
@@ -311,7 +311,7 @@ fn lights_have_estimators_of_their_own() {
     let mut workspace = Workspace::new();
     let mut light = |renderer: &Renderer<'_>, settings: &Settings| -> Vec<DVec3> {
         let direct = |(pixel, point): &([u32; 2], ShadingPoint)| {
-            renderer.direct(settings, point, *pixel, 0, &mut workspace)
+            renderer.direct(settings, point, *pixel, &mut workspace)
         };
         all.iter().map(direct).collect()
     };

@@ -25,9 +25,7 @@ fn light(
         ..Settings::default()
     };
     let mut workspace = Workspace::new();
-    renderer
-        .direct(&settings, point, *pixel, 0, &mut workspace)
-        .x
+    renderer.direct(&settings, point, *pixel, &mut workspace).x
 }
 
 fn median(values: &mut [f64]) -> f64 {

@@ -96,7 +96,7 @@ impl Problem for Targets<'_> {
             ..*settings
         };
         let (pixel, point) = &self.points[integral];
-        self.renderer.direct(&settings, point, *pixel, 0, workspace)
+        self.renderer.direct(&settings, point, *pixel, workspace)
     }
 
     fn take_counts(&self, workspace: &mut Workspace) -> Counts {

@@ -135,7 +135,7 @@ pub(crate) fn trials(
             seed: settings.seed + u64::from(trial),
             ..*settings
         };
-        renderer.direct(&settings, point, *pixel, 0, &mut workspace)
+        renderer.direct(&settings, point, *pixel, &mut workspace)
     };
     let values: Vec<DVec3> = (0..count).map(estimate).collect();
     let n = f64::from(count);

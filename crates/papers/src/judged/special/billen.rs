@@ -207,7 +207,7 @@ impl Tests {
 /// The share of visibility in the processor time of one line at a point, walk and clipping together
 /// (§6.2): what the same estimates take longer than without anything in the way, in turns.
 pub(super) fn share(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
-    let settings = Settings {
+    let mut settings = Settings {
         estimator: "line-analytic[orientation=parallel,control=none]".parse()?,
         sampler: SamplerKind::Independent,
         samples: 1,
@@ -227,10 +227,10 @@ pub(super) fn share(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         let mut workspace = Workspace::new();
         let mut time = |renderer: &Renderer<'_>, passes: u32| {
             let clock = CpuClock::start();
-            for repetition in 0..passes {
+            for pass in 0..passes {
+                settings.seed = bench.context.seed.wrapping_add(pass.into());
                 for (pixel, point) in &targets.points {
-                    let light =
-                        renderer.direct(&settings, point, *pixel, repetition, &mut workspace);
+                    let light = renderer.direct(&settings, point, *pixel, &mut workspace);
                     black_box(light);
                 }
             }
