@@ -1,5 +1,6 @@
-//! What was skipped, and what was done.
+//! Counters of skipped and finished work.
 
+use linelit_visibility::VisibleLines;
 use std::fmt;
 use std::ops::AddAssign;
 
@@ -28,7 +29,7 @@ macro_rules! counters {
 }
 
 counters! {
-    /// How often what was skipped.
+    /// Pairs of shading points and lights, by the work that was skipped.
     PlanCounters {
         /// Shading points estimated.
         points: "shading points",
@@ -64,12 +65,33 @@ counters! {
 }
 
 counters! {
-    /// How many pieces line samples were cut into (Billen & Dutré 2016, Fig. 5).
+    /// Numbers of lines and of the pieces that they were cut into (Billen & Dutré 2016, Fig. 5).
     SegmentCounters {
         /// Line samples asked.
         lines: "lines",
         /// Visible pieces found.
         pieces: "visible pieces of lines",
+    }
+}
+
+/// All that estimates count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorkCounters {
+    /// Skipped and finished work.
+    pub plan: PlanCounters,
+    /// Lines and their visible pieces.
+    pub segments: SegmentCounters,
+}
+
+impl WorkCounters {
+    /// Counts so many lines that were asked for, their visible pieces, and those that have none.
+    pub(crate) fn count_lines(&mut self, visible: &VisibleLines, lines: usize) {
+        for i in 0..lines {
+            let parts = visible.line(i);
+            self.segments.lines += 1;
+            self.segments.pieces += parts.len() as u64;
+            self.plan.hidden_lines += u64::from(parts.is_empty());
+        }
     }
 }
 

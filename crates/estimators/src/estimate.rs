@@ -1,17 +1,22 @@
-//! From an estimator to what it does for each kind of light.
+//! The trunk: from a query to the light, by a method.
 
-use crate::line_sum::{self, Along};
-use crate::strategy::{self, Strategy};
-use crate::techniques::point_techniques;
-use crate::techniques::points::PointDensity;
-use crate::techniques::points::round::{RoundPoints, Viewer};
+use crate::draw::points::Source;
+use crate::integrand::{Integrand, Known};
+use crate::known::{self, KnownLight, KnownMemory};
+use crate::memory::RestMemory;
+use crate::method::{are_wide, closed};
+use crate::rest::{alone, segment, visible, weighted};
+use crate::streams::Samples;
+use crate::view::{Above, Shape, View};
+use crate::visible::Visible;
 use crate::{
-    Buffers, EmissionTexture, Estimator, Integration, LinearOptions, Lines, PointBy, Points, Query,
-    Technique, combination, linear, point_sum,
+    Ask, Buffers, Closed, EmissionTexture, Facts, KnownKind, KnownOver, LightKind, Method, Of,
+    PointBy, Query, Rest, Technique, WorkCounters,
 };
-use linelit_bsdf::{Known, Reflection};
-use linelit_geometry::DVec3;
-use linelit_lights::{AreaLight, CylinderLight, CylinderView, Disk, Light, LinearLight, Sphere};
+use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_geometry::{DVec3, Segment};
+use linelit_lights::{CylinderView, DiskLobes, Light, PointSource, Viewer};
+use linelit_visibility::ShaftClass;
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
 ///
@@ -27,157 +32,271 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    debug_assert!(
-        query.point.has_unit_vectors(),
-        "unit vectors: {:?}",
-        [
-            query.point.normal,
-            query.point.geometric_normal,
-            query.point.outgoing,
-        ]
-    );
-    let safer = with_bsdf_samples(query);
-    let query = &Query {
-        estimator: safer.as_ref().unwrap_or(query.estimator),
-        ..*query
-    };
-    let (x, margin) = (query.point.position, query.margins.light);
-    match query.light.light {
-        Light::Area(light) if !light.faces(x, margin) => DVec3::ZERO,
-        Light::Disk(light) if !light.faces(x, margin) => DVec3::ZERO,
-        Light::Area(light) => on_area(query, light, buffers),
-        Light::Linear(light) => on_line(query, light, buffers),
-        Light::Sphere(light) => match round_by_rays(query) {
-            Some(points) => points_of_sphere(query, &light.sphere, points, buffers),
-            None => combination::on_round(query, buffers),
-        },
-        Light::Disk(light) => match round_by_rays(query) {
-            Some(points) => points_of_disk(query, &light.disk, points, buffers),
-            None => combination::on_round(query, buffers),
-        },
-        Light::Cylinder(light) => on_cylinder(query, light, buffers),
-    }
-}
-
-/// The estimator with BSDF samples beside it: for integrals of transformed cosines alone that the
-/// reflection is [unlike](Known::is_unlike_cosines).
-fn with_bsdf_samples<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Estimator> {
-    let Some(technique @ Technique::Lines(lines)) = query.estimator.alone() else {
-        return None;
-    };
-    if lines.integration.is_none_or(Integration::keeps_lines)
-        || technique.must_stand_alone()
-        || matches!(query.light.light, Light::Linear(_) | Light::Cylinder(_))
-        || query.light.texture.is_some()
-    {
-        return None;
-    }
-    let is_unlike = query.point.known().is_unlike_cosines();
-    is_unlike.then(|| Estimator::from(*lines).with(Points::bsdf()))
-}
-
-/// The technique of points with a shadow ray each, if the estimator is that alone.
-fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<Points> {
-    match query.estimator.alone() {
-        Some(Technique::Points(points)) if !points.in_shaft => Some(*points),
-        Some(Technique::Points(_) | Technique::Lines(_)) | None => None,
-    }
-}
-
-/// The same of a sphere or a disk, which have no lines: points by solid angle in place of lines,
-/// and of closed forms that the reflection has not.
-fn round_by_rays<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Points> {
-    let Some(Technique::Lines(lines)) = query.estimator.alone() else {
-        return by_rays(query);
-    };
-    let is_known = || query.point.known() != Known::Nothing;
-    let keeps_lines = lines.integration.is_none_or(Integration::keeps_lines);
-    (keeps_lines || !is_known()).then(|| Points::by(PointBy::SolidAngle))
-}
-
-/// From inside the endless cylinder nothing of it is seen.
-fn on_cylinder<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    light: &CylinderLight,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let Some(view) = CylinderView::new(&light.cylinder, query.point.position) else {
+    query.point.assert_unit_vectors();
+    let Buffers {
+        scratch,
+        counts,
+        known: memory,
+        rest,
+    } = buffers;
+    // Is the shading point on a side of the light that emits?
+    let cylinder = cylinder(query);
+    let view = View::new(query.light, query.point, query.margins, cylinder.as_ref());
+    let Some(view) = view else {
         return DVec3::ZERO;
     };
-    match by_rays(query) {
-        Some(points) => {
-            let source = Some(RoundPoints::on_cylinder(
-                points.by,
-                &view,
-                &query.point.horizons(),
-            ));
-            point_sum::on_surface_by_rays(query, &view, &source, buffers)
-        }
-        None => combination::on_cylinder(query, light, &view, buffers),
-    }
-}
-
-fn points_of_sphere<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    sphere: &Sphere,
-    points: Points,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let cosines = query.cosines_for([&points.into()]);
-    let viewer = Viewer::new(query.point, cosines.as_ref());
-    point_techniques! { dispatch [points.by, technique => {
-        let source = technique.on_sphere(sphere, &viewer);
-        point_sum::on_surface_by_rays(query, sphere, &source, buffers)
-    }] }
-}
-
-fn points_of_disk<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    disk: &Disk,
-    points: Points,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let cosines = query.cosines_for([&points.into()]);
-    let viewer = Viewer::new(query.point, cosines.as_ref());
-    point_techniques! { dispatch [points.by, technique => {
-        let source = technique.on_disk(disk, &viewer);
-        point_sum::on_surface_by_rays(query, disk, &source, buffers)
-    }] }
-}
-
-fn on_area<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    match query.estimator.alone() {
-        None => combination::combined(query, area, buffers),
-        Some(Technique::Points(points)) if points.in_shaft => {
-            let by = Strategy::Points(points.by);
-            strategy::through_shaft(query, area, &Lines::AREA, buffers, |_| (by, 1))
-        }
-        Some(Technique::Points(points)) => point_sum::by_rays(query, area, points.by, buffers),
-        Some(Technique::Lines(lines)) => match lines.integration {
-            None => line_sum::lines(query, area, lines, Along::Point, buffers),
-            Some(integration) => integration.light(query, area, lines, buffers),
+    let estimator = query.estimator;
+    let cosines = cosines(query);
+    let mut facts = facts(query, &view, cosines.as_ref());
+    let above = match view.polygon() {
+        Some(polygon) if estimator.is_weighted(&facts) => match Above::new(polygon, &view.at) {
+            Some(above) => Some(above),
+            None => return DVec3::ZERO,
         },
-    }
-}
-
-/// A linear light has no surface that a direction of the BSDF could meet: lines and combinations
-/// take the closed form or quadrature along all that is visible of it, but for reflections that say
-/// nothing of their peaks.
-fn on_line<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    light: &LinearLight,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let options = match query.estimator.alone() {
-        Some(Technique::Points(points)) => points.by.on_linear(),
-        Some(Technique::Lines(_)) | None => match linear::whole(query, light, buffers) {
-            Some(value) => return value,
-            None => LinearOptions::default(),
-        },
+        _ => None,
     };
-    linear::points(query, light, options, buffers)
+    let view = view.on(above.as_ref());
+    // Ask what stands between, and choose the method.
+    let ask = estimator.ask(&facts);
+    let mut visible = Visible::new(query.occluders, &view, ask, scratch, &mut counts.plan);
+    let mut between = visible.between();
+    if between.class == ShaftClass::Partial && estimator.asks_for_density(&facts) {
+        facts.points = view.cheapest_points();
+    }
+    let mut method = estimator.method(&facts, &between);
+    // Integrate what is known; where the visible region cannot be found, choose again.
+    let asked = cosines.as_ref();
+    let mut over =
+        |method: &Method<'_>, visible: &mut Visible<'_>, counts: &mut WorkCounters| match method
+            .known
+        {
+            KnownOver::Nothing => Some(KnownLight::NONE),
+            _ => known::over(query, &view, &method.known, asked, visible, memory, counts),
+        };
+    let mut light = over(&method, &mut visible, counts);
+    if light.is_none() {
+        counts.plan.exact_fallbacks += u64::from(between.class == ShaftClass::Partial);
+        between.has_region = false;
+        method = estimator.method(&facts, &between);
+        light = over(&method, &mut visible, counts);
+    }
+    let Some(light) = light else {
+        return DVec3::ZERO;
+    };
+    count(&method, between.class, counts);
+    // Sample the rest.
+    if method.ask == Ask::Rays {
+        visible = visible.into_rays();
+    }
+    let sampled = Sampled {
+        query,
+        view: &view,
+        cosines: cosines.as_ref(),
+        known: (method.known == KnownOver::Region(Of::Cosines)).then_some(light),
+    };
+    sampled.with_rest(&method, light.light, &mut visible, memory, rest, counts)
+}
+
+/// A cylinder as the shading point sees it, if the light is one.
+fn cylinder<R, T>(query: &Query<'_, R, T>) -> Option<CylinderView> {
+    match query.light.light {
+        Light::Cylinder(light) => CylinderView::new(&light.cylinder, query.point.position),
+        Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) => None,
+    }
+}
+
+/// Counts what the method does.
+fn count(method: &Method<'_>, class: ShaftClass, counts: &mut WorkCounters) {
+    let plan = &mut counts.plan;
+    match (method.known, class) {
+        (KnownOver::Region(_), ShaftClass::Partial) => plan.exact_penumbrae += 1,
+        (KnownOver::Region(_), ShaftClass::Empty) if method.rest == Rest::Nothing => {
+            plan.closed_form += 1;
+        }
+        (KnownOver::Nothing, ShaftClass::Blocked) if method.rest == Rest::Nothing => {
+            plan.hidden += 1;
+        }
+        _ => {}
+    }
+}
+
+/// The transformed cosines of the reflection, if they are known and the estimator asks for them.
+fn cosines<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+) -> Option<TransformedCosines> {
+    let point = query.point;
+    // Integrals take a diffuse reflection itself.
+    let is_diffuse = || point.known().constant().is_some();
+    let asks = |technique: &Technique| match technique {
+        Technique::Points(_) => technique.asks_for_cosines(),
+        Technique::Lines(_) => technique.asks_for_cosines() && !is_diffuse(),
+    };
+    let mut parts = query.estimator.all().iter();
+    if !parts.any(|part| asks(&part.technique)) {
+        return None;
+    }
+    point.bsdf.transformed_cosines(point.outgoing, point.normal)
+}
+
+/// The facts by which the method is chosen.
+fn facts<'a, R: Reflection, T: EmissionTexture>(
+    query: &Query<'a, R, T>,
+    view: &View<'_>,
+    cosines: Option<&TransformedCosines>,
+) -> Facts<'a> {
+    let light = LightKind::of(query.light);
+    let (point, known) = (query.point, query.point.known());
+    let closed = closed(&known);
+    let line = match view.shape() {
+        Shape::Segment(line) => Some(**line),
+        Shape::Cylinder(cylinder) => Some(cylinder.cylinder().axis),
+        Shape::Polygon(_) | Shape::Sphere(_) | Shape::Disk(_) => None,
+    };
+    let has_peaks = |line: Segment| {
+        let line = line.relative_to(point.position);
+        let peaks = point.bsdf.peaks(&line, point.outgoing, point.normal);
+        closed == Closed::Nowhere && peaks.is_some()
+    };
+    Facts {
+        light,
+        known: KnownKind {
+            closed,
+            has_cosines: cosines.is_some(),
+            are_unlike: known.is_unlike_cosines(),
+            are_wide: cosines.is_some_and(are_wide),
+            has_peaks: line.is_some_and(has_peaks),
+        },
+        occlusion: &query.light.occlusion,
+        samples: query.samples,
+        skip: query.skip,
+        queries: query.queries,
+        points: PointBy::SolidAngle,
+    }
+}
+
+/// A query whose known part has been integrated.
+struct Sampled<'a, R, T> {
+    query: &'a Query<'a, R, T>,
+    view: &'a View<'a>,
+    /// The transformed cosines of the reflection, if they are known and asked for.
+    cosines: Option<&'a TransformedCosines>,
+    /// Their integral, if it is taken.
+    known: Option<KnownLight>,
+}
+
+impl<R: Reflection, T: EmissionTexture> Sampled<'_, R, T> {
+    /// The known light and the mean of the samples for the rest.
+    fn with_rest(
+        &self,
+        method: &Method<'_>,
+        light: DVec3,
+        visible: &mut Visible<'_>,
+        known: &mut KnownMemory,
+        memory: &mut RestMemory,
+        counts: &mut WorkCounters,
+    ) -> DVec3 {
+        let Self { query, view, .. } = *self;
+        let KnownMemory { lines, region } = known;
+        let (point, numbers) = (query.point, &query.numbers);
+        let integrand = &Integrand {
+            light: query.light,
+            point,
+            known: self.known.map(|_| Known {
+                cosines: &region.cosines,
+                emitted: view.emitted().0,
+            }),
+        };
+        let from = |count| Samples { numbers, count };
+        let (by, count) = match (method.rest, view.polygon()) {
+            (Rest::Nothing, _) => return light,
+            (
+                Rest::PointsOfLines {
+                    lines: options,
+                    samples,
+                },
+                Some(polygon),
+            ) => {
+                let from = from(samples);
+                return light
+                    + alone::lines(integrand, polygon, options, from, visible, lines, counts);
+            }
+            (Rest::PointsOfLines { samples, .. }, None) => (PointBy::SolidAngle, samples),
+            (Rest::Weighted(weighted), _) => {
+                let cosines = self.drawn();
+                let memory = (&mut memory.weighted, &mut memory.points, counts);
+                let cosines = cosines.as_ref();
+                return light
+                    + weighted::sum(
+                        integrand, view, &weighted, cosines, numbers, visible, memory,
+                    );
+            }
+            (Rest::Visible { samples }, _) => {
+                let plane = self.known.and_then(|known| known.plane);
+                if let (Some(cosines), Some(plane)) = (self.cosines, plane) {
+                    let (from, sampler) = (from(samples), &mut memory.region);
+                    let drawn =
+                        visible::points(integrand, view, cosines, plane, from, region, sampler);
+                    if let Some((beta, mean)) = drawn {
+                        return light * beta + mean;
+                    }
+                }
+                (PointBy::Ltc, samples)
+            }
+            (Rest::Points { by, samples }, _) => (by, samples),
+        };
+        light + self.points(integrand, by, from(count), visible, memory)
+    }
+
+    /// The mean over points of the whole light.
+    fn points(
+        &self,
+        integrand: &Integrand<'_, R, T>,
+        by: PointBy,
+        samples: Samples<'_>,
+        visible: &mut Visible<'_>,
+        memory: &mut RestMemory,
+    ) -> DVec3 {
+        let (view, point) = (self.view, self.query.point);
+        let RestMemory {
+            points, segment, ..
+        } = memory;
+        let Some(surface) = view.surface() else {
+            let (Shape::Segment(line), PointBy::Linear(options)) = (view.shape(), by) else {
+                return DVec3::ZERO;
+            };
+            let asked = segment::Asked {
+                point,
+                line,
+                emitted: view.emitted().0,
+                samples,
+            };
+            return segment::points(&asked, options, self.cosines, visible, segment, points);
+        };
+        let cosines = self.drawn();
+        if self.known.is_some()
+            && let (Some(disk), Some(cosines)) = (view.disk(), &cosines)
+            && let Some(lobes) = DiskLobes::new(&disk, view.at.position, cosines)
+        {
+            let source = Source::OnLight(PointSource::DiskLobes(lobes));
+            return alone::points(integrand, &surface, &source, samples, visible, points);
+        }
+        let viewer = Viewer {
+            cosines: cosines.as_ref(),
+            ..view.at.viewer()
+        };
+        // A source is large: it is made where it stays.
+        let source = Source::new(by, surface, self.query.light.texture, &viewer);
+        alone::points(integrand, &surface, &source, samples, visible, points)
+    }
+
+    /// The transformed cosines that points are drawn by: on round lights, of a reflection with
+    /// lobes whose integral is known, the lobes alone, for the difference that the cosine itself
+    /// leaves mostly cancels.
+    fn drawn(&self) -> Option<TransformedCosines> {
+        let mut cosines = *self.cosines?;
+        if self.known.is_some() && self.view.disk().is_some() && !cosines.lobes().is_empty() {
+            cosines.diffuse = DVec3::ZERO;
+        }
+        Some(cosines)
+    }
 }

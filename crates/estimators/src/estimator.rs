@@ -210,7 +210,7 @@ impl Estimator {
 
     /// The techniques with their shares.
     pub fn parts(&self) -> impl Iterator<Item = &Part> {
-        self.parts[..self.count].iter()
+        self.all().iter()
     }
 
     /// How they are weighted.
@@ -232,15 +232,18 @@ impl Estimator {
             .any(|p| matches!(p.technique, Technique::Lines(_)))
     }
 
-    /// How parts integrate, those that do.
-    pub(crate) fn integrations(&self) -> impl Iterator<Item = Integration> {
-        let integrated = self.parts().filter_map(|p| p.technique.integrated());
-        integrated.map(|(_, integration)| integration)
+    /// The techniques with their shares, as a slice.
+    pub(crate) fn all(&self) -> &[Part] {
+        &self.parts[..self.count]
     }
 
     /// The first part that takes a closed form where there is one, and the samples of all such
     /// parts of `count`.
-    pub(crate) fn closed(&self, count: u32) -> Option<(Lines, Integration, u32)> {
+    pub(crate) fn closed(&self, count: u32) -> Option<(&Lines, Integration, u32)> {
+        if let [only] = self.all() {
+            let (lines, integration) = only.technique.integrated()?;
+            return Some((lines, integration, count.max(1)));
+        }
         let (mut first, mut all, mut theirs) = (None, 0.0, 0.0);
         for part in self.parts() {
             let share = f64::from(part.share);

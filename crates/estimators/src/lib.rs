@@ -2,50 +2,48 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
-mod buffers;
-mod closed_form;
-mod combination;
-mod control;
+mod choose;
+mod cosines;
 mod counters;
-mod direction;
+mod draw;
 mod estimate;
 mod estimator;
+mod hybrid;
+mod integrand;
+mod known;
 mod light;
-mod line_sum;
-mod linear;
+mod memory;
 mod method;
 mod occlusion;
+mod options;
 mod pilot_lines;
 mod point;
-mod point_block;
-mod point_sum;
 mod query;
 mod reference;
-mod round;
-mod seen_disk;
-mod strategy;
+mod rest;
 pub mod streams;
-mod techniques;
+mod technique;
 mod text;
-mod transformed;
+mod view;
+mod visible;
 
-pub use buffers::{Buffers, SampleBuffers};
-pub use counters::{PlanCounters, SegmentCounters};
+pub use counters::{PlanCounters, SegmentCounters, WorkCounters};
 pub use estimate::estimate;
 pub use estimator::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Weights};
-pub use light::{EmissionTexture, LightSource, NoTexture};
-pub use method::{Closed, Cosines, Known, LightKind, Method};
-pub use occlusion::{OcclusionProbe, OcclusionStats};
+pub use light::{LightSource, OcclusionStats};
+pub use linelit_lights::{EmissionTexture, NoTexture};
+pub use memory::Buffers;
+pub use method::Weighted;
+pub use method::{Ask, Between, Closed, Facts, KnownKind, KnownOver, LightKind, Method, Of, Rest};
+pub use occlusion::OcclusionProbe;
+pub use options::ParseEstimatorError;
 pub use point::ShadingPoint;
 pub use query::{Queries, Query};
 pub use reference::brute_force;
 pub use streams::{RandomNumbers, Stream};
-pub use techniques::integrals::exact::ExactOptions;
-pub use techniques::lines::{LineControl, LineDirection, Lines, Pieces};
-pub use techniques::points::Points;
-pub use techniques::points::linear::{LinearHeuristic, LinearOptions};
-pub use techniques::{Integration, LineBy, PointBy, Technique};
-pub use text::ParseEstimatorError;
+pub use technique::{ExactOptions, Integration, LinearHeuristic, LinearOptions};
+pub use technique::{LineBy, LineControl, LineDirection, Lines, Pieces};
+pub use technique::{PointBy, Points, Technique};
 
 // What queries are made of, so that one dependency is enough.
 pub use {

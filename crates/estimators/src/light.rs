@@ -1,64 +1,54 @@
 //! A light among its surroundings, and what it emits.
 
-use crate::techniques::points::{DrawPoints, LightPoint};
-use crate::{OcclusionStats, PlanCounters, ShadingPoint};
-use linelit_bsdf::{ClosedForm, Reflection};
-use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{
-    AreaLight, AreaSampler, CylinderArea, CylinderView, Disk, DiskArea, Emission, ImportanceImage,
-    Light, Sphere, SphereCap, TexturedSampler,
-};
+use crate::{PlanCounters, ShadingPoint};
+use linelit_geometry::DVec3;
+use linelit_lights::{CylinderView, Emission, EmissionTexture, Light, LightPoint, NoTexture};
 use std::ops::Range;
 
-/// Emission that varies over an area light, and what points are drawn in proportion to.
-pub trait EmissionTexture {
-    /// The radiance at a point of the light, W/(m²·sr), on the side that emits.
-    fn radiance(&self, on_light: DVec3) -> DVec3;
-
-    /// Points in proportion to the emission, on the light or (see [`fits`](Self::fits)) around it;
-    /// `None` where there is no such density: points then are uniform on the area.
-    fn points(&self) -> Option<TexturedSampler<'_>>;
-
-    /// Whether all points that are drawn lie on the light.
-    fn fits(&self) -> bool;
-
-    /// The image over `part`, if that is a parallelogram that the image covers exactly.
-    fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage>;
-}
-
-/// The texture of lights that have none: there is no value of it.
-#[derive(Clone, Copy, Debug)]
-pub enum NoTexture {}
-
-impl EmissionTexture for NoTexture {
-    fn radiance(&self, _: DVec3) -> DVec3 {
-        match *self {}
-    }
-
-    fn points(&self) -> Option<TexturedSampler<'_>> {
-        match *self {}
-    }
-
-    fn fits(&self) -> bool {
-        match *self {}
-    }
-
-    fn over(&self, _: &ConvexPolygon) -> Option<&ImportanceImage> {
-        match *self {}
-    }
-}
-
-/// A light, which triangles are its own, and how occluded it usually is.
+/// A light among the occluders, and statistics of its occlusion.
 #[derive(Clone, Debug)]
 pub struct LightSource<'a, T = NoTexture> {
     /// The light.
     pub light: &'a Light,
     /// Its triangles among those of the occluders, which never block it; empty if it has none.
     pub triangles: Range<u32>,
-    /// What an area light emits where, if not the same everywhere.
+    /// The emission of an area light by position, if it is not the same everywhere.
     pub texture: Option<&'a T>,
-    /// How occluded the light usually is; chooses the strategy of `hybrid`.
+    /// Statistics of its occlusion, by which `hybrid` chooses.
     pub occlusion: OcclusionStats,
+}
+
+/// Statistics of the occlusion of a light, by which `hybrid` chooses. Geometry alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OcclusionStats {
+    /// Whether so much stands before the light that looking for all of it at once seldom pays.
+    pub dense: bool,
+    /// Triangles in between that may hide a part of the light, on average over points; none where
+    /// nothing or all of it is hidden.
+    pub candidates: f64,
+    /// Edges that bound what is hidden, for each triangle in between: up to three if triangles are
+    /// loose, few in meshes.
+    pub edges: f64,
+    /// The number of rays that take as long as a line past a dense shaft: by the boxes and
+    /// triangles that 32 lines in the best direction test, and sixteen rays. 13 if no shaft was dense.
+    pub line_cost: f64,
+    /// The direction of lines, in half turns from the light's first edge, in which the visible part
+    /// changes least from one line to the next; of the light's edges and diagonals. `None` if it is
+    /// not known: a random one for each shading point.
+    pub direction: Option<f64>,
+}
+
+impl Default for OcclusionStats {
+    /// Few triangles, all loose; no direction better than others.
+    fn default() -> Self {
+        Self {
+            dense: false,
+            candidates: 1.0,
+            edges: 3.0,
+            line_cost: 13.0,
+            direction: None,
+        }
+    }
 }
 
 impl<'a> LightSource<'a> {
@@ -94,7 +84,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         }
     }
 
-    /// What a flat light sends from all of its points alike; `None` of any other.
+    /// The emission that all points of a flat light have in common; `None` for any other light.
     pub(crate) fn even(&self) -> Option<Emission> {
         match self.light {
             Light::Area(area) if self.texture.is_none() => Some(area.emission),
@@ -103,25 +93,9 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         }
     }
 
-    /// The reflection of a point where the light's integral over it has a closed form along a line
-    /// and over a polygon.
-    pub(crate) fn closed_form<'p, R: Reflection>(
-        &self,
-        point: &'p ShadingPoint<R>,
-    ) -> Option<ClosedForm<'p>> {
-        match self.texture {
-            None => point.known().closed_form(),
-            Some(_) => None,
-        }
-    }
-
     /// Whether the light can reach the point at all: some of it is above the horizon, on the side
     /// that emits. Where not, every estimator gives zero. Counts why not.
-    pub fn reaches<R: Reflection>(
-        &self,
-        point: &ShadingPoint<R>,
-        counters: &mut PlanCounters,
-    ) -> bool {
+    pub fn reaches<R>(&self, point: &ShadingPoint<R>, counters: &mut PlanCounters) -> bool {
         counters.point_lights += 1;
         match self.light {
             Light::Area(area) => {
@@ -171,116 +145,4 @@ fn above_horizon<R>(
         counters.below_horizon += 1;
     }
     above
-}
-
-/// What an area light without a texture sends to `x`, and the height of `x` over the light's plane,
-/// positive on the side of the normal.
-pub(crate) fn even_emission(light: &AreaLight, x: DVec3) -> (DVec3, f64) {
-    let height = light.polygon.normal().dot(x - light.polygon.vertices()[0]);
-    (light.emission.towards(height), height)
-}
-
-/// The surface of a light.
-pub(crate) trait Shape: Sized {
-    /// The unit normal at one of its points, on the side that emits.
-    fn normal(&self, point: DVec3) -> DVec3;
-
-    /// The normal, if it is the same everywhere.
-    fn flat(&self) -> Option<DVec3> {
-        None
-    }
-
-    /// Where a ray from outside meets it first.
-    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3>;
-
-    /// Points uniform on its area.
-    fn by_area(&self) -> impl DrawPoints<Self>;
-}
-
-impl Shape for ConvexPolygon {
-    #[inline]
-    fn normal(&self, _: DVec3) -> DVec3 {
-        self.normal()
-    }
-
-    fn flat(&self) -> Option<DVec3> {
-        Some(self.normal())
-    }
-
-    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
-        let (vertices, n) = (self.vertices(), self.normal());
-        let hit = on_plane(vertices[0], n, x, direction)?;
-        let next = vertices.iter().cycle().skip(1);
-        let inside = |(a, b): (&DVec3, &DVec3)| n.dot((*b - *a).cross(hit - *a)) >= 0.0;
-        vertices.iter().zip(next).all(inside).then_some(hit)
-    }
-
-    fn by_area(&self) -> impl DrawPoints<Self> {
-        AreaSampler::new(self)
-    }
-}
-
-impl Shape for Disk {
-    #[inline]
-    fn normal(&self, _: DVec3) -> DVec3 {
-        self.normal
-    }
-
-    fn flat(&self) -> Option<DVec3> {
-        Some(self.normal)
-    }
-
-    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
-        let hit = on_plane(self.center, self.normal, x, direction)?;
-        (hit.distance(self.center) <= self.radius).then_some(hit)
-    }
-
-    fn by_area(&self) -> impl DrawPoints<Self> {
-        DiskArea::new(self)
-    }
-}
-
-impl Shape for Sphere {
-    #[inline]
-    fn normal(&self, point: DVec3) -> DVec3 {
-        self.normal(point)
-    }
-
-    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
-        let to_center = self.center - x;
-        let along = to_center.dot(direction);
-        // The distance of the ray from the centre, without the cancellation of d² − along².
-        let across = (to_center - direction * along).length();
-        if along <= 0.0 || across > self.radius {
-            return None;
-        }
-        let inside = ((self.radius - across) * (self.radius + across)).sqrt();
-        (along > inside).then(|| x + direction * (along - inside))
-    }
-
-    fn by_area(&self) -> impl DrawPoints<Self> {
-        SphereCap::whole(self)
-    }
-}
-
-/// As its shading point sees it.
-impl Shape for CylinderView {
-    #[inline]
-    fn normal(&self, point: DVec3) -> DVec3 {
-        self.normal(point)
-    }
-
-    fn meets(&self, _: DVec3, direction: DVec3) -> Option<DVec3> {
-        self.meets(direction)
-    }
-
-    fn by_area(&self) -> impl DrawPoints<Self> {
-        CylinderArea::visible(self.cylinder(), self.position())
-    }
-}
-
-/// Where a ray meets a plane ahead of it.
-pub(crate) fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) -> Option<DVec3> {
-    let t = normal.dot(on_it - x) / normal.dot(direction);
-    (t > 0.0 && t.is_finite()).then(|| x + direction * t)
 }

@@ -1,17 +1,20 @@
-//! What each technique does, by the kind of light and by what is known of the reflection.
+//! Methods as data: the integral in closed form, the samples for the rest, and the way in which
+//! visibility is asked for.
 //!
-//! One function says it for a technique alone ([`Technique::method`]), one for all estimators
-//! ([`Estimator::methods`]); `docs/estimators.md` has the table that they make, and a test holds
-//! estimates to them.
+//! Every estimate is L = ∫ g V dω + ∫ (f − g) V dω, where f is the light that the reflection sends
+//! to the viewer, V visibility and g the part of f that is known in closed form.
 
-use crate::{Estimator, Integration, LightSource, LineBy, LinearOptions, PointBy, Points};
-use crate::{Lines, ShadingPoint, Technique};
-use linelit_bsdf::Reflection;
+use crate::OcclusionStats;
+use crate::{
+    Estimator, LightSource, Lines, Part, PointBy, Points, Queries, ShadingPoint, Technique, Weights,
+};
+use linelit_bsdf::{Known, Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
+use linelit_visibility::ShaftClass;
 use std::fmt;
 
-/// The kinds of lights that techniques tell apart.
+/// The kinds of lights that methods tell apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LightKind {
     /// A polygon of one radiance.
@@ -40,8 +43,13 @@ impl LightKind {
     ];
 
     /// Whether it is a sphere or a disk, which have no lines.
-    const fn is_round(self) -> bool {
+    pub(crate) const fn is_round(self) -> bool {
         matches!(self, Self::Sphere | Self::Disk)
+    }
+
+    /// Whether it is a polygon.
+    pub(crate) const fn is_polygon(self) -> bool {
+        matches!(self, Self::Polygon | Self::Textured)
     }
 
     /// The kind of a light.
@@ -71,294 +79,303 @@ impl fmt::Display for LightKind {
     }
 }
 
-/// Where the integrals of a reflection have closed forms
-/// ([`Reflection::known`]).
+/// The closed forms that a reflection has ([`Reflection::known`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Closed {
-    /// Nowhere.
+    /// None.
     Nowhere,
-    /// Along lines: it has lobes of Phong or Gaussians.
+    /// Closed forms along lines: it has lobes of Phong or Gaussians.
     AlongLines,
-    /// Along lines and over lights: it is diffuse.
+    /// Closed forms along lines and over lights: it is diffuse.
     Diffuse,
 }
 
-/// What is known of a reflection as linearly transformed cosines
-/// ([`Reflection::transformed_cosines`]).
+/// The knowledge of a reflection, as one viewer sees it, that the choice of a method depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Cosines {
-    /// Nothing.
-    Unknown,
-    /// It looks like the cosine itself.
-    Flat,
-    /// It has lobes.
-    Lobes,
-}
-
-/// What is known of a reflection as one viewer sees it: all that a technique's choice of method
-/// depends on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Known {
+pub struct KnownKind {
     /// Its closed forms.
     pub closed: Closed,
-    /// Its transformed cosines.
-    pub cosines: Cosines,
+    /// Whether it is known as transformed cosines ([`Reflection::transformed_cosines`]).
+    pub has_cosines: bool,
+    /// Whether samples by these cosines alone would be rare and large
+    /// ([`Known::is_unlike_cosines`]).
+    pub are_unlike: bool,
+    /// Whether all their lobes are so wide that a point of a line sees most of what is reflected.
+    pub are_wide: bool,
     /// Whether its peaks along lines are known ([`Reflection::peaks`]).
-    pub peaks: bool,
+    pub has_peaks: bool,
 }
 
-impl Known {
-    /// What the reflection at a shading point says of itself.
+impl KnownKind {
+    /// The knowledge that the reflection at a shading point gives.
     pub fn of<R: Reflection>(point: &ShadingPoint<R>) -> Self {
         let (bsdf, wo, n) = (&point.bsdf, point.outgoing, point.normal);
-        let closed = match point.known().closed_form() {
-            None => Closed::Nowhere,
-            Some(form) if form.is_diffuse() => Closed::Diffuse,
-            Some(_) => Closed::AlongLines,
-        };
-        let cosines = match point.cosines() {
-            None => Cosines::Unknown,
-            Some(cosines) if cosines.lobes().is_empty() => Cosines::Flat,
-            Some(_) => Cosines::Lobes,
-        };
+        let known = point.known();
         let line = Segment::new(n, n + DVec3::X);
-        let peaks = bsdf.peaks(&line, wo, n).is_some();
+        let cosines = bsdf.transformed_cosines(wo, n);
         Self {
-            closed,
-            cosines,
-            peaks,
+            closed: closed(&known),
+            has_cosines: cosines.is_some(),
+            are_unlike: known.is_unlike_cosines(),
+            are_wide: cosines.as_ref().is_some_and(are_wide),
+            has_peaks: bsdf.peaks(&line, wo, n).is_some(),
         }
     }
 }
 
-/// What is done about a light on a reflection.
+/// The least solid angle of a wide lobe, as a share of the cosine's.
+const WIDE: f64 = 0.04;
+
+/// Whether all lobes of transformed cosines are wide.
+pub(crate) fn are_wide(cosines: &TransformedCosines) -> bool {
+    let is_wide = |lobe: &TransformedCosine| {
+        let largest = [lobe.map.x_axis, lobe.map.y_axis, lobe.map.z_axis].map(DVec3::length);
+        let volume = largest.into_iter().fold(0.0, f64::max).powi(3);
+        lobe.map.determinant().abs() >= WIDE * volume
+    };
+    cosines.lobes().iter().all(is_wide)
+}
+
+/// The closed forms of a reflection.
+pub(crate) fn closed(known: &Known<'_>) -> Closed {
+    match known.closed_form() {
+        None => Closed::Nowhere,
+        Some(form) if form.is_diffuse() => Closed::Diffuse,
+        Some(_) => Closed::AlongLines,
+    }
+}
+
+/// Facts about a light and a reflection that are known before visibility is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Facts<'a> {
+    /// The kind of the light.
+    pub light: LightKind,
+    /// The knowledge of the reflection.
+    pub known: KnownKind,
+    /// Statistics of the light's occlusion.
+    pub occlusion: &'a OcclusionStats,
+    /// The number of samples.
+    pub samples: u32,
+    /// Whether empty and blocked shafts take no samples ([`Query::skip`](crate::Query::skip)).
+    pub skip: bool,
+    /// The way in which combinations ask for visibility.
+    pub queries: Queries,
+    /// The density of points that reaches an error first where the reflection is diffuse.
+    pub points: PointBy,
+}
+
+/// The answer of a shaft between a shading point and a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
-    /// Points by a density. With `visibility=shaft`, the closed form, if there is one, where the
-    /// shaft is empty.
-    Points(PointBy),
-    /// Points on a linear light.
-    LinearPoints(LinearOptions),
-    /// A point of what is visible of each line, or of each of its pieces.
-    PointsOfLines(LineBy),
-    /// The closed form along what is visible of each line. Without samples where nothing is in
-    /// between, if there is a closed form over the whole light.
-    AlongLines,
-    /// Adaptive quadrature along what is visible of each line.
-    QuadratureAlongLines,
-    /// The closed form over what is visible of the light, without noise; along lines where too many
-    /// triangles are in between.
-    OverVisible,
-    /// Transformed cosines over what is visible of the light in closed form, and points by them for
-    /// what they leave out; points of lines where too many triangles are in between.
-    Cosines,
-    /// The closed form over what is visible of a linear light, without noise.
-    OverLine,
-    /// Adaptive quadrature over what is visible of a linear light, without noise.
-    Quadrature,
-    /// Whichever takes the least time to an equal error: what `exact` does, lines, points in a
-    /// shaft, or points with rays.
-    Cheapest(Known),
+pub struct Between {
+    /// The class of the shaft; partial where none was asked.
+    pub class: ShaftClass,
+    /// Whether too many triangles are in between to keep.
+    pub is_dense: bool,
+    /// The triangles that are kept.
+    pub candidates: usize,
+    /// Whether the visible region of the light can be found.
+    pub has_region: bool,
 }
 
-impl Method {
-    /// Whether the estimate of a light with nothing in between has no noise, if all of it is above
-    /// the horizon.
-    #[must_use]
-    pub fn is_exact_unoccluded(&self, light: LightKind, known: Known) -> bool {
-        let has_lines = !matches!(light, LightKind::Textured | LightKind::Linear);
-        match self {
-            Self::AlongLines if has_lines => known.closed == Closed::Diffuse,
-            Self::Cheapest(known) if has_lines => known.closed == Closed::Diffuse,
-            _ => self.is_exact(),
+/// A method: the light that is known, the samples for the rest, and the way to ask for visibility.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method<'e> {
+    /// The integral of the known part.
+    pub known: KnownOver<'e>,
+    /// The samples for the rest.
+    pub rest: Rest<'e>,
+    /// The way in which visibility is asked for.
+    pub ask: Ask,
+}
+
+/// The domain over which the known part of the light is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KnownOver<'e> {
+    /// None: nothing is known.
+    Nothing,
+    /// The visible parts of lines.
+    Lines {
+        /// The lines.
+        lines: &'e Lines,
+        /// Their number.
+        count: u32,
+        /// The integrand.
+        of: Of,
+    },
+    /// The visible region of the light; all of the light if the shaft is empty.
+    Region(Of),
+}
+
+/// The known integrand g.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Of {
+    /// The reflection itself, in closed form.
+    Reflection,
+    /// The reflection itself, by adaptive quadrature between its peaks.
+    Quadrature,
+    /// The transformed cosines that look like the reflection.
+    Cosines,
+}
+
+/// The samples for the part of the light that is not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rest<'e> {
+    /// None: all is known.
+    Nothing,
+    /// Points of the whole light by one density.
+    Points {
+        /// The density.
+        by: PointBy,
+        /// Their number.
+        samples: u32,
+    },
+    /// A point of the visible parts of each line.
+    PointsOfLines {
+        /// The lines.
+        lines: &'e Lines,
+        /// Their number.
+        samples: u32,
+    },
+    /// Points of the visible region by the transformed cosines, none of which is asked for.
+    Visible {
+        /// Their number.
+        samples: u32,
+    },
+    /// Several techniques on the part of the light above the horizons, weighted.
+    Weighted(Weighted<'e>),
+}
+
+/// Weighted techniques that share samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weighted<'e> {
+    /// The techniques.
+    pub parts: &'e [Part],
+    /// Whether directions of the BSDF stand beside them, with a share of one.
+    pub with_bsdf: bool,
+    /// The points that replace lines of integrals ([`Lines::integration`]); `None` keeps lines, of
+    /// which points are drawn.
+    pub integrals: Option<PointBy>,
+    /// The weights.
+    pub weights: Weights,
+    /// The samples of all together.
+    pub samples: u32,
+}
+
+/// The way in which visibility is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ask {
+    /// A traversal for each point and each line.
+    Rays,
+    /// One shaft for all.
+    Shaft,
+}
+
+impl Method<'_> {
+    /// The method of a light that is wholly hidden.
+    pub(crate) const NONE: Self = Self {
+        known: KnownOver::Nothing,
+        rest: Rest::Nothing,
+        ask: Ask::Shaft,
+    };
+
+    pub(crate) const fn region(of: Of) -> Self {
+        Self {
+            known: KnownOver::Region(of),
+            rest: Rest::Nothing,
+            ask: Ask::Shaft,
         }
     }
 
-    /// Whether the estimate has no noise past occluders, unless too many triangles are in between.
+    pub(crate) const fn points(by: PointBy, samples: u32, ask: Ask) -> Self {
+        Self {
+            known: KnownOver::Nothing,
+            rest: Rest::Points { by, samples },
+            ask,
+        }
+    }
+
+    /// Whether the estimate has no noise.
     #[must_use]
-    pub const fn is_exact(&self) -> bool {
-        matches!(self, Self::OverVisible | Self::OverLine | Self::Quadrature)
+    pub fn is_exact(&self) -> bool {
+        matches!(self.known, KnownOver::Region(_)) && self.rest == Rest::Nothing
     }
 }
 
-impl fmt::Display for Method {
+impl<'e> Method<'e> {
+    pub(crate) const fn points_of_lines(lines: &'e Lines, samples: u32) -> Self {
+        Self {
+            known: KnownOver::Nothing,
+            rest: Rest::PointsOfLines { lines, samples },
+            ask: Ask::Shaft,
+        }
+    }
+}
+
+impl fmt::Display for Method<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Points(by) => write!(f, "points as `{}`", name(Points::by(by))),
-            Self::LinearPoints(options) => {
+        match self.known {
+            KnownOver::Nothing => {}
+            KnownOver::Lines { of, count, .. } => write!(f, "{of} along {count} lines")?,
+            KnownOver::Region(of) => write!(f, "{of} over the visible part of the light")?,
+        }
+        let and = match self.known {
+            KnownOver::Nothing => "",
+            KnownOver::Lines { .. } | KnownOver::Region(_) => ", the rest by ",
+        };
+        let by = match self.ask {
+            Ask::Rays => "a shadow ray each",
+            Ask::Shaft => "one shaft for all",
+        };
+        match self.rest {
+            Rest::Nothing if self.known == KnownOver::Nothing => f.write_str("no light"),
+            Rest::Nothing => Ok(()),
+            Rest::Points {
+                by: density,
+                samples,
+            } => {
+                let points = Estimator::from(Points::by(density));
+                write!(f, "{and}{samples} points as `{points}`, {by}")
+            }
+            Rest::PointsOfLines { samples, .. } => {
                 write!(
                     f,
-                    "points as `{}`",
-                    Estimator::from(Points::by(PointBy::Linear(options)))
+                    "{and}a point of each of {samples} lines as `line-area`, {by}"
                 )
             }
-            Self::PointsOfLines(by) => {
-                write!(f, "a point of each line as `{}`", name(Lines::by(by)))
-            }
-            Self::AlongLines => f.write_str("closed form along each line"),
-            Self::QuadratureAlongLines => f.write_str("quadrature along each line"),
-            Self::OverVisible => f.write_str("closed form over what is visible"),
-            Self::Cosines => {
-                f.write_str("transformed cosines over what is visible, points for the rest")
-            }
-            Self::OverLine => f.write_str("closed form over what is visible of the line"),
-            Self::Quadrature => f.write_str("quadrature over what is visible of the line"),
-            Self::Cheapest(known) => {
-                f.write_str("whichever is cheapest: lines, points, rays")?;
-                match exact(LightKind::Polygon, known) {
-                    Self::PointsOfLines(_) => Ok(()),
-                    exact => write!(f, ", or {exact}"),
-                }
-            }
+            Rest::Visible { samples } => write!(f, "{and}{samples} points of that part"),
+            Rest::Weighted(weighted) => write!(f, "{and}{weighted}, {by}"),
         }
     }
 }
 
-fn name(technique: impl Into<Technique>) -> &'static str {
-    technique.into().name()
-}
-
-/// What `exact` does.
-fn exact(light: LightKind, known: Known) -> Method {
-    match (light, known.closed, known.cosines) {
-        (LightKind::Polygon, Closed::Diffuse, _) => Method::OverVisible,
-        (LightKind::Polygon, _, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
-        (LightKind::Sphere | LightKind::Disk, Closed::Diffuse, _) => Method::OverVisible,
-        (LightKind::Sphere | LightKind::Disk, _, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
-        (LightKind::Sphere | LightKind::Disk, ..) => Method::Points(PointBy::SolidAngle),
-        _ => analytic(light, known),
-    }
-}
-
-/// What `line-analytic` does.
-fn analytic(light: LightKind, known: Known) -> Method {
-    if light == LightKind::Cylinder && known.closed == Closed::Nowhere && known.peaks {
-        Method::QuadratureAlongLines
-    } else if light == LightKind::Textured || known.closed == Closed::Nowhere {
-        Method::PointsOfLines(LineBy::Area)
-    } else {
-        Method::AlongLines
-    }
-}
-
-/// Lines and combinations on a linear light.
-fn line(known: Known) -> Method {
-    match known {
-        Known {
-            closed: Closed::AlongLines | Closed::Diffuse,
-            ..
-        } => Method::OverLine,
-        Known { peaks: true, .. } => Method::Quadrature,
-        Known { peaks: false, .. } => Method::LinearPoints(LinearOptions::default()),
-    }
-}
-
-impl Technique {
-    /// What the technique does alone. Where the reflection is black, and lights are out of reach,
-    /// nothing is done at all.
-    #[must_use]
-    pub fn method(&self, light: LightKind, known: Known) -> Method {
-        match self {
-            Self::Points(points) => points.by.method(light, known),
-            Self::Lines(_) if light == LightKind::Linear => line(known),
-            Self::Lines(lines) => match lines.integration {
-                None | Some(Integration::Analytic) if light.is_round() => {
-                    Method::Points(PointBy::SolidAngle)
-                }
-                None => Method::PointsOfLines(lines.by.on(light)),
-                Some(Integration::Analytic) => analytic(light, known),
-                Some(Integration::Exact(_)) => exact(light, known),
-                Some(Integration::Cheapest) => match light {
-                    LightKind::Polygon => Method::Cheapest(known),
-                    LightKind::Textured => Method::Cheapest(Known {
-                        closed: Closed::Nowhere,
-                        cosines: Cosines::Unknown,
-                        ..known
-                    }),
-                    LightKind::Sphere | LightKind::Disk => exact(light, known),
-                    LightKind::Linear | LightKind::Cylinder => analytic(light, known),
-                },
-            },
-        }
-    }
-}
-
-impl PointBy {
-    fn method(self, light: LightKind, known: Known) -> Method {
-        if light == LightKind::Linear {
-            return Method::LinearPoints(match self.on_linear() {
-                LinearOptions::Ltc(_) if known.cosines < Cosines::Lobes => LinearOptions::default(),
-                options => options,
-            });
-        }
-        let polygon = matches!(light, LightKind::Polygon | LightKind::Textured);
-        Method::Points(match self {
-            Self::VisibleArea if !matches!(light, LightKind::Sphere | LightKind::Cylinder) => {
-                Self::Area
-            }
-            Self::Texture if light == LightKind::Polygon => Self::Area,
-            Self::Ltc if light == LightKind::Cylinder || known.cosines < Cosines::Lobes => {
-                Self::SolidAngle
-            }
-            Self::Texture | Self::Proxy if !polygon => Self::SolidAngle,
-            Self::Linear(_) => Self::SolidAngle,
-            Self::Area
-            | Self::VisibleArea
-            | Self::SolidAngle
-            | Self::ProjectedSolidAngle
-            | Self::Ltc
-            | Self::Texture
-            | Self::Bsdf
-            | Self::Proxy => self,
+impl fmt::Display for Of {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Reflection => "closed form",
+            Self::Quadrature => "quadrature",
+            Self::Cosines => "closed form of transformed cosines",
         })
     }
 }
 
-impl LineBy {
-    /// Which lines it is on a light.
-    fn on(self, light: LightKind) -> Self {
-        match (self, light) {
-            (Self::Texture, LightKind::Textured) => self,
-            (Self::Texture, _) => Self::Area,
-            (Self::Warped, LightKind::Cylinder) => Self::SolidAngle,
-            (Self::Area | Self::SolidAngle | Self::Warped | Self::Projected, _) => self,
-        }
-    }
-}
-
-impl Estimator {
-    /// What the estimator does, method by method: of a technique alone one, of a combination one
-    /// for each part, but for one where that leaves nothing for the others to add.
-    pub fn methods(&self, light: LightKind, known: Known) -> impl Iterator<Item = Method> {
-        let one = if let Some(technique) = self.alone() {
-            Some(technique.method(light, known))
-        } else if light == LightKind::Linear {
-            Some(line(known))
-        } else if light.is_round() && known.closed != Closed::Nowhere
-            || analytic(light, known) != Method::PointsOfLines(LineBy::Area)
-        {
-            let is_kept = |integration: Integration| light.is_round() && integration.keeps_lines();
-            let first = (self.parts()).find(|part| part.technique.integrated().is_some());
-            let integrated = first.filter(|part| {
-                let integration = part.technique.integrated();
-                integration.is_some_and(|(_, integration)| !is_kept(integration))
-            });
-            integrated.map(|part| part.technique.method(light, known))
-        } else {
-            None
-        };
-        let parts = self.parts().map(move |part| match &part.technique {
-            Technique::Points(_) => part.technique.method(light, known),
-            Technique::Lines(lines) => match part.technique.method(light, known) {
-                Method::Cosines => Method::Cosines,
-                Method::Cheapest(known) if known.cosines != Cosines::Unknown => {
-                    Method::Cheapest(known)
+impl fmt::Display for Weighted<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} samples weighted among ", self.samples)?;
+        for (i, part) in self.parts.iter().enumerate() {
+            let technique = match (part.technique, self.integrals) {
+                (Technique::Lines(lines), Some(by)) if lines.becomes_points() => {
+                    Points::by(by).into()
                 }
-                _ if light.is_round() => Method::Points(PointBy::SolidAngle),
-                _ => Method::PointsOfLines(lines.measure().on(light)),
-            },
-        });
-        let count = if one.is_some() { 0 } else { usize::MAX };
-        one.into_iter().chain(parts.take(count))
+                (Technique::Lines(lines), _) => Lines::by(lines.measure()).into(),
+                (points @ Technique::Points(_), _) => points,
+            };
+            let and = if i > 0 { " and " } else { "" };
+            write!(f, "{and}`{}`", technique.name())?;
+        }
+        f.write_str(if self.with_bsdf {
+            " and `point-bsdf`"
+        } else {
+            ""
+        })
     }
 }

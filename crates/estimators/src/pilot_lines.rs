@@ -1,16 +1,16 @@
-//! Pilot lines, which tell beforehand how a light is best looked at past what stands before it.
+//! Pilot lines, which tell beforehand in which direction lines are best past the occluders.
 
-use crate::closed_form::Pieces;
-use crate::direction::{DIRECTIONS, directions};
-use crate::light::even_emission;
-use crate::line_sum::Along;
-use crate::occlusion::{middle, tests_of_lines};
-use crate::techniques::points::LightPoint;
-use crate::{EmissionTexture, Query, SampleBuffers};
-use linelit_bsdf::Reflection;
-use linelit_geometry::intervals::Interval;
-use linelit_lights::{AreaLight, LineSample, LineSampler, LineTechnique as _, OffsetDensity};
-use linelit_visibility::Shaft;
+use crate::integrand::Integrand;
+use crate::known::lines::{LineMemory, Pieces};
+use crate::view::View;
+use crate::{EmissionTexture, Query};
+use linelit_bsdf::{ClosedForm, Reflection};
+use linelit_elementary::atan2;
+use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
+use linelit_lights::{
+    LightPoint, LineSample, LineSampler, LineTechnique as _, OffsetDensity, Surface,
+};
+use linelit_visibility::{Counters, Shaft};
 use std::f64::consts::PI;
 
 /// Lines of a shading point in each direction, in the middles of as many strata.
@@ -19,6 +19,14 @@ const PILOTS: usize = 32;
 const POINTS: usize = 4;
 /// What each counts for.
 const POINTS_SHARE: f64 = 1.0 / POINTS as f64;
+
+/// Tests of boxes and triangles that take as long as keeping one triangle for points to be tested
+/// against: measured.
+const TESTS_FOR_A_CANDIDATE: u64 = 5;
+
+/// The same for sorting out a visible piece of a line and integrating along it: measured, to a
+/// factor of two.
+const TESTS_FOR_A_PIECE: u64 = 30;
 
 /// How evenly the light along the visible part changes from line to line, in a few directions, and
 /// how long that takes.
@@ -51,15 +59,25 @@ impl PilotLines {
     pub(crate) fn look<R: Reflection, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
-        area: &AreaLight,
+        view: &View<'_>,
         shaft: &mut Shaft<'_>,
-        samples: &mut SampleBuffers,
+        memory: &mut LineMemory,
     ) {
-        let (along, light) = (Along::best(query), &area.polygon);
-        let SampleBuffers { visible, draws, .. } = samples;
+        let Some(light) = view.polygon() else {
+            return;
+        };
+        let LineMemory {
+            visible, pieces, ..
+        } = memory;
         let is_dense = shaft.is_dense();
-        let has_closed_form = matches!(along, Along::Analytic(_));
-        let deviations = &mut self.deviations[usize::from(!has_closed_form)];
+        let form = query.point.known().closed_form();
+        let form = form.filter(|_| query.light.texture.is_none());
+        let integrand = Integrand {
+            light: query.light,
+            point: query.point,
+            known: None,
+        };
+        let deviations = &mut self.deviations[usize::from(form.is_none())];
         self.directions = directions(light);
         for (k, fraction) in self.directions.iter().enumerate() {
             let family = LineSampler::new(light, fraction * PI, OffsetDensity::Length);
@@ -72,10 +90,14 @@ impl PilotLines {
             }
             let value = |i: usize| {
                 let (line, parts) = (&lines[i], visible.line(i));
-                match line.pdf.is_positive() {
-                    true => light_along(query, area, along, line, parts, &mut draws.pieces),
-                    false => 0.0,
+                if !line.pdf.is_positive() {
+                    return 0.0;
                 }
+                let sum = match &form {
+                    Some(form) => in_closed_form(view, form, line, parts, pieces),
+                    None => by_points(&integrand, light, line, parts),
+                };
+                sum.element_sum() / line.pdf.value()
             };
             // Not by `from_fn`, which would be called for each.
             let mut values = [0.0; PILOTS];
@@ -122,35 +144,77 @@ fn unevenness(values: &[f64; PILOTS]) -> f64 {
     values.windows(3).map(second).sum()
 }
 
-/// What the visible parts of a line send to the viewer, over the density of the line: in closed
-/// form, or by a few points of each.
-fn light_along<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    along: Along<'_>,
+/// The light that the visible parts of a line send to the viewer, in closed form.
+fn in_closed_form(
+    view: &View<'_>,
+    form: &ClosedForm<'_>,
     line: &LineSample,
     parts: &[Interval],
     pieces: &mut Pieces,
-) -> f64 {
-    let (point, segment) = (query.point, &line.segment);
-    let sum = match along {
-        Along::Analytic(reflection) => {
-            pieces.clear();
-            pieces.add(point, segment, parts, 1.0);
-            let (emitted, height) = even_emission(area, point.position);
-            pieces.light(emitted, height, point, &reflection)
-        }
-        Along::Point => {
-            let points = parts.iter().flat_map(|part| {
-                (0..POINTS).map(|k| (part.lo + part.length() * middle(k, POINTS), part.length()))
-            });
-            let light = points.map(|(t, share)| {
-                let at = LightPoint::new(segment.at(t), point.position, &area.polygon);
-                let cosine = at.cos_light.abs() / at.square;
-                query.unshadowed(&at) * (cosine * share * segment.length() * POINTS_SHARE)
-            });
-            light.sum()
-        }
+) -> DVec3 {
+    pieces.clear();
+    pieces.add(&view.at, &line.segment, parts, 1.0);
+    let (emitted, height) = view.emitted();
+    pieces.light(emitted, height, &view.at, form)
+}
+
+/// The light that the visible parts of a line send to the viewer, by a few points of each.
+fn by_points<R: Reflection, T: EmissionTexture>(
+    integrand: &Integrand<'_, R, T>,
+    polygon: &ConvexPolygon,
+    line: &LineSample,
+    parts: &[Interval],
+) -> DVec3 {
+    let points = parts.iter().flat_map(|part| {
+        (0..POINTS).map(|k| (part.lo + part.length() * middle(k, POINTS), part.length()))
+    });
+    let light = points.map(|(t, share)| {
+        let (x, surface) = (integrand.point.position, Surface::Polygon(polygon));
+        let at = LightPoint::new(line.segment.at(t), x, &surface);
+        let cosine = at.cos_light.abs() / at.square;
+        integrand.value(&at) * (cosine * share * line.segment.length() * POINTS_SHARE)
+    });
+    light.sum()
+}
+
+/// Directions that are compared.
+const DIRECTIONS: usize = 4;
+
+/// Directions to compare, in half turns from the first edge of a light: of a triangle those of its
+/// edges, of a quadrilateral those of two edges and the diagonals, of any other light that of the
+/// first edge and those at even angles to it.
+///
+/// Lines along an edge of a parallelogram all have one length, and what stands between is often
+/// parallel to one of both; no edge of occluders that are aligned with the light is parallel to its
+/// diagonals.
+fn directions(light: &ConvexPolygon) -> [f64; DIRECTIONS] {
+    let v = light.vertices();
+    let axes = light.plane_frame().axes;
+    let along = |from: usize, to: usize| {
+        let way = v[to] - v[from];
+        (atan2(axes.y.dot(way), axes.x.dot(way)) / PI).rem_euclid(1.0)
     };
-    sum.element_sum() / line.pdf.value()
+    match v.len() {
+        3 => [0.0, along(1, 2), along(2, 0), 0.0],
+        4 => [0.0, along(1, 2), along(0, 2), along(1, 3)],
+        _ => [0.0, 0.5, 0.25, 0.75],
+    }
+}
+
+/// The middle of part `i` of [0, 1] in `count` equal parts.
+#[allow(clippy::cast_precision_loss, reason = "few parts")]
+pub(crate) fn middle(i: usize, count: usize) -> f64 {
+    (2 * i + 1) as f64 / (2 * count) as f64
+}
+
+/// What lines in dense shafts take, in tests of boxes and triangles.
+fn tests_of_lines(counters: &Counters) -> u64 {
+    tests(counters)
+        + TESTS_FOR_A_CANDIDATE * counters.candidates
+        + TESTS_FOR_A_PIECE * counters.intervals
+}
+
+/// Boxes and triangles tested.
+pub(crate) fn tests(counters: &Counters) -> u64 {
+    counters.node_tests + counters.triangle_tests
 }

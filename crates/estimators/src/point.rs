@@ -1,13 +1,14 @@
 //! The point whose light is estimated.
 
-use linelit_bsdf::{Bsdf, Known, Reflection, TransformedCosines};
+use linelit_bsdf::{Bsdf, Known, Reflection};
 use linelit_geometry::{DVec3, Vector3, predicates};
+use linelit_lights::Viewer;
 
-/// A point of a surface, what it reflects and who looks at it.
+/// A point of a surface with its reflection and the direction to its viewer.
 ///
 /// `R` is the reflection: [`Bsdf`] or any type that implements [`Reflection`]. All vectors are in
 /// the world and of unit length: [`ShadingPoint::new`] sees to it; of fields that are set by hand
-/// [`estimate`](crate::estimate) asserts it in debug builds.
+/// `estimate` asserts it in debug builds.
 #[derive(Clone, Debug)]
 pub struct ShadingPoint<R = Bsdf> {
     /// The point, lifted off its surface towards the viewer by more than `f32` rounding.
@@ -22,19 +23,57 @@ pub struct ShadingPoint<R = Bsdf> {
     pub bsdf: R,
 }
 
-impl<R> ShadingPoint<R> {
-    /// Whether the normals and the direction to the viewer are unit vectors, to the rounding of
-    /// single numbers; or zero, as those of a degenerate surface are.
-    pub(crate) fn has_unit_vectors(&self) -> bool {
-        let is_unit = |v: DVec3| v == DVec3::ZERO || (v.length_squared() - 1.0).abs() < 1e-5;
-        [self.normal, self.geometric_normal, self.outgoing]
-            .into_iter()
-            .all(is_unit)
-    }
+/// A shading point without its reflection: all that light in closed form asks of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Receiver {
+    pub position: DVec3,
+    pub normal: DVec3,
+    pub geometric_normal: DVec3,
+    pub outgoing: DVec3,
+}
 
+impl Receiver {
     /// The normals of the horizons that cut lights, the shading normal first.
     pub(crate) const fn horizons(&self) -> [DVec3; 2] {
         [self.normal, self.geometric_normal]
+    }
+
+    /// Whether the surface's own horizon is another than that of the shading normal.
+    pub(crate) fn has_two_horizons(&self) -> bool {
+        self.normal != self.geometric_normal
+    }
+
+    /// The receiver as shapes of lights ask for it, without transformed cosines.
+    pub(crate) const fn viewer(&self) -> Viewer<'static> {
+        Viewer {
+            position: self.position,
+            normal: self.normal,
+            geometric_normal: self.geometric_normal,
+            cosines: None,
+        }
+    }
+}
+
+impl<R> ShadingPoint<R> {
+    /// Asserts in debug builds that the normals and the direction to the viewer are unit vectors,
+    /// to the rounding of single numbers; or zero, as those of a degenerate surface are.
+    pub(crate) fn assert_unit_vectors(&self) {
+        let is_unit = |v: DVec3| v == DVec3::ZERO || (v.length_squared() - 1.0).abs() < 1e-5;
+        let vectors = [self.normal, self.geometric_normal, self.outgoing];
+        debug_assert!(
+            vectors.into_iter().all(is_unit),
+            "unit vectors: {vectors:?}"
+        );
+    }
+
+    /// The point without its reflection.
+    pub(crate) const fn receiver(&self) -> Receiver {
+        Receiver {
+            position: self.position,
+            normal: self.normal,
+            geometric_normal: self.geometric_normal,
+            outgoing: self.outgoing,
+        }
     }
 }
 
@@ -68,14 +107,9 @@ impl<R: Reflection> ShadingPoint<R> {
         }
     }
 
-    /// What integrals in closed form know of the reflection.
+    /// The part of the reflection that integrals in closed form know.
     pub fn known(&self) -> Known<'_> {
         self.bsdf.known(self.outgoing, self.normal)
-    }
-
-    /// What the reflection looks like as transformed cosines, if that is known.
-    pub(crate) fn cosines(&self) -> Option<TransformedCosines> {
-        self.bsdf.transformed_cosines(self.outgoing, self.normal)
     }
 
     /// The cosine at the shading point towards the unit vector `w`: zero below the horizon of the

@@ -1,6 +1,11 @@
 //! Brute-force visibility in f64, to judge the hierarchy's by.
 
-use crate::line_sum::{self, Along, Draws};
+use crate::draw::lines::{Draws, Use};
+use crate::integrand::Integrand;
+use crate::known::lines::{self, Pieces};
+use crate::rest::alone;
+use crate::streams::Samples;
+use crate::view::View;
 use crate::{EmissionTexture, Lines, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, intervals::Interval};
@@ -20,15 +25,45 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
     positions: &[[f32; 3]],
     triangles: &[[u32; 3]],
 ) -> DVec3 {
-    let along = Along::best(query);
+    let (polygon, occlusion) = (&area.polygon, &query.light.occlusion);
+    let (x, own, numbers) = (query.point.position, &query.light.triangles, &query.numbers);
+    let Some(view) = View::new(query.light, query.point, query.margins, None) else {
+        return DVec3::ZERO;
+    };
+    let form = query.point.known().closed_form();
+    let form = form.filter(|_| query.light.texture.is_none());
+    let then = match form {
+        Some(_) => Use::Integrals,
+        None => Use::Points,
+    };
+    let count = query.samples;
     let mut draws = Draws::default();
-    draws.draw(query, area, &Lines::AREA, along);
-    let (x, own) = (query.point.position, &query.light.triangles);
+    draws.draw(
+        polygon,
+        &Lines::AREA,
+        occlusion,
+        Samples { numbers, count },
+        then,
+    );
     let parts: Vec<Vec<Interval>> = draws
-        .lines
+        .segments
         .iter()
         .map(|line| brute::visible(positions, triangles, x, line, own, query.margins))
         .collect();
-    let sum = line_sum::gather(query, area, along, &mut draws, |i| &parts[i]);
-    sum / f64::from(query.samples)
+    let sum = match form {
+        Some(form) => {
+            let pieces = &mut Pieces::default();
+            lines::gather(&view, &form, |_| 1.0, &draws, pieces, |i| &parts[i])
+        }
+        None => {
+            let (light, point) = (query.light, query.point);
+            let integrand = Integrand {
+                light,
+                point,
+                known: None,
+            };
+            alone::gather(&integrand, polygon, &draws, |i| &parts[i])
+        }
+    };
+    sum / f64::from(count)
 }

@@ -1,4 +1,4 @@
-//! Which sample dimension means what: the one table.
+//! Sample dimensions and their uses: the one table.
 
 use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind};
 
@@ -20,7 +20,7 @@ pub const fn light_choice(path: u32) -> u32 {
     u32::MAX.wrapping_sub(path.wrapping_mul(2))
 }
 
-/// What random numbers of a (shading point, light) pair are for.
+/// Uses of the random numbers of a (shading point, light) pair.
 ///
 /// Streams that share a dimension are never asked for by one estimate, or differ in the pattern.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,5 +133,19 @@ impl RandomNumbers {
             return *self;
         }
         self.with_block(self.block.among(v, marks))
+    }
+}
+
+/// The random numbers of so many samples of one technique.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Samples<'a> {
+    pub numbers: &'a RandomNumbers,
+    pub count: u32,
+}
+
+impl Samples<'_> {
+    /// The numbers of a technique that stands alone.
+    pub(crate) fn set(&self) -> SampleSet {
+        self.numbers.points(Stream::Samples, self.count)
     }
 }

@@ -4,6 +4,8 @@
 //! `key=value,…` in brackets. The option `mis` may stand with any technique and is one for all;
 //! that of `point-linear` is its own.
 
+use crate::options::{Options, ParseEstimatorError, Result, error, unknown};
+use crate::technique::TECHNIQUES;
 use crate::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Technique, Weights};
 use std::fmt;
 use std::str::FromStr;
@@ -20,55 +22,7 @@ const WEIGHTS: [(&str, Weights); 8] = [
     ("clamped-optimal", Weights::Optimal(Optimal::Clamped)),
 ];
 
-/// Why a text names no estimator.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ParseEstimatorError {
-    message: String,
-    unknown: Option<(String, Vec<&'static str>)>,
-}
-
-impl ParseEstimatorError {
-    /// The word that is no name, and the names that there are for what stands there: of a
-    /// technique, an option, or an option's value. `None` where something else is wrong.
-    ///
-    /// ```
-    /// use linelit_estimators::Estimator;
-    ///
-    /// let error = "line-area[offst=uniform]".parse::<Estimator>().unwrap_err();
-    /// let (word, names) = error.unknown().unwrap();
-    /// assert_eq!((word, names.contains(&"offset")), ("offst", true));
-    /// ```
-    #[must_use]
-    pub fn unknown(&self) -> Option<(&str, &[&'static str])> {
-        let (word, names) = self.unknown.as_ref()?;
-        Some((word, names))
-    }
-}
-
-impl fmt::Display for ParseEstimatorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for ParseEstimatorError {}
-
-pub(crate) type Result<T> = std::result::Result<T, ParseEstimatorError>;
-
-pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
-    Err(ParseEstimatorError {
-        message: message.into(),
-        unknown: None,
-    })
-}
-
-/// As [`error`], about a word that is none of some names.
-pub(crate) fn unknown<T>(message: String, word: &str, names: Vec<&'static str>) -> Result<T> {
-    let unknown = Some((word.to_owned(), names));
-    Err(ParseEstimatorError { message, unknown })
-}
-
-/// What stands with any technique and counts for all.
+/// Options that stand with any technique and count for all.
 #[derive(Default)]
 struct Shared {
     weights: Option<Weights>,
@@ -149,8 +103,8 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
         },
     };
     let name = name.trim();
-    let Some(technique) = Technique::all().find(|t| t.name() == name) else {
-        let names: Vec<&str> = Technique::all().map(|t| t.name()).collect();
+    let Some((_, technique)) = TECHNIQUES.into_iter().find(|(known, _)| *known == name) else {
+        let names = TECHNIQUES.map(|(name, _)| name).to_vec();
         let expected = names.join(", ");
         let message = format!("unknown estimator `{name}`; expected one of {expected}");
         return unknown(message, name, names);
@@ -169,101 +123,6 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
     }
     options.done()?;
     Ok(Part { technique, share })
-}
-
-/// A technique's own options.
-pub(crate) trait OwnOptions: Sized {
-    /// With the options that a text says.
-    fn read(self, options: &mut Options<'_>) -> Result<Self>;
-
-    /// Those that are not the default, as `key=value`.
-    fn write(self, out: &mut Vec<String>);
-}
-
-/// The options in the brackets of one technique, until they are read.
-pub(crate) struct Options<'a> {
-    technique: &'a str,
-    unread: Vec<(&'a str, &'a str)>,
-    /// The keys that there are.
-    keys: Vec<&'static str>,
-}
-
-impl<'a> Options<'a> {
-    /// Of `key=value,…`.
-    fn new(technique: &'a str, text: &'a str) -> Self {
-        let options = text.split(',').map(str::trim).filter(|o| !o.is_empty());
-        Self {
-            technique,
-            unread: options
-                .map(|o| o.split_once('=').unwrap_or((o, "")))
-                .collect(),
-            keys: Vec::new(),
-        }
-    }
-
-    /// The value of an option, the last if it is said again.
-    pub(crate) fn take(&mut self, key: &'static str) -> Option<&'a str> {
-        if !self.keys.contains(&key) {
-            self.keys.push(key);
-        }
-        let value = self.unread.iter().rfind(|(k, _)| *k == key)?.1;
-        self.unread.retain(|(k, _)| *k != key);
-        Some(value)
-    }
-
-    /// Sets an option to what `read` makes of its value, if it is said, and tells whether it is;
-    /// where `read` makes nothing of it, an error says what was expected.
-    pub(crate) fn read<V>(
-        &mut self,
-        key: &'static str,
-        expected: &str,
-        read: impl Fn(&str) -> Option<V>,
-        option: &mut V,
-    ) -> Result<bool> {
-        let Some(value) = self.take(key) else {
-            return Ok(false);
-        };
-        let Some(read) = read(value) else {
-            return error(format!("{key} `{value}`; expected {expected}"));
-        };
-        *option = read;
-        Ok(true)
-    }
-
-    /// [`read`](Self::read) for an option that is one of a few.
-    pub(crate) fn choose<V: Copy, const N: usize>(
-        &mut self,
-        key: &'static str,
-        choices: [(&'static str, V); N],
-        option: &mut V,
-    ) -> Result<bool> {
-        let Some(value) = self.take(key) else {
-            return Ok(false);
-        };
-        let Some((_, chosen)) = choices.iter().find(|(name, _)| *name == value) else {
-            let names = choices.map(|(name, _)| name);
-            let message = format!("{key} `{value}`; expected {}", names.join(" or "));
-            return unknown(message, value, names.to_vec());
-        };
-        *option = *chosen;
-        Ok(true)
-    }
-
-    /// That all have been read.
-    fn done(self) -> Result<()> {
-        let Some((key, _)) = self.unread.first() else {
-            return Ok(());
-        };
-        let expected = match &self.keys[..] {
-            [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-            only => only.concat(),
-        };
-        let message = format!(
-            "`{}` has no option `{key}`; expected {expected}",
-            self.technique
-        );
-        unknown(message, key, self.keys)
-    }
 }
 
 impl Shared {
@@ -291,7 +150,7 @@ fn weights_name(weights: Weights) -> Option<&'static str> {
 }
 
 impl fmt::Display for Estimator {
-    /// What is the default is left out; `mis` stands with the last technique that can say it.
+    /// Leaves out defaults; `mis` stands with the last technique that can say it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut words: Vec<(&Part, Vec<String>)> = self.parts().map(with_options).collect();
         let implied = match &words[..] {

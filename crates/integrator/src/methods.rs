@@ -3,7 +3,7 @@
 use crate::probe::{RAYS, over_grid};
 use crate::{Renderer, Settings};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{Known, LightKind, Method};
+use linelit_estimators::{Facts, KnownKind, LightKind, PointBy, Queries};
 use std::collections::BTreeSet;
 
 /// The methods for lights of one kind, and of one estimator, on some materials.
@@ -11,8 +11,8 @@ use std::collections::BTreeSet;
 pub struct PairMethods {
     /// The kind of the lights.
     pub light: LightKind,
-    /// One method, or those of a combination.
-    pub methods: Vec<Method>,
+    /// The methods in words ([`Estimator::explain`](crate::Estimator::explain)).
+    pub methods: String,
     /// The lights, by their number in the plan.
     pub lights: BTreeSet<usize>,
     /// The materials that one of them reaches, as indices into the scene's.
@@ -29,7 +29,7 @@ impl Renderer<'_> {
         let mut pairs = BTreeSet::new();
         over_grid(&self.world, lights, 4 * RAYS, |index, point, _| {
             if !point.bsdf.is_black() {
-                pairs.insert((index, point.material, Known::of(point)));
+                pairs.insert((index, point.material, KnownKind::of(&point.shading)));
             }
         });
         let mut rows: Vec<PairMethods> = Vec::new();
@@ -37,7 +37,18 @@ impl Renderer<'_> {
             let planned = &lights[index];
             let light = LightKind::of(&planned.source());
             let estimator = planned.estimator.as_ref().unwrap_or(&settings.estimator);
-            let methods: Vec<_> = estimator.methods(light, known).collect();
+            let methods = estimator.explain(&Facts {
+                light,
+                known,
+                occlusion: &planned.occlusion,
+                samples: settings.samples,
+                skip: settings.skip,
+                queries: match settings.share {
+                    true => Queries::OneShaft,
+                    false => Queries::SeparateRays,
+                },
+                points: PointBy::Area,
+            });
             let same = |row: &&mut PairMethods| (row.light, &row.methods) == (light, &methods);
             match rows.iter_mut().find(same) {
                 Some(row) => {

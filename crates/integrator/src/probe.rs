@@ -61,7 +61,7 @@ pub(crate) fn over_grid(
         };
         let buffers = &mut workspace.buffers;
         for (k, light) in lights.iter().enumerate() {
-            if light.source().reaches(&point, &mut buffers.samples.plan) {
+            if light.source().reaches(&point, &mut buffers.counts.plan) {
                 visit(k, &point, buffers);
             }
         }

@@ -272,9 +272,9 @@ impl<'s> Renderer<'s> {
     ) -> DVec3 {
         // The counts are then a function of the arguments, as the radiance is.
         workspace.buffers.scratch.forget_latest();
-        workspace.buffers.samples.plan.points += 1;
+        workspace.buffers.counts.plan.points += 1;
         if settings.skip && point.bsdf.is_black() {
-            workspace.buffers.samples.plan.black_materials += 1;
+            workspace.buffers.counts.plan.black_materials += 1;
             return DVec3::ZERO;
         }
         let set = self.plan.set_of(settings.spheres);
@@ -316,7 +316,7 @@ impl<'s> Renderer<'s> {
     ) -> DVec3 {
         let source = light.source();
         let buffers = &mut workspace.buffers;
-        if settings.skip && !source.reaches(point, &mut buffers.samples.plan) {
+        if settings.skip && !source.reaches(point, &mut buffers.counts.plan) {
             return DVec3::ZERO;
         }
         let total = u32::try_from(self.scene().lights.len()).unwrap_or(u32::MAX);

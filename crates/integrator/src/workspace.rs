@@ -72,9 +72,9 @@ impl Workspace {
     /// The counts so far; starts again from zero.
     pub fn take_counts(&mut self) -> Counts {
         Counts {
-            plan: std::mem::take(&mut self.buffers.samples.plan),
+            plan: std::mem::take(&mut self.buffers.counts.plan),
             visibility: std::mem::take(&mut self.buffers.scratch.counters),
-            segments: std::mem::take(&mut self.buffers.samples.segments),
+            segments: std::mem::take(&mut self.buffers.counts.segments),
         }
     }
 }

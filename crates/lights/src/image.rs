@@ -6,11 +6,11 @@
 
 use crate::PointTechnique;
 use crate::density::{Area, Pdf};
-use crate::polygon::area::PointSample;
+use crate::samples::PointSample;
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
-/// Which way a line runs over a texture.
+/// The way a line runs over a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureAxis {
     /// Along u, at a constant v: along the rows of the image.
@@ -143,7 +143,7 @@ fn within_cell(mut x: f64, i: usize, n: usize) -> f64 {
     x
 }
 
-/// What counts as zero next to a largest value of one.
+/// The value that counts as zero next to a largest one of one.
 const LEAST: f64 = 1e-280;
 
 impl ImportanceImage {
@@ -242,7 +242,7 @@ impl ImportanceImage {
         below(table.row(j), i, within)
     }
 
-    /// Where the running sum of line `j` along `axis` reaches `mass`.
+    /// The place where the running sum of line `j` along `axis` reaches `mass`.
     pub(crate) fn place_of_mass(&self, axis: TextureAxis, j: usize, mass: f64) -> f64 {
         let table = self.table(axis);
         let (i, within) = pick_mass(table.row(j), mass);

@@ -39,6 +39,7 @@ mod polygon;
 #[cfg(feature = "rand")]
 mod random;
 mod round;
+mod samples;
 mod surface;
 mod technique;
 
@@ -47,11 +48,11 @@ pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light};
 pub use light::{LinearLight, Sphere, SphereLight};
 pub use line::by_angle::AngularLines;
-pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Width};
+pub use line::by_length::{LineSampler, OffsetDensity, Width};
 pub use line::by_texture::TexturedLines;
 pub use mixture::{DiskLobes, Lobes, Mixture, VisibleLobes};
 pub use pieces::{Pieces, sample_linear};
-pub use polygon::area::{AreaSampler, PointColumns, PointSample};
+pub use polygon::area::AreaSampler;
 pub use polygon::proxy::ProxySampler;
 pub use polygon::region::RegionSampler;
 pub use polygon::solid_angle::SolidAngleSampler;
@@ -67,11 +68,12 @@ pub use round::disk::DiskArea;
 pub use round::disk_cone::DiskCone;
 pub use round::projected::SphereProjected;
 pub use round::sphere::{SphereCap, SphereCone};
-pub use surface::lines::{LineDensity, LineFamily, LineSetup, through};
+pub use samples::{LineSample, LinearSample, PointColumns, PointSample};
+pub use surface::lines::{LineDensity, LineFamily, LineSetup};
 pub use surface::points::{PointDensity, PointSource};
 pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};
 pub use surface::{LightPoint, Shape, Surface, Viewer, around_unit_circle};
-pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
+pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines, through};
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;

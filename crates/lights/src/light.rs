@@ -66,7 +66,7 @@ fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64) -> f64 {
 pub struct AreaLight {
     /// The shape; its normal is the emitting side.
     pub polygon: ConvexPolygon,
-    /// What it emits.
+    /// The light that it emits.
     pub emission: Emission,
 }
 
@@ -176,7 +176,7 @@ impl Disk {
 pub struct DiskLight {
     /// The shape; its normal is the emitting side.
     pub disk: Disk,
-    /// What it emits.
+    /// The light that it emits.
     pub emission: Emission,
 }
 

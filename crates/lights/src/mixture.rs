@@ -40,10 +40,10 @@ pub type VisibleLobes<'r> = Mixture<&'r RegionSampler, TransformedSampler>;
 pub type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
 
 impl<U, L: Copy> Mixture<U, L> {
-    /// Lobes and their shares of the samples, in proportion to what each reflects of the light:
-    /// `rest` is what the cosine itself does, `sampler` gives what draws by a lobe, given its
-    /// number and its map to the world, with what it reflects, `least` what it wants to be drawn
-    /// uniformly, and `uniform` what draws so, told its share.
+    /// Shares of the samples in proportion to what each lobe reflects of the light: `rest` is what
+    /// the cosine itself does, `sampler` gives what draws by a lobe of that number and map to the
+    /// world with what it reflects, `least` the least share that is to be drawn uniformly beside
+    /// it, and `uniform` what draws so, given its share.
     fn shared(
         cosines: &TransformedCosines,
         mut rest: f64,
@@ -53,13 +53,10 @@ impl<U, L: Copy> Mixture<U, L> {
     ) -> Self {
         let frame = &cosines.frame;
         let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
-        let mut lobes: [Option<(L, f64)>; KEPT] = [None; KEPT];
+        let size = |slot: &Option<(L, f64)>| slot.map_or(0.0, |(_, part)| part);
+        let mut lobes = [None; KEPT];
         for (k, lobe) in cosines.lobes().iter().enumerate() {
-            let Some((sampler, part)) = sampler(k, to_world * lobe.map) else {
-                continue;
-            };
-            let mut next = Some((sampler, part)).filter(|(_, part)| *part > 0.0);
-            let size = |slot: &Option<(L, f64)>| slot.map_or(0.0, |(_, p)| p);
+            let mut next = sampler(k, to_world * lobe.map).filter(|(_, part)| *part > 0.0);
             for slot in &mut lobes {
                 if size(&next) > size(slot) {
                     std::mem::swap(slot, &mut next);
@@ -69,12 +66,11 @@ impl<U, L: Copy> Mixture<U, L> {
         }
         let sum: f64 = lobes.iter().flatten().map(|(_, part)| part).sum();
         let least = lobes.iter().flatten().map(|(lobe, _)| least(lobe));
-        let share = least.fold(rest / (rest + sum), f64::max);
-        let share = if sum > 0.0 && share <= 1.0 {
-            share
-        } else {
-            1.0
-        };
+        let mut share = least.fold(rest / (rest + sum), f64::max);
+        // What is smaller has no reciprocal.
+        if !((f64::MIN_POSITIVE..=f64::MAX).contains(&sum) && share <= 1.0) {
+            (share, lobes) = (1.0, [None; KEPT]);
+        }
         for (_, part) in lobes.iter_mut().flatten() {
             *part *= (1.0 - share) / sum;
         }
@@ -84,35 +80,23 @@ impl<U, L: Copy> Mixture<U, L> {
         }
     }
 
-    /// Draws from one of the lobes, or uniformly, for the choice of which `u[0]` is split and
-    /// rescaled.
-    fn pick<D>(
-        &self,
-        [mut a, b]: [f64; 2],
-        by_lobe: impl Fn(&L, [f64; 2]) -> D,
-        uniformly: impl Fn(&U, [f64; 2]) -> D,
-    ) -> D {
+    /// A lobe, or else what draws uniformly, for the choice of which `u[0]` is split and rescaled.
+    fn pick(&self, [mut a, b]: [f64; 2]) -> (Result<&L, &U>, [f64; 2]) {
         for (lobe, share) in self.lobes.iter().flatten() {
             if a < *share {
-                return by_lobe(lobe, [below_one(a / share), b]);
+                return (Ok(lobe), [below_one(a / share), b]);
             }
             a -= share;
         }
         let (uniform, share) = &self.uniform;
-        uniformly(uniform, [below_one(a / share), b])
+        (Err(uniform), [below_one(a / share), b])
     }
 
     /// The density of all together.
-    fn pdf(
-        &self,
-        by_lobe: impl Fn(&L) -> Pdf<SolidAngle>,
-        uniformly: impl Fn(&U) -> Pdf<SolidAngle>,
-    ) -> f64 {
+    fn pdf(&self, by_lobe: impl Fn(&L) -> Pdf<SolidAngle>, uniformly: Pdf<SolidAngle>) -> f64 {
         let lobes = self.lobes.iter().flatten();
-        let sum: f64 = lobes
-            .map(|(lobe, share)| share * by_lobe(lobe).value())
-            .sum();
-        sum + self.uniform.1 * uniformly(&self.uniform.0).value()
+        let densities = lobes.map(|(lobe, share)| share * by_lobe(lobe).value());
+        densities.sum::<f64>() + self.uniform.1 * uniformly.value()
     }
 }
 
@@ -135,6 +119,21 @@ impl Lobes {
     }
 }
 
+impl Draw for Lobes {
+    fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
+        let sample = match self.pick(u) {
+            (Ok(lobe), u) => lobe.sample(u),
+            (Err(all), u) => all.sample(u),
+        };
+        let at = LightPoint::new(sample.point, x, surface);
+        Some((at, self.density(&at)))
+    }
+
+    fn density(&self, at: &LightPoint) -> f64 {
+        self.pdf(|lobe| lobe.pdf(at.point), self.uniform.0.pdf(at.point))
+    }
+}
+
 impl<'r> VisibleLobes<'r> {
     /// The lobes of a reflection on what is visible of a light, if it is known, and what of it the
     /// cosine itself and each lobe reflect: one number more than there are lobes.
@@ -147,29 +146,25 @@ impl<'r> VisibleLobes<'r> {
         reflected: &[f64],
     ) -> Self {
         let rest = reflected[0].max(0.0);
-        let sampler = |k: usize, map| {
-            let sampler = TransformedSampler::new(light, x, map)?;
-            Some((sampler, reflected[k + 1]))
-        };
+        let sampler =
+            |k: usize, map| Some((TransformedSampler::new(light, x, map)?, reflected[k + 1]));
         Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| visible)
     }
 
     /// A visible point and the density per solid angle there; `None` where a lobe leads to what is
     /// hidden.
     pub fn draw(&self, u: [f64; 2], light: &ConvexPolygon, x: DVec3) -> Option<(LightPoint, f64)> {
-        let (visible, _) = &self.uniform;
-        let by_lobe = |lobe: &TransformedSampler, u| {
-            let point = lobe.sample(u).point;
-            visible.holds(point).then_some(point)
-        };
-        let uniformly = |visible: &&RegionSampler, u| {
-            let sample = visible.sample(u);
-            sample.pdf.is_positive().then_some(sample.point)
-        };
-        let point = self.pick(u, by_lobe, uniformly)?;
+        let visible = self.uniform.0;
+        let point = match self.pick(u) {
+            (Ok(lobe), u) => Some(lobe.sample(u).point).filter(|point| visible.holds(*point)),
+            (Err(_), u) => {
+                let sample = visible.sample(u);
+                sample.pdf.is_positive().then_some(sample.point)
+            }
+        }?;
         let at = LightPoint::new(point, x, &Surface::Polygon(light));
-        let uniform = visible.density().to_solid_angle(at.square, at.cos_light);
-        Some((at, self.pdf(|lobe| lobe.pdf(point), |_| uniform)))
+        let uniformly = visible.density().to_solid_angle(at.square, at.cos_light);
+        Some((at, self.pdf(|lobe| lobe.pdf(point), uniformly)))
     }
 }
 
@@ -203,9 +198,10 @@ impl DiskLobes {
 
 impl Draw for DiskLobes {
     fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
-        let by_lobe = |cone: &TransformedCone, u| Some(cone.sample(u).0);
-        let uniformly = |cone: &Option<TransformedCone>, u| Some(cone.as_ref()?.sample(u).0);
-        let direction = self.pick(u, by_lobe, uniformly)?;
+        let (direction, _) = match self.pick(u) {
+            (Ok(cone), u) => cone.sample(u),
+            (Err(uniform), u) => uniform.as_ref()?.sample(u),
+        };
         let on_light = surface.meets(x, direction)?;
         let at = LightPoint::towards(on_light, on_light - x, direction, surface);
         Some((at, self.density(&at)))
@@ -213,20 +209,7 @@ impl Draw for DiskLobes {
 
     fn density(&self, at: &LightPoint) -> f64 {
         let pdf = |cone: &TransformedCone| cone.pdf(at.direction);
-        self.pdf(pdf, |uniform| uniform.as_ref().map_or(Pdf::ZERO, pdf))
-    }
-}
-
-impl Draw for Lobes {
-    fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
-        let by_lobe = |lobe: &TransformedSampler, u| lobe.sample(u).point;
-        let point = self.pick(u, by_lobe, |all, u| all.sample(u).point);
-        let at = LightPoint::new(point, x, surface);
-        Some((at, self.density(&at)))
-    }
-
-    fn density(&self, at: &LightPoint) -> f64 {
-        self.pdf(|lobe| lobe.pdf(at.point), |all| all.pdf(at.point))
+        self.pdf(pdf, self.uniform.0.as_ref().map_or(Pdf::ZERO, pdf))
     }
 }
 
@@ -240,26 +223,21 @@ mod tests {
     /// image of a narrow one is so wide that the cosine in its middle says nothing.
     #[test]
     fn narrow_lobes_on_the_light_get_their_share() {
-        let normal = DVec3::new(0.3, -0.2, 0.9).normalize();
-        let frame = Frame::from_normal(normal);
+        let frame = Frame::from_normal(DVec3::new(0.3, -0.2, 0.9).normalize());
         let corner = frame.z + frame.x * 0.1 - frame.y * 0.4;
         let light = ConvexPolygon::parallelogram(corner, frame.x * 0.8, frame.y * 1.3).unwrap();
-        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-        let seen = light.relative_to(DVec3::ZERO, &mut relative);
-        let flat = 0.3 * FRAC_1_PI * polygon::irradiance(seen, normal);
+        let flat = 0.3 * FRAC_1_PI * polygon::irradiance(light.vertices(), frame.z);
         for (u, v) in [(0.5, 0.5), (0.1, 0.2), (0.9, 0.1), (0.95, 0.97)] {
             let to = frame.to_local(corner + frame.x * (0.8 * u) + frame.y * (1.3 * v));
             let lobe = Frame::from_normal(to.normalize());
-            let width = 1e-4;
-            let map = DMat3::from_cols(lobe.x * width, lobe.y * width, lobe.z);
+            let map = DMat3::from_cols(lobe.x * 1e-4, lobe.y * 1e-4, lobe.z);
             let mut cosines = TransformedCosines::new(frame, DVec3::splat(0.3));
             let albedo = DVec3::splat(0.04);
             cosines.add(TransformedCosine { map, albedo });
             let lobes = Lobes::new(&light, DVec3::ZERO, &cosines);
-            let share = lobes.lobes[0].unwrap().1;
             // Of a cosine lobe, (1e-4/.04)² is further from its axis than .04 of light around.
             let want = (0.04 / (0.04 + flat)).min(1.0 - LEAST_UNIFORM);
-            assert_close!(share, want, rel = 1e-5, "({u}, {v})");
+            assert_close!(lobes.lobes[0].unwrap().1, want, rel = 1e-5, "({u}, {v})");
         }
     }
 }

@@ -19,13 +19,12 @@
 //! assert!((u - 0.5).abs() < 1e-15 && (v - 0.5).abs() < 1e-15);
 //! ```
 
-use crate::density::{Offset, Pdf, SurfaceMeasure, ThinSolidAngle};
-use crate::linear::LinearSample;
 #[cfg(doc)]
-use crate::{AngularLines, Area, SolidAngle};
-use crate::{LineSample, PointColumns, PointSample};
+use crate::density::{Area, SolidAngle};
+use crate::density::{Offset, Pdf, SurfaceMeasure, ThinSolidAngle};
+use crate::samples::{LineSample, LinearSample, PointColumns, PointSample};
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{DVec3, ParallelLines};
+use linelit_geometry::{DVec3, ParallelLines, Segment};
 
 /// A way to choose points of a surface light, with its density.
 ///
@@ -33,7 +32,7 @@ use linelit_geometry::{DVec3, ParallelLines};
 /// integrates to one over the part of the light that the technique reaches; `sample` of what
 /// `invert` gives is the same point to rounding.
 pub trait PointTechnique {
-    /// What densities refer to: [`Area`] of the light (1/m²), or [`SolidAngle`] at the shading
+    /// The measure of densities: [`Area`] of the light (1/m²), or [`SolidAngle`] at the shading
     /// point (1/sr).
     type Measure: SurfaceMeasure;
 
@@ -80,12 +79,22 @@ pub trait PointTechnique {
 /// **Source**: Billen & Dutré 2016, section 4; the joint density: Salesin & Jarosz 2019, eqs.
 /// 12–15.
 pub trait LineTechnique {
-    /// What the densities of points on lines refer to: [`Area`] of the light (1/m²), or
+    /// The measure of the densities of points on lines: [`Area`] of the light (1/m²), or
     /// [`SolidAngle`] at the shading point (1/sr).
     type Measure: SurfaceMeasure;
 
     /// All lines of the technique's direction: offsets, and where each line begins and ends.
     fn lines(&self) -> &ParallelLines;
+
+    /// The unit direction of the lines; zero where there are none.
+    fn direction(&self) -> DVec3 {
+        self.lines().direction()
+    }
+
+    /// The line through a point of the light.
+    fn through(&self, point: DVec3) -> Segment {
+        through(self.lines(), point)
+    }
 
     /// A line of the light from one random number in [0, 1), with the density of its offset in 1/m.
     ///
@@ -118,6 +127,14 @@ pub trait LineTechnique {
     fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]>;
 }
 
+/// The line of a family of parallel lines through a point of the light.
+#[must_use]
+pub fn through(lines: &ParallelLines, point: DVec3) -> Segment {
+    let (a, b) = lines.range();
+    let (offset, _) = lines.coordinates(point);
+    lines.segment(offset.clamp(a, b)).unwrap_or_default()
+}
+
 /// A way to choose points of a linear light, from one random number.
 ///
 /// The third currency, for lights without a surface: a place t in [0, 1] along the light, and the
@@ -141,7 +158,7 @@ pub trait LinearPointTechnique {
 /// The points that a line technique gives with nothing in between, as a point technique: the first
 /// random number chooses the line, the second the point on all of it.
 ///
-/// [`AngularLines::by_projected_solid_angle`] becomes the technique of no variance on a diffuse
+/// `AngularLines::by_projected_solid_angle` becomes the technique of no variance on a diffuse
 /// surface.
 #[derive(Clone, Copy, Debug)]
 pub struct PointsOnLines<L>(pub L);

@@ -16,7 +16,8 @@
 //! ```
 //!
 //! Numbers of different dimensions are padded: independent, each set stratified in itself. A
-//! [`Block`] of a set is for one of several that share it.
+//! [`Block`] of a set is for one of several that share it. [`Slopes`] are control variates between
+//! the numbers of a set.
 //! [`Sampler::rng`] is a generator for code that takes one of `rand`'s. The building blocks
 //! ([`sobol_02`], [`owen_scramble`], [`blue_noise_rank`], [`hash`]) are public.
 //!
@@ -38,6 +39,7 @@ mod kind;
 mod owen;
 mod permute;
 mod sampler;
+mod slopes;
 mod sobol;
 mod stratified;
 mod zsobol;
@@ -47,6 +49,7 @@ pub use blue_noise::blue_noise_rank;
 pub use kind::{SamplerKind, UnknownSampler};
 pub use owen::owen_scramble;
 pub use sampler::{SampleSet, Sampler};
+pub use slopes::{Slopes, stratum};
 pub use sobol::{sobol_02, van_der_corput};
 
 /// The README's examples are tests.

@@ -138,6 +138,14 @@ impl Occluders {
     }
 }
 
+impl<'a> Shaft<'a> {
+    /// The memory that the shaft was made of.
+    #[must_use]
+    pub const fn into_scratch(self) -> &'a mut Scratch {
+        self.scratch
+    }
+}
+
 impl Shaft<'_> {
     /// Counts what was found.
     #[inline]

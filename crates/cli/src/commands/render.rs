@@ -232,11 +232,10 @@ fn explain(
     let dark = renderer.scene().lights.len() - lights;
     writeln!(out, "{lights:>14}  lights, {dark} of them dark")?;
     for pair in renderer.methods(settings) {
-        let methods: Vec<_> = pair.methods.iter().map(ToString::to_string).collect();
         let materials = &renderer.scene().materials;
         let name = |k: &u32| format!("`{}`", materials[*k as usize].name);
         let names: BTreeSet<_> = pair.materials.iter().map(name).collect();
-        let (count, light, methods) = (pair.lights.len(), pair.light, methods.join("; "));
+        let (count, light, methods) = (pair.lights.len(), pair.light, pair.methods);
         let names: Vec<_> = names.into_iter().collect();
         let names = names.join(", ");
         writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;

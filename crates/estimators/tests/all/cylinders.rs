@@ -32,7 +32,7 @@ fn whole_cylinders_are_in_closed_form() {
     for light in &lights {
         let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, VIEW, Bsdf::Lambert(matte()));
         let (closed, buffers) = estimates(&nothing(), light, &point, "line-analytic", 4, 0..8);
-        assert_eq!(buffers.samples.plan.closed_form, 8, "{light:?}");
+        assert_eq!(buffers.counts.plan.closed_form, 8, "{light:?}");
         assert!(
             closed.variance() == 0.0 && closed.mean() > 1e-4,
             "{light:?}"
@@ -173,7 +173,7 @@ fn what_reaches_into_a_cylinder_hides_as_rays_say() {
             let (want, _) = estimates(&occluders, &light, &point, "point-area", 1024, 1000..1128);
             for text in TEXTS {
                 let (got, buffers) = estimates(&occluders, &light, &point, text, 32, 0..128);
-                let plan = &buffers.samples.plan;
+                let plan = &buffers.counts.plan;
                 let looked = text != "point-solid-angle" && want.mean() > 0.0;
                 assert_eq!(
                     plan.cylinders_by_rays > 0,

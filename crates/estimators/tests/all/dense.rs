@@ -256,9 +256,9 @@ fn exact(what: &str, sets: &[Occluders], light: &Light, x: DVec3, buffers: &mut 
     let mut values = sets.iter().map(|occluders| {
         let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
         let query = Query::<_, NoTexture>::new(occluders, &source, &point, &estimator, numbers, 1);
-        let before = buffers.samples.plan.exact_fallbacks;
+        let before = buffers.counts.plan.exact_fallbacks;
         let value = estimate(&query, buffers).x;
-        assert_eq!(buffers.samples.plan.exact_fallbacks, before, "{what}");
+        assert_eq!(buffers.counts.plan.exact_fallbacks, before, "{what}");
         value
     });
     let first = values.next().expect("scalar");
@@ -409,7 +409,7 @@ fn combinations_past_silhouettes_are_right() {
             "{text}"
         );
     }
-    assert!(buffers.samples.plan.exact_penumbrae == 512);
+    assert!(buffers.counts.plan.exact_penumbrae == 512);
 }
 
 /// Estimates of light from a point by 512 seeds, with so many samples each.

@@ -89,7 +89,7 @@ fn whole_round_lights_are_in_closed_form() {
     for (light, normal) in &lights {
         let point = ShadingPoint::new(DVec3::ZERO, *normal, view, Bsdf::Lambert(matte()));
         let (closed, buffers) = estimates(&nothing(), light, &point, "exact", 4, 0..8);
-        assert_eq!(buffers.samples.plan.closed_form, 8, "{light:?}");
+        assert_eq!(buffers.counts.plan.closed_form, 8, "{light:?}");
         assert!(
             closed.variance() == 0.0 && closed.mean() > 0.001,
             "{light:?}"
@@ -205,7 +205,7 @@ fn what_reaches_into_a_sphere_hides_as_rays_say() {
             let (want, _) = estimates(&occluders, &light, &point, "point-area", 1024, 1000..1128);
             for text in TEXTS {
                 let (got, buffers) = estimates(&occluders, &light, &point, text, 32, 0..128);
-                let plan = &buffers.samples.plan;
+                let plan = &buffers.counts.plan;
                 let is_told = by_lines || TEXTS[..2].contains(&text);
                 assert_eq!(plan.spheres_by_rays == 0, is_told, "{name}, {text}: {plan}");
                 if want.mean() == 0.0 {
@@ -318,7 +318,7 @@ fn what_is_visible_is_that_of_points() {
             for text in ["exact", "hybrid", "point-ltc"] {
                 let (got, buffers) = of(text, 32, 0..128);
                 let what = format!("{text} of {light:?} on {bsdf:?}, {before} before, {normal}");
-                let plan = &buffers.samples.plan;
+                let plan = &buffers.counts.plan;
                 assert_eq!(plan.exact_fallbacks, 0, "{what}");
                 let diffuse = matches!(bsdf, Bsdf::Lambert(_));
                 if text == "exact" && diffuse {
@@ -350,7 +350,7 @@ fn tiny_and_flat_lights_are_handed_to_points() {
                 let (values, buffers) = estimates(&occluders, &light, &point, text, 8, 0..512);
                 // Past the occluder; the disk is below it.
                 let is_behind = text == "exact" && matches!(light, Light::Sphere(_));
-                let fell_back = buffers.samples.plan.exact_fallbacks > 0;
+                let fell_back = buffers.counts.plan.exact_fallbacks > 0;
                 assert_eq!(fell_back, is_behind, "{light:?}");
                 values
             });

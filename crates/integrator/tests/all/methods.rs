@@ -43,23 +43,21 @@ fn every_pair_says_what_it_gets() {
             .map(|row| {
                 let name = |k: &u32| scene.materials[*k as usize].name.clone();
                 let names: Vec<_> = row.materials.iter().map(name).collect();
-                let methods: Vec<_> = row.methods.iter().map(ToString::to_string).collect();
                 let (light, count) = (row.light, row.lights.len());
-                format!(
-                    "{count} {light}, {}: {}",
-                    names.join(", "),
-                    methods.join("; ")
-                )
+                format!("{count} {light}, {}: {}", names.join(", "), row.methods)
             })
             .collect();
         rows.sort();
         rows
     };
     let exact = [
-        "1 line, floor: closed form over what is visible of the line",
-        "1 line, wall: quadrature over what is visible of the line",
-        "1 polygon, floor: closed form over what is visible",
-        "1 polygon, wall: transformed cosines over what is visible, points for the rest",
+        "1 line, floor: closed form over the visible part of the light",
+        "1 line, wall: quadrature over the visible part of the light",
+        "1 polygon, floor: closed form over the visible part of the light",
+        "1 polygon, wall: closed form of transformed cosines over the visible part of the light, the \
+         rest by 16 points as `point-ltc`, one shaft for all where nothing is between, else closed \
+         form of transformed cosines over the visible part of the light, the rest by 16 points of \
+         that part",
     ];
     let rows = said("exact");
     assert!(
@@ -67,10 +65,10 @@ fn every_pair_says_what_it_gets() {
         "{rows:#?}"
     );
     let combined = [
-        "1 line, floor: closed form over what is visible of the line",
-        "1 line, wall: quadrature over what is visible of the line",
-        "1 polygon, floor, wall: points as `point-area`; points as `point-bsdf`",
-        "1 sphere, floor, wall: points as `point-area`; points as `point-bsdf`",
+        "1 line, floor: closed form over the visible part of the light",
+        "1 line, wall: quadrature over the visible part of the light",
+        "1 polygon, floor, wall: 16 samples weighted among `point-area` and `point-bsdf`, one shaft for all",
+        "1 sphere, floor, wall: 16 samples weighted among `point-area` and `point-bsdf`, one shaft for all",
     ];
     assert_eq!(said("point-area+point-bsdf"), combined);
 }

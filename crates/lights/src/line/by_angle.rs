@@ -19,12 +19,13 @@ mod close;
 
 use crate::LineTechnique;
 use crate::density::{Offset, Pdf, SolidAngle};
-use crate::line::by_length::{LineSample, is_visible, locate, within};
+use crate::line::by_length::{is_visible, locate, within};
 use crate::line::piece::{Angles, Line, Piece, Warp};
 use crate::line::trapezoid::Trapezoid;
 use crate::linear::{LineView, ProjectedLine, ThinLine};
 use crate::pieces::{Pieces, sample_linear};
-use crate::polygon::area::PointSample;
+use crate::samples::LineSample;
+use crate::samples::PointSample;
 use linelit_elementary::hypot;
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::intervals::Interval;
@@ -111,7 +112,7 @@ pub struct AngularLines {
     close: bool,
 }
 
-/// What offsets are drawn by.
+/// The density of offsets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Marginal {
     /// The plain solid angle.
@@ -321,7 +322,7 @@ impl AngularLines {
         }
     }
 
-    /// Its measure per radius.
+    /// The measure per radius.
     fn thin_measure(&self, line: Line) -> f64 {
         match self.marginal_normal() {
             None => self.thin_solid_angle(line),

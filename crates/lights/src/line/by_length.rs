@@ -4,12 +4,12 @@
 use crate::LineTechnique;
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::pieces::sample_linear;
-use crate::polygon::area::PointSample;
+use crate::samples::{LineSample, PointSample};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
 
-/// How the offsets of the lines are distributed (Billen & Dutré 2016, §5.1.2, Fig. 3).
+/// The distribution of the offsets of lines (Billen & Dutré 2016, §5.1.2, Fig. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OffsetDensity {
     /// Constant over the range [a, b]: `1/(b − a)`.
@@ -17,17 +17,6 @@ pub enum OffsetDensity {
     /// Proportional to the length of the line: `l(u)/A`, the marginal of the uniform density by
     /// area.
     Length,
-}
-
-/// A line on a light and the density it was drawn with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineSample {
-    /// The whole line, from edge to edge of the light.
-    pub segment: Segment,
-    /// Its offset u across the light, in scene units (the coordinate of [`ParallelLines`]).
-    pub offset: f64,
-    /// Density of the offset; zero means that nothing can be sampled, skip it.
-    pub pdf: Pdf<Offset>,
 }
 
 /// Draws parallel lines on a convex polygon.

@@ -9,8 +9,9 @@
 use crate::LineTechnique;
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
-use crate::line::by_length::{LineSample, is_visible, locate, within};
-use crate::polygon::area::PointSample;
+use crate::line::by_length::{is_visible, locate, within};
+use crate::samples::LineSample;
+use crate::samples::PointSample;
 use linelit_elementary::atan2;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
@@ -376,7 +377,7 @@ impl Track<'_> {
         1.0 / (pixels * (self.to[i] - self.from[i]).abs())
     }
 
-    /// Where [`Track::below`] reaches `mass`.
+    /// The place where [`Track::below`] reaches `mass`.
     fn place(&self, mass: f64) -> f64 {
         if let Some((axis, j)) = self.edge {
             let i = axis as usize;

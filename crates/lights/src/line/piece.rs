@@ -39,7 +39,7 @@ impl Line {
 }
 
 impl<const CLOSE: bool> Piece<CLOSE> {
-    /// The same piece from its last line, `last`, to the first one.
+    /// The piece, run from its last line, `last`, to the first one.
     pub(crate) fn reversed(self, last: Line) -> Self {
         Self {
             first: last,

@@ -28,7 +28,7 @@ pub struct LtcSampler {
     /// World-space line, relative to x.
     start: DVec3,
     edge: DVec3,
-    /// What of the whole light was above the horizon of the surface.
+    /// The part of the whole light that was above the horizon of the surface.
     above: [f64; 2],
     inverse: DMat3,
     factor: f64,

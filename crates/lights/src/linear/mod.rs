@@ -8,18 +8,21 @@
 
 mod batch;
 mod bisection;
+mod lobes;
 mod ltc;
 mod numbers;
 mod projected;
 mod view;
 mod warps;
 
+pub use lobes::SegmentLobes;
 pub use ltc::LtcSampler;
 pub use projected::{ProjectedLine, ThinLine};
 pub use view::{ArcPoint, LineView};
 
 use crate::LinearPointTechnique;
 use crate::density::{Length, Pdf, ThinSolidAngle};
+pub use crate::samples::LinearSample;
 use batch::{BLOCK, Batch};
 use bisection::LineIntegral;
 use linelit_geometry::finite::below_one;
@@ -28,7 +31,7 @@ use numbers::Bounds;
 use projected::Inversion;
 use warps::Warp;
 
-/// How a linear light is sampled.
+/// A way to sample a linear light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LinearTechnique {
     /// Uniform along the line.
@@ -74,19 +77,6 @@ impl LinearTechnique {
     }
 }
 
-/// A point of a linear light.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LinearSample {
-    /// Place on the whole light, in [0, 1].
-    pub t: f64,
-    /// The point relative to the shading point.
-    pub offset: DVec3,
-    /// Unit direction from the shading point.
-    pub direction: DVec3,
-    /// Density per solid angle, times radius.
-    pub pdf: Pdf<ThinSolidAngle>,
-}
-
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Area,
@@ -116,7 +106,7 @@ enum Kind {
 pub struct LinearSampler {
     kind: Kind,
     view: LineView,
-    /// What the density is a multiple of: one over the length, the solid angle or the projected
+    /// The factor of the density: one over the length, the solid angle or the projected
     /// solid angle.
     density: f64,
 }
@@ -164,8 +154,8 @@ impl LinearSampler {
         &self.view
     }
 
-    /// What a diffuse receiver gets of a unit of radiance × radius without shadows, the projected
-    /// solid angle per radius in sr/m, where the technique knows it:
+    /// The light that a diffuse receiver gets of a unit of radiance × radius without shadows, the
+    /// projected solid angle per radius in sr/m, where the technique knows it:
     /// [`LinearTechnique::ProjectedSolidAngle`] and [`LinearTechnique::NewtonBisection`]. Zero of
     /// the others.
     #[must_use]

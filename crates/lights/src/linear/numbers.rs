@@ -63,8 +63,8 @@ fn nearly_parallel_cross(a: DVec3, b: DVec3) -> DVec3 {
     predicates::cross(a, b)
 }
 
-/// Where the line p0 p1 crosses the horizon n·p = 0, in twice the precision: of ends whose heights
-/// have opposite signs.
+/// The place where the line p0 p1 crosses the horizon n·p = 0, in twice the precision: of ends
+/// whose heights have opposite signs.
 #[cold]
 #[inline(never)]
 pub(crate) fn on_horizon_by_more_digits([p0, p1]: [DVec3; 2], n: DVec3) -> DVec3 {

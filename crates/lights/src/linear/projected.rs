@@ -39,7 +39,7 @@ pub struct ProjectedLine {
     arc: Inversion,
 }
 
-/// Where [`ProjectedLine::sample_coarse`] ends.
+/// The step at which [`ProjectedLine::sample_coarse`] ends.
 const COARSE: f64 = 0.08;
 
 /// H as seen from one end of the arc.
@@ -204,7 +204,7 @@ impl ProjectedLine {
         Self::of(LineView::clipped(p0, p1, normal)?)
     }
 
-    /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the
+    /// The line of a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the
     /// normal; `None` for one that has none.
     #[inline(always)]
     #[must_use]
@@ -299,7 +299,7 @@ impl ProjectedLine {
 }
 
 impl Inversion {
-    /// For a view that has been clipped by the normal.
+    /// The sampler of a view that has been clipped by the normal.
     #[inline(always)]
     pub(crate) fn of(view: &LineView) -> Option<Self> {
         let (sin_delta, cos_delta) = view.angle_sin_cos();

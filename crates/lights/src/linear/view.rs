@@ -27,8 +27,8 @@ pub struct LineView {
     whole: f64,
     /// Fractions of the whole line at which the clipped line begins and ends.
     range: [f64; 2],
-    /// Their difference, relatively accurate also where little is left, and with the sign that
-    /// leads away from each end.
+    /// The difference of both, relatively accurate also where little is left, and with the sign
+    /// that leads away from each end.
     kept: [f64; 2],
     /// Clipped length.
     l: f64,
@@ -58,8 +58,8 @@ pub struct LineView {
     tangent: DVec3,
 }
 
-/// What is left of a line above the horizon: ends, their fractions of the whole, the fraction that
-/// is left, and the heights n·p of the ends.
+/// The part of a line that is left above the horizon: ends, their fractions of the whole, the
+/// fraction that is left, and the heights n·p of the ends.
 struct Kept {
     ends: [DVec3; 2],
     range: [f64; 2],
@@ -119,8 +119,8 @@ impl LineView {
         Self::finish(kept, (edge, whole), (x, area))
     }
 
-    /// What depends on the clipped ends. The edge and the cross product p0 × p1 of the whole line
-    /// come with their lengths.
+    /// The numbers that depend on the clipped ends. The edge and the cross product p0 × p1 of the
+    /// whole line come with their lengths.
     #[inline(always)]
     fn finish(
         Kept {
@@ -323,7 +323,7 @@ impl LineView {
         (second, (t + t) * q, (1.0 - t * t) * q)
     }
 
-    /// What a solid-angle sample starts from at an end.
+    /// The start of a solid-angle sample at an end.
     #[inline(always)]
     pub(crate) fn solid_angle_end(&self, second: bool) -> SolidAngleEnd {
         let (here, there) = (usize::from(second), usize::from(!second));

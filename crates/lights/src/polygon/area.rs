@@ -1,74 +1,13 @@
 //! Uniform by area: the classic point technique.
 
 use crate::PointTechnique;
-use crate::density::{Area, Measure, Pdf};
+use crate::density::{Area, Pdf};
 use crate::pieces::{Pieces, fraction_each};
 use crate::polygon::fan::{self, Vector};
+use crate::samples::{PointColumns, PointSample};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
-
-/// A point of a light and the density it was drawn with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointSample<M: Measure> {
-    /// The point, in the coordinates of the light.
-    pub point: DVec3,
-    /// Its density; zero means that nothing can be sampled, skip it.
-    pub pdf: Pdf<M>,
-}
-
-impl<M: Measure> PointSample<M> {
-    /// A point with its density, which is zero where the point has a coordinate that is not finite.
-    #[inline(always)]
-    #[must_use]
-    pub fn at(point: DVec3, pdf: Pdf<M>) -> Self {
-        let pdf = if point.is_finite() { pdf } else { Pdf::ZERO };
-        Self { point, pdf }
-    }
-
-    /// The answer for degenerate input: the density 0.
-    #[must_use]
-    pub fn none(point: DVec3) -> Self {
-        Self {
-            point,
-            pdf: Pdf::ZERO,
-        }
-    }
-}
-
-/// Memory for points of a light, eight side by side: see [`PointTechnique::sample_into`].
-#[derive(Debug)]
-pub struct PointColumns<'a> {
-    /// The points, in the coordinates of the light, by coordinate.
-    pub point: [&'a mut [[f64; 8]]; 3],
-    /// Their densities; zero means that nothing can be sampled.
-    pub pdf: &'a mut [[f64; 8]],
-}
-
-impl PointColumns<'_> {
-    /// How many times eight points there is room for, and numbers.
-    pub(crate) fn rows(&self, u: [&[[f64; 8]]; 2]) -> usize {
-        let room = self.point.iter().map(|column| column.len());
-        let room = room.fold(self.pdf.len(), usize::min);
-        room.min(u[0].len()).min(u[1].len())
-    }
-
-    /// Eight points of a row.
-    #[inline(always)]
-    pub(crate) fn get<S: Simd>(&self, s: S, row: usize) -> Vector<S> {
-        let [x, y, z] = &self.point;
-        [s.dload(&x[row]), s.dload(&y[row]), s.dload(&z[row])]
-    }
-
-    /// Puts eight points in a row.
-    #[inline(always)]
-    pub(crate) fn put<S: Simd>(&mut self, s: S, row: usize, [x, y, z]: Vector<S>) {
-        let [xs, ys, zs] = &mut self.point;
-        s.dstore(x, &mut xs[row]);
-        s.dstore(y, &mut ys[row]);
-        s.dstore(z, &mut zs[row]);
-    }
-}
 
 /// Samples a convex polygon uniformly by area: density 1/A everywhere (Shirley & Wang 1991, §2).
 ///
@@ -94,12 +33,12 @@ pub struct AreaSampler<'a> {
     density: Pdf<Area>,
 }
 
-/// How a polygon is sampled.
+/// A way to sample a polygon.
 #[derive(Clone, Copy, Debug)]
 enum Cut {
-    /// By a corner and the edges from it.
+    /// A corner and the edges from it.
     Parallelogram(DVec3, DVec3, DVec3),
-    /// By the areas of the triangles of its fan.
+    /// The areas of the triangles of its fan.
     Fan(Pieces),
 }
 

@@ -24,7 +24,7 @@ pub(crate) fn triangle(vertices: &[DVec3], i: usize) -> [DVec3; 3] {
     [vertices[0], vertices[i + 1], vertices[i + 2]]
 }
 
-/// Where a point of the polygon stands in the fan; `None` where it lies outside by more than the
+/// The place of a point of the polygon in the fan; `None` where it lies outside by more than the
 /// rounding of its coordinates (64 ε of the largest coordinate, which moves λ and κ by as much
 /// relative to the polygon's size).
 pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> {
@@ -75,7 +75,7 @@ pub(crate) fn along<L: Lanes>(a: &Vector<L>, b: &Vector<L>, t: L::D) -> Vector<L
     [a[0] + b[0] * t, a[1] + b[1] * t, a[2] + b[2] * t]
 }
 
-/// The same vector in all lanes.
+/// A vector in all lanes.
 #[inline(always)]
 pub(crate) fn splat<L: Lanes>(l: L, v: DVec3) -> Vector<L> {
     [l.dsplat(v.x), l.dsplat(v.y), l.dsplat(v.z)]

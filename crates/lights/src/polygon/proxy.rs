@@ -3,8 +3,8 @@
 use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
 use crate::pieces::Pieces;
-use crate::polygon::area::PointSample;
 use crate::polygon::fan::{self, FanPoint};
+use crate::samples::PointSample;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 

@@ -6,7 +6,7 @@ use crate::polygon::spherical_triangle::Side;
 use linelit_geometry::DVec3;
 use linelit_simd::{Isa, Simd, dispatch};
 
-/// What is seen of the corners a, b, c, d of a quadrilateral, whose fan has the triangles abc and
+/// The view of the corners a, b, c, d of a quadrilateral, whose fan has the triangles abc and
 /// acd.
 #[derive(Debug)]
 pub(crate) struct Quadrilateral {

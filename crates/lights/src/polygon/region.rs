@@ -32,7 +32,7 @@ use linelit_geometry::finite::{below_one, fraction};
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct RegionSampler {
-    /// Where both coordinates are zero, and their axes.
+    /// The origin of both coordinates, and their axes.
     plane: [DVec3; 3],
     sides: Vec<Side>,
     slabs: Vec<Slab>,
@@ -40,9 +40,9 @@ pub struct RegionSampler {
     over: Vec<usize>,
     /// The area before each slab, and all of it, in units of the axes.
     sums: Vec<f64>,
-    /// In square metres.
+    /// The area in square metres.
     area: f64,
-    /// Where sides begin and end, and those over a slab.
+    /// The ends of sides, and those over a slab.
     ends: Vec<f64>,
     active: Vec<(f64, usize)>,
 }
@@ -76,7 +76,7 @@ impl Side {
     }
 }
 
-/// What lies between neighbouring ends of sides.
+/// A slab between neighbouring ends of sides.
 #[derive(Clone, Copy, Debug)]
 struct Slab {
     range: [f64; 2],
@@ -160,7 +160,7 @@ impl RegionSampler {
         self.locate(point).is_some_and(within)
     }
 
-    /// Its density everywhere in the region; zero if there is none.
+    /// The density everywhere in the region; zero if there is none.
     #[must_use]
     pub fn density(&self) -> Pdf<Area> {
         match self.area > 0.0 {

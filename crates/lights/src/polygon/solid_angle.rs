@@ -3,10 +3,10 @@
 use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
 use crate::pieces::{Pieces, fraction_each};
-use crate::polygon::area::{PointColumns, PointSample};
 use crate::polygon::fan;
 use crate::polygon::quadrilateral::Quadrilateral;
 use crate::polygon::spherical_triangle::{Corner, Side, SphericalTriangle};
+use crate::samples::{PointColumns, PointSample};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_simd::{Isa, One, Simd, dispatch};
@@ -137,7 +137,7 @@ impl SolidAngleSampler {
         }
     }
 
-    /// What is sampled.
+    /// The polygon that is sampled.
     #[must_use]
     pub const fn polygon(&self) -> &ConvexPolygon {
         &self.polygon

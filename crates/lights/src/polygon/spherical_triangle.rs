@@ -108,7 +108,7 @@ impl Side {
         Self::new(a.from_x, b.from_x, edge, a.length, b.length)
     }
 
-    /// From b to a.
+    /// The vector from b to a.
     #[inline]
     fn reversed(&self) -> Self {
         Self {

@@ -3,7 +3,7 @@
 #[cfg(doc)]
 use crate::AngularLines;
 use crate::density::{Pdf, SolidAngle};
-use crate::polygon::area::PointSample;
+use crate::samples::PointSample;
 use crate::{PointTechnique, SolidAngleSampler};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 

@@ -18,7 +18,7 @@ pub enum ChordMeasure {
     Projected,
 }
 
-/// Who looks at the lines, and the measure along them.
+/// The shading point that looks at lines, and the measure along them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Along {
     /// The shading point.

@@ -168,7 +168,7 @@ impl DiskChords {
         (range.0.max(-r), range.1.min(r))
     }
 
-    /// Where the chord at an offset begins and ends; `None` where nothing of it is above the
+    /// The ends of the chord at an offset; `None` where nothing of it is above the
     /// horizons.
     fn extent(&self, offset: f64) -> Option<[f64; 2]> {
         let r = self.disk.radius;

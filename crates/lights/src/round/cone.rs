@@ -82,8 +82,8 @@ impl TransformedCone {
         })
     }
 
-    /// What the disk takes of the transformed cosine, from 0 to 1, if its image is all above the
-    /// horizon; about that where it is cut.
+    /// The share that the disk takes of the transformed cosine, from 0 to 1, if its image is all
+    /// above the horizon; about that where it is cut.
     #[must_use]
     pub const fn about_integral(&self) -> f64 {
         self.integral

@@ -6,7 +6,8 @@ use linelit_elementary::{atan, atan2, hypot, sin, sin_cos, tan};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
 
-/// What a shading point outside an endless cylinder sees of a finite one: a strip of its side.
+/// The view that a shading point outside an endless cylinder has of a finite one: a strip of its
+/// side.
 ///
 /// **Formula**: with ρ the distance of the shading point from the axis, k = R/ρ and φ the azimuth
 /// about the axis from the shading point's, the lines along the axis with cos φ > k face the point.
@@ -31,7 +32,7 @@ use linelit_geometry::{DVec3, Frame, Segment, predicates};
 pub struct CylinderView {
     pub(crate) cylinder: Cylinder,
     pub(crate) x: DVec3,
-    /// From the axis to the shading point, across both, and along the axis.
+    /// The directions from the axis to the shading point, across both, and along the axis.
     pub(crate) axes: [DVec3; 3],
     /// The ends along the axis, relative to the shading point.
     ends: [f64; 2],
@@ -104,7 +105,7 @@ impl CylinderView {
         predicates::normalize(out * c + across * s).unwrap_or(DVec3::ZERO)
     }
 
-    /// Where a ray from the shading point enters the cylinder through its side.
+    /// The place where a ray from the shading point enters the cylinder through its side.
     #[must_use]
     pub fn meets(&self, direction: DVec3) -> Option<DVec3> {
         let [out, across, along] = self.axes.map(|a| a.dot(direction));

@@ -64,7 +64,7 @@ pub struct CylinderLines {
     /// the shading point and one across add.
     cuts: [[f64; 4]; 2],
     cut_count: usize,
-    /// How many pieces there are: one where all lines are alike.
+    /// The number of pieces: one where all lines are alike.
     count: usize,
     /// The ends of the pieces, and the densities there.
     angles: [f64; PIECES + 1],
@@ -194,7 +194,7 @@ impl CylinderLines {
         Some(whole.piece(from, to))
     }
 
-    /// Where the part of a line above the horizons begins and ends, as fractions of the cylinder.
+    /// The ends of the part of a line above the horizons, as fractions of the cylinder.
     fn extent(&self, slice: &Slice) -> Option<[f64; 2]> {
         let [mut from, mut to] = [0.0_f64, 1.0_f64];
         for [h0, h1, a, b] in &self.cuts[..self.cut_count] {

@@ -46,7 +46,7 @@ const PIECES: usize = 8;
 pub struct DiskCone {
     disk: Disk,
     x: DVec3,
-    /// From x to the centre, and that along the disk's normal.
+    /// The vector from x to the centre, and that along the disk's normal.
     to: DVec3,
     along: f64,
     /// Axes of the cone: along a, along b, and its own.
@@ -160,7 +160,8 @@ impl DiskCone {
         (a + (b - a) * place) / (4.0 * self.pieces.total())
     }
 
-    /// Where a direction meets the disk, kept on it against rounding at grazing directions.
+    /// The place where a direction meets the disk, kept on it against rounding at grazing
+    /// directions.
     #[inline(always)]
     fn hit(&self, direction: DVec3) -> DVec3 {
         let n = self.disk.normal;

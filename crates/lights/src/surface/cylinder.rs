@@ -1,7 +1,7 @@
 //! Cylinders as surfaces of lights, as their shading point sees them.
 
 use super::lines::{LineDensity, LineFamily, LineSetup};
-use super::points::{PointDensity, PointSource};
+use super::points::{PointDensity as By, PointSource};
 use super::{Shape, Viewer};
 use crate::{ChordMeasure, CylinderArea, CylinderLines, CylinderView, OffsetDensity};
 use linelit_elementary::sin;
@@ -36,21 +36,16 @@ impl Shape for CylinderView {
         distances.map(edge).iter().product()
     }
 
-    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
+    #[inline(always)]
+    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+        let by_area = PointSource::CylinderArea;
+        let by_lines = |measure| PointSource::CylinderLines(above(self, from, measure));
         match by {
-            PointDensity::Area => PointSource::CylinderArea(CylinderArea::whole(self.cylinder())),
-            PointDensity::VisibleArea => {
-                let area = CylinderArea::visible(self.cylinder(), self.position());
-                PointSource::CylinderArea(area)
-            }
-            PointDensity::ProjectedSolidAngle => {
-                PointSource::CylinderLines(above(self, from, ChordMeasure::Projected))
-            }
-            PointDensity::SolidAngle
-            | PointDensity::Proxy
-            | PointDensity::Lobes
-            | PointDensity::Texture => {
-                PointSource::CylinderLines(above(self, from, ChordMeasure::SolidAngle))
+            By::Area => by_area(CylinderArea::whole(self.cylinder())),
+            By::VisibleArea => by_area(CylinderArea::visible(self.cylinder(), self.position())),
+            By::ProjectedSolidAngle => by_lines(ChordMeasure::Projected),
+            By::SolidAngle | By::Proxy | By::Lobes | By::Texture => {
+                by_lines(ChordMeasure::SolidAngle)
             }
         }
     }
@@ -62,15 +57,13 @@ impl Shape for CylinderView {
         setup: LineSetup,
         from: &Viewer<'_>,
     ) -> Option<LineFamily<'t>> {
-        let measure = match (by, setup.offset) {
-            (LineDensity::SolidAngle | LineDensity::Warped, _) => ChordMeasure::SolidAngle,
-            (LineDensity::Projected, _) => ChordMeasure::Projected,
-            (LineDensity::Area | LineDensity::Texture, OffsetDensity::Uniform) => {
-                ChordMeasure::Uniform
-            }
-            (LineDensity::Area | LineDensity::Texture, OffsetDensity::Length) => {
-                ChordMeasure::Length
-            }
+        let measure = match by {
+            LineDensity::SolidAngle | LineDensity::Warped => ChordMeasure::SolidAngle,
+            LineDensity::Projected => ChordMeasure::Projected,
+            LineDensity::Area | LineDensity::Texture => match setup.offset {
+                OffsetDensity::Uniform => ChordMeasure::Uniform,
+                OffsetDensity::Length => ChordMeasure::Length,
+            },
         };
         Some(LineFamily::Cylinder(above(self, from, measure)))
     }

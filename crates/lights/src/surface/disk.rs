@@ -1,6 +1,6 @@
 //! Disks as surfaces of lights.
 
-use super::points::{PointDensity, PointSource};
+use super::points::{PointDensity as By, PointSource};
 use super::{Shape, Viewer, on_plane};
 use crate::mixture::DiskLobes;
 use crate::{Disk, DiskArea, DiskChords, DiskCone};
@@ -15,30 +15,28 @@ impl Disk {
     /// The corners of a regular polygon around the disk.
     #[must_use]
     pub fn around(&self) -> [DVec3; Self::CORNERS] {
-        let frame = Frame::from_normal(self.normal);
-        let radius = around_circle(self.radius);
-        turns().map(|(s, c)| self.center + (frame.x * c + frame.y * s) * radius)
+        let Frame { x, y, .. } = Frame::from_normal(self.normal);
+        around_circle(self.radius, |radius, s, c| {
+            self.center + (x * c + y * s) * radius
+        })
     }
 }
 
 /// The corners of the regular polygon around the unit circle that [`Disk::around`] is of.
 #[must_use]
 pub fn around_unit_circle() -> [[f64; 2]; Disk::CORNERS] {
-    let radius = around_circle(1.0);
-    turns().map(|(s, c)| [c * radius, s * radius])
+    around_circle(1.0, |radius, s, c| [c * radius, s * radius])
 }
 
-/// Sines and cosines of the turns of the polygon's corners.
-#[allow(clippy::cast_precision_loss, reason = "few corners")]
-fn turns() -> [(f64, f64); Disk::CORNERS] {
-    std::array::from_fn(|k| sin_cos(TAU / Disk::CORNERS as f64 * k as f64))
-}
-
-/// The distance of the corners of such a polygon around a circle from its centre: a little more
-/// than around, since the rim is rounded.
-#[allow(clippy::cast_precision_loss, reason = "few corners")]
-fn around_circle(radius: f64) -> f64 {
-    radius / cos(0.5 * (TAU / Disk::CORNERS as f64)) * (1.0 + 1e-9)
+/// The corners of such a polygon from their distance from the centre, a little more than around
+/// since the rim is rounded, and from the sines and cosines of their turns.
+fn around_circle<P>(radius: f64, corner: impl Fn(f64, f64, f64) -> P) -> [P; Disk::CORNERS] {
+    let turn = TAU / Disk::CORNERS as f64;
+    let radius = radius / cos(0.5 * turn) * (1.0 + 1e-9);
+    std::array::from_fn(|k| {
+        let (s, c) = sin_cos(turn * k as f64);
+        corner(radius, s, c)
+    })
 }
 
 /// The lobes of the viewer's reflection over a disk, where points can be drawn by them.
@@ -70,18 +68,17 @@ impl Shape for Disk {
         edge(self.radius - point.distance(self.center))
     }
 
-    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
+    #[inline(always)]
+    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
         let x = from.position;
         let by_angle = || PointSource::DiskCone(DiskCone::new(self, x));
         match by {
-            PointDensity::Area | PointDensity::VisibleArea => {
-                PointSource::DiskArea(DiskArea::new(self))
-            }
-            PointDensity::SolidAngle | PointDensity::Proxy | PointDensity::Texture => by_angle(),
-            PointDensity::ProjectedSolidAngle => {
+            By::Area | By::VisibleArea => PointSource::DiskArea(DiskArea::new(self)),
+            By::SolidAngle | By::Proxy | By::Texture => by_angle(),
+            By::ProjectedSolidAngle => {
                 PointSource::DiskChords(DiskChords::new(self, 0.0, x, &[from.normal]))
             }
-            PointDensity::Lobes => lobes(self, from).map_or_else(by_angle, PointSource::DiskLobes),
+            By::Lobes => lobes(self, from).map_or_else(by_angle, PointSource::DiskLobes),
         }
     }
 }

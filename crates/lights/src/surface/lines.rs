@@ -1,13 +1,11 @@
 //! Lines on the surface of any light that has them, by any density.
 
 use super::texture::{self, EmissionTexture};
-use super::{LightPoint, Surface, Viewer};
-use crate::{
-    AngularLines, CylinderLines, LineSample, LineSampler, LineTechnique, OffsetDensity,
-    TexturedLines,
-};
+use super::{LightPoint, Shape, Surface, Viewer};
+use crate::{AngularLines, CylinderLines, LineSample, LineSampler, LineTechnique};
+use crate::{OffsetDensity, TexturedLines};
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{DVec3, ParallelLines, Segment};
+use linelit_geometry::{DVec3, Segment};
 
 /// The measure in which lines, and points on them, are uniform where nothing occludes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +19,8 @@ pub enum LineDensity {
     Warped,
     /// Projected solid angle of the part above the horizon.
     Projected,
-    /// The light's texture: offsets by what is on the line, points by the texture along what is
-    /// visible of it ([`TexturedLines`]); area where there is no texture, or where the light is no
+    /// The light's texture: offsets by what is on the line, points by the texture along the visible
+    /// part ([`TexturedLines`]); area where there is no texture, or where the light is no
     /// parallelogram that is wholly above the horizon.
     Texture,
 }
@@ -30,11 +28,9 @@ pub enum LineDensity {
 /// The direction of parallel lines, and the density of their offsets where they are by area.
 #[derive(Clone, Copy, Debug)]
 pub struct LineSetup {
-    /// The direction in half turns from the first edge of the whole light, as it was asked for or
-    /// drawn: for what is laid out on that light, such as its texture.
+    /// The direction in half turns from the first edge of the whole light, which a texture covers.
     pub fraction: f64,
-    /// That direction in radians from the first edge of the surface, which may be a part of the
-    /// light.
+    /// The same direction in radians from the first edge of the surface, which may be a part.
     pub angle: f64,
     /// Whether the direction was asked for, not drawn.
     pub fixed: bool,
@@ -46,7 +42,7 @@ pub struct LineSetup {
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
-    reason = "a few of them live in a buffer or on the stack"
+    reason = "few, in a buffer or on the stack"
 )]
 pub enum LineFamily<'t> {
     /// Lines on a polygon, by area.
@@ -60,8 +56,7 @@ pub enum LineFamily<'t> {
 }
 
 impl<'t> LineFamily<'t> {
-    /// Lines on a surface by a density, for whoever looks at it; `None` of a surface that has no
-    /// lines.
+    /// Lines on a surface by a density, for whoever looks at it; `None` if it has no lines.
     #[must_use]
     pub fn new<T: EmissionTexture>(
         by: LineDensity,
@@ -70,35 +65,29 @@ impl<'t> LineFamily<'t> {
         setup: LineSetup,
         from: &Viewer<'_>,
     ) -> Option<Self> {
-        let textured = match (by, surface, texture) {
-            (LineDensity::Texture, Surface::Polygon(light), Some(texture)) => {
-                texture::lines(texture, light, setup)
-            }
-            _ => None,
-        };
-        let textured = textured.map(Self::Texture);
-        textured.or_else(|| surface.lines(by, setup, from))
+        if let (LineDensity::Texture, Surface::Polygon(light), Some(texture)) =
+            (by, surface, texture)
+            && let Some(textured) = texture::lines(texture, light, setup)
+        {
+            return Some(Self::Texture(textured));
+        }
+        of!(Surface surface, shape => shape.lines(by, setup, from))
     }
 
     /// The unit direction of the lines; zero where there are none.
     #[must_use]
     pub fn direction(&self) -> DVec3 {
-        match self {
-            Self::Area(lines) => lines.lines().direction(),
-            Self::Angular(lines) => lines.lines().direction(),
-            Self::Texture(lines) => lines.lines().direction(),
-            Self::Cylinder(lines) => lines.direction(),
-        }
+        of!(LineFamily self, lines => lines.direction())
     }
 
     /// A line from one random number in [0, 1).
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
-        of!(family self, lines => lines.sample(u))
+        of!(LineFamily self, lines => lines.sample(u))
     }
 
-    /// A point of the visible parts of a line, from one random number in [0, 1), and its density
-    /// per solid angle at the shading point `x`: the joint one of line and point.
+    /// A point of the visible parts of a line, from one random number in [0, 1), and the joint
+    /// density of line and point per solid angle at the shading point `x`.
     #[must_use]
     pub fn point(
         &self,
@@ -108,7 +97,7 @@ impl<'t> LineFamily<'t> {
         x: DVec3,
         surface: &Surface<'_>,
     ) -> (LightPoint, f64) {
-        of!(family self, lines => {
+        of!(LineFamily self, lines => {
             let sample = lines.point(line, visible, u);
             let at = LightPoint::new(sample.point, x, surface);
             (at, at.density(sample.pdf))
@@ -118,25 +107,17 @@ impl<'t> LineFamily<'t> {
     /// The line through a point of the light.
     #[must_use]
     pub fn through(&self, point: DVec3) -> Segment {
-        match self {
-            Self::Area(lines) => through(lines.lines(), point),
-            Self::Angular(lines) => through(lines.lines(), point),
-            Self::Texture(lines) => through(lines.lines(), point),
-            Self::Cylinder(lines) => lines.through(point),
-        }
+        of!(LineFamily self, lines => lines.through(point))
     }
 
     /// The joint density per solid angle at a point whose line has these visible parts.
     #[must_use]
     pub fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
-        of!(family self, lines => {
-            at.density(lines.joint_pdf(at.point, visible))
-        })
+        of!(LineFamily self, lines => at.density(lines.joint_pdf(at.point, visible)))
     }
 
-    /// The factor of an integral along a line, beside its offset's density: the height of the
-    /// shading point over the plane that touches a cylinder there, and 1 on a polygon, whose lines
-    /// share their plane.
+    /// The factor of an integral along a line, beside its offset's density: the height over the
+    /// plane that touches a cylinder there; 1 on a polygon, whose lines share their plane.
     #[must_use]
     pub fn height(&self, line: &LineSample) -> f64 {
         match self {
@@ -144,12 +125,4 @@ impl<'t> LineFamily<'t> {
             Self::Area(_) | Self::Angular(_) | Self::Texture(_) => 1.0,
         }
     }
-}
-
-/// The line of a family of parallel lines through a point of the light.
-#[must_use]
-pub fn through(lines: &ParallelLines, point: DVec3) -> Segment {
-    let (a, b) = lines.range();
-    let (offset, _) = lines.coordinates(point);
-    lines.segment(offset.clamp(a, b)).unwrap_or_default()
 }

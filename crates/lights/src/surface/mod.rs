@@ -4,24 +4,22 @@
 //! [`Surface`]; whatever draws its points and lines is an arm of [`PointSource`] and
 //! [`LineFamily`].
 
-/// The code for whichever variant the value is, of these or of [`Surface`], [`PointSource`] or
-/// [`LineFamily`].
+/// The code for whichever variant of [`Surface`], [`PointSource`] or [`LineFamily`] the value is.
 macro_rules! of {
-    (surface $value:expr, $one:ident => $code:expr) => {
-        of!([Polygon Sphere Disk Cylinder] $value, $one => $code)
+    (Surface $value:expr, $one:ident => $code:expr) => {
+        of!(Surface: Polygon Sphere Disk Cylinder; $value, $one => $code)
     };
-    (source $value:expr, $one:ident => $code:expr) => {
-        of!([
-            Area Proxy SolidAngle Projected Lobes Texture SphereCap SphereCone SphereProjected
-            DiskArea DiskCone DiskChords DiskLobes CylinderArea CylinderLines
-        ] $value, $one => $code)
+    (LineFamily $value:expr, $one:ident => $code:expr) => {
+        of!(LineFamily: Area Angular Texture Cylinder; $value, $one => $code)
     };
-    (family $value:expr, $one:ident => $code:expr) => {
-        of!([Area Angular Texture Cylinder] $value, $one => $code)
+    (PointSource $value:expr, $one:ident => $code:expr) => {
+        of!(PointSource: Area Proxy SolidAngle Projected Lobes Texture SphereCap SphereCone
+            SphereProjected DiskArea DiskCone DiskChords DiskLobes CylinderArea CylinderLines;
+            $value, $one => $code)
     };
-    ([$($variant:ident)+] $value:expr, $one:ident => $code:expr) => {
+    ($of:ident: $($variant:ident)+; $value:expr, $one:ident => $code:expr) => {
         match $value {
-            $(Self::$variant($one) => $code,)+
+            $($of::$variant($one) => $code,)+
         }
     };
 }
@@ -53,8 +51,7 @@ pub struct LightPoint {
     pub direction: DVec3,
     /// The square of the distance.
     pub square: f64,
-    /// The cosine between the light's normal and the direction to the shading point: positive on
-    /// the side that the normal points to.
+    /// The cosine between the light's normal and the direction to the shading point.
     pub cos_light: f64,
 }
 
@@ -127,20 +124,18 @@ pub trait Shape {
     /// The place where a ray from the shading point `x` meets it first; none from inside.
     fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3>;
 
-    /// Half the smaller extent: the width that Salesin & Jarosz 2019 recommend for weights that
-    /// are smooth at the borders.
+    /// Half the smaller extent: the width that Salesin & Jarosz 2019 recommend for smooth weights.
     fn half_width(&self) -> f64;
 
     /// The product of `edge` of the distances of a point from the borders that the shading point
     /// `x` sees, positive inside (Salesin & Jarosz 2019, eq. 23).
     fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64;
 
-    /// Gives what draws points by a density, which is another one where it has nothing to say of
-    /// the shape: [`PointDensity::Texture`] knows no texture here.
+    /// Points by a density, or by another where the shape lacks it, as [`PointDensity`] says; no
+    /// texture is known here.
     fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t>;
 
-    /// Gives what draws lines by a density, of which [`LineDensity::Texture`] is that by area;
-    /// `None` of a shape that has no lines.
+    /// Lines by a density, where [`LineDensity::Texture`] is that by area; none unless it has them.
     fn lines<'t>(
         &'t self,
         by: LineDensity,
@@ -152,45 +147,35 @@ pub trait Shape {
     }
 }
 
-impl<'a> Surface<'a> {
+impl Surface<'_> {
     /// The unit normal at one of its points, on the side that emits.
     #[inline]
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
-        of!(surface self, shape => Shape::normal(*shape, point))
+        of!(Surface self, shape => Shape::normal(*shape, point))
     }
 
     /// The normal, if it is the same everywhere.
     #[must_use]
     pub fn flat(&self) -> Option<DVec3> {
-        of!(surface self, shape => shape.flat())
+        of!(Surface self, shape => shape.flat())
     }
 
     /// The place where a ray from the shading point `x` meets it first; none from inside.
     #[must_use]
     pub fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
-        of!(surface self, shape => Shape::meets(*shape, x, direction))
+        of!(Surface self, shape => Shape::meets(*shape, x, direction))
     }
 
     /// Half the smaller extent: see [`Shape::half_width`].
     #[must_use]
     pub fn half_width(&self) -> f64 {
-        of!(surface self, shape => shape.half_width())
+        of!(Surface self, shape => shape.half_width())
     }
 
     /// The product of `edge` of the distances from the borders: see [`Shape::border`].
     pub fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
-        of!(surface self, shape => shape.border(point, x, edge))
-    }
-
-    /// Gives what draws points by a density: see [`Shape::points`].
-    fn points(self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'a> {
-        of!(surface self, shape => shape.points(by, from))
-    }
-
-    /// Gives what draws lines by a density: see [`Shape::lines`].
-    fn lines(self, by: LineDensity, setup: LineSetup, from: &Viewer<'_>) -> Option<LineFamily<'a>> {
-        of!(surface self, shape => shape.lines(by, setup, from))
+        of!(Surface self, shape => shape.border(point, x, edge))
     }
 }
 

@@ -1,13 +1,11 @@
 //! Points of the surface of any light, by any density.
 
 use super::texture::{EmissionTexture, TexturedPoints};
-use super::{LightPoint, Surface, Viewer};
+use super::{LightPoint, Shape, Surface, Viewer};
 use crate::mixture::{DiskLobes, Lobes};
-use crate::{
-    AngularLines, AreaSampler, CylinderArea, CylinderLines, DiskArea, DiskChords, DiskCone,
-    PointColumns, PointTechnique, PointsOnLines, ProxySampler, SolidAngleSampler, SphereCap,
-    SphereCone, SphereProjected, SurfaceMeasure,
-};
+use crate::{AngularLines, AreaSampler, CylinderArea, CylinderLines, DiskArea, DiskChords};
+use crate::{DiskCone, PointColumns, PointTechnique, PointsOnLines, ProxySampler};
+use crate::{SolidAngleSampler, SphereCap, SphereCone, SphereProjected, SurfaceMeasure};
 use linelit_geometry::DVec3;
 
 /// The density of points of a light.
@@ -15,8 +13,7 @@ use linelit_geometry::DVec3;
 pub enum PointDensity {
     /// Uniform on the light's area.
     Area,
-    /// Uniform on the part of the area that faces the shading point: of a sphere or a cylinder
-    /// what is in view of it, of other lights all of it.
+    /// Uniform on the area that the shading point sees of a sphere or a cylinder.
     VisibleArea,
     /// Uniform on the triangles that a polygon spans at unit distance (Shirley & Wang 1991),
     /// nearly its solid angle; on other lights as [`PointDensity::SolidAngle`].
@@ -27,11 +24,10 @@ pub enum PointDensity {
     /// the light; of disks within 2 %.
     ProjectedSolidAngle,
     /// Drawn by linearly transformed cosines that look like the reflection, and seldom uniform in
-    /// the solid angle; cylinders, and spheres and disks where no lobe is known or it can draw
-    /// nothing, as [`PointDensity::SolidAngle`].
+    /// the solid angle; as [`PointDensity::SolidAngle`] on cylinders, and where no lobe can draw.
     Lobes,
-    /// Proportional to the texture of a polygon, uniform on the area of one without; other lights
-    /// as [`PointDensity::SolidAngle`].
+    /// Proportional to the texture of a polygon, uniform on the area of one without; on other
+    /// lights as [`PointDensity::SolidAngle`].
     Texture,
 }
 
@@ -39,7 +35,7 @@ pub enum PointDensity {
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
-    reason = "a few of them live in a buffer or on the stack"
+    reason = "few, in a buffer or on the stack"
 )]
 pub enum PointSource<'t> {
     /// A polygon's, uniform by area.
@@ -74,12 +70,12 @@ pub enum PointSource<'t> {
     CylinderLines(CylinderLines),
 }
 
-/// A variant of [`PointSource`].
+/// A variant of [`PointSource`], whose methods these are.
 pub(crate) trait Draw {
-    /// A point from two random numbers and its density; `None` where a draw missed the light.
+    /// A point and its density.
     fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)>;
 
-    /// Does as [`PointSource::sample_into`] says.
+    /// Points side by side: [`PointSource::sample_into`].
     fn columns(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
         let _ = (u, out);
         None
@@ -116,8 +112,8 @@ impl<P: PointTechnique> Draw for P {
 
 impl<'t> PointSource<'t> {
     /// Points of a surface by a density, for whoever looks at it.
-    ///
-    /// Wherever a density has nothing to say of a surface, points are uniform on its area.
+    // Inlined, so that the few bytes of most densities are written where the source stays.
+    #[inline(always)]
     #[must_use]
     pub fn new<T: EmissionTexture>(
         by: PointDensity,
@@ -125,34 +121,33 @@ impl<'t> PointSource<'t> {
         texture: Option<&'t T>,
         from: &Viewer<'_>,
     ) -> Self {
-        let textured = match (by, surface, texture) {
-            (PointDensity::Texture, Surface::Polygon(light), Some(texture)) => {
-                TexturedPoints::new(texture, light)
-            }
-            _ => None,
-        };
-        textured.map_or_else(|| surface.points(by, from), Self::Texture)
+        if let (PointDensity::Texture, Surface::Polygon(light), Some(texture)) =
+            (by, surface, texture)
+            && let Some(textured) = TexturedPoints::new(texture, light)
+        {
+            return Self::Texture(textured);
+        }
+        of!(Surface surface, shape => shape.points(by, from))
     }
 
     /// A point of the surface from two random numbers in [0, 1), and its density per solid angle
     /// at the shading point `x`; `None` where a draw missed the light.
     #[inline]
     pub fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
-        of!(source self, source => source.draw(u, surface, x))
+        of!(PointSource self, source => source.draw(u, surface, x))
     }
 
-    /// The points of many pairs of random numbers, eight side by side, as many as all columns hold:
-    /// those of [`PointSource::draw`], to the bit. Densities are per area if the answer is `true`,
-    /// else per solid angle; `None` where points are no function of the numbers and the source
-    /// alone.
+    /// The points of [`PointSource::draw`] from many pairs of random numbers, eight side by side,
+    /// as many as all columns hold. Densities are per area if the answer is `true`, else per solid
+    /// angle; `None` where points are no function of the numbers and the source alone.
     pub fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
-        of!(source self, source => source.columns(u, out))
+        of!(PointSource self, source => source.columns(u, out))
     }
 
     /// The density per solid angle with which [`PointSource::draw`] gives a point of the light.
     #[inline]
     #[must_use]
     pub fn density(&self, at: &LightPoint) -> f64 {
-        of!(source self, source => source.density(at))
+        of!(PointSource self, source => source.density(at))
     }
 }

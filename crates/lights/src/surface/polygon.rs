@@ -1,12 +1,11 @@
 //! Polygons as surfaces of lights.
 
 use super::lines::{LineDensity, LineFamily, LineSetup};
-use super::points::{PointDensity, PointSource};
+use super::points::{PointDensity as By, PointSource};
 use super::{Shape, Viewer, on_plane};
 use crate::mixture::Lobes;
-use crate::{
-    AngularLines, AreaSampler, LineSampler, PointsOnLines, ProxySampler, SolidAngleSampler,
-};
+use crate::{AngularLines, AreaSampler, LineSampler};
+use crate::{PointsOnLines, ProxySampler, SolidAngleSampler};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Frame};
 use linelit_shading::ltc::TransformedCosines;
 
@@ -48,25 +47,21 @@ impl Shape for ConvexPolygon {
         vertices.iter().zip(next).map(factor).product()
     }
 
-    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
+    #[inline(always)]
+    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
         let (x, n) = (from.position, from.normal);
         match by {
-            PointDensity::Area | PointDensity::VisibleArea | PointDensity::Texture => {
-                PointSource::Area(AreaSampler::new(self))
-            }
-            PointDensity::Proxy => PointSource::Proxy(ProxySampler::new(self, x)),
-            PointDensity::SolidAngle => PointSource::SolidAngle(SolidAngleSampler::new(self, x)),
-            PointDensity::ProjectedSolidAngle => {
+            By::Area | By::VisibleArea | By::Texture => PointSource::Area(AreaSampler::new(self)),
+            By::Proxy => PointSource::Proxy(ProxySampler::new(self, x)),
+            By::SolidAngle => PointSource::SolidAngle(SolidAngleSampler::new(self, x)),
+            By::ProjectedSolidAngle => {
                 let lines = AngularLines::by_projected_solid_angle(self, 0.0, x, n);
                 PointSource::Projected(PointsOnLines(lines))
             }
-            PointDensity::Lobes => PointSource::Lobes(match from.cosines {
-                Some(cosines) => Lobes::new(self, x, cosines),
-                None => {
-                    let nothing = TransformedCosines::new(Frame::from_normal(n), DVec3::ZERO);
-                    Lobes::new(self, x, &nothing)
-                }
-            }),
+            By::Lobes => {
+                let nothing = TransformedCosines::new(Frame::from_normal(n), DVec3::ZERO);
+                PointSource::Lobes(Lobes::new(self, x, from.cosines.unwrap_or(&nothing)))
+            }
         }
     }
 
@@ -76,20 +71,16 @@ impl Shape for ConvexPolygon {
         setup: LineSetup,
         from: &Viewer<'_>,
     ) -> Option<LineFamily<'t>> {
-        let (angle, x) = (setup.angle, from.position);
-        Some(LineFamily::Angular(match by {
+        let (angle, x, n) = (setup.angle, from.position, from.normal);
+        let lines = match by {
             LineDensity::Area | LineDensity::Texture => {
-                return Some(LineFamily::Area(LineSampler::new(
-                    self,
-                    angle,
-                    setup.offset,
-                )));
+                let lines = LineSampler::new(self, angle, setup.offset);
+                return Some(LineFamily::Area(lines));
             }
             LineDensity::SolidAngle => AngularLines::by_solid_angle(self, angle, x),
             LineDensity::Warped => AngularLines::by_warped_solid_angle(self, angle, x),
-            LineDensity::Projected => {
-                AngularLines::by_projected_solid_angle(self, angle, x, from.normal)
-            }
-        }))
+            LineDensity::Projected => AngularLines::by_projected_solid_angle(self, angle, x, n),
+        };
+        Some(LineFamily::Angular(lines))
     }
 }

@@ -5,7 +5,7 @@
 //! the shading point. What stands between the point and that disk hides both alike, but for what
 //! is inside the sphere before the disk, which hides the disk only.
 
-use super::points::{PointDensity, PointSource};
+use super::points::{PointDensity as By, PointSource};
 use super::{Shape, Viewer, disk, on_plane};
 use crate::{Disk, Sphere, SphereCap, SphereCone, SphereProjected};
 use linelit_geometry::{DVec3, Triangle};
@@ -33,13 +33,13 @@ impl Sphere {
     /// `None` from inside.
     #[must_use]
     pub fn before(&self, x: DVec3) -> Option<Disk> {
-        let to_x = self.outline(x)?.normal;
-        let distance = (x - self.center).dot(to_x);
+        let normal = self.outline(x)?.normal;
+        let distance = (x - self.center).dot(normal);
         let nearest = distance - self.radius;
-        let square = (distance - self.radius) * (distance + self.radius);
+        let square = nearest * (distance + self.radius);
         (nearest > 0.0).then(|| Disk {
-            center: self.center + to_x * self.radius,
-            normal: to_x,
+            center: self.center + normal * self.radius,
+            normal,
             radius: self.radius * nearest / square.sqrt(),
         })
     }
@@ -85,18 +85,20 @@ impl Shape for Sphere {
         seen.map_or(0.0, |seen| outline.border(seen, x, edge))
     }
 
-    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
+    #[inline(always)]
+    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
         let x = from.position;
+        let whole = || PointSource::SphereCap(SphereCap::whole(self));
         let by_angle = || PointSource::SphereCone(SphereCone::new(self, x));
         match by {
-            PointDensity::Area => PointSource::SphereCap(SphereCap::whole(self)),
-            PointDensity::VisibleArea => PointSource::SphereCap(SphereCap::visible(self, x)),
-            PointDensity::SolidAngle | PointDensity::Proxy | PointDensity::Texture => by_angle(),
-            PointDensity::ProjectedSolidAngle => match SphereProjected::new(self, x, from.normal) {
-                Some(projected) => PointSource::SphereProjected(projected),
-                None => PointSource::SphereCap(SphereCap::whole(self)),
-            },
-            PointDensity::Lobes => {
+            By::Area => whole(),
+            By::VisibleArea => PointSource::SphereCap(SphereCap::visible(self, x)),
+            By::SolidAngle | By::Proxy | By::Texture => by_angle(),
+            By::ProjectedSolidAngle => {
+                let projected = SphereProjected::new(self, x, from.normal);
+                projected.map_or_else(whole, PointSource::SphereProjected)
+            }
+            By::Lobes => {
                 let lobes = self.outline(x).and_then(|seen| disk::lobes(&seen, from));
                 lobes.map_or_else(by_angle, PointSource::DiskLobes)
             }

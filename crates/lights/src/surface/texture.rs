@@ -14,13 +14,20 @@ pub trait EmissionTexture {
 
     /// Points in proportion to the emission, on the light or (see [`fits`](Self::fits)) around it;
     /// `None` where there is no such density: points then are uniform on the area.
-    fn points(&self) -> Option<TexturedSampler<'_>>;
+    fn points(&self) -> Option<TexturedSampler<'_>> {
+        None
+    }
 
     /// Whether all points that are drawn lie on the light.
-    fn fits(&self) -> bool;
+    fn fits(&self) -> bool {
+        false
+    }
 
     /// The image over `part`, if that is a parallelogram that the image covers exactly.
-    fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage>;
+    fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage> {
+        let _ = part;
+        None
+    }
 }
 
 /// The texture of lights that have none: there is no value of it.
@@ -29,18 +36,6 @@ pub enum NoTexture {}
 
 impl EmissionTexture for NoTexture {
     fn radiance(&self, _: DVec3) -> DVec3 {
-        match *self {}
-    }
-
-    fn points(&self) -> Option<TexturedSampler<'_>> {
-        match *self {}
-    }
-
-    fn fits(&self) -> bool {
-        match *self {}
-    }
-
-    fn over(&self, _: &ConvexPolygon) -> Option<&ImportanceImage> {
         match *self {}
     }
 }
@@ -79,8 +74,8 @@ impl Draw for TexturedPoints<'_> {
     }
 }
 
-/// Lines on a polygon by its texture, along the edges of the light unless a direction is asked for;
-/// `None` where the image does not cover the polygon exactly.
+/// Lines on a polygon by its texture, along its edges unless a direction is asked for; `None` where
+/// the image does not cover the polygon exactly.
 pub(super) fn lines<'t>(
     texture: &'t impl EmissionTexture,
     light: &ConvexPolygon,
@@ -90,11 +85,9 @@ pub(super) fn lines<'t>(
     if setup.fixed {
         return TexturedLines::new(light, image, setup.fraction * PI);
     }
-    let across = (2.0 * setup.fraction).rem_euclid(2.0) >= 1.0;
-    let axis = if across {
-        TextureAxis::V
-    } else {
-        TextureAxis::U
+    let axis = match (2.0 * setup.fraction).rem_euclid(2.0) >= 1.0 {
+        true => TextureAxis::V,
+        false => TextureAxis::U,
     };
     TexturedLines::along(light, image, axis)
 }

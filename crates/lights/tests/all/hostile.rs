@@ -3,10 +3,10 @@
 //! given back lie in [0, 1), and what is drawn with a positive density lies on the light.
 
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::linear::{
     ArcPoint, LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
-    ThinLine,
+    SegmentLobes, ThinLine,
 };
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Cylinder, CylinderLight, Disk, DiskLight, Emission,
@@ -16,6 +16,7 @@ use linelit_lights::{
     Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle,
     TransformedSampler, Width, sample_linear,
 };
+use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
     hostile, hostile_direction, hostile_unit, hostile_vector, hostile_vectors,
@@ -30,6 +31,7 @@ fn every_public_function_is_called_with_hostile_numbers() {
     let tests = concat!(
         include_str!("hostile.rs"),
         include_str!("round/hostile.rs"),
+        include_str!("shapes.rs"),
         include_str!("surfaces.rs")
     );
     // `Random` hands on what techniques give, and points by a texture are made by `PointSource`.
@@ -422,6 +424,15 @@ proptest! {
             sound(&ltc.sample(u))?;
             density(ltc.pdf(t))?;
             numbers(ltc.invert(t).map(|u| [u]))?;
+        }
+        let mut cosines = TransformedCosines::new(Frame::from_normal(n), x);
+        for (map, albedo) in [(matrix, p0.abs()), (matrix.inverse(), DVec3::ONE)] {
+            cosines.add(TransformedCosine { map, albedo });
+        }
+        if let Some(lobes) = SegmentLobes::new(&light, x, n, &cosines) {
+            prop_assert!(lobes.reflected.is_finite());
+            sound(&lobes.sample(u))?;
+            density(lobes.pdf(t))?;
         }
     }
 

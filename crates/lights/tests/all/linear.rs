@@ -1,9 +1,13 @@
 //! The laws for the techniques of linear lights, the LTC and the profiles.
 
-use linelit_geometry::{DMat3, DVec3, Segment};
-use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
+use linelit_geometry::{DMat3, DVec3, Frame, Segment};
+use linelit_lights::linear::{
+    LinearSample, LinearSampler, LinearTechnique, LtcSampler, SegmentLobes,
+};
 use linelit_lights::{LinearPointTechnique, Pdf, ThinSolidAngle};
-use linelit_testkit::chi2::sidak;
+use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
+use linelit_testkit::cases::rng;
+use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::laws::Technique;
 use linelit_testkit::quadrature::gauss_kronrod;
 use std::f64::consts::PI;
@@ -352,7 +356,7 @@ fn ltc_fits(samples: u32) {
     for case in cases {
         for m in matrices {
             // Cosine space is given around the shading normal.
-            let f = linelit_geometry::Frame::from_normal(case.n);
+            let f = Frame::from_normal(case.n);
             let m = DMat3::from_cols(f.x, f.y, f.z) * m;
             let Some(s) = LtcSampler::new(&case.light, case.x, case.n, m) else {
                 continue;
@@ -404,4 +408,38 @@ fn ltc_fits(samples: u32) {
         }
     }
     assert!(seen >= 8, "{seen} of 12 see the light");
+}
+
+/// Samples of lobes together follow their density, and what they reflect is the sum of each.
+#[test]
+#[allow(clippy::cast_possible_truncation, reason = "few bins")]
+fn lobes_follow_their_density() {
+    const SAMPLES: u64 = 20_000;
+    let case = &cases()[0];
+    let frame = Frame::from_normal(case.n);
+    let mut cosines = TransformedCosines::new(frame, DVec3::ONE);
+    let mut want = DVec3::ZERO;
+    for (width, albedo) in [(0.2, DVec3::X), (0.8, DVec3::new(0.1, 0.5, 0.0))] {
+        let map = DMat3::from_cols(DVec3::X * width, DVec3::Y, DVec3::Z);
+        cosines.add(TransformedCosine { map, albedo });
+        let map = DMat3::from_cols(frame.x, frame.y, frame.z) * map;
+        let lobe = LtcSampler::new(&case.light, case.x, case.n, map).expect("visible");
+        want += albedo * lobe.integral();
+    }
+    let lobes = SegmentLobes::new(&case.light, case.x, case.n, &cosines).expect("visible");
+    assert_eq!(lobes.reflected, want);
+    let (mut observed, mut rng) = ([0_u64; 16], rng(24));
+    for _ in 0..SAMPLES {
+        let sample = lobes.sample(rng.next_f64());
+        assert_eq!(sample.pdf, lobes.pdf(sample.t));
+        observed[(sample.t * 16.0) as usize] += 1;
+    }
+    let density = |t: f64| case.per_fraction(t, lobes.pdf(t)) * SAMPLES as f64;
+    let edge = |i: u32| f64::from(i) / 16.0;
+    let mass = |i| gauss_kronrod(density, edge(i), edge(i + 1), 1e-6).value;
+    let expected: Vec<f64> = (0..16).map(mass).collect();
+    let sum = expected.iter().sum::<f64>() / SAMPLES as f64;
+    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    let test = chi2_test(&observed, &expected, 5.0);
+    assert!(test.p_value > 0.01, "{test:?}");
 }

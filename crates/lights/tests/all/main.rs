@@ -13,6 +13,7 @@ mod reference;
 mod regions;
 mod robust;
 mod round;
+mod shapes;
 mod solid_angle;
 mod surfaces;
 mod textures;

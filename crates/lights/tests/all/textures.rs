@@ -1,10 +1,14 @@
 //! The laws of what samples textures: points and lines on parallelograms, by an image.
 
-use linelit_geometry::ConvexPolygon;
+use super::surfaces::{Laws, SLACK, setup, viewer};
 use linelit_geometry::intervals::Interval;
+use linelit_geometry::{ConvexPolygon, DVec3, Frame};
 use linelit_lights::{
-    ImportanceImage, LineTechnique, PointTechnique, TextureAxis, TexturedLines, TexturedSampler,
+    EmissionTexture, ImportanceImage, LineDensity, LineFamily, LineTechnique, PointDensity,
+    PointSource, PointTechnique, Surface, TextureAxis, TexturedLines, TexturedSampler,
 };
+use linelit_shading::ltc::TransformedCosines;
+use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::rng::SplitMix64;
 
@@ -344,5 +348,64 @@ fn oblique_lines_have_the_marginal_of_the_image() {
         // The length grows by at most its largest value over the first or last strip's
         // neighbourhood; half a strip off.
         assert!(error.abs() * (b - a) < 0.05, "{k}: {error}");
+    }
+}
+
+/// An image on a quad, of which a light may be a part.
+struct Painted {
+    quad: ConvexPolygon,
+    image: ImportanceImage,
+    fits: bool,
+}
+
+impl EmissionTexture for Painted {
+    fn radiance(&self, on_light: DVec3) -> DVec3 {
+        on_light
+    }
+
+    fn points(&self) -> Option<TexturedSampler<'_>> {
+        TexturedSampler::new(&self.quad, &self.image)
+    }
+
+    fn fits(&self) -> bool {
+        self.fits
+    }
+
+    fn over(&self, _: &ConvexPolygon) -> Option<&ImportanceImage> {
+        self.fits.then_some(&self.image)
+    }
+}
+
+/// Points by a texture are those on the part that is the light; lines by it run along the edges
+/// unless a direction is asked for, and are by area where it does not cover the light.
+#[test]
+fn textures_obey() {
+    let mut rng = rng(7);
+    let quad = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X * 2.0, DVec3::Y).expect("a quad");
+    let half = quad.clip(DVec3::X * 0.8, DVec3::new(1.0, 0.5, 0.0));
+    let cosines = TransformedCosines::new(Frame::from_normal(DVec3::Z), DVec3::ZERO);
+    let x = DVec3::new(0.3, 0.1, -0.5);
+    let below = viewer(x, &cosines);
+    for (light, fits) in [(quad, true), (half.expect("a part"), false)] {
+        let image = image();
+        let (texture, surface) = (Painted { quad, image, fits }, Surface::Polygon(&light));
+        assert_eq!(texture.radiance(x), x);
+        let laws = Laws { surface, x };
+        let source = PointSource::new(PointDensity::Texture, surface, Some(&texture), &below);
+        let missed: u32 = (0..100).map(|_| laws.points(&source, &mut rng)).sum();
+        // What is cut off has a fifth of the area and of the light.
+        assert!(matches!(source, PointSource::Texture(_)) && (missed > 80) != fits);
+        for _ in 0..cases(100) {
+            let (by, setup) = (LineDensity::Texture, setup(&mut rng));
+            let family = LineFamily::new(by, surface, Some(&texture), setup, &below);
+            let family = family.expect("lines");
+            assert_eq!(matches!(family, LineFamily::Texture(_)), fits);
+            if fits && !setup.fixed {
+                let is_first = (2.0 * setup.fraction).rem_euclid(2.0) < 1.0;
+                let edge = if is_first { DVec3::X } else { DVec3::Y };
+                assert!(family.direction().cross(edge).length() <= SLACK);
+            }
+            laws.lines(&family, &mut rng);
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Every public function with arguments that attack it: none panics, and all numbers lie in [0, 1).
 
 use linelit_samplers::{
-    Block, SampleSet, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64,
-    owen_scramble, sobol_02, van_der_corput,
+    Block, SampleSet, Sampler, SamplerKind, Slopes, blue_noise_rank, hash::mix, hash::unit_f64,
+    owen_scramble, sobol_02, stratum, van_der_corput,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::hostile_unit;
@@ -41,6 +41,7 @@ proptest! {
         let block = Block::new(index, of);
         prop_assert_eq!(block.of(), of.max(1));
         prop_assert_eq!(block.index(), index % of.max(1));
+        prop_assert!(stratum(u, of as usize) < of.max(1) as usize);
         let v = block.spread(u);
         for other in [block.among(v, marks), block.among(u, marks), block.interleaved(), Block::WHOLE] {
             prop_assert!(other.index() < other.of() && other.of() <= of.max(1));
@@ -49,6 +50,12 @@ proptest! {
                 let set = Sampler::new(kind, 5).block([1, index], 2, count, other);
                 prop_assert!((0..4).all(|i| is_unit(set.get_1d(i)) && set.get_2d(i).iter().all(|x| is_unit(*x))));
                 prop_assert!(set.parts() >= f64::from(set.count()));
+                if set.count() <= 64 {
+                    let mut slopes = Slopes::default();
+                    slopes.set(&set, true);
+                    let in_range = |(u, share)| is_unit(u) && (-1e-12..=2.0 + 1e-12).contains(&share);
+                    prop_assert!(slopes.iter().all(in_range), "{kind}");
+                }
             }
         }
     }

@@ -8,5 +8,6 @@ mod hostile;
 mod independence;
 mod long;
 mod purity;
+mod slopes;
 mod strata;
 mod uniformity;

@@ -1,0 +1,163 @@
+//! `hybrid`: the rules by which it chooses (`docs/decisions/007-what-hybrid-asks.md`).
+
+use crate::choose::{along, region};
+use crate::{
+    Ask, Between, Closed, Facts, KnownOver, Lines, Method, OcclusionStats, Part, PointBy, Points,
+    Rest, Technique, Weighted, Weights,
+};
+
+/// Points, or rays that are traced together, in place of a line; fewer lines than this are points
+/// that share the shaft.
+const POINTS: u32 = 4;
+
+/// Points that complete the closed form of transformed cosines, at least.
+const POINTS_WITH_COSINES: u32 = 16;
+
+/// Lines that take as long as the closed form over the visible region, for each triangle in between
+/// beside one for each edge that bounds what it hides.
+const LINES_FOR_A_TRIANGLE: f64 = 1.3;
+
+/// Triangles in between, for each point for the rest, up to which the closed form of transformed
+/// cosines with narrow lobes reaches an error before points do.
+const TRIANGLES_WITH_COSINES: f64 = 6.0;
+
+/// Rays towards a light that is densely occluded have less noise than lines in the same time below
+/// so many lines, and below the rays that take as long as a line over the other number.
+const LINES_IF_DENSE: f64 = 8.0;
+const RAYS_FOR_LINES: f64 = 3.0;
+
+/// In combinations, points that share a dense shaft in place of a line.
+pub(crate) const POINTS_IF_DENSE: u32 = 2 * POINTS;
+
+/// Whether rays are taken without looking at what stands between.
+pub(crate) fn takes_rays(facts: &Facts<'_>, count: u32) -> bool {
+    facts.occlusion.dense && are_rays_better(facts, count)
+}
+
+/// The method for a polygon of one radiance that is not seen as a whole.
+pub(crate) fn method<'e>(
+    lines: &'e Lines,
+    count: u32,
+    facts: &Facts<'_>,
+    between: &Between,
+) -> Method<'e> {
+    let closed = facts.known.closed;
+    let by = match closed {
+        Closed::Diffuse => facts.points,
+        Closed::AlongLines | Closed::Nowhere => PointBy::Ltc,
+    };
+    let points = count.saturating_mul(POINTS);
+    // Too much stands between to look for all of it: rays, or lines if they are many.
+    let is_dense = facts.occlusion.dense || between.is_dense;
+    if is_dense && are_rays_better(facts, count) {
+        return Method::points(by, nearest_power_of_two(points), Ask::Rays);
+    }
+    // The visible region, if it is found in the time of so many lines or points.
+    let is_smooth = closed == Closed::Diffuse || closed == Closed::Nowhere && facts.known.are_wide;
+    let with_region = points_with_cosines(count);
+    let is_region_cheap = match is_smooth {
+        true => lines_of_exact(facts.occlusion, between) <= f64::from(count),
+        false => takes_cosines(between, count),
+    };
+    if is_region_cheap
+        && !between.is_dense
+        && let Some(mut region) = region(with_region, facts, between)
+    {
+        if is_smooth && region.rest != Rest::Nothing {
+            let samples = count;
+            region.rest = Rest::PointsOfLines { lines, samples };
+        }
+        return region;
+    }
+    // Lines, of which light is known, or a point tells most of it; else points.
+    let takes_lines = match closed {
+        Closed::Diffuse | Closed::AlongLines => count >= POINTS || between.is_dense,
+        Closed::Nowhere => facts.known.are_wide,
+    };
+    let along = along(lines, count, facts).filter(|_| takes_lines);
+    along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))
+}
+
+/// Whether rays towards a densely occluded light have less noise than lines in the same time.
+fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
+    let lines = LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
+    facts.known.closed == Closed::Nowhere || f64::from(count) < lines
+}
+
+/// Lines that take as long as the closed form over what is visible past the shaft's triangles.
+fn lines_of_exact(occlusion: &OcclusionStats, between: &Between) -> f64 {
+    (LINES_FOR_A_TRIANGLE + occlusion.edges) * triangles(between)
+}
+
+/// Whether the closed form of transformed cosines with points for the rest reaches an error before
+/// others do.
+pub(crate) fn takes_cosines(between: &Between, lines: u32) -> bool {
+    let points = f64::from(points_with_cosines(lines));
+    triangles(between) <= TRIANGLES_WITH_COSINES * points
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a few hundred")]
+fn triangles(between: &Between) -> f64 {
+    between.candidates as f64
+}
+
+/// The points that complete the closed form of transformed cosines.
+pub(crate) fn points_with_cosines(lines: u32) -> u32 {
+    POINTS_WITH_COSINES.max(lines.saturating_mul(POINTS))
+}
+
+/// Points of a light that emits an image, half of them by the image; or a third, and a third by a
+/// reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines) transformed cosines.
+pub(crate) fn textured<'e>(facts: &Facts<'_>) -> Method<'e> {
+    const fn part(by: PointBy) -> Part {
+        Part {
+            technique: Technique::Points(Points::by(by)),
+            share: 1,
+        }
+    }
+    const DIFFUSE: [Part; 2] = [part(PointBy::SolidAngle), part(PointBy::Texture)];
+    const GLOSSY: [Part; 2] = [part(PointBy::Ltc), part(PointBy::Texture)];
+    let is_diffuse = facts.known.closed == Closed::Diffuse;
+    Method {
+        known: KnownOver::Nothing,
+        rest: Rest::Weighted(Weighted {
+            parts: if is_diffuse { &DIFFUSE } else { &GLOSSY },
+            with_bsdf: facts.known.are_unlike,
+            integrals: None,
+            weights: Weights::Balance,
+            samples: facts.samples,
+        }),
+        ask: facts.asked(),
+    }
+}
+
+/// The power of two that is nearest by logarithm; 2³¹ at most, and 1 at least.
+const fn nearest_power_of_two(n: u32) -> u32 {
+    let below = 1_u32 << (n | 1).ilog2();
+    let [square, limit] = [n as u64 * n as u64, 2 * below as u64 * below as u64];
+    if square > limit && below < 1 << 31 {
+        2 * below
+    } else {
+        below
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest_power_of_two;
+
+    #[test]
+    fn nearest_powers_of_two() {
+        let nearest = |n: u32| {
+            f64::from(n.max(1))
+                .log2()
+                .round()
+                .exp2()
+                .min(f64::from(1 << 30) * 2.0)
+        };
+        for n in (0..3000).chain([1 << 30, 1_518_500_249, 1_518_500_250, 1 << 31, u32::MAX]) {
+            let got = f64::from(nearest_power_of_two(n));
+            assert!((got - nearest(n)).abs() < 0.5, "{n}: {got}");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Light over the visible region of the disk that a shading point sees of a sphere or a disk.
+
+use super::region::{CORNERS, OverRegion, RegionMemory, boundary, clip};
+use crate::view::{Shape, View};
+use linelit_bsdf::{ClosedForm, TransformedCosines};
+use linelit_geometry::{DVec3, EllipticCone, Frame};
+use linelit_lights::{Disk, DiskCone, SphereProjected, around_unit_circle};
+use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk, Penumbra, Point};
+use linelit_shading::elliptic_cone::PartOfCone;
+use linelit_visibility::{Shaft, ShaftClass};
+use std::f64::consts::FRAC_1_PI;
+
+/// Sums over boundaries of disks smaller than this times their distance, and of narrower cones,
+/// lose more than half of their digits.
+const SMALL: f64 = 1e-4;
+
+/// Light of the visible part of a round light on a diffuse surface; with `skip`, an empty shaft
+/// takes the whole light. `None` where the boundary does not tell.
+pub(crate) fn diffuse(
+    view: &View<'_>,
+    form: &ClosedForm<'_>,
+    skip: bool,
+    shaft: &mut Shaft<'_>,
+    memory: &mut RegionMemory,
+) -> Option<DVec3> {
+    let disk = view.disk()?;
+    let (emitted, _) = view.emitted();
+    let irradiance = match shaft.class() {
+        ShaftClass::Empty if skip => whole(view, &disk),
+        ShaftClass::Empty | ShaftClass::Blocked | ShaftClass::Partial => None,
+    };
+    let irradiance = irradiance.or_else(|| {
+        let RegionMemory {
+            penumbra, on_disk, ..
+        } = memory;
+        let seen = SeenDisk::new(view, &disk, shaft, penumbra, on_disk)?;
+        seen.irradiance(|p| p, view.at.normal)
+    });
+    Some(emitted * form.diffuse.value() * irradiance?)
+}
+
+/// The irradiance of a whole round light of radiance one: a sphere, cut by the shading horizon or
+/// not, or a disk above it; `None` where the horizons cut more.
+fn whole(view: &View<'_>, disk: &Disk) -> Option<f64> {
+    let (x, n) = (view.at.position, view.at.normal);
+    let above = |normal: DVec3| {
+        let rise = disk.radius * normal.cross(disk.normal).length();
+        normal.dot(disk.center - x) >= rise
+    };
+    if view.at.has_two_horizons() && !above(view.at.geometric_normal) {
+        return None;
+    }
+    match view.shape() {
+        Shape::Sphere(sphere) => {
+            let seen = SphereProjected::new(sphere, x, n);
+            Some(seen.map_or(0.0, |s| s.projected_solid_angle()))
+        }
+        _ if above(n) => Some(n.dot(DiskCone::new(disk, x).vector_irradiance()).max(0.0)),
+        _ => None,
+    }
+}
+
+/// ∫ V g dω over the visible part of a round light; keeps g in the memory. `None` where the
+/// boundary does not tell: also where the disk is too small, or seen too flatly.
+pub(crate) fn cosines(
+    view: &View<'_>,
+    cosines: &TransformedCosines,
+    shaft: &mut Shaft<'_>,
+    memory: &mut RegionMemory,
+) -> Option<OverRegion> {
+    let RegionMemory {
+        penumbra,
+        on_disk,
+        cosines: kept,
+        ..
+    } = memory;
+    kept.set(cosines);
+    let disk = view.disk()?;
+    let seen = SeenDisk::new(view, &disk, shaft, penumbra, on_disk)?;
+    let frame = &kept.frame;
+    let mut sum = kept.diffuse;
+    if sum != DVec3::ZERO {
+        sum *= seen.irradiance(|p| p, frame.z)?;
+    }
+    for (ltc, albedo) in &kept.lobes {
+        let image = |p| ltc.to_cosine() * frame.to_local(p);
+        sum += *albedo * seen.irradiance(image, DVec3::Z)?;
+    }
+    Some(OverRegion {
+        integral: sum * FRAC_1_PI,
+        plane: None,
+    })
+}
+
+/// The visible part of a disk above the horizons.
+struct SeenDisk<'a> {
+    /// The boundary in units of the radius, along the axes.
+    edges: &'a [DiskEdge],
+    /// The centre relative to the shading point.
+    center: DVec3,
+    /// Radii, counter-clockwise as the shading point sees them.
+    axes: [DVec3; 2],
+}
+
+impl<'a> SeenDisk<'a> {
+    /// `None` where the boundary does not tell: nothing is kept of the occluders, or the disk is
+    /// too small or seen too flatly.
+    fn new(
+        view: &View<'_>,
+        disk: &Disk,
+        shaft: &mut Shaft<'_>,
+        penumbra: &mut Penumbra,
+        part: &'a mut PartOnDisk,
+    ) -> Option<Self> {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = *disk;
+        let center = center - view.at.position;
+        let (distance, height) = (center.length(), normal.dot(center));
+        if !(radius > SMALL * distance && height.abs() > SMALL * (distance + radius)) {
+            return None;
+        }
+        let frame = Frame::from_normal(normal);
+        let axes = [frame.x * radius, frame.y * radius.copysign(height)];
+        let horizons = (view.at.horizons())
+            .map(|n| (n.dot(center) < radius * n.cross(normal).length()).then_some(n));
+        let mut room = [[[0.0; 2]; CORNERS]; 2];
+        let mut corners = [[0.0; 2]; CORNERS];
+        let edges: &[DiskEdge] = match shaft.class() {
+            ShaftClass::Blocked => &[],
+            ShaftClass::Empty if horizons == [None; 2] => &[DiskEdge::Rim],
+            ShaftClass::Empty => {
+                let around = around_unit_circle();
+                let polygon = above(&around, [center, axes[0], axes[1]], horizons, &mut room);
+                let next = polygon.iter().cycle().skip(1);
+                let sides = polygon.iter().zip(next);
+                part.of(sides.map(|(&from, &to)| BoundaryEdge { from, to }))
+            }
+            ShaftClass::Partial => {
+                let (_, plane, boundary) = boundary(shaft, penumbra, |images| {
+                    let light = images.light();
+                    corners[..light.len()].copy_from_slice(light);
+                    above(&corners[..light.len()], images.axes(), horizons, &mut room)
+                })?;
+                let to_disk = ToDisk::new(plane, center, axes);
+                part.of(boundary.iter().map(|edge| to_disk.edge(edge)))
+            }
+        };
+        Some(Self {
+            edges,
+            center,
+            axes,
+        })
+    }
+
+    /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` if what the
+    /// map makes of the disk is too narrow.
+    fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3) -> Option<f64> {
+        let (center, [u, v]) = (map(self.center), self.axes.map(&map));
+        let cone = EllipticCone::over(center, u, v)?;
+        if !(cone.tan[0] * cone.tan[1] > SMALL * SMALL) {
+            return None;
+        }
+        // A map that mirrors has the boundary run the other way.
+        let mirrors = center.dot(u.cross(v)) < 0.0;
+        let at = |[p, q]: &Point| center + u * *p + v * *q;
+        let mut sum = PartOfCone::new(&cone, n);
+        for edge in self.edges {
+            match edge {
+                DiskEdge::Rim => sum.add_rim(),
+                DiskEdge::Straight(a, b) if mirrors => sum.add_segment(at(b), at(a)),
+                DiskEdge::Straight(a, b) => sum.add_segment(at(a), at(b)),
+                DiskEdge::Arc(a, b, is_long) if mirrors => sum.add_arc(at(b), at(a), *is_long),
+                DiskEdge::Arc(a, b, is_long) => sum.add_arc(at(a), at(b), *is_long),
+            }
+        }
+        Some(sum.irradiance())
+    }
+}
+
+/// The part of a polygon that is above horizons.
+fn above<'a>(
+    polygon: &'a [Point],
+    plane: [DVec3; 3],
+    horizons: [Option<DVec3>; 2],
+    room: &'a mut [[Point; CORNERS]; 2],
+) -> &'a [Point] {
+    let [first, second] = room;
+    let mut polygon = polygon;
+    for (n, out) in horizons.into_iter().zip([first, second]) {
+        if let Some(n) = n {
+            let count = clip(polygon, plane, n, out);
+            polygon = &out[..count];
+        }
+    }
+    polygon
+}
+
+/// From a plane's coordinates to those of a disk in it, in units of the radius.
+struct ToDisk {
+    rows: [[f64; 3]; 2],
+    /// Whether the two run round each other's way.
+    mirrors: bool,
+}
+
+impl ToDisk {
+    fn new([origin, p, q]: [DVec3; 3], center: DVec3, axes: [DVec3; 2]) -> Self {
+        let rows = axes.map(|axis| {
+            let square = axis.length_squared();
+            [origin - center, p, q].map(|v| v.dot(axis) / square)
+        });
+        let [[_, a, b], [_, c, d]] = rows;
+        Self {
+            rows,
+            mirrors: a * d < b * c,
+        }
+    }
+
+    fn edge(&self, edge: &BoundaryEdge) -> BoundaryEdge {
+        let to = |[p, q]: Point| self.rows.map(|[zero, x, y]| zero + x * p + y * q);
+        let (from, to) = (to(edge.from), to(edge.to));
+        match self.mirrors {
+            true => BoundaryEdge { from: to, to: from },
+            false => BoundaryEdge { from, to },
+        }
+    }
+}

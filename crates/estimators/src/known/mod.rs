@@ -1,0 +1,189 @@
+//! Integrals of the known part of the light: along lines, and over the visible region of a light.
+
+pub(crate) mod disk;
+pub(crate) mod lines;
+pub(crate) mod region;
+pub(crate) mod segment;
+
+use crate::draw::lines::Use;
+use crate::streams::Samples;
+use crate::view::{Shape, View};
+use crate::visible::Visible;
+use crate::{EmissionTexture, KnownOver, Lines, Of, Query, WorkCounters};
+use linelit_bsdf::{ClosedForm, Reflection, TransformedCosines};
+use linelit_geometry::DVec3;
+use linelit_lights::{LineDensity, LineFamily, LineSample, LineSetup, NoTexture, Surface};
+use linelit_shading::quadrature::Model;
+use lines::LineMemory;
+use region::RegionMemory;
+
+/// The memory of integrals.
+#[derive(Debug, Default)]
+pub(crate) struct KnownMemory {
+    pub lines: LineMemory,
+    pub region: RegionMemory,
+}
+
+/// The known part of the light that goes to the viewer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KnownLight {
+    pub light: DVec3,
+    /// The plane in which the memory has the boundary of the visible region, where it is a polygon
+    /// with occluders before it and the rest is to be sampled.
+    pub plane: Option<[DVec3; 3]>,
+}
+
+impl KnownLight {
+    /// Nothing is known.
+    pub(crate) const NONE: Self = Self {
+        light: DVec3::ZERO,
+        plane: None,
+    };
+}
+
+/// The known part of the light of a query, as its method wants it; `None` where the visible region
+/// cannot be found. Transformed cosines are integrated over the part of a polygon above the
+/// horizons if the view has it.
+pub(crate) fn over<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    view: &View<'_>,
+    known: &KnownOver<'_>,
+    cosines: Option<&TransformedCosines>,
+    visible: &mut Visible<'_>,
+    memory: &mut KnownMemory,
+    counts: &mut WorkCounters,
+) -> Option<KnownLight> {
+    let KnownMemory { lines, region } = memory;
+    let form = query.point.known().closed_form();
+    let light = match known {
+        KnownOver::Nothing => return Some(KnownLight::NONE),
+        KnownOver::Lines {
+            lines: options,
+            count,
+            of,
+        } => {
+            draw(query, view, options, *count, lines);
+            lines.ask(visible, counts);
+            let sum = match (of, &form) {
+                (Of::Quadrature, _) => by_quadrature(query, view, options, lines),
+                (_, Some(form)) => closed(view, form, options, lines),
+                (_, None) => return None,
+            };
+            sum / f64::from(*count)
+        }
+        KnownOver::Region(Of::Cosines) => {
+            let (cosines, light) = (cosines?, view.above.map(|above| &above.polygon));
+            let over = match view.polygon() {
+                Some(polygon) => {
+                    let light = light.unwrap_or(polygon);
+                    region::cosines(view, light, cosines, visible.shaft()?, region)?
+                }
+                None => disk::cosines(view, cosines, visible.shaft()?, region)?,
+            };
+            return Some(KnownLight {
+                light: view.emitted().0 * over.integral,
+                plane: over.plane,
+            });
+        }
+        KnownOver::Region(of) => match (view.shape(), &form) {
+            (Shape::Segment(line), _) => {
+                visible.lines(&[**line], &mut lines.visible);
+                counts.count_lines(&lines.visible, 1);
+                let parts = lines.visible.line(0);
+                match &form {
+                    Some(form) if *of == Of::Reflection => segment::closed(view, line, form, parts),
+                    _ => {
+                        let model = Model::Cylinder;
+                        let sum = segment::by_quadrature(line, query.point, parts, model);
+                        view.emitted().0 * sum
+                    }
+                }
+            }
+            (Shape::Polygon(_), Some(form)) => {
+                region::diffuse(view, form, visible.shaft()?, region)?
+            }
+            (Shape::Sphere(_) | Shape::Disk(_), Some(form)) => {
+                disk::diffuse(view, form, query.skip, visible.shaft()?, region)?
+            }
+            (Shape::Cylinder(_), Some(form)) => segment::whole_cylinder(view, form)?,
+            (_, None) => return None,
+        },
+    };
+    Some(KnownLight { light, plane: None })
+}
+
+/// Draws lines on a polygon, or along the axis of a cylinder, whose integrals are known.
+fn draw<R, T>(
+    query: &Query<'_, R, T>,
+    view: &View<'_>,
+    options: &Lines,
+    count: u32,
+    memory: &mut LineMemory,
+) {
+    let (numbers, draws) = (&query.numbers, &mut memory.draws);
+    let from = Samples { numbers, count };
+    if let Some(polygon) = view.polygon() {
+        draws.draw(
+            polygon,
+            options,
+            &query.light.occlusion,
+            from,
+            Use::Integrals,
+        );
+    } else if let Some(family) = on_cylinder(view, options) {
+        let line = |_, u| family.sample(u);
+        draws.draw_each(from, Use::Integrals, options.control, line);
+    }
+}
+
+/// The lines along the axis of a cylinder, whatever the direction asked for.
+fn on_cylinder<'v>(view: &'v View<'_>, lines: &Lines) -> Option<LineFamily<'v>> {
+    let Shape::Cylinder(cylinder) = view.shape() else {
+        return None;
+    };
+    let setup = LineSetup {
+        fraction: 0.0,
+        angle: 0.0,
+        fixed: false,
+        offset: lines.offset,
+    };
+    let (surface, viewer) = (Surface::Cylinder(cylinder), view.at.viewer());
+    LineFamily::new::<NoTexture>(LineDensity::Area, surface, None, setup, &viewer)
+}
+
+/// Σ over lines of their integrals in closed form.
+fn closed(
+    view: &View<'_>,
+    form: &ClosedForm<'_>,
+    options: &Lines,
+    memory: &mut LineMemory,
+) -> DVec3 {
+    let LineMemory {
+        draws,
+        pieces,
+        visible,
+    } = memory;
+    let family = on_cylinder(view, options);
+    // Each line of a cylinder has a plane of its own.
+    let height = |line: &LineSample| family.as_ref().map_or(1.0, |family| family.height(line));
+    lines::gather(view, form, height, draws, pieces, |i| visible.line(i))
+}
+
+/// Σ over lines of a cylinder of their integrals by quadrature.
+fn by_quadrature<R: Reflection, T>(
+    query: &Query<'_, R, T>,
+    view: &View<'_>,
+    options: &Lines,
+    memory: &LineMemory,
+) -> DVec3 {
+    let Some(family) = on_cylinder(view, options) else {
+        return DVec3::ZERO;
+    };
+    let (radiance, _) = view.emitted();
+    let each = memory.draws.iter().enumerate().map(|(i, drawn)| {
+        let (line, parts) = (&drawn.line, memory.visible.line(i));
+        let of_line = segment::by_quadrature(&line.segment, query.point, parts, Model::Ribbon);
+        radiance * of_line * (family.height(line) * (drawn.share / line.pdf.value()))
+    });
+    each.sum()
+}

@@ -1,0 +1,385 @@
+//! Light over the visible region of a polygon: diffuse in closed form, and by transformed cosines.
+
+use crate::cosines::Cosines;
+use crate::point::Receiver;
+use crate::view::View;
+use linelit_bsdf::{ClosedForm, TransformedCosines};
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_penumbra::{BoundaryEdge, PartOnDisk, Penumbra, Point};
+use linelit_shading::ltc::Ltc;
+use linelit_shading::polygon;
+use linelit_visibility::{Images, Shaft, ShaftClass};
+use std::f64::consts::FRAC_1_PI;
+use std::iter;
+
+/// Diffuse light of polygons whose sides are longer than the root of this times their distance is
+/// Lambert's sum over the boundary; for smaller ones it would lose more than two digits.
+const WIDE: f64 = 1e-4;
+
+/// Transformed cosines are summed over the boundary where the square of a side is more than this
+/// times that of the distance: the sum is then good to 1e-8.
+const SMALL: f64 = 1e-8;
+
+/// A ray tells whether a place is visible at least so far from all edges: in units of how far
+/// triangles reach, some forty roundings of coordinates; and in units of the light, as many as they
+/// seem of what is a thousandth of the way from the shading point.
+const CLOSE: f64 = 1e-14;
+const LEAST_ASIDE: f64 = 1e-11;
+
+/// Room for the light's corners after a clip, even if rounding has it cross each second side.
+pub(super) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
+
+/// The memory of visible regions.
+#[derive(Debug, Default)]
+pub(crate) struct RegionMemory {
+    pub penumbra: Penumbra,
+    pub(super) on_disk: PartOnDisk,
+    /// The transformed cosines that were integrated last.
+    pub cosines: Cosines,
+    /// The light, as sums over the channels, that the cosine itself and each lobe reflect of the
+    /// region.
+    pub reflected: Vec<f64>,
+}
+
+/// The integral of the transformed cosines over a region, and where the region is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OverRegion {
+    /// ∫ V g dω.
+    pub integral: DVec3,
+    /// The light's plane, in which the penumbra has the boundary of the region; `None` if nothing
+    /// stands in between, and of disks.
+    pub plane: Option<[DVec3; 3]>,
+}
+
+/// Light of a polygon on a diffuse surface, past whatever the shaft holds.
+///
+/// Where all of the light is above the horizon it is Lambert's sum over the boundary of the visible
+/// part ([`Penumbra`]). Otherwise the boundary is joined to a corner of the light, piece by piece;
+/// the irradiances of the triangles that this makes, with their signs, add up to that of the
+/// visible part, since they add up to it as sets.
+///
+/// There is no error but rounding, 1e-12 of the light unshadowed. `None` where the shaft keeps
+/// nothing of the occluders.
+pub(crate) fn diffuse(
+    view: &View<'_>,
+    form: &ClosedForm<'_>,
+    shaft: &mut Shaft<'_>,
+    memory: &mut RegionMemory,
+) -> Option<DVec3> {
+    let (emitted, _) = view.emitted();
+    let n = view.at.normal;
+    if shaft.class() == ShaftClass::Empty {
+        return Some(emitted * (form.diffuse.value() * whole(view)));
+    }
+    let mut corners = [[0.0; 2]; CORNERS];
+    let seen = Seen::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
+    if emitted == DVec3::ZERO || seen.pieces.is_empty() {
+        return Some(DVec3::ZERO);
+    }
+    let flat = seen.irradiance(|p| p, n, WIDE).unwrap_or_else(|| {
+        let sum = seen.triangles(|triangle| polygon::irradiance(triangle, n));
+        sum.max(0.0)
+    });
+    Some(emitted * form.diffuse.value() * flat)
+}
+
+/// The irradiance of a whole polygon of radiance one.
+fn whole(view: &View<'_>) -> f64 {
+    let Some(light) = view.polygon() else {
+        return 0.0;
+    };
+    let (x, n) = (view.at.position, view.at.normal);
+    if view.at.has_two_horizons() {
+        let Some(above) = light.clip(x, view.at.geometric_normal) else {
+            return 0.0;
+        };
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        polygon::irradiance(above.relative_to(x, &mut relative), n)
+    } else if let [a, b, c, d] = light.vertices() {
+        // Most lights are quadrilaterals, which need no room for more corners to be cleared.
+        polygon::irradiance(&[*a - x, *b - x, *c - x, *d - x], n)
+    } else {
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        polygon::irradiance(light.relative_to(x, &mut relative), n)
+    }
+}
+
+/// ∫ V g dω over a polygon, the light or its part above the horizons, past whatever the shaft
+/// holds; keeps g in the memory. `None` if the shaft keeps nothing of the occluders.
+pub(crate) fn cosines(
+    view: &View<'_>,
+    light: &ConvexPolygon,
+    cosines: &TransformedCosines,
+    shaft: &mut Shaft<'_>,
+    memory: &mut RegionMemory,
+) -> Option<OverRegion> {
+    let RegionMemory {
+        penumbra,
+        cosines: kept,
+        reflected,
+        ..
+    } = memory;
+    let x = view.at.position;
+    let is_small = light.area() < SMALL * light.vertices()[0].distance_squared(x);
+    kept.set(cosines);
+    let sums = Sums {
+        cosines: kept,
+        is_small,
+    };
+    if shaft.class() == ShaftClass::Empty {
+        let above = light.clip(x, view.at.geometric_normal);
+        let integral = above.map_or(DVec3::ZERO, |above| {
+            let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+            sums.over_convex(above.relative_to(x, &mut relative))
+        });
+        let plane = None;
+        return Some(OverRegion { integral, plane });
+    }
+    let mut corners = [[0.0; 2]; CORNERS];
+    let seen = Seen::new(&view.at, shaft, penumbra, &mut corners)?;
+    Some(OverRegion {
+        integral: sums.over(&seen, reflected),
+        plane: Some(seen.plane),
+    })
+}
+
+/// Integrals of transformed cosines.
+struct Sums<'a> {
+    cosines: &'a Cosines,
+    /// Whether the light is too small for sums over its edges.
+    is_small: bool,
+}
+
+impl Sums<'_> {
+    /// ∫ g dω over the visible part of a light, with the share of each lobe.
+    fn over(&self, seen: &Seen<'_>, reflected: &mut Vec<f64>) -> DVec3 {
+        let Cosines {
+            frame,
+            diffuse,
+            lobes,
+        } = self.cosines;
+        let whole = seen.irradiance(|p| p, frame.z, SMALL);
+        let by_triangles = || seen.triangles(|triangle| self.flat(triangle));
+        let flat = whole.map_or_else(by_triangles, |sum| FRAC_1_PI * sum);
+        let mut sum = *diffuse * flat;
+        reflected.clear();
+        reflected.push(sum.element_sum());
+        // The horizon of a lobe's own cosine need not be the surface's, which cuts it as well.
+        let is_above = seen.is_above(frame.z);
+        for (ltc, albedo) in lobes {
+            let image = |p| ltc.to_cosine() * frame.to_local(p);
+            let whole = seen.irradiance(image, DVec3::Z, SMALL).filter(|_| is_above);
+            let by_triangles = || seen.triangles(|triangle| self.lobe(ltc, triangle));
+            let part = whole.map_or_else(by_triangles, |sum| FRAC_1_PI * sum);
+            let part = *albedo * part;
+            reflected.push(part.element_sum());
+            sum += part;
+        }
+        sum
+    }
+
+    /// ∫ g dω over a convex polygon relative to the shading point.
+    fn over_convex(&self, vertices: &[DVec3]) -> DVec3 {
+        let flat = self.cosines.diffuse * self.flat(vertices);
+        let lobes = self.cosines.lobes.iter();
+        lobes.fold(flat, |sum, (ltc, albedo)| {
+            sum + *albedo * self.lobe(ltc, vertices)
+        })
+    }
+
+    /// The integral of the cosine itself.
+    fn flat(&self, vertices: &[DVec3]) -> f64 {
+        let n = self.cosines.frame.z;
+        FRAC_1_PI
+            * match self.is_small {
+                true => polygon::irradiance(vertices, n),
+                false => polygon::irradiance_by_edges(vertices, n),
+            }
+    }
+
+    /// The integral of a lobe.
+    fn lobe(&self, ltc: &Ltc, vertices: &[DVec3]) -> f64 {
+        match self.is_small {
+            true => ltc.polygon(&self.cosines.frame, vertices),
+            false => ltc.polygon_by_edges(&self.cosines.frame, vertices),
+        }
+    }
+}
+
+/// The visible part of a polygon, by its boundary.
+struct Seen<'a> {
+    /// The light's corners above the surface, in its plane.
+    light: &'a [Point],
+    pieces: &'a [BoundaryEdge],
+    /// Where the plane's coordinates are zero, and their axes.
+    plane: [DVec3; 3],
+}
+
+impl<'a> Seen<'a> {
+    /// `None` if the shaft keeps nothing of what is in between.
+    fn new(
+        at: &Receiver,
+        shaft: &mut Shaft<'_>,
+        penumbra: &'a mut Penumbra,
+        corners: &'a mut [Point; CORNERS],
+    ) -> Option<Self> {
+        let (light, plane, pieces) =
+            boundary(shaft, penumbra, |images| above_surface(at, images, corners))?;
+        Some(Self {
+            light,
+            pieces,
+            plane,
+        })
+    }
+
+    /// A point of the light relative to the shading point.
+    fn in_space(&self, p: Point) -> DVec3 {
+        let [origin, along_p, along_q] = self.plane;
+        origin + along_p * p[0] + along_q * p[1]
+    }
+
+    /// Whether all of the light is above the horizon of a normal.
+    fn is_above(&self, n: DVec3) -> bool {
+        self.light.iter().all(|&p| n.dot(self.in_space(p)) > 0.0)
+    }
+
+    /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` where the
+    /// mapped light is cut by the horizon, or the square of a side is less than `least` times that
+    /// of the distance: rounding is ε over it.
+    fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3, least: f64) -> Option<f64> {
+        let [origin, along_p, along_q] = self.plane;
+        let plane = self.plane.map(&map);
+        let at = |p: Point| plane[0] + plane[1] * p[0] + plane[2] * p[1];
+        let side = along_p.length_squared().min(along_q.length_squared());
+        let fits = side > least * origin.length_squared();
+        (fits && self.light.iter().all(|&p| n.dot(at(p)) > 0.0)).then(|| {
+            let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
+            polygon::boundary_irradiance(edges, &plane, n)
+        })
+    }
+
+    /// The sum of an integral over triangles relative to the shading point, which with their signs
+    /// make up what is visible.
+    fn triangles(&self, mut integral: impl FnMut(&[DVec3; 3]) -> f64) -> f64 {
+        let apex = self.light[0];
+        let top = self.in_space(apex);
+        let mut sum = 0.0;
+        for piece in self.pieces {
+            let u = [piece.from[0] - apex[0], piece.from[1] - apex[1]];
+            let v = [piece.to[0] - apex[0], piece.to[1] - apex[1]];
+            let turn = u[0] * v[1] - u[1] * v[0];
+            if turn != 0.0 {
+                let triangle = [top, self.in_space(piece.from), self.in_space(piece.to)];
+                sum += integral(&triangle) * turn.signum();
+            }
+        }
+        sum
+    }
+}
+
+/// A polygon in the light's plane, that plane, and the boundary of what is visible of the polygon;
+/// `None` if the shaft keeps nothing of what is in between.
+pub(crate) fn boundary<'a, 'b>(
+    shaft: &mut Shaft<'_>,
+    penumbra: &'a mut Penumbra,
+    polygon: impl FnOnce(&Images<'_>) -> &'b [Point],
+) -> Option<(&'b [Point], [DVec3; 3], &'a [BoundaryEdge])> {
+    let mut by_silhouettes = true;
+    let images = match shaft.loose_front() {
+        Some(images) => images,
+        None => {
+            by_silhouettes = false;
+            shaft.front()?
+        }
+    };
+    let (polygon, plane) = (polygon(&images), images.axes());
+    penumbra.begin(polygon);
+    penumbra.add(images.triangles());
+    if !by_silhouettes {
+        past_triangles(shaft, penumbra);
+    } else if !past_surfaces(shaft, penumbra, plane) {
+        penumbra.begin(polygon);
+        penumbra.add(shaft.front()?.triangles());
+        past_triangles(shaft, penumbra);
+    }
+    Some((polygon, plane, penumbra.latest()))
+}
+
+/// Finds the boundary past triangles, and those that turn out to be behind it.
+fn past_triangles(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra) {
+    penumbra.boundary_past(iter::empty());
+    let ends = |edge: &BoundaryEdge| [edge.from, edge.to];
+    while let Some(images) = shaft.behind(penumbra.latest().iter().map(ends)) {
+        penumbra.boundary_past(images.triangles());
+    }
+}
+
+/// Finds the boundary past loose triangles and, by their silhouettes, fine meshes; false if there
+/// are none, or they are so close to each other that they do not tell.
+fn past_surfaces(
+    shaft: &mut Shaft<'_>,
+    penumbra: &mut Penumbra,
+    [origin, along_p, along_q]: [DVec3; 3],
+) -> bool {
+    loop {
+        let Some((images, silhouettes)) = shaft.silhouettes() else {
+            return false;
+        };
+        penumbra.add(images.triangles());
+        penumbra.set_silhouettes(silhouettes.iter().map(|s| (s.from, s.to, s.layers)));
+        match shaft.behind(penumbra.outline()) {
+            Some(images) => penumbra.add(images.triangles()),
+            None => break,
+        }
+    }
+    let side = along_p
+        .length_squared()
+        .min(along_q.length_squared())
+        .sqrt();
+    let least = (CLOSE * shaft.reach() / side).max(LEAST_ASIDE);
+    let is_visible = |[p, q]: Point| shaft.place_visible(origin + along_p * p + along_q * q);
+    penumbra.settle(least, is_visible).is_some()
+}
+
+/// The light's corners in its plane; with an interpolated normal, of the part above the surface's
+/// own horizon (the closed forms clip to the normal's).
+fn above_surface<'a>(
+    at: &Receiver,
+    images: &Images<'_>,
+    out: &'a mut [Point; CORNERS],
+) -> &'a [Point] {
+    let light = images.light();
+    if !at.has_two_horizons() {
+        out[..light.len()].copy_from_slice(light);
+        return &out[..light.len()];
+    }
+    let count = clip(light, images.axes(), at.geometric_normal, out);
+    &out[..count]
+}
+
+/// The corners of what of a polygon in a plane, given by its origin and axes relative to the
+/// shading point, is above the horizon of a normal.
+pub(crate) fn clip(
+    polygon: &[Point],
+    [origin, along_p, along_q]: [DVec3; 3],
+    n: DVec3,
+    out: &mut [Point; CORNERS],
+) -> usize {
+    let slopes = [n.dot(origin), n.dot(along_p), n.dot(along_q)];
+    let height = |p: Point| slopes[0] + slopes[1] * p[0] + slopes[2] * p[1];
+    let mut count = 0;
+    for (i, &b) in polygon.iter().enumerate() {
+        let a = polygon[(i + polygon.len() - 1) % polygon.len()];
+        let (ha, hb) = (height(a), height(b));
+        if (ha >= 0.0) != (hb >= 0.0) {
+            let t = ha / (ha - hb);
+            out[count] = [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+            count += 1;
+        }
+        if hb >= 0.0 {
+            out[count] = b;
+            count += 1;
+        }
+    }
+    count
+}

@@ -1,0 +1,363 @@
+//! The options of techniques in texts: `key=value,…` in brackets.
+
+use crate::technique::NU;
+use crate::{
+    ExactOptions, Integration, LineControl, LineDirection, LinearHeuristic, LinearOptions, Lines,
+    MOST_TECHNIQUES, Pieces, PointBy, Points, Technique,
+};
+use linelit_lights::OffsetDensity;
+use linelit_lights::linear::LinearTechnique;
+use std::f64::consts::PI;
+use std::fmt;
+
+/// The reason for which a text names no estimator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ParseEstimatorError {
+    message: String,
+    unknown: Option<(String, Vec<&'static str>)>,
+}
+
+impl ParseEstimatorError {
+    /// The word that is no name, and the names that could stand in its place: of a
+    /// technique, an option, or an option's value. `None` where something else is wrong.
+    ///
+    /// ```
+    /// use linelit_estimators::Estimator;
+    ///
+    /// let error = "line-area[offst=uniform]".parse::<Estimator>().unwrap_err();
+    /// let (word, names) = error.unknown().unwrap();
+    /// assert_eq!((word, names.contains(&"offset")), ("offst", true));
+    /// ```
+    #[must_use]
+    pub fn unknown(&self) -> Option<(&str, &[&'static str])> {
+        let (word, names) = self.unknown.as_ref()?;
+        Some((word, names))
+    }
+}
+
+impl fmt::Display for ParseEstimatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for ParseEstimatorError {}
+
+pub(crate) type Result<T> = std::result::Result<T, ParseEstimatorError>;
+
+pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
+    Err(ParseEstimatorError {
+        message: message.into(),
+        unknown: None,
+    })
+}
+
+/// An [`error`] about a word that is none of some names.
+pub(crate) fn unknown<T>(message: String, word: &str, names: Vec<&'static str>) -> Result<T> {
+    let unknown = Some((word.to_owned(), names));
+    Err(ParseEstimatorError { message, unknown })
+}
+
+/// The options in the brackets of one technique, until they are read.
+pub(crate) struct Options<'a> {
+    technique: &'a str,
+    unread: Vec<(&'a str, &'a str)>,
+    /// The keys that were asked for.
+    keys: Vec<&'static str>,
+}
+
+impl<'a> Options<'a> {
+    /// The options of a text `key=value,…`.
+    pub(crate) fn new(technique: &'a str, text: &'a str) -> Self {
+        let options = text.split(',').map(str::trim).filter(|o| !o.is_empty());
+        Self {
+            technique,
+            unread: options
+                .map(|o| o.split_once('=').unwrap_or((o, "")))
+                .collect(),
+            keys: Vec::new(),
+        }
+    }
+
+    /// The value of an option, the last if it is said again.
+    pub(crate) fn take(&mut self, key: &'static str) -> Option<&'a str> {
+        if !self.keys.contains(&key) {
+            self.keys.push(key);
+        }
+        let value = self.unread.iter().rfind(|(k, _)| *k == key)?.1;
+        self.unread.retain(|(k, _)| *k != key);
+        Some(value)
+    }
+
+    /// Sets an option to what `read` makes of its value, if it is said, and tells whether it is;
+    /// where `read` makes nothing of it, an error says what was expected.
+    fn read<V>(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+        read: impl Fn(&str) -> Option<V>,
+        option: &mut V,
+    ) -> Result<bool> {
+        let Some(value) = self.take(key) else {
+            return Ok(false);
+        };
+        let Some(read) = read(value) else {
+            return error(format!("{key} `{value}`; expected {expected}"));
+        };
+        *option = read;
+        Ok(true)
+    }
+
+    /// Sets an option that is one of a few, if it is said, and tells whether it is.
+    fn choose<V: Copy, const N: usize>(
+        &mut self,
+        key: &'static str,
+        choices: [(&'static str, V); N],
+        option: &mut V,
+    ) -> Result<bool> {
+        let Some(value) = self.take(key) else {
+            return Ok(false);
+        };
+        let Some((_, chosen)) = choices.iter().find(|(name, _)| *name == value) else {
+            let names = choices.map(|(name, _)| name);
+            let message = format!("{key} `{value}`; expected {}", names.join(" or "));
+            return unknown(message, value, names.to_vec());
+        };
+        *option = *chosen;
+        Ok(true)
+    }
+
+    /// Checks that all have been read.
+    pub(crate) fn done(self) -> Result<()> {
+        let Some((key, _)) = self.unread.first() else {
+            return Ok(());
+        };
+        let expected = match &self.keys[..] {
+            [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+            only => only.concat(),
+        };
+        let message = format!(
+            "`{}` has no option `{key}`; expected {expected}",
+            self.technique
+        );
+        unknown(message, key, self.keys)
+    }
+}
+
+impl Points {
+    /// Points with the options that a text says.
+    pub(crate) fn read(mut self, options: &mut Options<'_>) -> Result<Self> {
+        if let PointBy::Linear(linear) = self.by {
+            self.by = PointBy::Linear(linear.read(options)?);
+        }
+        if Technique::Points(self).has_visibility() {
+            let ways = [("rays", false), ("shaft", true)];
+            options.choose("visibility", ways, &mut self.in_shaft)?;
+        }
+        Ok(self)
+    }
+
+    /// The options that are not the default, as `key=value`.
+    pub(crate) fn write(self, out: &mut Vec<String>) {
+        if let PointBy::Linear(linear) = self.by {
+            linear.write(out);
+        }
+        if self.in_shaft {
+            out.push("visibility=shaft".to_owned());
+        }
+    }
+}
+
+impl LinearOptions {
+    fn read(self, options: &mut Options<'_>) -> Result<Self> {
+        let (technique, mis) = (options.take("technique"), options.take("mis"));
+        let with = options.take("with").map(named).transpose()?;
+        let mut nu = None;
+        let share = |text: &str| text.parse().ok().filter(|nu| (0.0..=1.0).contains(nu));
+        options.read("nu", "0 to 1", |text| share(text).map(Some), &mut nu)?;
+        match technique {
+            Some("ltc") => heuristic(mis, nu, with).map(Self::Ltc),
+            _ if mis.is_some() || nu.is_some() || with.is_some() => {
+                error("`mis`, `nu` and `with` are of the two techniques of `technique=ltc`")
+            }
+            None => Ok(self),
+            Some(name) => named(name).map(Self::Technique),
+        }
+    }
+
+    fn write(self, out: &mut Vec<String>) {
+        let (mis, nu) = match self {
+            Self::Technique(LinearTechnique::ProjectedSolidAngle) => return,
+            Self::Technique(technique) => {
+                return out.push(format!("technique={}", technique.name()));
+            }
+            Self::Ltc(LinearHeuristic::Balance(_)) => (Some("balance"), None),
+            Self::Ltc(LinearHeuristic::WeightedBalance) => (Some("weighted-balance"), None),
+            Self::Ltc(LinearHeuristic::Optimal(nu)) => (Some("optimal"), Some(nu)),
+            Self::Ltc(LinearHeuristic::ClampedOptimal(nu)) => (None, Some(nu)),
+        };
+        out.push("technique=ltc".to_owned());
+        out.extend(mis.map(|mis| format!("mis={mis}")));
+        let nu = nu.filter(|nu| (nu - NU).abs() > 0.0);
+        out.extend(nu.map(|nu| format!("nu={nu}")));
+        if let Self::Ltc(LinearHeuristic::Balance(first)) = self
+            && first != LinearTechnique::ProjectedSolidAngle
+        {
+            out.push(format!("with={}", first.name()));
+        }
+    }
+}
+
+fn named(name: &str) -> Result<LinearTechnique> {
+    let found = LinearTechnique::ALL.into_iter().find(|t| t.name() == name);
+    found.map_or_else(
+        || {
+            let mut names = LinearTechnique::ALL.map(LinearTechnique::name).to_vec();
+            let message = format!("technique `{name}`; expected {} or ltc", names.join(", "));
+            names.push("ltc");
+            unknown(message, name, names)
+        },
+        Ok,
+    )
+}
+
+fn heuristic(
+    mis: Option<&str>,
+    nu: Option<f64>,
+    with: Option<LinearTechnique>,
+) -> Result<LinearHeuristic> {
+    Ok(match mis {
+        Some("balance") if nu.is_none() => {
+            LinearHeuristic::Balance(with.unwrap_or(LinearTechnique::ProjectedSolidAngle))
+        }
+        _ if with.is_some() => return error("`with` stands beside `mis=balance`"),
+        None | Some("clamped-optimal") => LinearHeuristic::ClampedOptimal(nu.unwrap_or(NU)),
+        Some("optimal") => LinearHeuristic::Optimal(nu.unwrap_or(NU)),
+        Some("weighted-balance") if nu.is_none() => LinearHeuristic::WeightedBalance,
+        Some(name @ ("balance" | "weighted-balance")) => {
+            return error(format!("`mis={name}` knows no nu"));
+        }
+        Some(name) => {
+            let expected = "balance, weighted-balance, optimal or clamped-optimal";
+            let names = ["balance", "weighted-balance", "optimal", "clamped-optimal"];
+            let message = format!("mis `{name}`; expected {expected}");
+            return unknown(message, name, names.to_vec());
+        }
+    })
+}
+
+/// The most points that a piece of a line gets.
+const MOST_POINTS: u8 = 64;
+
+/// The values of `orientation`.
+const DIRECTIONS: &str = "adaptive, parallel, uniform, stratified, origin, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
+
+/// The values of `orientation` that have no number.
+const NAMED_DIRECTIONS: [(&str, LineDirection); 5] = [
+    ("adaptive", LineDirection::Adaptive),
+    ("parallel", LineDirection::Parallel),
+    ("uniform", LineDirection::UniformPerLine),
+    ("stratified", LineDirection::Stratified),
+    ("origin", LineDirection::Origin),
+];
+
+impl Lines {
+    /// Lines with the options that a text says, and whether one was said that only weighted
+    /// techniques have.
+    pub(crate) fn read(mut self, options: &mut Options<'_>) -> Result<(Self, bool)> {
+        if let Some(Integration::Exact(exact)) = &mut self.integration {
+            exact.read(options)?;
+        }
+        options.read("orientation", DIRECTIONS, direction, &mut self.direction)?;
+        if self.has_offsets() {
+            let offsets = [
+                ("uniform", OffsetDensity::Uniform),
+                ("length", OffsetDensity::Length),
+            ];
+            options.choose("offset", offsets, &mut self.offset)?;
+        }
+        if self.integration.is_some() {
+            let controls = [("slopes", LineControl::Slopes), ("none", LineControl::None)];
+            options.choose("control", controls, &mut self.control)?;
+        }
+        let ways = [("one", Pieces::One), ("each", Pieces::Each)];
+        let pieces = options.choose("pieces", ways, &mut self.pieces)?;
+        let count = |text: &str| text.parse().ok().filter(|k| (1..=MOST_POINTS).contains(k));
+        let expected = "a whole number from 1 to 64";
+        let points = options.read("points", expected, count, &mut self.points)?;
+        let spread = matches!(self.direction, LineDirection::Spread(_));
+        Ok((self, pieces || points || spread))
+    }
+
+    /// The options that are not the default, as `key=value`.
+    pub(crate) fn write(self, out: &mut Vec<String>) {
+        if let Some(Integration::Exact(exact)) = self.integration {
+            exact.write(out);
+        }
+        match self.direction {
+            LineDirection::Adaptive => {}
+            LineDirection::Fixed(fraction) => out.push(format!("orientation=fixed:{fraction}")),
+            LineDirection::Spread(count) => out.push(format!("orientation=spread:{count}")),
+            named => {
+                let found = NAMED_DIRECTIONS.iter().find(|(_, d)| *d == named);
+                out.extend(found.map(|(name, _)| format!("orientation={name}")));
+            }
+        }
+        if self.offset == OffsetDensity::Uniform && self.has_offsets() {
+            out.push("offset=uniform".to_owned());
+        }
+        if self.control == LineControl::None && self.integration.is_some() {
+            out.push("control=none".to_owned());
+        }
+        if self.pieces == Pieces::One {
+            out.push("pieces=one".to_owned());
+        }
+        if self.points != 1 {
+            out.push(format!("points={}", self.points));
+        }
+    }
+}
+
+impl ExactOptions {
+    fn read(&mut self, options: &mut Options<'_>) -> Result<()> {
+        let accuracy = |text: &str| text.parse().ok().filter(|t| (1e-10..=1e-3).contains(t));
+        options.read("tolerance", "1e-10 to 1e-3", accuracy, &mut self.tolerance)?;
+        let number = |text: &str| text.parse().ok();
+        options.read("limit", "a number of triangles", number, &mut self.limit)?;
+        Ok(())
+    }
+
+    fn write(self, out: &mut Vec<String>) {
+        let default = Self::default();
+        if self.tolerance.to_bits() != default.tolerance.to_bits() {
+            out.push(format!("tolerance={:e}", self.tolerance));
+        }
+        if self.limit != default.limit {
+            out.push(format!("limit={}", self.limit));
+        }
+    }
+}
+
+fn direction(value: &str) -> Option<LineDirection> {
+    if let Some((_, named)) = NAMED_DIRECTIONS.iter().find(|(name, _)| *name == value) {
+        return Some(*named);
+    }
+    match value.split_once(':') {
+        Some(("spread", count)) => {
+            let count = count.parse().ok()?;
+            let fits = (1..=MOST_TECHNIQUES).contains(&usize::from(count));
+            fits.then_some(LineDirection::Spread(count))
+        }
+        _ => fixed(value).map(LineDirection::Fixed),
+    }
+}
+
+/// The fraction of a half turn in `fixed:FRACTION`, 0 if it is not said; `None` for anything else,
+/// and for fractions so large that there is no number for the angle.
+fn fixed(value: &str) -> Option<f64> {
+    let fraction: f64 = match value.strip_prefix("fixed")? {
+        "" => 0.0,
+        rest => rest.strip_prefix(':')?.parse().ok()?,
+    };
+    (fraction * PI).is_finite().then_some(fraction)
+}

@@ -1,0 +1,103 @@
+//! Samples of one technique on the whole light, unweighted: the mean of value over density.
+
+use crate::draw::block::{BLOCK, LEAST, PointBlock};
+use crate::draw::lines::{Draw, Draws, Use};
+use crate::draw::points::Source;
+use crate::integrand::Integrand;
+use crate::known::lines::LineMemory;
+use crate::streams::Samples;
+use crate::visible::Visible;
+use crate::{EmissionTexture, Lines, WorkCounters};
+use linelit_bsdf::Reflection;
+use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
+use linelit_lights::{LightPoint, Surface};
+use std::ops::Range;
+
+/// The mean of V × value/p over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
+///
+/// `draw` puts the points of some numbers into a block: the value of each if nothing hides it, its
+/// density per solid angle (of a linear light, times its radius) and its target. All points of a
+/// block that carry light are asked for at once.
+pub(crate) fn mean(
+    count: u32,
+    block: &mut PointBlock,
+    visible: &mut Visible<'_>,
+    mut draw: impl FnMut(Range<u32>, &mut PointBlock),
+) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    let mut first = 0;
+    while first < count {
+        let end = count.min(first.saturating_add(BLOCK));
+        block.clear();
+        draw(first..end, block);
+        let seen = visible.points(block.targets());
+        sum = block.add_to(sum, seen);
+        first = end;
+    }
+    sum / f64::from(count)
+}
+
+/// The mean over points of a source.
+pub(crate) fn points<R: Reflection, T: EmissionTexture>(
+    integrand: &Integrand<'_, R, T>,
+    surface: &Surface<'_>,
+    source: &Source<'_>,
+    samples: Samples<'_>,
+    visible: &mut Visible<'_>,
+    block: &mut PointBlock,
+) -> DVec3 {
+    let (set, target) = (samples.set(), visible.target());
+    mean(samples.count, block, visible, |numbers, block| {
+        if numbers.len() < LEAST
+            || !block.draw_in_lanes(integrand, surface, source, &set, &numbers, target)
+        {
+            for i in numbers {
+                if let Some((at, density)) = source.draw(set.get_2d(i), surface, integrand) {
+                    block.push(integrand.value(&at), density, target.of(&at));
+                }
+            }
+        }
+    })
+}
+
+/// The mean over lines on a polygon of a point of the visible parts of each, uniform in length
+/// (Salesin & Jarosz 2019, eqs. 14–15).
+pub(crate) fn lines<R: Reflection, T: EmissionTexture>(
+    integrand: &Integrand<'_, R, T>,
+    polygon: &ConvexPolygon,
+    options: &Lines,
+    samples: Samples<'_>,
+    visible: &mut Visible<'_>,
+    memory: &mut LineMemory,
+    counts: &mut WorkCounters,
+) -> DVec3 {
+    let occlusion = &integrand.light.occlusion;
+    memory
+        .draws
+        .draw(polygon, options, occlusion, samples, Use::Points);
+    memory.ask(visible, counts);
+    let parts = |i| memory.visible.line(i);
+    gather(integrand, polygon, &memory.draws, parts) / f64::from(samples.count)
+}
+
+/// Σ over lines that were drawn on a polygon of a point of each; `visible` tells the parts of a
+/// line.
+pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
+    integrand: &Integrand<'_, R, T>,
+    polygon: &ConvexPolygon,
+    draws: &Draws,
+    visible: impl Fn(usize) -> &'v [Interval],
+) -> DVec3 {
+    let (mut sum, x) = (DVec3::ZERO, integrand.point.position);
+    for (i, Draw { line, v, .. }) in draws.iter().enumerate() {
+        let parts = visible(i);
+        if parts.is_empty() {
+            continue;
+        }
+        let (t, length) = draws.width.place(parts, *v);
+        let at = LightPoint::new(line.segment.at(t), x, &Surface::Polygon(polygon));
+        let integral = at.cos_light.abs() / at.square * length * line.segment.length();
+        sum += integrand.value(&at) * integral * (1.0 / line.pdf.value());
+    }
+    sum
+}

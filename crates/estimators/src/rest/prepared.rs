@@ -1,0 +1,241 @@
+//! One technique of a combination, made ready for a shading point and a light.
+
+use crate::draw::points::Source;
+use crate::{
+    EmissionTexture, LightSource, LineBy, LineDirection, Lines, MOST_TECHNIQUES, Part, Pieces,
+    PointBy, RandomNumbers, Technique, Weighted, Weights,
+};
+use linelit_geometry::DVec3;
+use linelit_lights::{LightPoint, LineFamily, LineSetup, Surface, Viewer};
+use std::f64::consts::PI;
+
+/// A visible point of the light, drawn by one of the techniques.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// The number of the technique.
+    pub technique: usize,
+    pub at: LightPoint,
+    /// The value of the integrand.
+    pub value: DVec3,
+    /// Density per solid angle of its own technique.
+    pub density: f64,
+    /// Density per solid angle of each technique, as weights see it.
+    pub densities: [f64; MOST_TECHNIQUES],
+    /// The factor of the densities of points in weights.
+    pub smooth: f64,
+}
+
+/// A technique, the samples expected of it and the samples it gets.
+#[derive(Clone, Debug)]
+pub(super) struct Prepared<'t> {
+    pub source: Family<'t>,
+    /// The expected number of samples N_i, which stands in weights and contributions; of a line
+    /// technique, points on a piece.
+    pub expected: f64,
+    /// The number drawn this time; its mean is `expected` over `points`.
+    pub count: u32,
+    /// The random numbers of these.
+    pub numbers: RandomNumbers,
+    /// Samples of one draw: points on a piece of a line.
+    pub points: u8,
+}
+
+/// The points, or the lines, that a technique draws.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there are a few of them")]
+pub(super) enum Family<'t> {
+    Points(Source<'t>),
+    Lines(LineFamily<'t>, Pieces),
+}
+
+/// The part of a light that techniques draw from, and who looks at it.
+pub(super) struct Domain<'t, T> {
+    /// The part of the surface above the horizons.
+    pub surface: Surface<'t>,
+    /// Radians from the first edge of the part to that of the whole light.
+    pub turn: f64,
+    pub light: &'t LightSource<'t, T>,
+    pub viewer: Viewer<'t>,
+}
+
+impl<'t, T: EmissionTexture> Domain<'t, T> {
+    fn points(&self, by: PointBy) -> Family<'t> {
+        Family::Points(Source::new(
+            by,
+            self.surface,
+            self.light.texture,
+            &self.viewer,
+        ))
+    }
+
+    /// Lines in a direction that is a fraction of a half turn from the light's first edge; points
+    /// by solid angle on a light without lines, of which there is one a draw.
+    fn lines(&self, lines: &Lines, fraction: f64) -> Family<'t> {
+        let setup = LineSetup {
+            fraction,
+            angle: fraction * PI + self.turn,
+            fixed: matches!(lines.direction, LineDirection::Fixed(_)),
+            offset: lines.offset,
+        };
+        let by = lines.measure();
+        let family = LineFamily::new(by, self.surface, self.light.texture, setup, &self.viewer);
+        match family {
+            Some(family) => Family::Lines(family, lines.pieces),
+            None => self.points(PointBy::SolidAngle),
+        }
+    }
+}
+
+/// The direction, in half turns from the light's first edge, of line technique `k` of a spread
+/// whose first was drawn as `first`, in [0, 1).
+fn spread(by: LineBy, first: f64, k: u8, count: u8) -> f64 {
+    match by {
+        // Lines by texture run along one edge and the other, in turn.
+        LineBy::Texture => 0.5 * ((2.0 * first).floor() + f64::from(k)),
+        _ => first + f64::from(k) / f64::from(count),
+    }
+}
+
+impl<'t> Prepared<'t> {
+    /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
+    /// random numbers.
+    pub(super) fn all<T: EmissionTexture>(
+        weighted: &Weighted<'_>,
+        samples: f64,
+        domain: &Domain<'t, T>,
+        numbers: &RandomNumbers,
+        u: impl Fn(u32) -> f64,
+    ) -> Vec<Self> {
+        let bsdf = Part {
+            technique: crate::Points::bsdf().into(),
+            share: 1,
+        };
+        let beside = weighted.with_bsdf.then_some(&bsdf);
+        let parts = || weighted.parts.iter().chain(beside);
+        let total: f64 = parts().map(|p| f64::from(p.share)).sum();
+        let mut out = Vec::with_capacity(parts().count());
+        for (index, part) in (0u32..).zip(parts()) {
+            let expected = samples * f64::from(part.share) / total;
+            let mut push = |source, expected, points: u8| {
+                out.push(Self {
+                    source,
+                    expected: expected * f64::from(points),
+                    count: 0,
+                    numbers: *numbers,
+                    points,
+                });
+            };
+            let lines = match (&part.technique, weighted.integrals) {
+                (Technique::Points(points), _) => {
+                    push(domain.points(points.by), expected, 1);
+                    continue;
+                }
+                (Technique::Lines(lines), Some(by)) if lines.becomes_points() => {
+                    push(domain.points(by), expected, 1);
+                    continue;
+                }
+                (Technique::Lines(lines), _) => lines,
+            };
+            let optimal = matches!(weighted.weights, Weights::Optimal(_));
+            let points = if optimal { 1 } else { lines.points };
+            let mut push_lines = |fraction, expected| {
+                let source = domain.lines(lines, fraction);
+                let points = match source {
+                    Family::Lines(..) => points,
+                    Family::Points(_) => 1,
+                };
+                push(source, expected, points);
+            };
+            let LineDirection::Spread(count) = lines.direction else {
+                let fraction = lines.fraction(&domain.light.occlusion, u(index + 1));
+                push_lines(fraction, expected);
+                continue;
+            };
+            for k in 0..count {
+                let fraction = spread(lines.measure(), u(index + 1), k, count);
+                push_lines(fraction, expected / f64::from(count));
+            }
+        }
+        out
+    }
+}
+
+/// Gives whole numbers of samples with the expected means: systematic rounding of the running sum,
+/// by the number `u` of the block of `numbers`.
+pub(super) fn allot(techniques: &mut [Prepared<'_>], numbers: &RandomNumbers, u: f64) {
+    let (mut sum, mut given, mut expected) = (u, 0.0, 0.0_f64);
+    for technique in techniques {
+        let draws = technique.expected / f64::from(technique.points);
+        sum += draws;
+        let upto = sum.floor();
+        technique.count = whole(upto - given);
+        given = upto;
+        // From which u on one more is given to the techniques before this one, and with it.
+        let marks = [expected, expected + draws].map(|e| 1.0 - e.fract());
+        technique.numbers = numbers.among(u, marks);
+        expected += draws;
+    }
+}
+
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a difference of whole numbers between 0 and the number of samples"
+)]
+fn whole(number: f64) -> u32 {
+    number as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_samplers::{Block, SamplerKind, hash::mix, hash::unit_f64};
+    use std::collections::BTreeMap;
+
+    /// Each block has all its samples, each technique its share of all blocks, and the blocks that
+    /// give it as many are numbered as those of a pattern of their own.
+    #[test]
+    fn blocks_that_give_a_technique_as_many_samples_share_a_pattern() {
+        for (shares, blocks) in [
+            (&[0.75, 0.25][..], 64),
+            (&[2.25, 0.75, 1.0], 16),
+            (&[1.0, 2.0], 7),
+            (&[0.4, 0.35, 0.25], 60),
+        ] {
+            for seed in 0..50 {
+                let u = unit_f64(mix(seed + 1));
+                let mut groups = vec![BTreeMap::<u32, Vec<Block>>::new(); shares.len()];
+                for index in 0..blocks {
+                    let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0)
+                        .with_block(Block::new(index, blocks));
+                    let one = |expected: &f64| Prepared {
+                        source: Family::Points(Source::Bsdf),
+                        expected: *expected,
+                        count: 0,
+                        numbers,
+                        points: 1,
+                    };
+                    let mut techniques: Vec<_> = shares.iter().map(one).collect();
+                    allot(&mut techniques, &numbers, numbers.spread(u));
+                    let count: u32 = techniques.iter().map(|t| t.count).sum();
+                    assert_eq!(count, whole(shares.iter().sum::<f64>().round()));
+                    for (groups, technique) in groups.iter_mut().zip(&techniques) {
+                        let group = groups.entry(technique.count).or_default();
+                        group.push(technique.numbers.block);
+                    }
+                }
+                for (groups, share) in groups.iter().zip(shares) {
+                    let samples = groups.iter().map(|(n, group)| *n as usize * group.len());
+                    let error = samples.sum::<usize>() as f64 - share * f64::from(blocks);
+                    assert!(error.abs() < 1.0, "{shares:?} {blocks}: {error}");
+                    for group in groups.values() {
+                        let mut numbers: Vec<u32> = group.iter().map(Block::index).collect();
+                        numbers.sort_unstable();
+                        assert!(numbers.iter().zip(0..).all(|(a, b)| *a == b), "{numbers:?}");
+                        assert!(group.iter().all(|b| b.of() as usize == group.len()));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Points on linear lights, by every technique of Peters 2021; diffuse and glossy samples together.
+//!
+//! A linear light has no surface: no ray and no direction drawn from a BSDF can meet it, so the
+//! samples of its own techniques have the weight one and are the only ones it gets.
+
+use super::alone::mean;
+use crate::draw::block::{BLOCK, PointBlock};
+use crate::streams::Samples;
+use crate::visible::Visible;
+use crate::{LinearHeuristic, LinearOptions, ShadingPoint, Stream};
+use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_geometry::{DVec3, Segment};
+use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, SegmentLobes};
+use linelit_lights::{LinearPointTechnique, Pdf};
+use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
+use std::f64::consts::FRAC_1_PI;
+use std::ops::Range;
+
+/// What diffuse albedos count at least in the weights, so that the technique that covers all of the
+/// light is always heard.
+const LEAST_ALBEDO: f64 = 0.01;
+/// Samples made at a time.
+const BATCH: usize = 32;
+
+/// The memory of pairs of points.
+#[derive(Debug, Default)]
+pub(crate) struct SegmentMemory {
+    /// The light that points send to the viewer, and their densities.
+    pairs: Vec<(DVec3, [f64; 2])>,
+    targets: Vec<DVec3>,
+}
+
+/// Points that are asked of a linear light.
+#[derive(Debug)]
+pub(crate) struct Asked<'a, R> {
+    pub point: &'a ShadingPoint<R>,
+    pub line: &'a Segment,
+    /// The light's radiance times its radius.
+    pub emitted: DVec3,
+    pub samples: Samples<'a>,
+}
+
+impl<R> Clone for Asked<'_, R> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<R> Copy for Asked<'_, R> {}
+
+/// Points on a linear light: the mean of L R f_r V cos θ/p, with p per solid angle and radius.
+pub(crate) fn points<R: Reflection>(
+    asked: &Asked<'_, R>,
+    options: LinearOptions,
+    cosines: Option<&TransformedCosines>,
+    visible: &mut Visible<'_>,
+    memory: &mut SegmentMemory,
+    block: &mut PointBlock,
+) -> DVec3 {
+    match options {
+        LinearOptions::Technique(technique) => by_technique(asked, technique, visible, block),
+        LinearOptions::Ltc(heuristic) => by_pair(asked, heuristic, cosines, visible, memory, block),
+    }
+}
+
+/// One technique.
+fn by_technique<R: Reflection>(
+    asked: &Asked<'_, R>,
+    technique: LinearTechnique,
+    visible: &mut Visible<'_>,
+    block: &mut PointBlock,
+) -> DVec3 {
+    let Asked {
+        point,
+        line,
+        emitted,
+        samples,
+    } = *asked;
+    let Some(sampler) = LinearSampler::new(technique, line, point.position, point.normal) else {
+        return DVec3::ZERO;
+    };
+    let set = samples.set();
+    let (mut numbers, mut drawn) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
+    let draw = |wanted: Range<u32>, block: &mut PointBlock| {
+        for first in wanted.clone().step_by(BATCH) {
+            let size = BATCH.min((wanted.end - first) as usize);
+            for (slot, i) in numbers[..size].iter_mut().zip(first..) {
+                *slot = set.get_1d(i);
+            }
+            sampler.sample_into(&numbers[..size], &mut drawn[..size]);
+            for sample in &drawn[..size] {
+                let value = point.reflected(emitted, sample.direction);
+                block.push(value, sample.pdf.value(), sample.offset);
+            }
+        }
+    };
+    mean(samples.count, block, visible, draw)
+}
+
+/// As many diffuse samples as glossy ones, weighted.
+fn by_pair<R: Reflection>(
+    asked: &Asked<'_, R>,
+    heuristic: LinearHeuristic,
+    cosines: Option<&TransformedCosines>,
+    visible: &mut Visible<'_>,
+    memory: &mut SegmentMemory,
+    block: &mut PointBlock,
+) -> DVec3 {
+    let technique = match heuristic {
+        LinearHeuristic::Balance(first) => first,
+        LinearHeuristic::WeightedBalance
+        | LinearHeuristic::Optimal(_)
+        | LinearHeuristic::ClampedOptimal(_) => LinearTechnique::ProjectedSolidAngle,
+    };
+    let Asked {
+        point,
+        line,
+        emitted,
+        ..
+    } = *asked;
+    let (x, n) = (point.position, point.normal);
+    let glossy = cosines.and_then(|c| Some((c.diffuse, SegmentLobes::new(line, x, n, c)?)));
+    let Some((diffuse, glossy)) = glossy else {
+        return by_technique(asked, technique, visible, block);
+    };
+    let Some(flat) = LinearSampler::new(technique, line, x, n) else {
+        return DVec3::ZERO;
+    };
+    let albedo = diffuse.max(DVec3::splat(LEAST_ALBEDO));
+    let pair = DiffuseGlossyPair {
+        heuristic,
+        count: f64::from(asked.samples.count),
+        parts: [
+            emitted * albedo * (FRAC_1_PI * flat.irradiance()),
+            emitted * glossy.reflected,
+        ],
+    };
+    pair.sum(asked, &flat, &glossy, visible, memory)
+}
+
+/// Diffuse and glossy samples of a linear light, as their heuristic knows them.
+struct DiffuseGlossyPair {
+    heuristic: LinearHeuristic,
+    /// Samples of each.
+    count: f64,
+    /// The unshadowed light of each technique's part, by channel.
+    parts: [DVec3; 2],
+}
+
+impl DiffuseGlossyPair {
+    /// The weighted sum of all samples of both.
+    fn sum<R: Reflection>(
+        &self,
+        asked: &Asked<'_, R>,
+        flat: &LinearSampler,
+        glossy: &SegmentLobes,
+        visible: &mut Visible<'_>,
+        memory: &mut SegmentMemory,
+    ) -> DVec3 {
+        let Asked {
+            point,
+            emitted,
+            samples,
+            ..
+        } = *asked;
+        let count = samples.count;
+        let sets = [Stream::Samples, Stream::Glossy].map(|s| samples.numbers.points(s, count));
+        let SegmentMemory { pairs, targets } = memory;
+        let mut sum = DVec3::ZERO;
+        let mut first = 0;
+        while first < count {
+            let end = count.min(first.saturating_add(BLOCK / 2));
+            pairs.clear();
+            targets.clear();
+            for i in first..end {
+                let a = flat.sample(sets[0].get_1d(i));
+                let b = glossy.sample(sets[1].get_1d(i));
+                let densities = [[a.pdf, glossy.pdf(a.t)], [flat.pdf(b.t), b.pdf]];
+                for (sample, densities) in [a, b].iter().zip(densities) {
+                    let value = point.reflected(emitted, sample.direction);
+                    pairs.push((value, densities.map(Pdf::value)));
+                    if value != DVec3::ZERO {
+                        targets.push(sample.offset);
+                    }
+                }
+            }
+            let mut free = visible.points(targets);
+            for (i, (value, densities)) in pairs.iter_mut().enumerate() {
+                if *value != DVec3::ZERO {
+                    *value = if free & 1 != 0 { *value } else { DVec3::ZERO };
+                    free >>= 1;
+                }
+                sum += self.contribution(*value, *densities, i % 2);
+            }
+            first = end;
+        }
+        sum
+    }
+
+    /// What a sample of technique `k` adds: its weight times value over density and count.
+    fn contribution(&self, value: DVec3, pdfs: [f64; 2], k: usize) -> DVec3 {
+        let counts = [self.count; 2];
+        let by_channel = |c: usize| {
+            let parts = self.parts.map(|p| p[c]);
+            let weight = match self.heuristic {
+                LinearHeuristic::Balance(_) => balance(&counts, &pdfs, k),
+                LinearHeuristic::WeightedBalance => weighted_balance(&parts, &pdfs, k),
+                LinearHeuristic::ClampedOptimal(nu) => {
+                    clamped_optimal(&parts, &counts, &pdfs, nu, k)
+                }
+                LinearHeuristic::Optimal(nu) => {
+                    return visibility_optimal_contribution(
+                        &parts, &counts, &pdfs, nu, value[c], k,
+                    );
+                }
+            };
+            if value[c] > 0.0 && pdfs[k] > 0.0 {
+                weight * value[c] / (pdfs[k] * self.count)
+            } else {
+                0.0
+            }
+        };
+        DVec3::new(by_channel(0), by_channel(1), by_channel(2))
+    }
+}

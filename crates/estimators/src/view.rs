@@ -1,0 +1,175 @@
+//! A light as one shading point sees it.
+
+use crate::PointBy;
+use crate::light::LightSource;
+use crate::point::{Receiver, ShadingPoint};
+use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment, Triangle};
+use linelit_lights::{CylinderView, Disk, Emission, Light, Sphere, Surface};
+use std::ops::Range;
+
+/// A light as one shading point sees it: its shape, its emission and the part above the horizons.
+#[derive(Debug)]
+pub(crate) struct View<'a> {
+    /// The shading point.
+    pub at: Receiver,
+    /// The light's own triangles, which never block it.
+    pub own: &'a Range<u32>,
+    /// The distances within which occluders hide nothing.
+    pub margins: Margins,
+    shape: Shape<'a>,
+    emission: Emission,
+    /// The part of a polygon above the horizons, where techniques are weighted on it.
+    pub above: Option<&'a Above>,
+}
+
+/// The shape of a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape<'a> {
+    Polygon(&'a ConvexPolygon),
+    Segment(&'a Segment),
+    Sphere(&'a Sphere),
+    Disk(&'a Disk),
+    Cylinder(&'a CylinderView),
+}
+
+/// The part of a polygon above both horizons.
+#[derive(Debug)]
+pub(crate) struct Above {
+    pub polygon: ConvexPolygon,
+    /// Radians from the first edge of this part to that of the whole light, counter-clockwise about
+    /// the normal: added to a direction's angle from the latter, it gives that from the former.
+    pub turn: f64,
+}
+
+impl Above {
+    /// `None` where no part of the polygon is above the horizons.
+    pub(crate) fn new(polygon: &ConvexPolygon, at: &Receiver) -> Option<Self> {
+        let mut above = polygon.clip(at.position, at.normal)?;
+        if at.has_two_horizons() {
+            above = above.clip(at.position, at.geometric_normal)?;
+        }
+        let turn = polygon.plane_frame().turn_from(&above.plane_frame());
+        Some(Self {
+            polygon: above,
+            turn,
+        })
+    }
+}
+
+impl<'a> View<'a> {
+    /// `None` from behind a light that emits on one side, from its plane, and of a cylinder that is
+    /// not seen.
+    pub(crate) fn new<R, T>(
+        source: &'a LightSource<'a, T>,
+        point: &ShadingPoint<R>,
+        margins: Margins,
+        cylinder: Option<&'a CylinderView>,
+    ) -> Option<Self> {
+        let (x, margin) = (point.position, margins.light);
+        let (shape, emission) = match source.light {
+            Light::Area(light) if !light.faces(x, margin) => return None,
+            Light::Disk(light) if !light.faces(x, margin) => return None,
+            Light::Area(light) => (Shape::Polygon(&light.polygon), light.emission),
+            Light::Disk(light) => (Shape::Disk(&light.disk), light.emission),
+            Light::Linear(light) => (
+                Shape::Segment(&light.segment),
+                Emission::one_sided(light.radiance_radius),
+            ),
+            Light::Sphere(light) => (
+                Shape::Sphere(&light.sphere),
+                Emission::one_sided(light.radiance),
+            ),
+            Light::Cylinder(light) => (
+                Shape::Cylinder(cylinder?),
+                Emission::one_sided(light.radiance),
+            ),
+        };
+        Some(Self {
+            at: point.receiver(),
+            own: &source.triangles,
+            margins,
+            shape,
+            emission,
+            above: None,
+        })
+    }
+
+    /// The view with the part of a polygon above the horizons on which techniques are weighted.
+    pub(crate) const fn on(self, above: Option<&'a Above>) -> Self {
+        Self { above, ..self }
+    }
+
+    /// The surface of the light; `None` of a segment.
+    pub(crate) fn surface(&self) -> Option<Surface<'_>> {
+        Some(match &self.shape {
+            Shape::Polygon(polygon) => Surface::Polygon(polygon),
+            Shape::Segment(_) => return None,
+            Shape::Sphere(sphere) => Surface::Sphere(sphere),
+            Shape::Disk(disk) => Surface::Disk(disk),
+            Shape::Cylinder(view) => Surface::Cylinder(view),
+        })
+    }
+
+    /// The polygon, of a light that is one.
+    pub(crate) const fn polygon(&self) -> Option<&'a ConvexPolygon> {
+        match self.shape {
+            Shape::Polygon(polygon) => Some(polygon),
+            _ => None,
+        }
+    }
+
+    /// The shape.
+    pub(crate) const fn shape(&self) -> &Shape<'a> {
+        &self.shape
+    }
+
+    /// The disk that a shading point sees of a round light: a sphere of one radiance is, from
+    /// outside, the flat disk of its outline. `None` from inside a sphere, and of other lights.
+    pub(crate) fn disk(&self) -> Option<Disk> {
+        match self.shape {
+            Shape::Sphere(sphere) => sphere.outline(self.at.position),
+            Shape::Disk(disk) => Some(*disk),
+            Shape::Polygon(_) | Shape::Segment(_) | Shape::Cylinder(_) => None,
+        }
+    }
+
+    /// The emission that a light of one radiance sends to the shading point (of a segment times its
+    /// radius), and the height of the point over the light's plane, positive on the side of the
+    /// normal; 1 of lights that are not flat.
+    pub(crate) fn emitted(&self) -> (DVec3, f64) {
+        let x = self.at.position;
+        let height = match self.shape {
+            Shape::Polygon(polygon) => polygon.normal().dot(x - polygon.vertices()[0]),
+            Shape::Disk(disk) => disk.normal.dot(x - disk.center),
+            Shape::Segment(_) | Shape::Sphere(_) | Shape::Cylinder(_) => 1.0,
+        };
+        (self.emission.towards(height), height)
+    }
+
+    /// The density of points of a polygon that reaches an error first: uniform on the area, or in
+    /// the solid angle.
+    pub(crate) fn cheapest_points(&self) -> PointBy {
+        let Some(polygon) = self.polygon() else {
+            return PointBy::SolidAngle;
+        };
+        let (corners, x) = (polygon.vertices(), self.at.position);
+        let triangles = corners[1..].windows(2);
+        let nearest = triangles.map(|pair| {
+            let triangle = Triangle::new(corners[0], pair[0], pair[1]);
+            triangle.nearest(x).distance_squared(x)
+        });
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        let farthest = corners.iter().map(|corner| corner.distance_squared(x));
+        let farthest = farthest.fold(0.0, f64::max);
+        // The solid angle of a piece goes as the cube of the distance.
+        if farthest.powi(3) <= FLAT * FLAT * nearest.powi(3) {
+            PointBy::Area
+        } else {
+            PointBy::SolidAngle
+        }
+    }
+}
+
+/// The ratio between solid angles of pieces of a light up to which points uniform on the area are
+/// as good as points uniform in the solid angle; they cost two thirds.
+const FLAT: f64 = 16.0;

@@ -1,0 +1,249 @@
+//! Answers about visibility for one shading point and one light: from one shaft, or by a traversal
+//! for each question.
+
+use crate::view::{Shape, View};
+use crate::{Ask, Between, PlanCounters};
+use linelit_geometry::{DVec3, Segment};
+use linelit_lights::{CylinderView, LightPoint};
+use linelit_visibility::{
+    LightCorners, Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines,
+};
+
+/// Answers for one shading point and one light.
+pub(crate) struct Visible<'a> {
+    occluders: &'a Occluders,
+    view: &'a View<'a>,
+    source: Source<'a>,
+}
+
+/// The source of the answers.
+enum Source<'a> {
+    /// Each line and each point has a traversal of its own.
+    Rays(&'a mut Scratch),
+    /// One shaft answers everything.
+    Shaft(Shaft<'a>),
+    /// One shaft towards the outline of a cylinder answers everything: lines as they are seen
+    /// there.
+    Outline(Shaft<'a>, &'a CylinderView),
+}
+
+/// The place that tells where a point is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Target {
+    /// The point relative to the shading point.
+    ToLight,
+    /// The point in the world.
+    Point,
+}
+
+impl Target {
+    /// The place of a point.
+    #[inline]
+    pub(crate) const fn of(self, at: &LightPoint) -> DVec3 {
+        match self {
+            Self::ToLight => at.to_light,
+            Self::Point => at.point,
+        }
+    }
+}
+
+impl Source<'_> {
+    const fn is_by_rays(&self) -> bool {
+        matches!(self, Self::Rays(_))
+    }
+}
+
+impl<'a> Visible<'a> {
+    /// Gets ready to answer; a shaft looks into the hierarchy at once, towards the part of a
+    /// polygon above the horizons if the view has it.
+    pub(crate) fn new(
+        occluders: &'a Occluders,
+        view: &'a View<'a>,
+        ask: Ask,
+        scratch: &'a mut Scratch,
+        counters: &mut PlanCounters,
+    ) -> Self {
+        if ask == Ask::Rays {
+            return Self::rays(occluders, view, scratch);
+        }
+        let source = match view.shape() {
+            Shape::Polygon(polygon) => {
+                let corners = view.above.map_or(*polygon, |above| &above.polygon);
+                Source::Shaft(occluders.shaft(query(view, corners), scratch))
+            }
+            Shape::Segment(line) => {
+                Source::Shaft(occluders.shaft(query(view, &[line.p0, line.p1]), scratch))
+            }
+            Shape::Disk(disk) => {
+                Source::Shaft(occluders.shaft(query(view, &disk.around()), scratch))
+            }
+            Shape::Sphere(sphere) => match sphere.outline(view.at.position) {
+                None => Source::Rays(scratch),
+                Some(disk) => {
+                    let before = sphere.before(view.at.position).map(|disk| disk.around());
+                    let before = before.as_ref().map(Into::into);
+                    let (around, is_clear) = (disk.around(), |c| sphere.is_clear_of(c));
+                    let source =
+                        outlined(occluders, view, (&around).into(), before, is_clear, scratch);
+                    counters.spheres_by_rays += u64::from(source.is_by_rays());
+                    source
+                }
+            },
+            Shape::Cylinder(cylinder) => {
+                let (outline, front) = (cylinder.outline(), cylinder.front());
+                let (ends, before) = ((&outline).into(), Some((&front).into()));
+                let is_clear = |corners| cylinder.is_clear_of(corners);
+                match outlined(occluders, view, ends, before, is_clear, scratch) {
+                    Source::Shaft(shaft) => Source::Outline(shaft, cylinder),
+                    source => {
+                        counters.cylinders_by_rays += 1;
+                        source
+                    }
+                }
+            }
+        };
+        let visible = Self {
+            occluders,
+            view,
+            source,
+        };
+        counters.unoccluded += u64::from(visible.between().class == ShaftClass::Empty);
+        visible
+    }
+
+    /// Answers by a traversal for each question.
+    pub(crate) const fn rays(
+        occluders: &'a Occluders,
+        view: &'a View<'a>,
+        scratch: &'a mut Scratch,
+    ) -> Self {
+        Self {
+            occluders,
+            view,
+            source: Source::Rays(scratch),
+        }
+    }
+
+    /// The knowledge before anything else is asked.
+    pub(crate) fn between(&self) -> Between {
+        match &self.source {
+            Source::Rays(_) => Between {
+                class: ShaftClass::Partial,
+                is_dense: false,
+                candidates: 0,
+                has_region: false,
+            },
+            Source::Shaft(shaft) | Source::Outline(shaft, _) => Between {
+                class: shaft.class(),
+                is_dense: shaft.is_dense(),
+                candidates: shaft.candidates(),
+                has_region: true,
+            },
+        }
+    }
+
+    /// The same answers by a traversal for each question.
+    pub(crate) fn into_rays(self) -> Self {
+        let scratch = match self.source {
+            Source::Rays(scratch) => scratch,
+            Source::Shaft(shaft) | Source::Outline(shaft, _) => shaft.into_scratch(),
+        };
+        Self::rays(self.occluders, self.view, scratch)
+    }
+
+    /// The shaft that answers everything.
+    pub(crate) const fn shaft(&mut self) -> Option<&mut Shaft<'a>> {
+        match &mut self.source {
+            Source::Shaft(shaft) | Source::Outline(shaft, _) => Some(shaft),
+            Source::Rays(_) => None,
+        }
+    }
+
+    /// The visible parts of lines on the light.
+    pub(crate) fn lines(&mut self, lines: &[Segment], out: &mut VisibleLines) {
+        let scratch = match &mut self.source {
+            Source::Shaft(shaft) => return shaft.visible(lines, out),
+            Source::Outline(shaft, cylinder) => {
+                let flat: Vec<_> = lines
+                    .iter()
+                    .map(|line| cylinder.onto_outline(line))
+                    .collect();
+                return shaft.visible(&flat, out);
+            }
+            Source::Rays(scratch) => scratch,
+        };
+        out.clear();
+        let mut one = VisibleLines::new();
+        for line in lines {
+            // The shaft towards a line is a triangle: less to search than towards the whole light.
+            let ends = [line.p0, line.p1];
+            let mut shaft = self.occluders.shaft(query(self.view, &ends), scratch);
+            shaft.visible(std::slice::from_ref(line), &mut one);
+            out.append(&one);
+        }
+    }
+
+    /// The place that [`points`](Self::points) wants of each point.
+    pub(crate) const fn target(&self) -> Target {
+        match self.source {
+            Source::Rays(_) => Target::ToLight,
+            Source::Shaft(_) | Source::Outline(..) => Target::Point,
+        }
+    }
+
+    /// A bit for each of up to 64 points of the light that is visible, given by their targets.
+    pub(crate) fn points(&mut self, targets: &[DVec3]) -> u64 {
+        match &mut self.source {
+            Source::Rays(scratch) => {
+                let view = self.view;
+                let fan = self
+                    .occluders
+                    .shadow_rays(view.at.position, targets, view.margins);
+                fan.all() & !self.occluders.any_hits(&fan, view.own, scratch)
+            }
+            Source::Shaft(shaft) | Source::Outline(shaft, _) => {
+                let bit = |(i, at): (u32, &DVec3)| u64::from(shaft.point_visible(*at)) << i;
+                (0..u64::BITS).zip(targets).map(bit).fold(0, |a, b| a | b)
+            }
+        }
+    }
+}
+
+/// The question to the shaft between a shading point and corners.
+pub(crate) fn query<'b>(view: &View<'_>, corners: impl Into<LightCorners<'b>>) -> ShaftQuery<'b> {
+    ShaftQuery {
+        point: view.at.position,
+        light: corners.into(),
+        exclude: view.own.clone(),
+        margins: view.margins,
+    }
+}
+
+/// The source of answers about a light that is seen as its outline: the shaft towards the outline
+/// if it tells what is visible, where nothing that it found reaches between outline and light; a
+/// blocked shaft towards `before`, which hides all of the light with it; else rays.
+fn outlined<'a>(
+    occluders: &'a Occluders,
+    view: &View<'_>,
+    outline: LightCorners<'_>,
+    before: Option<LightCorners<'_>>,
+    is_clear: impl FnMut([DVec3; 3]) -> bool,
+    scratch: &'a mut Scratch,
+) -> Source<'a> {
+    let shaft = occluders.shaft(query(view, outline), scratch);
+    let is_blocked = shaft.class() == ShaftClass::Blocked;
+    // A shaft that is blocked or too dense to keep does not tell what is in it.
+    let corners = shaft.candidate_corners().filter(|_| !is_blocked);
+    if corners.is_some_and(|mut corners| corners.all(is_clear)) {
+        return Source::Shaft(shaft);
+    }
+    let scratch = shaft.into_scratch();
+    let (true, Some(before)) = (is_blocked, before) else {
+        return Source::Rays(scratch);
+    };
+    let shaft = occluders.shaft(query(view, before), scratch);
+    match shaft.class() {
+        ShaftClass::Blocked => Source::Shaft(shaft),
+        ShaftClass::Empty | ShaftClass::Partial => Source::Rays(shaft.into_scratch()),
+    }
+}

@@ -1,0 +1,92 @@
+//! Samples: points and lines of a light with the densities that they were drawn with.
+
+use crate::density::{Measure, Offset, Pdf, ThinSolidAngle};
+use crate::polygon::fan::Vector;
+use linelit_geometry::{DVec3, Segment};
+use linelit_simd::Simd;
+
+/// A point of a light and the density it was drawn with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointSample<M: Measure> {
+    /// The point, in the coordinates of the light.
+    pub point: DVec3,
+    /// Its density; zero means that nothing can be sampled, skip it.
+    pub pdf: Pdf<M>,
+}
+
+impl<M: Measure> PointSample<M> {
+    /// A point with its density, which is zero where the point has a coordinate that is not finite.
+    #[inline(always)]
+    #[must_use]
+    pub fn at(point: DVec3, pdf: Pdf<M>) -> Self {
+        let pdf = if point.is_finite() { pdf } else { Pdf::ZERO };
+        Self { point, pdf }
+    }
+
+    /// The answer for degenerate input: the density 0.
+    #[must_use]
+    pub fn none(point: DVec3) -> Self {
+        Self {
+            point,
+            pdf: Pdf::ZERO,
+        }
+    }
+}
+
+/// Memory for points of a light, eight side by side: see `PointTechnique::sample_into`.
+#[derive(Debug)]
+pub struct PointColumns<'a> {
+    /// The points, in the coordinates of the light, by coordinate.
+    pub point: [&'a mut [[f64; 8]]; 3],
+    /// Their densities; zero means that nothing can be sampled.
+    pub pdf: &'a mut [[f64; 8]],
+}
+
+impl PointColumns<'_> {
+    /// The number of rows of eight points for which there is room, and numbers.
+    pub(crate) fn rows(&self, u: [&[[f64; 8]]; 2]) -> usize {
+        let room = self.point.iter().map(|column| column.len());
+        let room = room.fold(self.pdf.len(), usize::min);
+        room.min(u[0].len()).min(u[1].len())
+    }
+
+    /// Eight points of a row.
+    #[inline(always)]
+    pub(crate) fn get<S: Simd>(&self, s: S, row: usize) -> Vector<S> {
+        let [x, y, z] = &self.point;
+        [s.dload(&x[row]), s.dload(&y[row]), s.dload(&z[row])]
+    }
+
+    /// Puts eight points in a row.
+    #[inline(always)]
+    pub(crate) fn put<S: Simd>(&mut self, s: S, row: usize, [x, y, z]: Vector<S>) {
+        let [xs, ys, zs] = &mut self.point;
+        s.dstore(x, &mut xs[row]);
+        s.dstore(y, &mut ys[row]);
+        s.dstore(z, &mut zs[row]);
+    }
+}
+
+/// A line on a light and the density it was drawn with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineSample {
+    /// The whole line, from edge to edge of the light.
+    pub segment: Segment,
+    /// Its offset u across the light, in scene units (the coordinate of `ParallelLines`).
+    pub offset: f64,
+    /// Density of the offset; zero means that nothing can be sampled, skip it.
+    pub pdf: Pdf<Offset>,
+}
+
+/// A point of a linear light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinearSample {
+    /// Place on the whole light, in [0, 1].
+    pub t: f64,
+    /// The point relative to the shading point.
+    pub offset: DVec3,
+    /// Unit direction from the shading point.
+    pub direction: DVec3,
+    /// Density per solid angle, times radius.
+    pub pdf: Pdf<ThinSolidAngle>,
+}
