@@ -70,7 +70,7 @@ pub enum Command {
     /// Say what is in a scene and what the plan skips.
     #[command(after_help = INFO_EXAMPLES)]
     Info(InfoArgs),
-    /// Name the built-in scenes, studies, estimators and sampling patterns.
+    /// Name the built-in scenes, studies, estimators, sampling patterns and methods.
     #[command(after_help = LIST_EXAMPLES)]
     List(ListArgs),
     /// Print a script that completes the words of this command in a shell.
@@ -124,6 +124,8 @@ const LIST_EXAMPLES: &str = "\
 Examples:
   linelit list
   linelit list estimators
+  linelit list methods
+      what each of them does on which light and reflection
   linelit list scenes --json";
 
 const COMPLETIONS_EXAMPLES: &str = "\
@@ -291,6 +293,8 @@ pub enum Listed {
     Estimators,
     /// Sampling patterns.
     Samplers,
+    /// Methods of each technique by the kind of light and of reflection.
+    Methods,
 }
 
 /// `completions`.

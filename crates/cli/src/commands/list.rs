@@ -1,5 +1,6 @@
 //! `linelit list`: the names that other commands take.
 
+use super::methods;
 use crate::args::{ListArgs, Listed};
 use crate::output::{Output, OutputError};
 use crate::words::about_sampler;
@@ -10,6 +11,7 @@ use linelit_samplers::SamplerKind;
 use linelit_scenes::BuiltIn;
 use linelit_study::scene_study::about;
 use serde::Serialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// A name and what it means, in a line.
@@ -25,11 +27,12 @@ struct Row {
 /// Names what there is.
 pub fn run(args: &ListArgs, out: &mut Output) -> Result<()> {
     match args.what {
-        Some(what) if args.json => writeln!(out, "{}", serde_json::to_string(&rows(what))?)?,
+        Some(what) if args.json => writeln!(out, "{}", json(what)?)?,
         Some(what) => print(what, "", out)?,
         None if args.json => {
             let all = Listed::value_variants().iter();
-            let all: BTreeMap<_, _> = all.map(|what| (heading(*what), rows(*what))).collect();
+            let row = |what: &Listed| Ok((heading(*what), json(*what)?));
+            let all: BTreeMap<String, Value> = all.map(row).collect::<serde_json::Result<_>>()?;
             writeln!(out, "{}", serde_json::to_string(&all)?)?;
         }
         None => {
@@ -40,6 +43,13 @@ pub fn run(args: &ListArgs, out: &mut Output) -> Result<()> {
         }
     }
     Ok(())
+}
+
+fn json(what: Listed) -> serde_json::Result<Value> {
+    match what {
+        Listed::Methods => serde_json::to_value(methods::all()),
+        _ => serde_json::to_value(rows(what)),
+    }
 }
 
 fn heading(what: Listed) -> String {
@@ -56,6 +66,9 @@ fn print(what: Listed, indent: &str, out: &mut Output) -> Result<(), OutputError
 
 /// A name a line, what it costs, and what it means.
 fn lines(what: Listed) -> Vec<String> {
+    if what == Listed::Methods {
+        return methods::lines();
+    }
     let rows = rows(what);
     let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
     let line = |row: &Row| {
@@ -106,6 +119,8 @@ fn rows(what: Listed) -> Vec<Row> {
             let samplers = SamplerKind::ALL.map(|kind| row((kind.name(), about_sampler(kind))));
             samplers.to_vec()
         }
+        // These have columns of their own.
+        Listed::Methods => Vec::new(),
     }
 }
 

@@ -5,6 +5,7 @@ mod compare;
 mod converge;
 mod info;
 mod list;
+mod methods;
 mod pages;
 mod picture;
 mod plan;

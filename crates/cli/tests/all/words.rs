@@ -44,6 +44,82 @@ fn what_is_listed_is_understood() {
     }
 }
 
+const DIFFUSE: &str = "diffuse";
+const LOBES: &str = "lobes of Phong or Gaussians";
+const COSINES: &str = "narrow transformed cosines";
+const NOTHING: &str = "nothing known";
+
+/// The kinds of lights, as `list methods` calls them.
+const LIGHTS: [&str; 6] = [
+    "polygon",
+    "textured polygon",
+    "line",
+    "sphere",
+    "disk",
+    "cylinder",
+];
+
+/// What a technique does on a kind of light and of reflection: there is one row that says it.
+fn does<'a>(rows: &'a serde_json::Value, cell: [&str; 3]) -> &'a str {
+    let [technique, light, reflection] = cell;
+    let has = |row: &serde_json::Value, key: &str, name: &str| {
+        let names = row[key].as_array().unwrap();
+        names.iter().any(|n| n == name)
+    };
+    let found: Vec<_> = rows
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|row| {
+            row["technique"] == technique
+                && has(row, "lights", light)
+                && has(row, "reflections", reflection)
+        })
+        .collect();
+    assert_eq!(found.len(), 1, "{cell:?}");
+    found[0]["does"].as_str().unwrap()
+}
+
+/// Each technique has one method for each kind of light and of reflection, and no scene is asked
+/// for.
+#[test]
+fn methods_are_listed_without_a_scene() {
+    let rows = said(&["list", "methods", "--json"]);
+    let rows: serde_json::Value = serde_json::from_str(&rows).unwrap();
+    for technique in linelit_estimators::Technique::all() {
+        for light in LIGHTS {
+            for reflection in [DIFFUSE, LOBES, COSINES, NOTHING] {
+                let _ = does(&rows, [technique.name(), light, reflection]);
+            }
+        }
+    }
+    let over = "closed form over the visible part of the light";
+    let along = "closed form along 16 lines";
+    let rays = "16 points as `point-proxy`, a shadow ray each";
+    for (technique, light, reflection, expected) in [
+        ("line-analytic", "polygon", LOBES, along),
+        (
+            "line-analytic",
+            "cylinder",
+            COSINES,
+            "quadrature along 16 lines",
+        ),
+        ("exact", "disk", DIFFUSE, over),
+        ("line-area", "line", LOBES, over),
+        ("point-proxy", "sphere", NOTHING, rays),
+    ] {
+        assert_eq!(does(&rows, [technique, light, reflection]), expected);
+    }
+    let text = said(&["list", "methods"]);
+    for line in [
+        format!("line-analytic\n  polygon, cylinder; {DIFFUSE}: {over} where nothing is between, else {along}\n"),
+        format!("  line; {DIFFUSE}, {LOBES}: {over}\n"),
+        "point-linear\n  any light; any reflection: 16 points as `point-linear`, a shadow ray each\n".to_owned(),
+    ] {
+        assert!(text.contains(&line), "{line}\n{text}");
+    }
+}
+
 #[test]
 fn near_misses_are_answered() {
     for (line, status, near) in [

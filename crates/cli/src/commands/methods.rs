@@ -1,0 +1,115 @@
+//! The methods of each technique on each kind of light and of reflection, from the data by which
+//! estimators choose.
+
+use linelit_estimators::{Closed, Estimator, Facts, KnownKind, LightKind, OcclusionStats};
+use linelit_estimators::{PointBy, Queries, Technique};
+use serde::Serialize;
+
+/// The kinds of knowledge of a reflection, by name.
+const KNOWN: [(&str, KnownKind); 5] = [
+    ("diffuse", known(Closed::Diffuse, true)),
+    (
+        "lobes of Phong or Gaussians",
+        known(Closed::AlongLines, true),
+    ),
+    ("narrow transformed cosines", known(Closed::Nowhere, true)),
+    (
+        "wide transformed cosines",
+        KnownKind {
+            are_wide: true,
+            ..known(Closed::Nowhere, true)
+        },
+    ),
+    ("nothing known", known(Closed::Nowhere, false)),
+];
+
+const fn known(closed: Closed, is_like: bool) -> KnownKind {
+    KnownKind {
+        closed,
+        has_cosines: is_like,
+        are_unlike: false,
+        are_wide: false,
+        has_peaks: is_like,
+    }
+}
+
+/// The samples of each estimate.
+const SAMPLES: u32 = 16;
+
+/// A technique on lights and reflections on which it does the same.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Method {
+    pub technique: &'static str,
+    pub lights: Vec<String>,
+    pub reflections: Vec<&'static str>,
+    pub does: String,
+}
+
+/// All techniques, each alone, on all lights and reflections; those on which it does the same share
+/// a row.
+pub(super) fn all() -> Vec<Method> {
+    let mut all: Vec<Method> = Vec::new();
+    for technique in Technique::all() {
+        let first = all.len();
+        for light in LightKind::ALL {
+            for row in on_light(&technique, light) {
+                let same = |other: &&mut Method| {
+                    (&other.reflections, &other.does) == (&row.reflections, &row.does)
+                };
+                match all[first..].iter_mut().find(same) {
+                    Some(other) => other.lights.extend(row.lights),
+                    None => all.push(row),
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The methods of a technique on a kind of light.
+fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
+    let mut rows: Vec<Method> = Vec::new();
+    for (name, known) in KNOWN {
+        let does = Estimator::from(*technique).explain(&Facts {
+            light,
+            known,
+            occlusion: &OcclusionStats::default(),
+            samples: SAMPLES,
+            skip: true,
+            queries: Queries::OneShaft,
+            points: PointBy::Area,
+        });
+        match rows.iter_mut().find(|row| row.does == does) {
+            Some(row) => row.reflections.push(name),
+            None => rows.push(Method {
+                technique: technique.name(),
+                lights: vec![light.to_string()],
+                reflections: vec![name],
+                does,
+            }),
+        }
+    }
+    rows
+}
+
+/// The rows as text: each technique, and below it what it does on which lights and reflections.
+pub(super) fn lines() -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut technique = "";
+    for row in all() {
+        if row.technique != technique {
+            technique = row.technique;
+            lines.push(technique.to_owned());
+        }
+        let lights = match row.lights.len() == LightKind::ALL.len() {
+            true => "any light".to_owned(),
+            false => row.lights.join(", "),
+        };
+        let reflections = match row.reflections.len() == KNOWN.len() {
+            true => "any reflection".to_owned(),
+            false => row.reflections.join(", "),
+        };
+        lines.push(format!("  {lights}; {reflections}: {}", row.does));
+    }
+    lines
+}
