@@ -12,11 +12,11 @@ impl Estimator {
     #[must_use]
     pub fn ask(&self, facts: &Facts<'_>) -> Ask {
         let by_rays = match (self.alone(), facts.light) {
-            (Some(Technique::Points(_)), LightKind::Linear) => true,
-            (Some(Technique::Points(points)), _) => !points.in_shaft,
+            (Some(Technique::Points(_)), light) => self.points_by_rays(light, 1).is_some(),
             (_, LightKind::Linear) => !facts.has_line_integral(),
             (Some(Technique::Lines(lines)), LightKind::Sphere | LightKind::Disk) => {
-                !lines.becomes_points() || !facts.has_region_integral()
+                let has_integral = lines.becomes_points() && facts.has_region_integral();
+                !has_integral && !self.wants_bsdf(facts)
             }
             (_, LightKind::Polygon | LightKind::Textured) => match self.integral(facts) {
                 Some((_, Integration::Cheapest, count)) => hybrid::takes_rays(facts, count),
@@ -42,14 +42,11 @@ impl Estimator {
         if between.class == ShaftClass::Blocked && !ignores_class {
             return Method::NONE;
         }
+        if let Some(method) = self.points_by_rays(facts.light, samples) {
+            return method;
+        }
         match self.alone() {
-            Some(Technique::Points(points)) if facts.light == LightKind::Linear => {
-                Method::points(PointBy::Linear(points.by.on_segment()), samples, Ask::Rays)
-            }
             _ if facts.light == LightKind::Linear => segment(facts),
-            Some(Technique::Points(points)) if !points.in_shaft => {
-                Method::points(points.by, samples, Ask::Rays)
-            }
             Some(Technique::Points(points)) if is_polygon => match facts.has_whole(between) {
                 true => Method::region(Of::Reflection),
                 false => Method::points(points.by, samples, Ask::Shaft),
@@ -78,6 +75,20 @@ impl Estimator {
             Some((_, Integration::Cheapest, _)) => is_diffuse || facts.known.has_cosines,
             Some((_, Integration::Exact(_), _)) => !is_diffuse && facts.known.has_cosines,
             Some((_, Integration::Analytic, _)) | None => false,
+        }
+    }
+
+    /// The method of points that stand alone with a ray each, which depends on the light alone.
+    pub(crate) fn points_by_rays<'e>(&self, light: LightKind, samples: u32) -> Option<Method<'e>> {
+        match (self.alone(), light) {
+            (Some(Technique::Points(points)), LightKind::Linear) => {
+                let by = PointBy::Linear(points.by.on_segment());
+                Some(Method::points(by, samples, Ask::Rays))
+            }
+            (Some(Technique::Points(points)), _) if !points.in_shaft => {
+                Some(Method::points(points.by, samples, Ask::Rays))
+            }
+            _ => None,
         }
     }
 
@@ -186,15 +197,19 @@ impl Estimator {
         ];
         let [whole, few, many] = cases.map(|(class, candidates, is_dense)| {
             // Too many triangles may reach into a solid light, which a shaft does not tell.
-            let is_solid = matches!(facts.light, LightKind::Sphere | LightKind::Cylinder);
-            let has_region = self.ask(facts) == Ask::Shaft && !(is_dense && is_solid);
+            let is_told =
+                !(is_dense && matches!(facts.light, LightKind::Sphere | LightKind::Cylinder));
             let between = Between {
                 class,
-                is_dense,
+                is_dense: is_dense && is_told,
                 candidates,
-                has_region,
+                has_region: is_told && self.ask(facts) == Ask::Shaft,
             };
-            self.method(facts, &between).to_string()
+            let mut method = self.method(facts, &between);
+            if !is_told {
+                method.ask = Ask::Rays;
+            }
+            method.to_string()
         });
         match (whole == few, few == many) {
             (true, true) => whole,

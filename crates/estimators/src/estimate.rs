@@ -41,20 +41,22 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     } = buffers;
     // Is the shading point on a side of the light that emits?
     let cylinder = cylinder(query);
-    let view = View::new(query.light, query.point, query.margins, cylinder.as_ref());
-    let Some(view) = view else {
+    let Some(view) = View::new(query.light, query.point, query.margins, cylinder.as_ref()) else {
         return DVec3::ZERO;
     };
     let estimator = query.estimator;
     let cosines = cosines(query);
+    if let Some(method) = estimator.points_by_rays(LightKind::of(query.light), query.samples) {
+        let visible = &mut Visible::rays(query.occluders, &view, scratch);
+        let sampled = Sampled::new(query, &view, cosines.as_ref(), None);
+        return sampled.with_rest(&method, DVec3::ZERO, visible, memory, rest, counts);
+    }
     let mut facts = facts(query, &view, cosines.as_ref());
-    let above = match view.polygon() {
-        Some(polygon) if estimator.is_weighted(&facts) => match Above::new(polygon, &view.at) {
-            Some(above) => Some(above),
-            None => return DVec3::ZERO,
-        },
-        _ => None,
-    };
+    let drawn_on = view.polygon().filter(|_| estimator.is_weighted(&facts));
+    let above = drawn_on.and_then(|polygon| Above::new(polygon, &view.at));
+    if drawn_on.is_some() && above.is_none() {
+        return DVec3::ZERO;
+    }
     let view = view.on(above.as_ref());
     // Ask what stands between, and choose the method.
     let ask = estimator.ask(&facts);
@@ -64,6 +66,9 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         facts.points = view.cheapest_points();
     }
     let mut method = estimator.method(&facts, &between);
+    if method.ask == Ask::Rays && !matches!(method.known, KnownOver::Region(_)) {
+        visible = visible.into_rays();
+    }
     // Integrate what is known; where the visible region cannot be found, choose again.
     let asked = cosines.as_ref();
     let mut over =
@@ -88,12 +93,8 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     if method.ask == Ask::Rays {
         visible = visible.into_rays();
     }
-    let sampled = Sampled {
-        query,
-        view: &view,
-        cosines: cosines.as_ref(),
-        known: (method.known == KnownOver::Region(Of::Cosines)).then_some(light),
-    };
+    let known = (method.known == KnownOver::Region(Of::Cosines)).then_some(light);
+    let sampled = Sampled::new(query, &view, cosines.as_ref(), known);
     sampled.with_rest(&method, light.light, &mut visible, memory, rest, counts)
 }
 
@@ -125,11 +126,12 @@ fn cosines<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
 ) -> Option<TransformedCosines> {
     let point = query.point;
-    // Integrals take a diffuse reflection itself.
+    // Integrals that stand alone take a diffuse reflection itself.
     let is_diffuse = || point.known().constant().is_some();
+    let is_combined = query.estimator.alone().is_none();
     let asks = |technique: &Technique| match technique {
         Technique::Points(_) => technique.asks_for_cosines(),
-        Technique::Lines(_) => technique.asks_for_cosines() && !is_diffuse(),
+        Technique::Lines(_) => technique.asks_for_cosines() && (is_combined || !is_diffuse()),
     };
     let mut parts = query.estimator.all().iter();
     if !parts.any(|part| asks(&part.technique)) {
@@ -184,7 +186,21 @@ struct Sampled<'a, R, T> {
     known: Option<KnownLight>,
 }
 
-impl<R: Reflection, T: EmissionTexture> Sampled<'_, R, T> {
+impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
+    const fn new(
+        query: &'a Query<'a, R, T>,
+        view: &'a View<'a>,
+        cosines: Option<&'a TransformedCosines>,
+        known: Option<KnownLight>,
+    ) -> Self {
+        Self {
+            query,
+            view,
+            cosines,
+            known,
+        }
+    }
+
     /// The known light and the mean of the samples for the rest.
     fn with_rest(
         &self,
@@ -277,16 +293,21 @@ impl<R: Reflection, T: EmissionTexture> Sampled<'_, R, T> {
             && let (Some(disk), Some(cosines)) = (view.disk(), &cosines)
             && let Some(lobes) = DiskLobes::new(&disk, view.at.position, cosines)
         {
-            let source = Source::OnLight(PointSource::DiskLobes(lobes));
-            return alone::points(integrand, &surface, &source, samples, visible, points);
+            let source = &PointSource::DiskLobes(lobes);
+            let source = Source::OnLight(source);
+            return alone::points(integrand, &surface, source, samples, visible, points);
         }
         let viewer = Viewer {
             cosines: cosines.as_ref(),
             ..view.at.viewer()
         };
+        let Some(density) = by.on_surface() else {
+            return alone::points(integrand, &surface, Source::Bsdf, samples, visible, points);
+        };
         // A source is large: it is made where it stays.
-        let source = Source::new(by, surface, self.query.light.texture, &viewer);
-        alone::points(integrand, &surface, &source, samples, visible, points)
+        let source = PointSource::new(density, surface, self.query.light.texture, &viewer);
+        let source = Source::OnLight(&source);
+        alone::points(integrand, &surface, source, samples, visible, points)
     }
 
     /// The transformed cosines that points are drawn by: on round lights, of a reflection with

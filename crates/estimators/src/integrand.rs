@@ -29,12 +29,14 @@ impl<R: Reflection, T: EmissionTexture> Integrand<'_, R, T> {
     /// The value at a point that nothing hides.
     #[inline]
     pub(crate) fn value(&self, at: &LightPoint) -> DVec3 {
-        let value = self.point.reflected(self.light.emitted(at), at.direction);
+        let emitted = self.light.emitted(at);
+        let value = self.point.reflected(emitted, at.direction);
         let Some(known) = &self.known else {
             return value;
         };
+        // The far side of a sphere sends nothing, and is no part of the known light.
         let cosine = self.point.cosine(at.direction);
-        if cosine <= 0.0 {
+        if cosine <= 0.0 || emitted == DVec3::ZERO {
             return DVec3::ZERO;
         }
         value - known.emitted * known.cosines.at(at.direction, cosine)

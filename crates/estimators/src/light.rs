@@ -30,7 +30,8 @@ pub struct OcclusionStats {
     /// loose, few in meshes.
     pub edges: f64,
     /// The number of rays that take as long as a line past a dense shaft: by the boxes and
-    /// triangles that 32 lines in the best direction test, and sixteen rays. 13 if no shaft was dense.
+    /// triangles that 32 lines in the best direction test, and sixteen rays. 13 if no shaft was
+    /// dense.
     pub line_cost: f64,
     /// The direction of lines, in half turns from the light's first edge, in which the visible part
     /// changes least from one line to the next; of the light's edges and diagonals. `None` if it is

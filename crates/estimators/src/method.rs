@@ -160,7 +160,8 @@ pub struct Facts<'a> {
     pub skip: bool,
     /// The way in which combinations ask for visibility.
     pub queries: Queries,
-    /// The density of points that reaches an error first where the reflection is diffuse.
+    /// The density of points of a polygon that reaches an error first: by area, of a light whose
+    /// solid angle differs little from place to place, else by solid angle.
     pub points: PointBy,
 }
 

@@ -25,13 +25,13 @@ pub struct Points {
 }
 
 /// The density of points. A density that a light does not have is replaced by another one, as
-/// [`Surface`](linelit_lights::Surface) says, and never by nothing.
+/// [`PointDensity`] says, and never by nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointBy {
     /// Uniform on the light's area.
     Area,
     /// Uniform on the part of the area that faces the shading point: of a sphere the
-    /// visible cap, of other lights all of it.
+    /// visible cap, of a cylinder the side in view, of other lights all of it.
     VisibleArea,
     /// Uniform on the triangles that a polygon spans at unit distance (Shirley & Wang
     /// 1991), nearly its solid angle; on other lights as [`PointBy::SolidAngle`].
@@ -44,7 +44,8 @@ pub enum PointBy {
     /// Linearly transformed cosines that look like the reflection, and seldom uniform in
     /// the solid angle. Cylinders take [`PointBy::SolidAngle`].
     Ltc,
-    /// Proportional to the light's texture; uniform on the area of a light without one.
+    /// Proportional to the texture of a polygon; uniform on the area of a polygon without one, and
+    /// in the solid angle of other lights.
     Texture,
     /// Directions drawn from the BSDF; those that meet the light count. A linear light is
     /// never met: it gets points by its projected solid angle.
@@ -103,12 +104,14 @@ pub struct Lines {
 
 /// The integral over the visible part that replaces points of it.
 ///
-/// Where the reflection has no closed form, or the light has a texture, each takes points, of lines
-/// or of the light (`Method`).
+/// Where the reflection has no closed form, [`Integration::Exact`] and [`Integration::Cheapest`]
+/// integrate transformed cosines that look like it and sample the rest; where nothing is known, or
+/// the light has a texture, each takes points, of lines or of the light (`Method`).
 ///
 /// In a combination the first of them stands alone with the share of all where there is a closed
 /// form: it integrates over the BSDF, too, so that nothing is left for others to add. Where there
-/// is none, each becomes `line-area` ([`LineBy::Area`]) or points.
+/// is none, each becomes `line-area` ([`LineBy::Area`]) or points, beside the integral of
+/// transformed cosines where they are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integration {
     /// The closed form along the visible parts of each line.

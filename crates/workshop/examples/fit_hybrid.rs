@@ -2,9 +2,9 @@
 //! --features programs --example fit_hybrid`, some ten minutes.
 //!
 //! Each scene is measured as it is, and with plastic and metal in place of its materials, by the
-//! methods that `hybrid` chooses among. A rule picks one method for each scene and number of lines;
-//! its loss is its time over the least in which any method reaches its error. The program prints the
-//! losses, and the constants of the rules whose losses have the least geometric mean.
+//! methods that `hybrid` chooses among. A rule picks one method for each scene and number of
+//! lines; its loss is its time over the least in which any method reaches its error. The program
+//! prints the losses, and the constants of the rules whose losses have the least geometric mean.
 
 #![allow(clippy::print_stdout, reason = "a command-line tool talks to its user")]
 

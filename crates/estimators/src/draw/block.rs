@@ -93,7 +93,7 @@ impl PointBlock {
     /// [`Source::sample_into`]; where that gives none, their random numbers are there.
     pub(crate) fn draw_columns(
         &mut self,
-        source: &Source<'_>,
+        source: Source<'_, '_>,
         set: &SampleSet,
         numbers: &Range<u32>,
     ) -> Option<bool> {
@@ -128,7 +128,7 @@ impl PointBlock {
         &mut self,
         integrand: &Integrand<'_, R, T>,
         surface: &Surface<'_>,
-        source: &Source<'_>,
+        source: Source<'_, '_>,
         set: &SampleSet,
         numbers: &Range<u32>,
         target: Target,

@@ -1,41 +1,26 @@
 //! Sources of points: a density on the light's surface, or the reflection's own directions.
 
-use crate::PointBy;
 use crate::integrand::Integrand;
 use linelit_bsdf::Reflection;
-use linelit_lights::{
-    AreaSampler, EmissionTexture, LightPoint, PointColumns, PointSource, Surface, Viewer,
-};
+use linelit_lights::{EmissionTexture, LightPoint, PointColumns, PointSource, Surface};
 
 /// A source of points of a light, ready for a shading point.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "a few of them live on the stack")]
-pub(crate) enum Source<'t> {
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Source<'s, 't> {
     /// Points of the surface by a density.
-    OnLight(PointSource<'t>),
+    OnLight(&'s PointSource<'t>),
     /// Directions that the BSDF draws; those that meet the light count.
     Bsdf,
 }
 
-impl<'t> Source<'t> {
-    /// Points on a surface, which may be a part of the light.
-    #[inline(always)]
-    pub(crate) fn new<T: EmissionTexture>(
-        by: PointBy,
-        surface: Surface<'t>,
-        texture: Option<&'t T>,
-        viewer: &Viewer<'_>,
-    ) -> Self {
-        // A source is large, and is copied if another function makes it: the cheapest is made here.
-        if let (PointBy::Area, Surface::Polygon(polygon)) = (by, surface) {
-            return Self::OnLight(PointSource::Area(AreaSampler::new(polygon)));
-        }
-        match by.on_surface() {
-            Some(density) => Self::OnLight(PointSource::new(density, surface, texture, viewer)),
-            None => Self::Bsdf,
-        }
+impl<'s, 't> From<&'s Option<PointSource<'t>>> for Source<'s, 't> {
+    /// The BSDF where there is no density on the surface.
+    fn from(source: &'s Option<PointSource<'t>>) -> Self {
+        source.as_ref().map_or(Self::Bsdf, Self::OnLight)
     }
+}
 
+impl Source<'_, '_> {
     /// A point from two random numbers and its density per solid angle; `None` where the draw
     /// misses the light.
     #[inline]

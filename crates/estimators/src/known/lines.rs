@@ -88,8 +88,8 @@ impl Pieces {
         }
     }
 
-    /// Gives the pieces of a line, those since `first`, widths that grow from nothing where the line
-    /// begins to one at its end: all lines that are integrated together do.
+    /// Gives the pieces of a line, those since `first`, widths that grow from nothing where the
+    /// line begins to one at its end: all lines that are integrated together do.
     fn taper(&mut self, first: usize, at: &Receiver, line: &Segment) {
         let (begin, length) = (line.p0 - at.position, line.length());
         let widths = |piece: &Segment| [piece.p0, piece.p1].map(|p| p.distance(begin) / length);

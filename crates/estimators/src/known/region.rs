@@ -261,7 +261,9 @@ impl<'a> Seen<'a> {
     /// The sum of an integral over triangles relative to the shading point, which with their signs
     /// make up what is visible.
     fn triangles(&self, mut integral: impl FnMut(&[DVec3; 3]) -> f64) -> f64 {
-        let apex = self.light[0];
+        let Some(&apex) = self.light.first() else {
+            return 0.0;
+        };
         let top = self.in_space(apex);
         let mut sum = 0.0;
         for piece in self.pieces {

@@ -41,7 +41,7 @@ pub(crate) fn mean(
 pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     surface: &Surface<'_>,
-    source: &Source<'_>,
+    source: Source<'_, '_>,
     samples: Samples<'_>,
     visible: &mut Visible<'_>,
     block: &mut PointBlock,

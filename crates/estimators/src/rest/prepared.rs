@@ -1,12 +1,11 @@
 //! One technique of a combination, made ready for a shading point and a light.
 
-use crate::draw::points::Source;
 use crate::{
     EmissionTexture, LightSource, LineBy, LineDirection, Lines, MOST_TECHNIQUES, Part, Pieces,
     PointBy, RandomNumbers, Technique, Weighted, Weights,
 };
 use linelit_geometry::DVec3;
-use linelit_lights::{LightPoint, LineFamily, LineSetup, Surface, Viewer};
+use linelit_lights::{LightPoint, LineFamily, LineSetup, PointSource, Surface, Viewer};
 use std::f64::consts::PI;
 
 /// A visible point of the light, drawn by one of the techniques.
@@ -44,7 +43,8 @@ pub(super) struct Prepared<'t> {
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there are a few of them")]
 pub(super) enum Family<'t> {
-    Points(Source<'t>),
+    /// Points by a density; directions of the BSDF without one.
+    Points(Option<PointSource<'t>>),
     Lines(LineFamily<'t>, Pieces),
 }
 
@@ -60,12 +60,9 @@ pub(super) struct Domain<'t, T> {
 
 impl<'t, T: EmissionTexture> Domain<'t, T> {
     fn points(&self, by: PointBy) -> Family<'t> {
-        Family::Points(Source::new(
-            by,
-            self.surface,
-            self.light.texture,
-            &self.viewer,
-        ))
+        let source =
+            |density| PointSource::new(density, self.surface, self.light.texture, &self.viewer);
+        Family::Points(by.on_surface().map(source))
     }
 
     /// Lines in a direction that is a fraction of a half turn from the light's first edge; points
@@ -209,7 +206,7 @@ mod tests {
                     let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0)
                         .with_block(Block::new(index, blocks));
                     let one = |expected: &f64| Prepared {
-                        source: Family::Points(Source::Bsdf),
+                        source: Family::Points(None),
                         expected: *expected,
                         count: 0,
                         numbers,

@@ -157,7 +157,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
                 Family::Lines(lines, pieces) => {
                     self.draw_lines((index, technique.points), (lines, *pieces), &set);
                 }
-                Family::Points(source) => self.draw_points(index, source, &set),
+                Family::Points(source) => self.draw_points(index, source.into(), &set),
             }
         }
         self.techniques = techniques;
@@ -187,7 +187,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
     }
 
     /// Draws the samples of a point technique that carry light and are visible.
-    fn draw_points(&mut self, index: usize, source: &Source<'_>, set: &SampleSet) {
+    fn draw_points(&mut self, index: usize, source: Source<'_, '_>, set: &SampleSet) {
         let (count, x) = (set.count(), self.integrand.point.position);
         let mut targets = std::mem::take(&mut self.memory.targets);
         let mut samples = std::mem::take(&mut self.memory.samples);
@@ -285,6 +285,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
             let (lines, pieces) = match &technique.source {
                 Family::Lines(lines, pieces) => (lines, *pieces),
                 Family::Points(source) => {
+                    let source = Source::from(source);
                     for sample in samples.iter_mut().filter(|s| s.technique != index) {
                         sample.densities[index] = source.density(&sample.at, self.integrand);
                     }

@@ -191,6 +191,28 @@ const TEXTS: [&str; 13] = [
     "hybrid+line-area[mis=power]",
 ];
 
+/// Points of a sphere's far side send nothing, also where transformed cosines are known.
+#[test]
+fn the_far_side_of_a_sphere_takes_nothing_off() {
+    let light = sphere([0.0, 0.0, 1.5], 0.5);
+    let occluders = rectangles(INTRUDERS[0].1);
+    let all = crate::agreement::materials();
+    let (_, plastic) = all
+        .iter()
+        .find(|(name, _)| *name == "plastic")
+        .expect("one");
+    let (x, wo) = (DVec3::new(0.05, 0.1, 0.0), DVec3::new(-0.6, 0.0, 0.8));
+    let point = ShadingPoint::new(x, DVec3::Z, wo, plastic.clone());
+    let (want, _) = estimates(&occluders, &light, &point, "point-area", 1024, 1000..1128);
+    let texts = ["exact+point-area", "hybrid:2+point-area", "exact"];
+    let bound = critical_z(sidak(1e-4, texts.len()));
+    for text in texts {
+        let (got, _) = estimates(&occluders, &light, &point, text, 32, 0..512);
+        let z = z_score_two(&got, &want);
+        assert!(z.abs() < bound, "{text}: {z}, {got:?} for {want:?}");
+    }
+}
+
 /// Whatever is inside a sphere or cuts into it, every estimator gives the light of points by area
 /// with a ray to each.
 #[test]
