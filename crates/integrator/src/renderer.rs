@@ -49,7 +49,7 @@ impl<'s> Renderer<'s> {
     }
 
     /// Samples a light, by its number in the scene, for itself with all samples, where one of the
-    /// others is picked for each ([`LightChoice`]); or puts it back among them.
+    /// others is picked for each ([`LightChoice`](crate::LightChoice)); or puts it back.
     ///
     /// For lights that are bright and mostly hidden, which no choice knows: a sun behind shutters
     /// would take nearly all samples from the lamps of a room (Shirley & Wang 1991, section 5). A

@@ -48,7 +48,9 @@ pub(super) fn hygiene(house: &House) -> Vec<String> {
             complain("[lints] workspace = true is missing".to_owned());
         }
         for line in dependencies(member) {
-            if !line.contains("workspace = true") {
+            // A crate that is published after this one, for its tests, has a path alone.
+            let is_later = line.contains(".path = \"../");
+            if !line.contains("workspace = true") && !is_later {
                 complain(format!("`{line}`: versions stand in the root manifest"));
             }
         }

@@ -68,7 +68,9 @@ fn every_pair_says_what_it_gets() {
         "1 line, floor: closed form over the visible part of the light",
         "1 line, wall: quadrature over the visible part of the light",
         "1 polygon, floor, wall: 16 samples weighted among `point-area` and `point-bsdf`, one shaft for all",
-        "1 sphere, floor, wall: 16 samples weighted among `point-area` and `point-bsdf`, one shaft for all",
+        "1 sphere, floor, wall: 16 samples weighted among `point-area` and `point-bsdf`, one shaft \
+         for all; past too many triangles to keep, 16 samples weighted among `point-area` and \
+         `point-bsdf`, a shadow ray each",
     ];
     assert_eq!(said("point-area+point-bsdf"), combined);
 }
