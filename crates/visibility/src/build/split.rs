@@ -15,18 +15,29 @@ use linelit_geometry::glam::{Vec3, Vec3A, Vec3Swizzles, Vec4};
 /// A triangle's box and number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
-    /// The fourth lane holds the bits of the number.
+    /// The fourth lanes hold the number's lower and upper bits ([`lane`]).
     lo: Vec4,
     hi: Vec4,
 }
 
+/// Up to [`f32::MANTISSA_DIGITS`] − 1 bits as a number that is neither too small nor too large for
+/// processors to calculate with at full speed, beside numbers that matter.
+#[inline(always)]
+fn lane(bits: u32) -> f32 {
+    f32::from_bits(1.0_f32.to_bits() | bits)
+}
+
 impl Reference {
+    /// Bits of the number that are in a lane.
+    const BITS: u32 = f32::MANTISSA_DIGITS - 1;
+    const MASK: u32 = (1 << Self::BITS) - 1;
+
     #[inline(always)]
     pub(super) fn new(bounds: &Bounds, id: u32) -> Self {
         let ([x, y, z], [u, v, w]) = (bounds.lo, bounds.hi);
         Self {
-            lo: Vec4::new(x, y, z, f32::from_bits(id)),
-            hi: Vec4::new(u, v, w, 0.0),
+            lo: Vec4::new(x, y, z, lane(id & Self::MASK)),
+            hi: Vec4::new(u, v, w, lane(id >> Self::BITS)),
         }
     }
 
@@ -43,7 +54,8 @@ impl Reference {
     }
 
     fn id(&self) -> u32 {
-        self.lo.w.to_bits()
+        let [low, high] = [self.lo.w, self.hi.w].map(|lane| lane.to_bits() & Self::MASK);
+        high << Self::BITS | low
     }
 
     /// Half of the middle: neither it nor the difference of two overflows.
@@ -57,7 +69,7 @@ impl Reference {
 const BINS: usize = 16;
 
 /// Most triangles of which every split along the axes is tried.
-const FEW: usize = 16;
+const FEW: usize = BINS;
 
 /// Triangles that are enough to choose a split by: of more, every second, third… is looked at.
 const SAMPLE: usize = 1 << 8;
@@ -119,12 +131,11 @@ fn branch<const BLOCKS: bool>(
         *root = one.node();
         return;
     }
-    let extent = Extent::of(references);
     let middle = match references.len() {
         2 => 1,
-        _ if place.levels == 0 => halve(references, &extent),
-        few if few <= FEW => by_all(references, &extent, place.unit),
-        _ => by_bins(references, &extent, place.unit),
+        _ if place.levels == 0 => halve(references),
+        few if few <= FEW => by_all(references, place.unit),
+        _ => by_bins(references, place.unit),
     };
     root.first = index(place.at);
     root.tag = 0;
@@ -210,8 +221,8 @@ fn half_area(lo: Vec4, hi: Vec4, unit: f32) -> f32 {
 }
 
 /// Two halves along the axis on which the triangles are spread most.
-fn halve(references: &mut [Reference], extent: &Extent) -> usize {
-    let axis = extent.spread().max_position();
+fn halve(references: &mut [Reference]) -> usize {
+    let axis = Extent::of(references).spread().max_position();
     let middle = references.len() / 2;
     references.select_nth_unstable_by(middle, |a, b| {
         let (x, y) = (a.middle()[axis], b.middle()[axis]);
@@ -220,72 +231,67 @@ fn halve(references: &mut [Reference], extent: &Extent) -> usize {
     middle
 }
 
-/// What a split is judged by: the expected work, and among equals the larger part.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
-struct Judged {
-    cost: f32,
-    larger: usize,
-}
+/// What a split is judged by: the expected work, and among equals the larger part. Nothing is less
+/// than one with an empty part, whose area is no number or infinite.
+type Judged = (f32, usize);
 
-impl Judged {
-    const WORST: Self = Self {
-        cost: f32::INFINITY,
-        larger: usize::MAX,
+const WORST: Judged = (f32::INFINITY, usize::MAX);
+
+/// Boxes and numbers of triangles.
+type Part = ((Vec4, Vec4), usize);
+
+/// The part without triangles.
+const EMPTY: Part = ((Vec4::INFINITY, Vec4::NEG_INFINITY), 0);
+
+/// The best split of up to 16 parts that stand in a row, and how many are on its left.
+#[inline(always)]
+fn best_split(count: usize, unit: f32, part: impl Fn(usize) -> Part) -> (Judged, usize) {
+    let and = |((lo, hi), sum): Part, k: usize| {
+        let ((l, h), count) = part(k);
+        ((lo.min(l), hi.max(h)), sum + count)
     };
-
-    /// Of areas and numbers; nothing is less than an empty part, whose area is no number or
-    /// infinite.
-    #[inline(always)]
-    fn new(left: (f32, usize), right: (f32, usize)) -> Self {
-        #[allow(clippy::cast_precision_loss, reason = "a heuristic")]
-        let part = |(area, count): (f32, usize)| area * count as f32;
-        Self {
-            cost: part(left) + part(right),
-            larger: left.1.max(right.1),
+    #[allow(clippy::cast_precision_loss, reason = "a heuristic")]
+    let work = |((lo, hi), count): Part| half_area(lo, hi, unit) * count as f32;
+    let mut behind = [(0.0, 0); BINS];
+    let mut sum = EMPTY;
+    for k in (1..count.min(BINS)).rev() {
+        sum = and(sum, k);
+        behind[k] = (work(sum), sum.1);
+    }
+    let mut best = (WORST, count / 2);
+    let mut sum = EMPTY;
+    for (k, behind) in behind[..count.min(BINS)].iter().enumerate().skip(1) {
+        sum = and(sum, k - 1);
+        let split = (work(sum) + behind.0, sum.1.max(behind.1));
+        if split < best.0 {
+            best = (split, k);
         }
     }
+    best
 }
 
 /// The best split of a few triangles along an axis, which they are put in the order of.
-fn by_all(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
+fn by_all(references: &mut [Reference], unit: f32) -> usize {
     const MASK: u32 = (1 << FEW.ilog2()) - 1;
     const { assert!(FEW.is_power_of_two()) };
     let count = references.len().min(FEW);
     let mut own = [references[0]; FEW];
     own[..count].copy_from_slice(references);
-    let mut best = (Judged::WORST, count / 2);
-    let mut best_order = [0; FEW];
-    for (k, place) in (0..).zip(&mut best_order) {
-        *place = k;
-    }
-    for axis in extent.axes() {
+    let mut best = (WORST, count / 2);
+    let mut best_order: [u32; FEW] = std::array::from_fn(index);
+    for axis in Extent::of(references).axes() {
         // In the last bits which of the triangles it is.
         let mut order = [0_u32; FEW];
         for ((k, key), r) in (0..).zip(&mut order).zip(&*references) {
             *key = ascending(r.middle()[axis]) & !MASK | k;
         }
         order[..count].sort_unstable();
-        let nth = |k: usize| &own[(order[k] & MASK) as usize];
-        let mut behind = [0.0; FEW];
-        let (mut lo, mut hi) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-        for k in (1..count).rev() {
-            lo = lo.min(nth(k).lo);
-            hi = hi.max(nth(k).hi);
-            behind[k] = half_area(lo, hi, unit);
-        }
-        let (mut lo, mut hi) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-        let mut found = false;
-        for (k, behind) in behind[..count].iter().enumerate().skip(1) {
-            lo = lo.min(nth(k - 1).lo);
-            hi = hi.max(nth(k - 1).hi);
-            let judged = Judged::new((half_area(lo, hi, unit), k), (*behind, count - k));
-            if judged < best.0 {
-                best = (judged, k);
-                found = true;
-            }
-        }
-        if found {
-            best_order = order;
+        let split = best_split(count, unit, |k| {
+            let r = &own[(order[k] & MASK) as usize];
+            ((r.lo, r.hi), 1)
+        });
+        if split.0 < best.0 {
+            (best, best_order) = (split, order);
         }
     }
     for (r, key) in references.iter_mut().zip(best_order) {
@@ -337,57 +343,41 @@ impl Binning {
         let (lo, scale) = (lane(self.lo), lane(self.scale));
         #[allow(clippy::cast_precision_loss, reason = "a small number")]
         let end = WHOLE + first as f32;
-        partition(references, |r| {
-            let middle = lane(r.lo) * 0.25 + lane(r.hi) * 0.25;
-            ((middle - lo) * scale - 0.5) + WHOLE < end
-        })
+        let mut middle = 0;
+        for i in 0..references.len() {
+            let r = &references[i];
+            let half = lane(r.lo) * 0.25 + lane(r.hi) * 0.25;
+            let is_left = ((half - lo) * scale - 0.5) + WHOLE < end;
+            // Without branches that nobody foresees.
+            references.swap(middle, i);
+            middle += usize::from(is_left);
+        }
+        middle
     }
-}
-
-/// The boxes and numbers of the triangles in the bins of an axis.
-#[derive(Clone, Copy)]
-struct Bins {
-    boxes: [(Vec4, Vec4); BINS],
-    counts: [usize; BINS],
 }
 
 /// The best split between bins, or else halves; the triangles of the left part stand first
 /// afterwards.
-fn by_bins(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
-    let binning = Binning::new(extent);
-    let empty = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-    let mut bins = [Bins {
-        boxes: [empty; BINS],
-        counts: [0; BINS],
-    }; 3];
+fn by_bins(references: &mut [Reference], unit: f32) -> usize {
+    let extent = Extent::of(references);
+    let binning = Binning::new(&extent);
+    let mut bins = [[EMPTY; BINS]; 3];
+    let used: [bool; 3] = std::array::from_fn(|axis| extent.axes().any(|used| used == axis));
     for r in sample(references) {
-        for (bins, k) in bins.iter_mut().zip(binning.bins(r.middle())) {
-            let (lo, hi) = &mut bins.boxes[k];
-            *lo = lo.min(r.lo);
-            *hi = hi.max(r.hi);
-            bins.counts[k] += 1;
+        for (axis, k) in binning.bins(r.middle()).into_iter().enumerate() {
+            if used[axis] {
+                let ((lo, hi), count) = &mut bins[axis][k];
+                *lo = lo.min(r.lo);
+                *hi = hi.max(r.hi);
+                *count += 1;
+            }
         }
     }
-    let mut best = (Judged::WORST, 0, 0);
+    let mut best = (WORST, 0, 0);
     for axis in extent.axes() {
-        let Bins { boxes, counts } = &bins[axis];
-        let mut behind = [(0.0, 0); BINS];
-        let ((mut lo, mut hi), mut count) = (empty, 0);
-        for k in (1..BINS).rev() {
-            lo = lo.min(boxes[k].0);
-            hi = hi.max(boxes[k].1);
-            count += counts[k];
-            behind[k] = (half_area(lo, hi, unit), count);
-        }
-        let ((mut lo, mut hi), mut count) = (empty, 0);
-        for k in 1..BINS {
-            lo = lo.min(boxes[k - 1].0);
-            hi = hi.max(boxes[k - 1].1);
-            count += counts[k - 1];
-            let judged = Judged::new((half_area(lo, hi, unit), count), behind[k]);
-            if judged < best.0 {
-                best = (judged, axis, k);
-            }
+        let (judged, first) = best_split(BINS, unit, |k| bins[axis][k]);
+        if judged < best.0 {
+            best = (judged, axis, first);
         }
     }
     let (_, axis, first) = best;
@@ -397,18 +387,7 @@ fn by_bins(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
         _ => binning.partition::<2>(references, first),
     };
     if middle == 0 || middle == references.len() {
-        return halve(references, extent);
-    }
-    middle
-}
-
-/// Puts what is on the left first, and gives its number; without branches that nobody foresees.
-fn partition(references: &mut [Reference], left: impl Fn(&Reference) -> bool) -> usize {
-    let mut middle = 0;
-    for i in 0..references.len() {
-        let is_left = left(&references[i]);
-        references.swap(middle, i);
-        middle += usize::from(is_left);
+        return halve(references);
     }
     middle
 }
