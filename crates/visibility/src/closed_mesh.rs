@@ -10,18 +10,19 @@
 //! left out, once neither the shading point nor the light is in the mesh's box.
 
 use crate::{
-    build::{Geometry, least, most},
+    build::{Bounds, Geometry, index},
+    pool,
     surfaces::{EDGE, FINE, LOOSE, MOSTLY, NONE},
 };
 use linelit_geometry::{DVec3, Margins};
 use linelit_simd::Simd;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// A connected closed mesh: its box, and which triangles are its own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClosedMesh {
-    /// Its box, in the hierarchy's coordinates.
-    lo: [f32; 3],
-    hi: [f32; 3],
+    bounds: Bounds,
     /// The least and the largest number of its triangles, as the caller counts.
     first: u32,
     last: u32,
@@ -51,70 +52,92 @@ pub(crate) struct FineTriangles {
 }
 
 /// What is known of triangles that are connected, by the number of the first.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct Set {
-    /// How many they are, and how many sides of theirs are no other triangle's, or several ones'.
-    count: u32,
-    edges: u32,
-    /// Whether they cannot be turned so that neighbours run along their sides in opposite
-    /// directions.
-    one_sided: bool,
+    /// How many they are.
+    count: AtomicU32,
+    /// How many sides of theirs are no other triangle's, or several ones', and [`ONE_SIDED`] if
+    /// they cannot be turned so that neighbours run along their sides in opposite directions.
+    edges: AtomicU32,
 }
 
 impl Set {
-    /// Takes in a triangle.
-    fn add(&mut self, flags: u8) {
-        self.count += 1;
-        self.edges += u32::from(flags & !ONE_SIDED);
-        self.one_sided |= flags & ONE_SIDED != 0;
+    /// Takes in some triangles.
+    fn add(&self, count: u32, edges: u32) {
+        self.count.fetch_add(count, Ordering::Relaxed);
+        self.edges.fetch_add(edges & !ONE_SIDED, Ordering::Relaxed);
+        self.edges.fetch_or(edges & ONE_SIDED, Ordering::Relaxed);
     }
 
-    fn is_closed(self) -> bool {
-        self.edges == 0 && !self.one_sided
+    fn count(&self) -> u32 {
+        self.count.load(Ordering::Relaxed)
+    }
+
+    /// With [`ONE_SIDED`], more than any that matter.
+    fn edges(&self) -> u32 {
+        self.edges.load(Ordering::Relaxed)
+    }
+
+    fn is_closed(&self) -> bool {
+        self.count() > 0 && self.edges() == 0
     }
 
     /// Whether it is a fine surface.
-    fn is_fine(self) -> bool {
-        self.count >= FINE && !self.one_sided && self.edges <= self.count / MOSTLY
+    fn is_fine(&self) -> bool {
+        self.count() >= FINE && self.edges() <= self.count() / MOSTLY
     }
 }
 
 /// The bit of a triangle that is turned against the first of its mesh.
 const TURNED: u16 = 1 << 15;
 
-/// The bit of a triangle that two ways of turning it meet at.
-const ONE_SIDED: u8 = 1 << 7;
+/// The bit of a side where two ways of turning triangles meet.
+const ONE_SIDED: u32 = 1 << 31;
+
+/// Positions or triangles that are looked at in one go.
+const AT_ONCE: usize = 1 << 14;
 
 /// Triangles that are connected, each with an earlier one, and in the last bit whether it is turned
-/// against that.
-struct Connected(Vec<u32>);
+/// against that. Threads may connect them at once: the first of those that are connected, and how
+/// others are turned against it, do not depend on the order.
+struct Connected(Vec<AtomicU32>);
 
 impl Connected {
     /// The first triangle connected to `i`, and whether `i` is turned against it.
-    fn root(&mut self, i: u32) -> (u32, bool) {
+    fn root(&self, i: u32) -> (u32, bool) {
         let (mut at, mut turned) = (i, 0);
         loop {
-            let step = self.0[at as usize];
+            let step = self.0[at as usize].load(Ordering::Relaxed);
             let next = step >> 1;
             if next == at {
                 return (at, turned != 0);
             }
             // Halves the way for those who come later.
-            let after = self.0[next as usize] ^ step & 1;
-            self.0[at as usize] = after;
+            let after = self.0[next as usize].load(Ordering::Relaxed) ^ step & 1;
+            if after != step {
+                self.0[at as usize].store(after, Ordering::Relaxed);
+            }
             turned ^= after & 1;
             at = after >> 1;
         }
     }
 
     /// Connects two triangles; false if they were, but turned otherwise.
-    fn join(&mut self, i: u32, j: u32, turned: bool) -> bool {
-        let ((i, ti), (j, tj)) = (self.root(i), self.root(j));
-        if i == j {
-            return ti ^ tj == turned;
+    fn join(&self, i: u32, j: u32, turned: bool) -> bool {
+        loop {
+            let ((i, ti), (j, tj)) = (self.root(i), self.root(j));
+            if i == j {
+                return ti ^ tj == turned;
+            }
+            let (first, last) = (i.min(j), i.max(j));
+            let step = first << 1 | u32::from(ti ^ tj ^ turned);
+            let last_step = &self.0[last as usize];
+            let (now, then) = (Ordering::Relaxed, Ordering::Relaxed);
+            // Another thread may have connected it meanwhile.
+            if (last_step.compare_exchange(last << 1, step, now, then)).is_ok() {
+                return true;
+            }
         }
-        self.0[i.max(j) as usize] = i.min(j) << 1 | u32::from(ti ^ tj ^ turned);
-        true
     }
 }
 
@@ -124,276 +147,265 @@ fn bits(position: [f32; 3]) -> [u32; 3] {
 }
 
 /// One number for each place: the least index of a position there.
+///
+/// A table takes two looks or so for each position. It is keyed at random, so that no input can be
+/// aimed at it; what is found does not depend on the key.
 fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
-    // A table takes two looks or so for each position, unless somebody has aimed at it.
-    weld_in_table(positions, 16 * positions.len()).unwrap_or_else(|| weld_sorted(positions))
-}
-
-/// By a table of places, in as many looks at it as are allowed.
-fn weld_in_table(positions: &[[f32; 3]], mut looks: usize) -> Option<Vec<u32>> {
     const FREE: u32 = u32::MAX;
     let slots = (positions.len() + positions.len() / 2 + 1).next_power_of_two();
-    let mut table = vec![FREE; slots];
-    let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let mut weld = Vec::with_capacity(positions.len());
-    for (i, position) in (0_u32..).zip(positions) {
-        let here = bits(*position);
+    let table = pool::collect(slots, AT_ONCE, &|_| AtomicU32::new(FREE));
+    let key = RandomState::new().build_hasher().finish() | 1;
+    let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(key);
+    // Where the place of a position stands, which now is there.
+    let slot_of = |i: u32| {
+        let here = bits(positions[i as usize]);
         let [x, y, z] = here;
         let hash = mix(mix(mix(0, x).rotate_left(29), y).rotate_left(29), z);
         let mut slot = (hash >> 32) as usize % slots;
         loop {
-            looks = looks.checked_sub(1)?;
-            let first = table[slot];
+            let entry = &table[slot];
+            let mut first = entry.load(Ordering::Relaxed);
             if first == FREE {
-                table[slot] = i;
-                weld.push(i);
-                break;
+                let put = entry.compare_exchange(FREE, i, Ordering::Relaxed, Ordering::Relaxed);
+                first = put.err().unwrap_or(i);
             }
-            if bits(positions[first as usize]) == here {
-                weld.push(first);
-                break;
+            if first == i || bits(positions[first as usize]) == here {
+                if i < first {
+                    entry.fetch_min(i, Ordering::Relaxed);
+                }
+                return index(slot);
             }
             slot = (slot + 1) % slots;
         }
-    }
-    Some(weld)
+    };
+    let slots = pool::collect(positions.len(), AT_ONCE, &|i| slot_of(index(i)));
+    pool::collect(slots.len(), AT_ONCE, &|i| {
+        table[slots[i] as usize].load(Ordering::Relaxed)
+    })
 }
 
-/// By sorting them.
-fn weld_sorted(positions: &[[f32; 3]]) -> Vec<u32> {
-    let key = |i: u32| bits(positions[i as usize]);
-    let mut order: Vec<u32> = (0..).take(positions.len()).collect();
-    order.sort_unstable_by_key(|&i| (key(i), i));
-    let mut weld = vec![0; positions.len()];
-    for here in order.chunk_by(|&i, &j| key(i) == key(j)) {
-        for &i in here {
-            weld[i as usize] = here[0];
+/// A side of a triangle, by the lesser corner: the other corner, the direction in the next bit, the
+/// triangle, and which of its sides it is in the last two.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side(u64);
+
+impl Side {
+    /// The sides of a triangle, with the lesser corners.
+    fn all(id: u32, [a, b, c]: [u32; 3]) -> [(u32, Self); 3] {
+        let side = |k: u32, v: u32, w: u32| {
+            let other = v.max(w) << 1 | u32::from(v > w);
+            (
+                v.min(w),
+                Self(u64::from(other) << 32 | u64::from(id << 2 | k)),
+            )
+        };
+        [side(0, a, b), side(1, b, c), side(2, c, a)]
+    }
+
+    #[allow(clippy::cast_possible_truncation, reason = "the lower half")]
+    fn id(self) -> u32 {
+        self.0 as u32 >> 2
+    }
+
+    fn number(self) -> usize {
+        (self.0 & 3) as usize
+    }
+}
+
+/// The sides of triangles, by their lesser corners, those of each in any order, and where each
+/// corner's end.
+fn by_corners(
+    sides: &(impl Fn(usize) -> Option<[(u32, Side); 3]> + Sync),
+    triangles: usize,
+    places: usize,
+) -> (Vec<AtomicU32>, Vec<AtomicU64>) {
+    let alone = pool::is_alone();
+    let next = |count: &AtomicU32| match alone {
+        // Without waiting for other threads, of which there are none.
+        true => {
+            let next = count.load(Ordering::Relaxed);
+            count.store(next + 1, Ordering::Relaxed);
+            next
         }
-    }
-    weld
-}
-
-/// The lower half.
-#[allow(clippy::cast_possible_truncation, reason = "the lower half")]
-fn low(entry: u64) -> u32 {
-    entry as u32
-}
-
-/// Entries, some at a time, by their group's number, and where each group ends in the list.
-fn grouped<const N: usize>(
-    groups: usize,
-    entries: impl Iterator<Item = [(usize, u64); N]> + Clone,
-) -> (Vec<u32>, Vec<u64>) {
-    let mut ends = vec![0_u32; groups + 1];
-    for few in entries.clone() {
-        for (group, _) in few {
-            ends[group + 1] += 1;
+        false => count.fetch_add(1, Ordering::Relaxed),
+    };
+    let mut ends = pool::collect(places, AT_ONCE, &|_| AtomicU32::new(0));
+    pool::collect(triangles, AT_ONCE, &|id| {
+        for (corner, _) in sides(id).into_iter().flatten() {
+            next(&ends[corner as usize]);
         }
-    }
+    });
     let mut sum = 0;
-    for count in &mut ends {
-        sum += *count;
-        *count = sum;
+    for end in &mut ends {
+        let count = std::mem::replace(end.get_mut(), sum);
+        sum += count;
     }
-    let mut list = vec![0; sum as usize];
-    for few in entries {
-        for (group, entry) in few {
-            let next = &mut ends[group];
-            list[*next as usize] = entry;
-            *next += 1;
+    let list = pool::collect(sum as usize, AT_ONCE, &|_| AtomicU64::new(0));
+    pool::collect(triangles, AT_ONCE, &|id| {
+        for (corner, side) in sides(id).into_iter().flatten() {
+            list[next(&ends[corner as usize]) as usize].store(side.0, Ordering::Relaxed);
         }
-    }
-    // Each entry of `ends` has moved to where the next group begins.
+    });
+    // Each has moved from where a corner's sides begin to where they end.
     (ends, list)
 }
 
-/// Calls `f` with each group that is not empty, sorted.
-fn for_groups(ends: &[u32], list: &mut [u64], mut f: impl FnMut(&mut [u64])) {
-    let mut begin = 0;
-    for &end in ends {
-        let here = &mut list[begin..end as usize];
-        if here.len() > 1 {
+/// Connects triangles by the sides that belong to two, and tells who is beyond each, as in
+/// [`FineTriangles::sides`], with [`ONE_SIDED`] where a mesh meets itself turned.
+fn connect(
+    ends: &[AtomicU32],
+    list: &[AtomicU64],
+    triangles: usize,
+) -> (Connected, Vec<[AtomicU32; 3]>) {
+    let alone = |id| AtomicU32::new(index(id) << 1);
+    let connected = Connected(pool::collect(triangles, AT_ONCE, &alone));
+    let edges = |_| [EDGE; 3].map(AtomicU32::new);
+    let beyond = pool::collect(triangles, AT_ONCE, &edges);
+    let end = |corner: usize| ends[corner].load(Ordering::Relaxed) as usize;
+    pool::stretches(ends.len(), AT_ONCE, &|corners| {
+        let mut here = Vec::new();
+        for corner in corners {
+            let begin = corner.checked_sub(1).map_or(0, end);
+            here.clear();
+            let all = list[begin..end(corner)].iter();
+            here.extend(all.map(|side| Side(side.load(Ordering::Relaxed))));
             here.sort_unstable();
-        }
-        if !here.is_empty() {
-            f(here);
-        }
-        begin = end as usize;
-    }
-}
-
-/// Edges by their lesser corner: the other corner, with the edge's direction in the last bit, and
-/// the triangle.
-fn edges(
-    corners: impl Iterator<Item = (u32, [u32; 3])> + Clone,
-    places: usize,
-) -> (Vec<u32>, Vec<u64>) {
-    let sides = |(id, [a, b, c]): (u32, [u32; 3])| {
-        [(a, b), (b, c), (c, a)].map(|(v, w)| {
-            let other = v.max(w) << 1 | u32::from(v > w);
-            (v.min(w) as usize, u64::from(other) << 32 | u64::from(id))
-        })
-    };
-    grouped(places, corners.map(sides))
-}
-
-/// Connects triangles by the sides that belong to two, and tells of each how many of its sides are
-/// edges, with [`ONE_SIDED`] if it meets itself turned.
-fn connect(ends: &[u32], edges: &mut [u64], triangles: usize) -> (Connected, Vec<u8>) {
-    let mut connected = Connected((0..).map(|i| i << 1).take(triangles).collect());
-    let mut flags = vec![0_u8; triangles];
-    for_groups(ends, edges, |here| {
-        for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
-            if let &[a, b] = same {
-                let turned = (a ^ b) >> 32 & 1 == 0;
-                if !connected.join(low(a), low(b), turned) {
-                    flags[low(a) as usize] |= ONE_SIDED;
-                }
-            } else {
-                for edge in same {
-                    flags[low(*edge) as usize] += 1;
+            // Between the same corners.
+            for same in here.chunk_by(|a, b| a.0 >> 33 == b.0 >> 33) {
+                let &[a, b] = same else { continue };
+                let alike = (a.0 ^ b.0) >> 32 & 1 == 0;
+                let fits = connected.join(a.id(), b.id(), alike);
+                let bits = u32::from(alike) | if fits { 0 } else { ONE_SIDED };
+                for (here, there) in [(a, b), (b, a)] {
+                    let side = &beyond[here.id() as usize][here.number()];
+                    side.store(there.id() << 1 | bits, Ordering::Relaxed);
                 }
             }
         }
     });
-    (connected, flags)
+    (connected, beyond)
+}
+
+/// The sets of connected triangles, by the first of each.
+fn sets(connected: &Connected, beyond: &[[AtomicU32; 3]], kept: &[bool]) -> Vec<Set> {
+    let sets = pool::collect(kept.len(), AT_ONCE, &|_| Set::default());
+    pool::stretches(kept.len(), AT_ONCE, &|ids| {
+        // Those in a row that belong together.
+        let (mut of, mut count, mut edges) = (0, 0, 0);
+        for id in ids.filter(|id| kept[*id]) {
+            let (root, _) = connected.root(index(id));
+            if root != of {
+                sets[of as usize].add(count, edges);
+                (of, count, edges) = (root, 0, 0);
+            }
+            count += 1;
+            for side in beyond[id].each_ref() {
+                match side.load(Ordering::Relaxed) {
+                    EDGE => edges += 1,
+                    side => edges |= side & ONE_SIDED,
+                }
+            }
+        }
+        sets[of as usize].add(count, edges);
+    });
+    sets
 }
 
 impl ClosedMeshes {
     /// Finds the closed meshes among the triangles that `kept` has.
     pub(crate) fn find(geometry: &Geometry<'_>, kept: &[bool]) -> Self {
-        let places = geometry.positions.len();
-        // Numbers take a bit with them, and edges are counted in 32 bits.
-        if places >= 1 << 31 || kept.len() >= 1 << 30 {
+        let (places, triangles) = (geometry.positions.len(), kept.len());
+        // Numbers take bits with them, and sides are counted in 32 bits.
+        if places >= 1 << 31 || triangles >= 1 << 29 || triangles == 0 {
             return Self::default();
         }
         let place = weld(geometry.positions);
-        let ids = || {
-            (0_u32..)
-                .zip(kept)
-                .filter(|(_, kept)| **kept)
-                .map(|(id, _)| id)
+        let sides = |id: usize| {
+            let corners = || geometry.triangles[id].map(|c| place[c as usize]);
+            kept[id].then(|| Side::all(index(id), corners()))
         };
-        let corners = |id: u32| geometry.triangles[id as usize].map(|c| place[c as usize]);
-        let (ends, mut edges) = edges(ids().map(|id| (id, corners(id))), places);
-        let (mut connected, flags) = connect(&ends, &mut edges, kept.len());
-        let mut sets = vec![Set::default(); kept.len()];
-        for id in ids() {
-            sets[connected.root(id).0 as usize].add(flags[id as usize]);
-        }
+        let (ends, list) = by_corners(&sides, triangles, places);
+        drop(place);
+        let (connected, beyond) = connect(&ends, &list, triangles);
+        drop((ends, list));
+        let sets = sets(&connected, &beyond, kept);
         let mut found = Self::default();
-        let mut number = vec![Number::NONE; kept.len()];
-        let mut of = vec![0; kept.len()];
-        for id in ids() {
-            let (root, turned) = connected.root(id);
-            let set = sets[root as usize];
-            let number = &mut number[root as usize];
-            if *number == Number::NONE {
-                *number = if set.is_closed() {
-                    found.begin(id)
-                } else {
-                    Number::OPEN
-                };
-            }
-            if *number != Number::OPEN {
-                of[id as usize] = number.0 | if turned { TURNED } else { 0 };
-                found.meshes[usize::from(number.0) - 1].add(id, geometry.vertices(id));
+        // For the first triangle of a closed mesh, its index plus one.
+        let mut numbers = vec![0_u16; triangles];
+        let (mut all, mut fine) = (0, 0);
+        for (set, number) in sets.iter().zip(&mut numbers) {
+            all += set.count();
+            fine += if set.is_fine() { set.count() } else { 0 };
+            // Those beyond the numbers' end count as open.
+            let next = u16::try_from(found.meshes.len() + 1).unwrap_or(u16::MAX);
+            if next < TURNED && set.is_closed() {
+                found.meshes.push(ClosedMesh::NONE);
+                *number = next;
             }
         }
         if !found.meshes.is_empty() {
-            found.of = of;
+            let of = |id| match connected.root(index(id)) {
+                (root, turned) if numbers[root as usize] != 0 => {
+                    numbers[root as usize] | if turned { TURNED } else { 0 }
+                }
+                _ => 0,
+            };
+            found.of = pool::collect(triangles, AT_ONCE, &of);
+            found.measure(geometry);
         }
-        let fine_and_turned = |id| {
-            let (root, turned) = connected.root(id);
-            let fine = kept[id as usize] && sets[root as usize].is_fine();
-            (fine, turned)
-        };
-        let (fine, turned): (Vec<_>, _) = (0..).take(kept.len()).map(fine_and_turned).unzip();
-        let count = |which: &[bool]| which.iter().filter(|is| **is).count();
-        let all = count(kept);
-        let loose = all - count(&fine);
-        if loose < all && loose <= all / LOOSE as usize {
-            found.fine = FineTriangles::new(&ends, &edges, corners, &fine, turned);
+        let loose = all - fine;
+        if fine > 0 && loose <= all / LOOSE {
+            let is_fine = |id| sets[connected.root(index(id)).0 as usize].is_fine();
+            let sides = |id: usize| match is_fine(id) {
+                true => beyond[id].each_ref().map(|s| s.load(Ordering::Relaxed)),
+                false => [NONE; 3],
+            };
+            found.fine = FineTriangles {
+                sides: pool::collect(triangles, AT_ONCE, &sides),
+                turned: pool::collect(triangles, AT_ONCE, &|id| connected.root(index(id)).1),
+            };
         }
         found
     }
 
-    /// A mesh that begins with a triangle, empty as yet; beyond the numbers' end it counts as open.
-    fn begin(&mut self, id: u32) -> Number {
-        let number = u16::try_from(self.meshes.len() + 1).unwrap_or(u16::MAX);
-        if number >= TURNED {
-            return Number::OPEN;
-        }
-        self.meshes.push(ClosedMesh {
-            lo: [f32::INFINITY; 3],
-            hi: [f32::NEG_INFINITY; 3],
-            first: id,
-            last: id,
+    /// Finds the meshes' boxes, and their least and largest triangles.
+    fn measure(&mut self, geometry: &Geometry<'_>) {
+        let of = &self.of;
+        let runs = pool::stretches(of.len(), AT_ONCE, &|ids| {
+            let mut runs: Vec<(u16, ClosedMesh)> = Vec::new();
+            for id in ids.filter(|id| of[*id] != 0) {
+                let number = of[id] & !TURNED;
+                let one = ClosedMesh {
+                    bounds: geometry.bounds(index(id)),
+                    first: index(id),
+                    last: index(id),
+                };
+                match runs.last_mut() {
+                    Some((last, mesh)) if *last == number => mesh.take(&one),
+                    _ => runs.push((number, one)),
+                }
+            }
+            runs
         });
-        Number(number)
+        for (number, run) in runs.iter().flatten() {
+            self.meshes[usize::from(*number) - 1].take(run);
+        }
     }
 }
 
 impl ClosedMesh {
-    /// Takes in a triangle.
-    fn add(&mut self, id: u32, vertices: [[f32; 3]; 3]) {
-        self.last = self.last.max(id);
-        self.first = self.first.min(id);
-        for (axis, x) in vertices.into_iter().flat_map(|v| (0..3).zip(v)) {
-            self.lo[axis] = least(self.lo[axis], x);
-            self.hi[axis] = most(self.hi[axis], x);
-        }
+    const NONE: Self = Self {
+        bounds: Bounds::EMPTY,
+        first: u32::MAX,
+        last: 0,
+    };
+
+    /// Takes in others.
+    fn take(&mut self, other: &Self) {
+        self.bounds.extend(&other.bounds);
+        self.first = self.first.min(other.first);
+        self.last = self.last.max(other.last);
     }
-}
-
-impl FineTriangles {
-    /// Finds the neighbours of those triangles that are `fine`.
-    fn new(
-        ends: &[u32],
-        edges: &[u64],
-        corners: impl Fn(u32) -> [u32; 3],
-        fine: &[bool],
-        turned: Vec<bool>,
-    ) -> Self {
-        let of = |fine: &bool| if *fine { [EDGE; 3] } else { [NONE; 3] };
-        let mut sides: Vec<[u32; 3]> = fine.iter().map(of).collect();
-        let mut begin = 0;
-        for (place, &end) in (0_u32..).zip(ends) {
-            let here = &edges[begin..end as usize];
-            begin = end as usize;
-            for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
-                let &[a, b] = same else { continue };
-                let (i, j) = (low(a), low(b));
-                if !fine[i as usize] {
-                    continue;
-                }
-                let ends = [place, low(a >> 33)];
-                let alike = u32::from((a ^ b) >> 32 & 1 == 0);
-                for (here, beyond) in [(i, j), (j, i)] {
-                    let c = corners(here);
-                    let is_here = |k: &usize| {
-                        let side = [c[*k], c[(k + 1) % 3]];
-                        side == ends || side == [ends[1], ends[0]]
-                    };
-                    if let Some(k) = (0..3).find(is_here) {
-                        sides[here as usize][k] = beyond << 1 | alike;
-                    }
-                }
-            }
-        }
-        Self { sides, turned }
-    }
-}
-
-/// The index of a connected set's mesh plus one.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Number(u16);
-
-impl Number {
-    /// It has none yet.
-    const NONE: Self = Self(0);
-    /// It is not closed.
-    const OPEN: Self = Self(u16::MAX);
 }
 
 /// Which closed meshes stand clear of both ends of a shaft, as far as that has been asked.
@@ -508,8 +520,8 @@ impl<'a> BackfaceFilter<'a> {
     #[inline(never)]
     fn stands_clear(&mut self, index: usize) -> bool {
         let mesh = &self.meshes[index];
-        let lo = DVec3::from(mesh.lo.map(f64::from)) - self.margin;
-        let hi = DVec3::from(mesh.hi.map(f64::from)) + self.margin;
+        let lo = DVec3::from(mesh.bounds.lo.map(f64::from)) - self.margin;
+        let hi = DVec3::from(mesh.bounds.hi.map(f64::from)) + self.margin;
         let is_clear = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
         // A mesh of which triangles are excluded is not closed.
         let (start, count) = self.exclude;
@@ -522,26 +534,21 @@ impl<'a> BackfaceFilter<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{ClosedMeshes, EDGE, Geometry, NONE, TURNED, weld_in_table, weld_sorted};
+    use super::{ClosedMeshes, EDGE, Geometry, NONE, TURNED, weld};
 
     #[allow(clippy::float_cmp, reason = "the very same place")]
     #[test]
-    fn places_in_a_table_are_those_sorted() {
+    fn places_are_told_apart() {
         for count in [0, 1, 2, 100, 5000_u32] {
             // Three numbers of few, zero with either sign.
             let random = |k: u32| k.wrapping_mul(2_654_435_769) >> 20;
             let positions: Vec<[f32; 3]> = (0..count)
                 .map(|k| [k, k + 1, 7 * k].map(|k| [0.0, -0.0, 1.0, 1e30][random(k) as usize % 4]))
                 .collect();
-            let sorted = weld_sorted(&positions);
-            assert_eq!(weld_in_table(&positions, 100_000).as_ref(), Some(&sorted));
-            for (&first, i) in sorted.iter().zip(0..) {
+            for (first, i) in weld(&positions).into_iter().zip(0..) {
                 let same = |k: &u32| positions[*k as usize] == positions[i as usize];
                 assert_eq!((0..count).find(same), Some(first));
             }
-            // Fewer looks than positions do not do.
-            let looks = positions.len().saturating_sub(1);
-            assert_eq!(weld_in_table(&positions, looks).is_some(), count == 0);
         }
     }
 
@@ -605,7 +612,7 @@ mod tests {
             let found = find(&positions, &triangles);
             assert_eq!(found.meshes.len(), 1);
             let mesh = &found.meshes[0];
-            assert_eq!((mesh.lo, mesh.hi), ([0.0; 3], [1.0; 3]));
+            assert_eq!((mesh.bounds.lo, mesh.bounds.hi), ([0.0; 3], [1.0; 3]));
             assert_eq!((mesh.first, mesh.last), (0, 11));
             for (i, code) in found.of.iter().enumerate() {
                 let against_first = (turned >> i ^ turned) & 1 != 0;

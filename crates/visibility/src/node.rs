@@ -1,6 +1,6 @@
 //! Memory layout of the hierarchy: nodes of eight boxes, leaves of up to eight triangles.
 
-use crate::sweep::Lanes;
+use crate::{build::Bounds, sweep::Lanes};
 use linelit_simd::Simd;
 
 /// Eight boxes side by side, and what is in them.
@@ -38,17 +38,37 @@ impl Node {
         all_fine: 0,
     };
 
+    /// One of its boxes.
+    pub(crate) fn bounds_of(&self, lane: usize) -> Bounds {
+        Bounds {
+            lo: [0, 1, 2].map(|axis| self.bounds[axis][lane]),
+            hi: [3, 4, 5].map(|row| self.bounds[row][lane]),
+        }
+    }
+
+    /// Puts another box in the place of one.
+    pub(crate) fn set_bounds(&mut self, lane: usize, bounds: &Bounds) {
+        let rows = bounds.lo.iter().chain(&bounds.hi);
+        for (row, x) in self.bounds.iter_mut().zip(rows) {
+            row[lane] = *x;
+        }
+    }
+
+    /// The lanes in use.
+    pub(crate) fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
+        let valid = self.valid;
+        (0..8).filter(move |lane| valid >> lane & 1 != 0)
+    }
+
     /// The same node where others stand before the nodes and leaves in it.
     pub(crate) fn renumbered(mut self, nodes: usize, leaves: usize) -> Self {
-        for (lane, child) in self.child.iter_mut().enumerate() {
-            let old = Child(*child);
-            if self.valid >> lane & 1 != 0 {
-                *child = match old.is_leaf() {
-                    true => Child::leaf(leaves + old.index(), old.count() as usize),
-                    false => Child::node(nodes + old.index()),
-                }
-                .0;
-            }
+        for lane in self.lanes() {
+            let old = Child(self.child[lane]);
+            let new = match old.is_leaf() {
+                true => Child::leaf(leaves + old.index(), old.count() as usize),
+                false => Child::node(nodes + old.index()),
+            };
+            self.child[lane] = new.0;
         }
         self
     }

@@ -6,10 +6,12 @@
 //! it is shared out.
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+use rayon::slice::ParallelSliceMut;
+use std::ops::Range;
 
-/// Whether the caller runs in a pool.
-fn shared() -> bool {
-    rayon::current_thread_index().is_some()
+/// Whether the caller has no other threads.
+pub(crate) fn is_alone() -> bool {
+    rayon::current_thread_index().is_none() || rayon::current_num_threads() == 1
 }
 
 /// Runs both, at once if there are threads for it.
@@ -17,10 +19,10 @@ pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
 ) -> (A, B) {
-    if shared() {
-        rayon::join(a, b)
-    } else {
+    if is_alone() {
         (a(), b())
+    } else {
+        rayon::join(a, b)
     }
 }
 
@@ -30,39 +32,36 @@ pub(crate) fn collect<T: Send>(
     least: usize,
     f: &(impl Fn(usize) -> T + Sync),
 ) -> Vec<T> {
-    if shared() {
+    if is_alone() {
+        (0..count).map(f).collect()
+    } else {
         let numbers = (0..count).into_par_iter().with_min_len(least);
         numbers.map(f).collect()
-    } else {
-        (0..count).map(f).collect()
     }
 }
 
-/// Applies `f` to stretches of at most `size` items, with the index of the first of each, and
-/// brings together what it returns, in order; `f` sees at least one stretch.
-pub(crate) fn fold_stretches<T: Send, R: Send>(
+/// What `f` makes of stretches of at most `size` numbers below `count`, in order.
+pub(crate) fn stretches<T: Send>(
+    count: usize,
+    size: usize,
+    f: &(impl Fn(Range<usize>) -> T + Sync),
+) -> Vec<T> {
+    let stretch = |k: usize| f(k * size..count.min((k + 1) * size));
+    collect(count.div_ceil(size), 1, &stretch)
+}
+
+/// What `f` makes of stretches of at most `size` items, with the index of the first of each, in
+/// order.
+pub(crate) fn stretches_of<T: Send, R: Send>(
     items: &mut [T],
     size: usize,
     f: &(impl Fn(usize, &mut [T]) -> R + Sync),
-    both: &(impl Fn(R, R) -> R + Sync),
-) -> R {
-    fn go<T: Send, R: Send>(
-        first: usize,
-        items: &mut [T],
-        size: usize,
-        f: &(impl Fn(usize, &mut [T]) -> R + Sync),
-        both: &(impl Fn(R, R) -> R + Sync),
-    ) -> R {
-        if items.len() <= size {
-            return f(first, items);
-        }
-        let middle = (items.len() / size).div_ceil(2) * size;
-        let (left, right) = items.split_at_mut(middle);
-        let (left, right) = join(
-            || go(first, left, size, f, both),
-            || go(first + middle, right, size, f, both),
-        );
-        both(left, right)
+) -> Vec<R> {
+    if is_alone() {
+        let parts = items.chunks_mut(size).enumerate();
+        parts.map(|(k, part)| f(k * size, part)).collect()
+    } else {
+        let parts = items.par_chunks_mut(size).enumerate();
+        parts.map(|(k, part)| f(k * size, part)).collect()
     }
-    go(0, items, size.max(1), f, both)
 }

@@ -8,12 +8,14 @@
 //! shading point, or all face away, and none has an edge, nothing changes.
 
 use crate::{
-    build::{Geometry, index, least, most},
+    build::{Bounds, Geometry, index, least, most},
     closed_mesh::FineTriangles,
     node::{Child, Leaf, Node},
+    pool,
 };
 use linelit_geometry::{DVec3, glam::Vec3};
 use linelit_simd::Simd;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Meshes of fewer triangles are looked at triangle by triangle.
 /// `docs/decisions/015-silhouettes-of-fine-meshes.md`.
@@ -40,6 +42,9 @@ const LEAST_HEIGHT: f64 = 1e-6;
 /// roundings of normals, places and offsets and of products of them, each at most 6e-8 of two
 /// scenes, three axes each, are 4e-6; what `f64` may get wrong of the sign is under 1e-6.
 pub(crate) const FACING_ROOM: f64 = 1e-5;
+
+/// Leaves that are looked at in one go.
+const AT_ONCE: usize = 1 << 11;
 
 /// The surfaces of a hierarchy.
 #[derive(Debug, Default)]
@@ -75,69 +80,74 @@ impl Facing {
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
     };
 
-    /// Takes in planes before or behind the middle of a child's box; `None` faces any way.
-    fn add(&mut self, lane: usize, middle: DVec3, planes: Option<&Planes>) {
-        let Some(planes) = planes else {
-            self.offset[0][lane] = f32::NEG_INFINITY;
-            self.offset[1][lane] = f32::INFINITY;
-            return;
-        };
-        let [low, high] = planes.offsets(middle);
+    /// Takes in what some leaves say of a child.
+    fn add(&mut self, lane: usize, way: &Way) {
         for axis in 0..3 {
-            let [x, y] = planes.normals[axis];
+            let [x, y] = way.normals[axis];
             self.normal[axis][lane] = least(self.normal[axis][lane], x);
             self.normal[axis + 3][lane] = most(self.normal[axis + 3][lane], y);
         }
-        self.offset[0][lane] = least(self.offset[0][lane], low);
-        self.offset[1][lane] = most(self.offset[1][lane], high);
-    }
-
-    fn is_unknown(&self, lane: usize) -> bool {
-        self.offset[0][lane] == f32::NEG_INFINITY
+        self.offset[0][lane] = least(self.offset[0][lane], way.offset[0]);
+        self.offset[1][lane] = most(self.offset[1][lane], way.offset[1]);
     }
 }
 
-/// The normals of surfaces' triangles, of a surface all turned alike; each takes twelve bytes while
-/// the hierarchy is at its largest.
-struct Normals {
-    /// Which is the first of each leaf; those of its lanes follow.
-    first: Vec<u32>,
-    all: Vec<Vec3>,
+/// What some leaves in a child of a node say of how it faces.
+struct Way {
+    /// The node × 8 + lane.
+    slot: u32,
+    /// The middle of its box.
+    middle: DVec3,
+    /// Whether it is a leaf of nothing but triangles of surfaces.
+    is_all_fine: bool,
+    /// As in [`Planes`] and [`Facing`].
+    normals: [[f32; 2]; 3],
+    offset: [f32; 2],
 }
 
-impl Normals {
-    /// Of the triangles of leaves, of which some are turned, in a scene of a size.
-    fn new(leaves: &[Leaf], turned: &[bool], size: f64) -> Self {
-        let mut first = Vec::with_capacity(leaves.len());
-        let mut all = Vec::with_capacity(turned.len());
-        for leaf in leaves {
-            first.push(index(all.len()));
-            all.extend(lanes(leaf).map(|lane| {
-                let normal = Self::of(corners(leaf, lane), size);
-                let is_turned = turned[leaf.id[lane] as usize];
-                if is_turned { -normal } else { normal }
-            }));
-        }
-        Self { first, all }
-    }
-
-    /// Of a triangle as its corners run, of unit length; not a number where rounding may decide
-    /// which way it faces.
-    fn of([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
-        let normal = (b - a).cross(c - a);
-        let squared = normal.length_squared();
-        let sides = [b - a, c - a, c - b].map(DVec3::length_squared);
-        let longest = sides.into_iter().fold(0.0, f64::max);
-        let height = LEAST_HEIGHT * LEAST_HEIGHT * longest.max(0.01 * size * size);
-        match squared >= height * longest && squared > 0.0 {
-            true => (normal * (1.0 / squared.sqrt())).as_vec3(),
-            false => Vec3::NAN,
+impl Way {
+    fn new(slot: u32, nodes: &[Node]) -> Self {
+        let Bounds { lo, hi } = nodes[slot as usize / 8].bounds_of(slot as usize % 8);
+        // The same bits as for eight at a time.
+        let middle = [0, 1, 2].map(|axis| f64::from((lo[axis] + hi[axis]) * 0.5));
+        Self {
+            slot,
+            middle: middle.into(),
+            is_all_fine: false,
+            normals: Planes::NONE.normals,
+            offset: [f32::INFINITY, f32::NEG_INFINITY],
         }
     }
 
-    #[inline]
-    fn get(&self, leaf: usize, lane: usize) -> Vec3 {
-        self.all[self.first[leaf] as usize + lane]
+    /// Takes in planes; `None` faces any way.
+    fn add(&mut self, planes: Option<&Planes>) {
+        let Some(planes) = planes else {
+            self.offset = [f32::NEG_INFINITY, f32::INFINITY];
+            return;
+        };
+        let [low, high] = planes.offsets(self.middle);
+        self.offset = [least(self.offset[0], low), most(self.offset[1], high)];
+        for (own, [x, y]) in self.normals.iter_mut().zip(planes.normals) {
+            *own = [least(own[0], x), most(own[1], y)];
+        }
+    }
+
+    fn is_unknown(&self) -> bool {
+        self.offset[0] == f32::NEG_INFINITY
+    }
+}
+
+/// A normal as a triangle's corners run, of unit length; not a number where rounding may decide
+/// which way it faces.
+fn normal([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
+    let normal = (b - a).cross(c - a);
+    let squared = normal.length_squared();
+    let sides = [b - a, c - a, c - b].map(DVec3::length_squared);
+    let longest = sides.into_iter().fold(0.0, f64::max);
+    let height = LEAST_HEIGHT * LEAST_HEIGHT * longest.max(0.01 * size * size);
+    match squared >= height * longest && squared > 0.0 {
+        true => (normal * (1.0 / squared.sqrt())).as_vec3(),
+        false => Vec3::NAN,
     }
 }
 
@@ -240,14 +250,6 @@ pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
     }
 }
 
-/// The middle of a child's box: the same bits as for eight at a time.
-#[inline]
-fn middle(node: &Node, lane: usize) -> DVec3 {
-    let b = &node.bounds;
-    let x = [0, 1, 2].map(|axis| (b[axis][lane] + b[axis + 3][lane]) * 0.5);
-    DVec3::from(x.map(f64::from))
-}
-
 impl Surfaces {
     /// Finds how the fine meshes lie in a hierarchy. What is told of their triangles is let go of
     /// as soon as leaves have it: the hierarchy is at its largest then.
@@ -271,117 +273,45 @@ impl Surfaces {
                 _ => ranges.push([id, id + 1]),
             }
         }
-        let mut surfaces = Self {
-            sides: sides_by_leaves(leaves, sides),
-            bends: vec![[[UNKNOWN; 8]; 3]; leaves.len()],
-            facing: vec![Facing::NOTHING; nodes.len()],
-            ranges,
+        let sides = sides_by_leaves(leaves, sides);
+        let size = f64::from(geometry.extent);
+        let normals = pool::collect(leaves.len(), AT_ONCE, &|at| {
+            let (leaf, known) = (&leaves[at], &sides[at][0]);
+            std::array::from_fn(|lane| match known[lane] != NONE {
+                false => Vec3::NAN,
+                true if turned[leaf.id[lane] as usize] => -normal(corners(leaf, lane), size),
+                true => normal(corners(leaf, lane), size),
+            })
+        });
+        drop(turned);
+        let mut bends = vec![[[UNKNOWN; 8]; 3]; leaves.len()];
+        let around = Around {
+            leaves,
+            sides: &sides,
+            normals,
         };
-        let normals = Normals::new(leaves, &turned, f64::from(geometry.extent));
-        surfaces.face(&normals, nodes, leaves);
-        surfaces
-    }
-
-    /// Fills in how the nodes' children face, and which have triangles of surfaces.
-    fn face(&mut self, normals: &Normals, nodes: &mut [Node], leaves: &[Leaf]) {
-        // Where each node hangs: what is above a node stands before it.
-        let mut above = vec![(NONE, 0_usize); nodes.len()];
-        let mut around = Planes::NONE;
-        for at in 0..nodes.len() {
-            let Node { child, valid, .. } = nodes[at];
-            let number = index(at);
-            for lane in (0..8).filter(|lane| valid >> lane & 1 != 0) {
-                let child = Child(child[lane]);
-                if !child.is_leaf() {
-                    above[child.index()] = (number, lane);
-                    continue;
-                }
-                let sides = &self.sides[child.index()];
-                let count = sides[0].iter().filter(|side| **side != NONE).count();
-                if count == 0 {
-                    continue;
-                }
-                nodes[at].all_fine |= u8::from(index(count) == child.count()) << lane;
-                let is_known = self.look_around(
-                    child.index(),
-                    &nodes[at],
-                    lane,
-                    leaves,
-                    normals,
-                    &mut around,
-                );
-                around.fill_up();
-                let around = is_known.then_some(&around);
-                let mut place = (number, lane);
-                while place.0 != NONE {
-                    let (at, lane) = (place.0 as usize, place.1);
-                    nodes[at].fine |= 1 << lane;
-                    if self.facing[at].is_unknown(lane) {
-                        // And so it is above.
-                        break;
-                    }
-                    self.facing[at].add(lane, middle(&nodes[at], lane), around);
-                    place = above[at];
-                }
-            }
+        let (above_nodes, above_leaves) = above(nodes, leaves.len());
+        let ways = pool::stretches_of(&mut bends, AT_ONCE, &|first, bends| {
+            around.ways(first, bends, nodes, [&above_nodes, &above_leaves])
+        });
+        let mut facing = vec![Facing::NOTHING; nodes.len()];
+        for way in ways.iter().flatten() {
+            let (at, lane) = (way.slot as usize / 8, way.slot as usize % 8);
+            facing[at].add(lane, way);
+            nodes[at].fine |= 1 << lane;
+            nodes[at].all_fine |= u8::from(way.is_all_fine) << lane;
         }
         for at in (1..nodes.len()).rev() {
-            let (node, lane) = above[at];
+            let slot = above_nodes[at] as usize;
             let all = nodes[at].all_fine == nodes[at].valid;
-            nodes[node as usize].all_fine |= u8::from(all) << lane;
+            nodes[slot / 8].all_fine |= u8::from(all) << (slot % 8);
         }
-    }
-
-    /// Fills in how the neighbours of a leaf's triangles are bent away; collects their planes and
-    /// those of the triangles, and tells whether all are known.
-    fn look_around(
-        &mut self,
-        at: usize,
-        node: &Node,
-        lane: usize,
-        leaves: &[Leaf],
-        normals: &Normals,
-        around: &mut Planes,
-    ) -> bool {
-        let (sides, bends) = (&self.sides[at], &mut self.bends[at]);
-        let room = [0, 1, 2].map(|axis| {
-            let [low, high] = [axis, axis + 3].map(|row| f64::from(node.bounds[row][lane]));
-            [low - (high - low), high + (high - low)]
-        });
-        let is_near = |slot: usize| {
-            let corners = leaves[slot / 8].vertices.chunks_exact(3);
-            let mut all = corners.flat_map(|v| v.iter().zip(&room));
-            all.all(|(row, [low, high])| (low..=high).contains(&&f64::from(row[slot % 8])))
-        };
-        around.clear();
-        let mut is_known = true;
-        for own in (0..8).filter(|own| sides[0][*own] != NONE) {
-            let normal = normals.get(at, own);
-            let corners = corners(&leaves[at], own);
-            is_known &= around.add(normal, corners[0]);
-            let [a, b, c] = corners;
-            for (k, (from, e)) in [(a, b - a), (b, c - b), (c, a - c)].into_iter().enumerate() {
-                let side = sides[k][own];
-                if side == EDGE {
-                    // It may be crossed however it faces.
-                    is_known = false;
-                    continue;
-                }
-                let slot = (side >> 1) as usize;
-                let is_within = slot / 8 == at;
-                let other = normals.get(slot / 8, slot % 8);
-                let bend_away = &mut bends[k][own];
-                if side & 1 == 0 {
-                    *bend_away = bend(e, normal, other);
-                }
-                *bend_away |= NEAR * u16::from(is_within || is_near(slot));
-                if !is_within {
-                    // Both have the side's corners.
-                    is_known &= around.add(other, from);
-                }
-            }
+        Self {
+            sides,
+            bends,
+            facing,
+            ranges,
         }
-        is_known
     }
 
     /// Whether lines past them may be answered by their silhouettes: there are some, and none of
@@ -410,6 +340,130 @@ impl Surfaces {
     }
 }
 
+/// What is around the leaves.
+struct Around<'a> {
+    leaves: &'a [Leaf],
+    sides: &'a [[[u32; 8]; 3]],
+    /// The normals of surfaces' triangles, of a surface all turned alike.
+    normals: Vec<[Vec3; 8]>,
+}
+
+impl Around<'_> {
+    /// Fills in how the neighbours of some leaves' triangles are bent away, and tells how the
+    /// children face that these leaves are in, given where nodes and leaves hang.
+    fn ways(
+        &self,
+        first: usize,
+        bends: &mut [Bends],
+        nodes: &[Node],
+        [above_nodes, above_leaves]: [&[u32]; 2],
+    ) -> Vec<Way> {
+        let mut done: Vec<Way> = Vec::new();
+        // From the root down to the leaf; in the tree's order, few of them change.
+        let (mut open, mut path): (Vec<Way>, Vec<u32>) = Default::default();
+        let mut planes = Planes::NONE;
+        for (at, bends) in (first..).zip(bends) {
+            let used = lanes(&self.leaves[at]).count();
+            let fine = (self.sides[at][0].iter().filter(|side| **side != NONE)).count();
+            if fine == 0 {
+                continue;
+            }
+            path.clear();
+            let mut slot = above_leaves[at];
+            while slot != NONE {
+                path.push(slot);
+                slot = above_nodes[slot as usize / 8];
+            }
+            let same = open.iter().zip(path.iter().rev());
+            let same = same.take_while(|(way, slot)| way.slot == **slot).count();
+            done.extend(open.drain(same..));
+            let new = path.iter().rev().skip(same);
+            open.extend(new.map(|slot| Way::new(*slot, nodes)));
+            let slot = above_leaves[at] as usize;
+            let is_known = self.look(at, &nodes[slot / 8], slot % 8, bends, &mut planes);
+            planes.fill_up();
+            let planes = is_known.then_some(&planes);
+            if let Some(own) = open.last_mut() {
+                own.is_all_fine = fine == used;
+            }
+            // Above what is not known nothing is.
+            for way in open.iter_mut().rev().take_while(|way| !way.is_unknown()) {
+                way.add(planes);
+            }
+        }
+        done.extend(open);
+        done
+    }
+
+    /// Fills in how the neighbours of a leaf's triangles are bent away; collects their planes and
+    /// those of the triangles, and tells whether all are known.
+    fn look(
+        &self,
+        at: usize,
+        node: &Node,
+        lane: usize,
+        bends: &mut Bends,
+        around: &mut Planes,
+    ) -> bool {
+        let (leaves, normals, sides) = (self.leaves, &self.normals, &self.sides[at]);
+        let Bounds { lo, hi } = node.bounds_of(lane);
+        let room = [0, 1, 2].map(|axis| {
+            let (low, high) = (f64::from(lo[axis]), f64::from(hi[axis]));
+            [low - (high - low), high + (high - low)]
+        });
+        let is_near = |slot: usize| {
+            let corners = leaves[slot / 8].vertices.chunks_exact(3);
+            let mut all = corners.flat_map(|v| v.iter().zip(&room));
+            all.all(|(row, [low, high])| (low..=high).contains(&&f64::from(row[slot % 8])))
+        };
+        around.clear();
+        let mut is_known = true;
+        for own in (0..8).filter(|own| sides[0][*own] != NONE) {
+            let normal = normals[at][own];
+            let corners = corners(&leaves[at], own);
+            is_known &= around.add(normal, corners[0]);
+            let [a, b, c] = corners;
+            for (k, (from, e)) in [(a, b - a), (b, c - b), (c, a - c)].into_iter().enumerate() {
+                let side = sides[k][own];
+                if side == EDGE {
+                    // It may be crossed however it faces.
+                    is_known = false;
+                    continue;
+                }
+                let slot = (side >> 1) as usize;
+                let is_within = slot / 8 == at;
+                let other = normals[slot / 8][slot % 8];
+                let bend_away = &mut bends[k][own];
+                if side & 1 == 0 {
+                    *bend_away = bend(e, normal, other);
+                }
+                *bend_away |= NEAR * u16::from(is_within || is_near(slot));
+                if !is_within {
+                    // Both have the side's corners.
+                    is_known &= around.add(other, from);
+                }
+            }
+        }
+        is_known
+    }
+}
+
+/// Where each node and each leaf hangs: the node × 8 + lane; the root at [`NONE`].
+fn above(nodes: &[Node], leaves: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut above = (vec![NONE; nodes.len()], vec![NONE; leaves]);
+    for (first, node) in (0_u32..).step_by(8).zip(nodes) {
+        for lane in node.lanes() {
+            let child = Child(node.child[lane]);
+            let slots = match child.is_leaf() {
+                true => &mut above.1,
+                false => &mut above.0,
+            };
+            slots[child.index()] = first + index(lane);
+        }
+    }
+    above
+}
+
 /// A triangle's corners.
 fn corners(leaf: &Leaf, lane: usize) -> [DVec3; 3] {
     leaf.triangle(lane).map(|v| DVec3::from(v.map(f64::from)))
@@ -423,22 +477,26 @@ fn lanes(leaf: &Leaf) -> impl Iterator<Item = usize> {
 
 /// [`Surfaces::sides`], of those of triangles in the caller's order.
 fn sides_by_leaves(leaves: &[Leaf], of: Vec<[u32; 3]>) -> Vec<[[u32; 8]; 3]> {
-    let mut slot_of = vec![NONE; of.len()];
-    for (first, leaf) in (0_u32..).step_by(8).zip(leaves) {
-        for lane in lanes(leaf) {
-            slot_of[leaf.id[lane] as usize] = first + index(lane);
+    let slot_of = pool::collect(of.len(), AT_ONCE, &|_| AtomicU32::new(NONE));
+    pool::collect(leaves.len(), AT_ONCE, &|at| {
+        for lane in lanes(&leaves[at]) {
+            let slot = &slot_of[leaves[at].id[lane] as usize];
+            slot.store(index(8 * at + lane), Ordering::Relaxed);
         }
-    }
-    let mut sides = vec![[[NONE; 8]; 3]; leaves.len()];
-    for (leaf, sides) in leaves.iter().zip(&mut sides) {
-        for lane in lanes(leaf) {
-            for (own, side) in sides.iter_mut().zip(of[leaf.id[lane] as usize]) {
+    });
+    pool::collect(leaves.len(), AT_ONCE, &|at| {
+        let mut sides = [[NONE; 8]; 3];
+        for lane in lanes(&leaves[at]) {
+            for (own, side) in sides.iter_mut().zip(of[leaves[at].id[lane] as usize]) {
                 own[lane] = match side {
                     NONE | EDGE => side,
-                    _ => slot_of[(side >> 1) as usize] << 1 | side & 1,
+                    _ => {
+                        let slot = slot_of[(side >> 1) as usize].load(Ordering::Relaxed);
+                        slot << 1 | side & 1
+                    }
                 };
             }
         }
-    }
-    sides
+        sides
+    })
 }

@@ -2,27 +2,27 @@
 
 /// A box in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
-    pub(super) lo: [f32; 3],
-    pub(super) hi: [f32; 3],
+pub(crate) struct Bounds {
+    pub(crate) lo: [f32; 3],
+    pub(crate) hi: [f32; 3],
 }
 
 impl Bounds {
-    pub(super) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         lo: [f32::INFINITY; 3],
         hi: [f32::NEG_INFINITY; 3],
     };
 
     /// The smallest box around both.
     #[inline(always)]
-    pub(super) fn union(&self, other: &Self) -> Self {
+    pub(crate) fn union(&self, other: &Self) -> Self {
         let mut both = *self;
         both.extend(other);
         both
     }
 
     #[inline(always)]
-    pub(super) fn extend(&mut self, other: &Self) {
+    pub(crate) fn extend(&mut self, other: &Self) {
         for axis in 0..3 {
             self.lo[axis] = least(self.lo[axis], other.lo[axis]);
             self.hi[axis] = most(self.hi[axis], other.hi[axis]);
@@ -32,7 +32,7 @@ impl Bounds {
     /// Half of the surface of a box that is not empty. In `f64`, where it neither overflows nor
     /// vanishes for any box of `f32`.
     #[inline(always)]
-    pub(super) fn half_area(&self) -> f64 {
+    pub(crate) fn half_area(&self) -> f64 {
         let d = |axis: usize| f64::from(self.hi[axis]) - f64::from(self.lo[axis]);
         let (x, y, z) = (d(0), d(1), d(2));
         x * y + (x + y) * z

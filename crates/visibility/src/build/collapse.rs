@@ -31,8 +31,7 @@ const PARTS: usize = 1 << 8;
 /// the box of none.
 pub(super) fn collapse(nodes: Vec<Binary>, leaf_cost: f64) -> (Vec<Node>, Vec<Triangles>) {
     let most = (index(nodes.len() / 2 + 1) / 8).clamp(2, LEAF_SIZE);
-    let mut choices = Vec::new();
-    choices.resize_with(nodes.len() / 2, || AtomicU32::new(0));
+    let choices = (0..nodes.len() / 2).map(|_| AtomicU32::new(0)).collect();
     let tree = Tree {
         nodes,
         choices,
@@ -48,7 +47,7 @@ const ONE_PIECE: u32 = 1 << 31;
 
 /// Bits of a choice for the pieces of the left child when the node is spread over up to j pieces,
 /// j = 2 to 8; 0: the node stays in one piece.
-const BITS: u32 = 3;
+const BITS: u32 = LEAF_SIZE.ilog2();
 
 /// What a subtree costs in up to 1 to 8 pieces, and its triangles.
 #[derive(Clone, Copy)]
@@ -247,10 +246,7 @@ impl Tree {
         let mut packed = Node::EMPTY;
         for (lane, &member) in members.iter().enumerate() {
             let binary = &self.nodes[member as usize];
-            for axis in 0..3 {
-                packed.bounds[axis][lane] = binary.bounds.lo[axis];
-                packed.bounds[axis + 3][lane] = binary.bounds.hi[axis];
-            }
+            packed.set_bounds(lane, &binary.bounds);
             let is_leaf = self.is_leaf(binary);
             packed.valid |= 1 << lane;
             packed.leaf |= u8::from(is_leaf) << lane;

@@ -18,8 +18,7 @@ use crate::{
     pool,
     surfaces::Surfaces,
 };
-use binary::Bounds;
-pub(crate) use binary::{least, most};
+pub(crate) use binary::{Bounds, least, most};
 use linelit_simd::Simd;
 pub(crate) use refit::refit;
 use split::Reference;
@@ -29,11 +28,11 @@ const LEAF_COST: f64 = 1.2;
 
 /// The same in scenes of fewer than [`SMALL`] triangles. There it makes no difference to speed;
 /// fuller leaves keep such scenes below a hundred bytes a triangle.
-const LEAF_COST_SMALL: f64 = 0.6;
-const SMALL: usize = 10_000;
+const LEAF_COST_SMALL: f64 = LEAF_COST / 2.0;
 
-/// With fewer leaves (3 MB) the caches hold everything.
-const WORTH_PREFETCHING: usize = 10_000;
+/// Triangles of a small scene; of as many leaves (3 MB) the caches hold everything, so that asking
+/// for them ahead of time is of no use.
+const SMALL: usize = 10_000;
 
 /// Most triangles in a leaf.
 const LEAF_SIZE: u32 = 8;
@@ -41,18 +40,11 @@ const LEAF_SIZE: u32 = 8;
 impl Hierarchy {
     /// Bytes that it takes.
     pub(crate) fn memory(&self) -> usize {
-        let Self {
-            nodes,
-            leaves,
-            meshes,
-            mesh_of,
-            surfaces,
-        } = self;
-        size_of_val(&nodes[..])
-            + size_of_val(&leaves[..])
-            + size_of_val(&meshes[..])
-            + size_of_val(&mesh_of[..])
-            + surfaces.memory()
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.leaves[..])
+            + size_of_val(&self.meshes[..])
+            + size_of_val(&self.mesh_of[..])
+            + self.surfaces.memory()
     }
 
     /// Closed meshes and the leaves' triangles in them.
@@ -63,7 +55,7 @@ impl Hierarchy {
     /// Asks for the memory of a node's children ahead of time.
     #[inline(always)]
     pub(crate) fn prefetch<S: Simd>(&self, s: S, node: &Node, found: u8) {
-        if self.leaves.len() < WORTH_PREFETCHING {
+        if self.leaves.len() < SMALL {
             return;
         }
         let mut found = found;
@@ -132,7 +124,7 @@ impl Geometry<'_> {
     }
 
     #[inline]
-    fn bounds(&self, id: u32) -> Bounds {
+    pub(crate) fn bounds(&self, id: u32) -> Bounds {
         let [a, b, c] = self.vertices(id);
         Bounds {
             lo: std::array::from_fn(|k| least(a[k], least(b[k], c[k]))),
@@ -160,8 +152,12 @@ fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
     references
 }
 
-/// Builds the hierarchy over the triangles that `kept` has.
-pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
+/// Builds the hierarchy over the triangles that `kept` has; `for_shafts`, with what is of use to
+/// shafts alone.
+///
+/// That is made with the rest, not when a shaft first asks: it needs the caller's triangles, marks
+/// nodes, and takes all threads, which whoever waits for it within a pool may not have.
+pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], for_shafts: bool) -> Hierarchy {
     let mut references = references(geometry, kept);
     if references.is_empty() {
         return Hierarchy::default();
@@ -171,36 +167,40 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
     // Both together take little more memory than the tree took with the boxes.
-    let ((mut nodes, ids), mut closed) = pool::join(
-        || collapse::collapse(tree, leaf_cost),
-        || ClosedMeshes::find(geometry, kept),
+    let (mut hierarchy, closed) = pool::join(
+        || {
+            let (mut nodes, ids) = collapse::collapse(tree, leaf_cost);
+            let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
+            order::by_crossings(&mut nodes, &leaves);
+            Hierarchy {
+                nodes,
+                leaves,
+                ..Hierarchy::default()
+            }
+        },
+        || for_shafts.then(|| ClosedMeshes::find(geometry, kept)),
     );
-    let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
-    drop(ids);
-    order::by_crossings(&mut nodes, &leaves);
-    let fine = std::mem::take(&mut closed.fine);
-    let (meshes, mesh_of) = by_leaves(closed, &leaves);
-    let surfaces = Surfaces::new(geometry, fine, &mut nodes, &leaves);
-    Hierarchy {
-        nodes,
-        leaves,
-        meshes,
-        mesh_of,
-        surfaces,
+    if let Some(closed) = closed {
+        hierarchy.serve_shafts(geometry, closed);
     }
+    hierarchy
 }
 
-/// Closed meshes, and which of them the triangles of each leaf belong to: [`Hierarchy::mesh_of`].
-fn by_leaves(
-    ClosedMeshes { meshes, of, .. }: ClosedMeshes,
-    leaves: &[Leaf],
-) -> (Vec<ClosedMesh>, Vec<[u16; 8]>) {
-    let in_lanes = |leaf: &Leaf| leaf.id.map(|id| of[id as usize]);
-    let mesh_of = match &meshes[..] {
-        [] => Vec::new(),
-        _ => leaves.iter().map(in_lanes).collect(),
-    };
-    (meshes, mesh_of)
+impl Hierarchy {
+    /// Takes over which triangles belong to closed meshes and surfaces.
+    fn serve_shafts(&mut self, geometry: &Geometry<'_>, closed: ClosedMeshes) {
+        let ClosedMeshes { meshes, of, fine } = closed;
+        let leaves = &self.leaves;
+        self.mesh_of = match &meshes[..] {
+            [] => Vec::new(),
+            _ => pool::collect(leaves.len(), AT_ONCE, &|at| {
+                leaves[at].id.map(|id| of[id as usize])
+            }),
+        };
+        self.meshes = meshes;
+        drop(of);
+        self.surfaces = Surfaces::new(geometry, fine, &mut self.nodes, leaves);
+    }
 }
 
 /// Numbers of nodes and of what is in them are below 2³²: a leaf holds a triangle at least, and

@@ -6,7 +6,7 @@
 //! That order needs no distances and no sorting at each node, and opens fewer nodes than the
 //! nearest box first does: `docs/decisions/003-growing-the-hierarchy.md`.
 
-use super::{AT_ONCE, Child, Leaf, Node, binary::Bounds};
+use super::{AT_ONCE, Child, Leaf, Node};
 use crate::{pool, shaft::DENSE};
 use linelit_geometry::DVec3;
 
@@ -14,29 +14,35 @@ use linelit_geometry::DVec3;
 /// which hold many triangles.
 pub(super) fn by_crossings(nodes: &mut [Node], leaves: &[Leaf]) {
     let of_leaves = pool::collect(leaves.len(), AT_ONCE, &|k| area(&leaves[k]));
-    let mut areas = vec![0.0; nodes.len()];
-    let mut counts = vec![0_usize; nodes.len()];
-    // Children stand behind their parents.
-    for (at, node) in nodes.iter_mut().enumerate().rev() {
-        let mut lanes = [(0.0, 0); 8];
+    // The area and the number of the triangles below each node; children stand behind parents.
+    let mut sums = vec![(0.0, 0); nodes.len()];
+    let below = |sums: &[(f64, usize)], child: Child| match child.is_leaf() {
+        true => (of_leaves[child.index()], child.count() as usize),
+        false => sums[child.index()],
+    };
+    for (at, node) in nodes.iter().enumerate().rev() {
         let used = node.valid.count_ones() as usize;
-        for (lane, (crossings, number)) in lanes.iter_mut().enumerate().take(used) {
-            let child = Child(node.child[lane]);
-            let (area, count) = if child.is_leaf() {
-                (of_leaves[child.index()], child.count() as usize)
-            } else {
-                (areas[child.index()], counts[child.index()])
-            };
-            areas[at] += area;
-            counts[at] += count;
-            node.dense |= u8::from(count > DENSE) << lane;
-            let half = bounds(node, lane).half_area();
-            *crossings = if half > 0.0 { area / half } else { 0.0 };
-            *number = lane;
+        for child in &node.child[..used] {
+            let (area, count) = below(&sums, Child(*child));
+            sums[at] = (sums[at].0 + area, sums[at].1 + count);
         }
-        lanes[..used].sort_by(|a, b| a.0.total_cmp(&b.0));
-        *node = permuted(node, &lanes[..used]);
     }
+    let arrange = |_, nodes: &mut [Node]| {
+        for node in nodes {
+            let used = node.valid.count_ones() as usize;
+            let mut lanes = [(0.0, 0); 8];
+            for (lane, (crossings, number)) in lanes.iter_mut().enumerate().take(used) {
+                let (area, count) = below(&sums, Child(node.child[lane]));
+                node.dense |= u8::from(count > DENSE) << lane;
+                let half = node.bounds_of(lane).half_area();
+                *crossings = if half > 0.0 { area / half } else { 0.0 };
+                *number = lane;
+            }
+            lanes[..used].sort_by(|a, b| a.0.total_cmp(&b.0));
+            *node = permuted(node, &lanes[..used]);
+        }
+    };
+    pool::stretches_of(nodes, AT_ONCE, &arrange);
 }
 
 /// The area of a leaf's triangles. Lanes that are not in use repeat the first.
@@ -51,20 +57,11 @@ fn area(leaf: &Leaf) -> f64 {
     area
 }
 
-fn bounds(node: &Node, lane: usize) -> Bounds {
-    Bounds {
-        lo: std::array::from_fn(|axis| node.bounds[axis][lane]),
-        hi: std::array::from_fn(|axis| node.bounds[axis + 3][lane]),
-    }
-}
-
 /// The boxes of a node in the order in which `lanes` have them.
 fn permuted(node: &Node, lanes: &[(f64, usize)]) -> Node {
     let mut out = Node::EMPTY;
     for (to, &(_, from)) in lanes.iter().enumerate() {
-        for (row, old) in out.bounds.iter_mut().zip(&node.bounds) {
-            row[to] = old[from];
-        }
+        out.set_bounds(to, &node.bounds_of(from));
         out.child[to] = node.child[from];
         out.valid |= 1 << to;
         out.leaf |= (node.leaf >> from & 1) << to;

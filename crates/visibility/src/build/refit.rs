@@ -1,66 +1,54 @@
 //! New boxes for triangles that have moved, in the tree that stands.
 
-use super::{AT_ONCE, Geometry, Hierarchy, binary::Bounds, by_leaves, least, most};
+use super::{AT_ONCE, Geometry, Hierarchy, binary::Bounds, least, most};
 use crate::{
     closed_mesh::ClosedMeshes,
     node::{Child, Leaf, Node},
     pool,
-    surfaces::Surfaces,
 };
 
 /// Gives `hierarchy`, which was built over the triangles that `kept` has, their new corners: leaves
 /// are copied anew, boxes made from the last node to the root, closed meshes found again.
-pub(crate) fn refit(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hierarchy) {
-    let Hierarchy {
-        nodes,
-        leaves,
-        meshes,
-        mesh_of,
-        surfaces,
-    } = hierarchy;
-    let closed = || ClosedMeshes::find(geometry, kept);
+pub(crate) fn refit(
+    geometry: &Geometry<'_>,
+    kept: &[bool],
+    for_shafts: bool,
+    hierarchy: &mut Hierarchy,
+) {
+    let Hierarchy { nodes, leaves, .. } = hierarchy;
+    let closed = || for_shafts.then(|| ClosedMeshes::find(geometry, kept));
     let copy = |_, leaves: &mut [Leaf]| {
         for leaf in leaves {
             *leaf = geometry.leaf(leaf.id);
         }
     };
-    let ((), mut closed) = pool::join(
+    let ((), closed) = pool::join(
         || {
-            pool::fold_stretches(leaves, AT_ONCE, &copy, &|(), ()| ());
+            pool::stretches_of(leaves, AT_ONCE, &copy);
             for at in (0..nodes.len()).rev() {
                 let (above, below) = nodes.split_at_mut(at + 1);
-                fit(&mut above[at], |child| match child.is_leaf() {
-                    true => around_leaf(&leaves[child.index()]),
-                    false => around(&below[child.index() - at - 1]),
-                });
+                for lane in above[at].lanes() {
+                    let child = Child(above[at].child[lane]);
+                    let bounds = match child.is_leaf() {
+                        true => around_leaf(&leaves[child.index()]),
+                        false => around(&below[child.index() - at - 1]),
+                    };
+                    above[at].set_bounds(lane, &bounds);
+                }
             }
         },
         closed,
     );
-    *surfaces = Surfaces::new(geometry, std::mem::take(&mut closed.fine), nodes, leaves);
-    (*meshes, *mesh_of) = by_leaves(closed, leaves);
-}
-
-/// Puts the boxes of a node around what is in them.
-fn fit(node: &mut Node, around: impl Fn(Child) -> Bounds) {
-    for lane in (0..8).filter(|lane| node.valid >> lane & 1 != 0) {
-        let bounds = around(Child(node.child[lane]));
-        for axis in 0..3 {
-            node.bounds[axis][lane] = bounds.lo[axis];
-            node.bounds[axis + 3][lane] = bounds.hi[axis];
-        }
+    if let Some(closed) = closed {
+        hierarchy.serve_shafts(geometry, closed);
     }
 }
 
 /// The box around those of a node.
-pub(super) fn around(node: &Node) -> Bounds {
-    let b = &node.bounds;
+fn around(node: &Node) -> Bounds {
     let mut all = Bounds::EMPTY;
-    for lane in (0..8).filter(|lane| node.valid >> lane & 1 != 0) {
-        all.extend(&Bounds {
-            lo: [b[0][lane], b[1][lane], b[2][lane]],
-            hi: [b[3][lane], b[4][lane], b[5][lane]],
-        });
+    for lane in node.lanes() {
+        all.extend(&node.bounds_of(lane));
     }
     all
 }

@@ -249,13 +249,3 @@ pub(super) fn improve_top(nodes: &mut [Binary]) {
         nodes[pair..pair + 2].copy_from_slice(&top[2 * k + 1..2 * k + 3]);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn siblings() {
-        assert_eq!([1, 2, 3, 4, 9].map(sibling), [2, 1, 4, 3, 10]);
-    }
-}

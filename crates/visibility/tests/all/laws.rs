@@ -1,6 +1,6 @@
 //! What must not change the answer, and how it may change.
 
-use crate::common::{InSpace, NONE, ask, chord, light, soup};
+use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
 use linelit_scenes::{Library, VisibilityScene};
 use linelit_testkit::cases::cases;
@@ -9,6 +9,8 @@ use linelit_visibility::{
     InstructionSet, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery,
 };
 use proptest::prelude::*;
+use std::fmt::{self, Write as _};
+use std::hash::{DefaultHasher, Hasher as _};
 
 fn view(
     occluders: &Occluders,
@@ -49,7 +51,7 @@ fn total(lines: &[Vec<Interval>]) -> Vec<f64> {
 }
 
 /// A scene from a seed: triangles, a light, a point and lines.
-fn case(seed: u64) -> (crate::common::Mesh, Vec<DVec3>, DVec3, Vec<Segment>) {
+fn case(seed: u64) -> (Mesh, Vec<DVec3>, DVec3, Vec<Segment>) {
     let mut rng = SplitMix64::new(seed);
     let count = [40, 300, 3000][rng.index(3)];
     let size = [0.03, 0.3][rng.index(2)];
@@ -180,6 +182,86 @@ proptest! {
             );
         }
     }
+}
+
+/// A hash of all that is written.
+struct Hash(DefaultHasher);
+
+impl fmt::Write for Hash {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.write(text.as_bytes());
+        Ok(())
+    }
+}
+
+/// A fine closed mesh, and loose triangles around it: more than are looked at in one go.
+fn many() -> Mesh {
+    let mut rng = SplitMix64::new(7);
+    let mut mesh = closed(&mut rng, 400, 100, 1.0, DVec3::ZERO, 1.0);
+    for _ in 0..9_000 {
+        let at = rng.in_cube(1.0);
+        let [a, b, c] = [(); 3].map(|()| at + rng.in_cube(0.02));
+        mesh.triangle(a, b, c);
+    }
+    mesh
+}
+
+/// The same hierarchy for any number of threads, and outside of a pool; built for rays alone, too,
+/// and moved.
+#[test]
+fn threads_do_not_matter() {
+    let mesh = many();
+    let moved: Vec<_> = mesh.positions.iter().map(|p| p.map(|x| 1.5 * x)).collect();
+    let hash = |occluders: &Occluders| {
+        let mut hash = Hash(DefaultHasher::new());
+        write!(hash, "{occluders:?}").unwrap();
+        hash.0.finish()
+    };
+    let hashes = || {
+        let rays = Occluders::build_for_rays(&mesh.positions, &mesh.triangles);
+        let mut shafts = Occluders::build(&mesh.positions, &mesh.triangles);
+        let built = hash(&shafts);
+        shafts.refit(&moved, &mesh.triangles);
+        [hash(&rays), built, hash(&shafts)]
+    };
+    let alone = hashes();
+    for threads in [1, 2, 3, 8, 64] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let shared = pool.build().unwrap().install(hashes);
+        assert_eq!(alone, shared, "{threads} threads");
+    }
+}
+
+/// A hierarchy for rays alone tells rays the same and shafts what is visible, before and after its
+/// triangles have moved, and takes less memory.
+#[test]
+fn hierarchies_for_rays_answer_shafts_as_well() {
+    let mesh = many();
+    let [mut all, mut rays] = [Occluders::build, Occluders::build_for_rays]
+        .map(|build| build(&mesh.positions, &mesh.triangles));
+    let mut rng = SplitMix64::new(8);
+    let mut scratch = Scratch::new();
+    let mut dense = 0;
+    for turn in 0..40 {
+        if turn == 20 {
+            let moved: Vec<_> = mesh.positions.iter().map(|p| p.map(|x| 1.5 * x)).collect();
+            all.refit(&moved, &mesh.triangles);
+            rays.refit(&moved, &mesh.triangles);
+        }
+        assert!(rays.memory() * 3 < all.memory() * 2 + all.memory() / 2);
+        let (point, at) = (rng.direction() * 2.5, rng.direction() * 2.0);
+        let ray = Ray::new(point, at - point);
+        let hits = [&all, &rays].map(|of| of.closest_hit(&ray, &mut scratch));
+        assert_eq!(hits[0], hits[1]);
+        let light = light(&mut rng, 4, at, 0.7);
+        let lines: Vec<_> = (0..8).map(|_| chord(&mut rng, &light, None)).collect();
+        dense += u32::from(is_dense(&all, point, &light));
+        let [want, got] = [&all, &rays].map(|of| total(&view(of, point, &light, &lines).1));
+        for (got, want) in got.iter().zip(want) {
+            assert!((got - want).abs() < 1e-9, "{got} {want}");
+        }
+    }
+    assert!(dense > 10, "{dense} dense shafts");
 }
 
 /// Memory of the built-in scenes: below a hundred bytes a triangle, the least of which are the

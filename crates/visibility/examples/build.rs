@@ -1,0 +1,88 @@
+//! How long the hierarchy of a scene takes to build on some numbers of threads, and whether it is
+//! the same on all of them.
+//!
+//! ```text
+//! cargo run --release -p linelit-visibility --example build -- SCENE [THREADS,…] [ROUNDS]
+//! ```
+//!
+//! SCENE is a scene file or the name of a built-in scene; 1,2 threads and 5 rounds unless told. The
+//! program that cargo leaves in `target/release/examples/build` needs nothing but the scene. For
+//! each number of threads, for rays alone and with what shafts need, it prints the least and the
+//! median of the seconds that building takes on the wall, the same of the processor's seconds
+//! (Linux), the bytes of a triangle, and a hash of the whole hierarchy.
+
+#![allow(clippy::print_stdout, reason = "what it is for")]
+
+use linelit_scenes::Library;
+use linelit_visibility::Occluders;
+use std::fmt::{self, Write as _};
+use std::time::Instant;
+
+/// A hash of what is written.
+struct Hash(u64);
+
+impl fmt::Write for Hash {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for byte in text.bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        Ok(())
+    }
+}
+
+/// Seconds of the processor that this process has taken, in hundredths; zero where nobody tells.
+fn cpu_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let ticks = text.split(' ').skip(13).take(2);
+    ticks
+        .filter_map(|ticks| ticks.parse::<f64>().ok())
+        .sum::<f64>()
+        * 0.01
+}
+
+/// The least and the median.
+fn spread(mut seconds: Vec<f64>) -> [f64; 2] {
+    seconds.sort_by(f64::total_cmp);
+    [seconds[0], seconds[seconds.len() / 2]]
+}
+
+fn main() {
+    let mut args = std::env::args().skip(1);
+    let usage = "SCENE [THREADS,…] [ROUNDS]";
+    let scene = args.next().expect(usage);
+    let threads = args.next().unwrap_or_else(|| "1,2".into());
+    let rounds = args.next().map_or(5, |n| n.parse().expect(usage));
+    let scene = Library::default().load(&scene).expect("a scene").scene;
+    println!("{} triangles", scene.triangles.len());
+    type Build = fn(&[[f32; 3]], &[[u32; 3]]) -> Occluders;
+    let kinds: [(&str, Build); 2] = [
+        ("rays", Occluders::build_for_rays),
+        ("shafts", Occluders::build),
+    ];
+    for threads in threads.split(',') {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.parse().expect(usage));
+        let pool = pool.build().expect("threads");
+        for (kind, build) in kinds {
+            let build = || pool.install(|| build(&scene.positions, &scene.triangles));
+            let (mut wall, mut cpu) = (Vec::new(), Vec::new());
+            for _ in 0..rounds {
+                let (start, before) = (Instant::now(), cpu_seconds());
+                let occluders = build();
+                wall.push(start.elapsed().as_secs_f64());
+                cpu.push(cpu_seconds() - before);
+                drop(occluders);
+            }
+            let occluders = build();
+            let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+            write!(hash, "{occluders:?}").expect("a hash takes everything");
+            let bytes = occluders.memory() as f64 / occluders.triangle_count() as f64;
+            println!(
+                "{threads} threads, {kind}: wall {:.4?} s, processor {:.4?} s, {bytes:.1} bytes a \
+                 triangle, hash {:016x}",
+                spread(wall),
+                spread(cpu),
+                hash.0,
+            );
+        }
+    }
+}
