@@ -1,7 +1,9 @@
 //! The lights that a scene, and those that a shading point, needs.
 
 use crate::{LightChoice, Spheres};
-use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
+use linelit_estimators::{
+    EmissionTexture, Estimator, LightSource, OcclusionStats, Technique, Weights,
+};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{ImportanceImage, Light, TexturedSampler};
 use linelit_scene::{Scene, SceneLight};
@@ -141,6 +143,13 @@ impl Plan {
             set.tables = Tables::default();
         }
     }
+}
+
+/// Whether an estimator asks occluders by rays alone, whatever the light and the reflection: points
+/// of one technique, each with a shadow ray.
+pub(crate) fn asks_by_rays(estimator: &Estimator) -> bool {
+    let by_rays = |technique| matches!(technique, Technique::Points(points) if !points.in_shaft);
+    estimator.weights() == Weights::Alone && estimator.parts().all(|part| by_rays(part.technique))
 }
 
 /// The lights of a scene that emit.

@@ -22,9 +22,24 @@ impl<'s> Renderer<'s> {
     /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        let (world, mut lights) = (World::new(scene), plan::emitting(scene));
+        Self::for_estimators(scene, [&Estimator::hybrid()])
+    }
+
+    /// Builds them for known estimators, those of lights of their own included. Where all of them
+    /// ask by shadow rays alone (`point-area`), what shafts need is left out, and lights are not
+    /// asked how occluded they usually are, which only lines want to know. Their estimates are
+    /// those of [`Renderer::new`], to the bit; others may take longer, and choose otherwise.
+    #[must_use]
+    pub fn for_estimators<'e>(
+        scene: &'s Scene,
+        estimators: impl IntoIterator<Item = &'e Estimator>,
+    ) -> Self {
+        let for_rays = estimators.into_iter().all(plan::asks_by_rays);
+        let (world, mut lights) = (World::new(scene, for_rays), plan::emitting(scene));
         scene.prepare_textures();
-        probe::note_occlusion(&world, &mut lights);
+        if !for_rays {
+            probe::note_occlusion(&world, &mut lights);
+        }
         let plan = Plan::new(scene, lights);
         Self { world, plan }
     }

@@ -67,7 +67,8 @@ impl Filter for Masks {
 type Alphas = [Option<(AlphaGrid, Arc<AlphaTexels>)>];
 
 impl<'s> World<'s> {
-    pub(crate) fn new(scene: &'s Scene) -> Self {
+    /// The world of a scene; `for_rays`, without what shafts to lights need.
+    pub(crate) fn new(scene: &'s Scene, for_rays: bool) -> Self {
         let grids = scene.alphas.iter().map(Alpha::grid);
         let alphas: Vec<_> = grids.map(|grid| grid.and_then(texels)).collect();
         let masks = |mesh: &Mesh, by: &[Option<u32>]| -> Vec<AlphaMask> {
@@ -75,10 +76,12 @@ impl<'s> World<'s> {
             by.filter_map(|k| mask(scene, mesh, *k, &alphas)).collect()
         };
         let holes = |mesh: &Mesh| mesh.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
-        let views = occluders(scene, |mesh| Some(masks(mesh, &holes(mesh)[..1])));
         let differs = |mesh: &Mesh| mesh.casts_no_shadow || holes(mesh)[1].is_some();
-        let shadows = if scene.meshes.iter().any(differs) {
-            occluders(scene, |mesh| {
+        let differ = scene.meshes.iter().any(differs);
+        let seen = |mesh: &Mesh| Some(masks(mesh, &holes(mesh)[..1]));
+        let views = occluders(scene, for_rays || differ, seen);
+        let shadows = if differ {
+            occluders(scene, for_rays, |mesh| {
                 (!mesh.casts_no_shadow).then(|| masks(mesh, &holes(mesh)))
             })
         } else {
@@ -174,7 +177,11 @@ impl<'s> World<'s> {
 }
 
 /// The occluders of a scene whose meshes have the holes of some masks; `None` leaves a mesh out.
-fn occluders(scene: &Scene, masks: impl Fn(&Mesh) -> Option<Vec<AlphaMask>>) -> Occluders {
+fn occluders(
+    scene: &Scene,
+    for_rays: bool,
+    masks: impl Fn(&Mesh) -> Option<Vec<AlphaMask>>,
+) -> Occluders {
     /// No vertex: a triangle that has it is left out.
     const NONE: [u32; 3] = [u32::MAX; 3];
     let mut solid = Cow::Borrowed(&scene.triangles[..]);
@@ -192,11 +199,15 @@ fn occluders(scene: &Scene, masks: impl Fn(&Mesh) -> Option<Vec<AlphaMask>>) -> 
         }
         solid.to_mut()[numbers].fill(NONE);
     }
-    let solid = Occluders::build(&scene.positions, &solid);
+    let solid = match for_rays {
+        true => Occluders::build_for_rays(&scene.positions, &solid),
+        false => Occluders::build(&scene.positions, &solid),
+    };
     if all.is_empty() {
         return solid;
     }
-    let holed = Occluders::build(&scene.positions, &holed);
+    // What has holes is looked at triangle by triangle.
+    let holed = Occluders::build_for_rays(&scene.positions, &holed);
     solid.with_holes(holed, Arc::new(Masks(all)))
 }
 

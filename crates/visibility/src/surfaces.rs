@@ -363,7 +363,6 @@ impl Around<'_> {
         let (mut open, mut path): (Vec<Way>, Vec<u32>) = Default::default();
         let mut planes = Planes::NONE;
         for (at, bends) in (first..).zip(bends) {
-            let used = lanes(&self.leaves[at]).count();
             let fine = (self.sides[at][0].iter().filter(|side| **side != NONE)).count();
             if fine == 0 {
                 continue;
@@ -377,14 +376,13 @@ impl Around<'_> {
             let same = open.iter().zip(path.iter().rev());
             let same = same.take_while(|(way, slot)| way.slot == **slot).count();
             done.extend(open.drain(same..));
-            let new = path.iter().rev().skip(same);
-            open.extend(new.map(|slot| Way::new(*slot, nodes)));
+            open.extend((path.iter().rev().skip(same)).map(|slot| Way::new(*slot, nodes)));
             let slot = above_leaves[at] as usize;
             let is_known = self.look(at, &nodes[slot / 8], slot % 8, bends, &mut planes);
             planes.fill_up();
             let planes = is_known.then_some(&planes);
             if let Some(own) = open.last_mut() {
-                own.is_all_fine = fine == used;
+                own.is_all_fine = fine == lanes(&self.leaves[at]).count();
             }
             // Above what is not known nothing is.
             for way in open.iter_mut().rev().take_while(|way| !way.is_unknown()) {

@@ -216,8 +216,7 @@ impl Picture {
         let mut scene = inputs::open(folder, 0, read)?;
         render::set_film(&mut scene, &self.args);
         let pool = pool_of(options.threads)?;
-        let mut renderer = pool.install(|| Renderer::new(&scene));
-        render::set_lights(&mut renderer, &self.args)?;
+        let renderer = pool.install(|| render::renderer(&scene, &self.args))?;
         Ok(self.run_with(&renderer, folder, options)?)
     }
 

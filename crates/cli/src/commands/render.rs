@@ -38,8 +38,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     pool.install(|| memory::check_picture(window, aovs::bytes_per_pixel(&args.picture)))?;
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
-    let mut renderer = pool.install(|| Renderer::new(&scene));
-    set_lights(&mut renderer, &args.picture)?;
+    let renderer = pool.install(|| renderer(&scene, &args.picture))?;
     let build_seconds = built.elapsed().as_secs_f64();
     let drawn = Instant::now();
     let picture = Picture::new(&args.scene, &scene, &args.picture, window);
@@ -160,16 +159,18 @@ pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
     Ok(())
 }
 
-/// Gives lights what is asked for them alone.
-pub(super) fn set_lights(renderer: &mut Renderer<'_>, args: &PictureArgs) -> Result<()> {
-    check_lights(renderer.scene(), args)?;
+/// A renderer of what is asked for.
+pub(super) fn renderer<'s>(scene: &'s Scene, args: &PictureArgs) -> Result<Renderer<'s>> {
+    check_lights(scene, args)?;
+    let own = args.light_estimator.iter().map(|own| &own.estimator);
+    let mut renderer = Renderer::for_estimators(scene, own.chain([&args.settings().estimator]));
     for own in &args.light_estimator {
         renderer.set_light_estimator(own.light, Some(own.estimator));
     }
     for light in &args.light_apart {
         renderer.set_light_apart(*light, true);
     }
-    Ok(())
+    Ok(renderer)
 }
 
 pub(super) fn is_png(path: &Path) -> bool {

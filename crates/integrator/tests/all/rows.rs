@@ -184,3 +184,37 @@ fn an_estimate_counts_its_own_work_alone() {
     }
     assert!(hidden > 100, "{hidden} estimates found nothing");
 }
+
+/// Known estimators that ask by rays alone get the same pixels from occluders for rays alone; any
+/// other among them has the occluders that it needs.
+#[test]
+fn occluders_for_rays_show_the_same() {
+    let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
+    let all = Renderer::new(&scene);
+    let memory = all.occluders().memory();
+    for (estimator, by_rays) in [
+        ("point-area", true),
+        ("point-bsdf", true),
+        ("point-area[visibility=shaft]", false),
+        ("point-area+point-bsdf", false),
+        ("line-analytic", false),
+        ("hybrid", false),
+    ] {
+        let estimator = estimator.parse().expect("an estimator");
+        let settings = Settings {
+            estimator,
+            samples: 2,
+            ..Settings::default()
+        };
+        let few = Renderer::for_estimators(&scene, [&estimator]);
+        assert_eq!(few.occluders().memory() < memory, by_rays, "{estimator}");
+        let mut workspace = Workspace::new();
+        for pixel in (0..64).map(|k| [k % 8, k / 8]) {
+            let [a, b] = [&all, &few].map(|r| r.pixel(&settings, pixel, &mut workspace));
+            assert_eq!(a, b, "{estimator} at {pixel:?}");
+        }
+        let both = [estimator, "exact".parse().expect("an estimator")];
+        let both = Renderer::for_estimators(&scene, &both);
+        assert_eq!(both.occluders().memory(), memory);
+    }
+}
