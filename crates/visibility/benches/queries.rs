@@ -1,11 +1,11 @@
-//! Lines from shading points of the built-in soup and grid: ordinary points, grazing points, no
+//! Lines and rays from shading points of built-in scenes: ordinary points, grazing points, no
 //! occluder.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Margins};
 use linelit_scenes::{Library, VisibilityScene, stratified_lines};
 use linelit_visibility::{
-    AlphaMask, AlphaTexels, LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines,
+    AlphaMask, AlphaTexels, Fan, LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines,
 };
 use std::{hint::black_box, sync::Arc};
 
@@ -26,7 +26,11 @@ fn shading_points(occluders: &Occluders, scene: &VisibilityScene) -> Vec<DVec3> 
 }
 
 fn lines(c: &mut Criterion) {
-    for name in ["triangle-soup-large", "grid-planes-large"] {
+    for name in [
+        "triangle-soup-large",
+        "grid-planes-large",
+        "colonnade-large",
+    ] {
         let scene = VisibilityScene::load(&Library::default(), name).unwrap();
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
         let empty = Occluders::build(&[], &[]);
@@ -66,6 +70,62 @@ fn lines(c: &mut Criterion) {
     }
 }
 
+/// Rays towards a light: one by one, and as fans of several sizes; and camera rays of neighbours.
+fn rays(c: &mut Criterion) {
+    for name in [
+        "cornell-box-large",
+        "grid-planes-large",
+        "triangle-soup-large",
+        "colonnade-large",
+    ] {
+        let scene = VisibilityScene::load(&Library::default(), name).unwrap();
+        let occluders = Occluders::build(&scene.positions, &scene.triangles);
+        let points = shading_points(&occluders, &scene);
+        let light = &scene.lights[0].1;
+        let mut group = c.benchmark_group(format!("{name} rays"));
+        for n in [1, 8, 16, 64] {
+            let mut next = 0.0_f64;
+            let mut random = || {
+                next = (next + 0.618_033_988_749_895).fract();
+                next
+            };
+            let lines = stratified_lines(light, n, &mut random);
+            let targets: Vec<DVec3> = lines.iter().map(|line| line.at(random())).collect();
+            let mut scratch = Scratch::new();
+            group.bench_function(BenchmarkId::new("fan", n), |b| {
+                b.iter(|| {
+                    for &point in &points {
+                        let to: Vec<DVec3> = targets.iter().map(|target| *target - point).collect();
+                        let fan = occluders.shadow_rays(point, &to, Margins::DEFAULT);
+                        black_box(occluders.any_hits(&fan, &(0..0), &mut scratch));
+                    }
+                });
+            });
+        }
+        let view = scene.view(64, 48);
+        let directions: Vec<DVec3> = view.iter().map(|ray| ray[1]).collect();
+        let fan = Fan {
+            origin: view[0][0],
+            directions: &directions,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let (mut scratch, mut hits) = (Scratch::new(), Vec::new());
+        group.bench_function("camera", |b| {
+            b.iter(|| occluders.closest_hits(&fan, &mut hits, &mut scratch));
+        });
+        group.bench_function("camera one by one", |b| {
+            b.iter(|| {
+                for &direction in &directions {
+                    let ray = Ray::new(fan.origin, direction);
+                    black_box(occluders.closest_hit(&ray, &mut scratch));
+                }
+            });
+        });
+        group.finish();
+    }
+}
+
 /// What holes cost: the same triangles solid, and with a mask.
 fn holes(c: &mut Criterion) {
     let scene = VisibilityScene::load(&Library::default(), "triangle-soup-large").unwrap();
@@ -95,5 +155,5 @@ fn holes(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lines, holes);
+criterion_group!(benches, lines, rays, holes);
 criterion_main!(benches);

@@ -1,6 +1,6 @@
 //! The space between a point and a light, for hierarchies of others.
 
-use crate::LightCorners;
+use crate::shaft::frame::LightCorners;
 use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
 
 /// The space between a shading point and a light, their convex hull: what a

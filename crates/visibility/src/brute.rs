@@ -2,7 +2,7 @@
 //!
 //! Slow and plain, for tests, and for what kernels cannot hold in their numbers.
 
-use crate::{Occluders, bounds};
+use crate::bvh::Bvh;
 use linelit_elementary::{exp2, log2};
 use linelit_geometry::{
     Chord, DVec3, Margins, Segment, ShadowTriangle,
@@ -57,18 +57,18 @@ pub(crate) struct PastAll {
     pub(crate) point_like: bool,
 }
 
-/// The same past all triangles of a hierarchy, wherever the line is; `None` for a line that the
-/// point lies on, or sees end on.
+/// The visible parts of a line past all triangles of a hierarchy, wherever it is; `None` for a line
+/// that the point lies on, or sees end on.
 pub(crate) fn past_all(
-    occluders: &Occluders,
+    bvh: &Bvh,
     point: DVec3,
     line: &Segment,
     exclude: &Range<u32>,
     margins: Margins,
 ) -> Option<PastAll> {
-    let view = LineView::new(occluders, point, line, margins)?;
+    let view = LineView::new(bvh, point, line, margins)?;
     let mut set = IntervalTree::full();
-    for (leaf, triangles) in occluders.hierarchy.leaves.iter().enumerate() {
+    for (leaf, triangles) in bvh.hierarchy.leaves.iter().enumerate() {
         for (lane, id) in triangles.id.iter().enumerate() {
             // Lanes that are not in use repeat the first.
             let repeated = lane > 0 && *id == triangles.id[0];
@@ -89,20 +89,20 @@ pub(crate) fn past_all(
 
 /// A line seen from a point past triangles of a hierarchy, one by one.
 pub(crate) struct LineView<'a> {
-    occluders: &'a Occluders,
+    bvh: &'a Bvh,
     point: DVec3,
     shadow: ShadowTriangle,
-    /// What lengths are multiplied by: a power of two, so that nothing is rounded, and nothing near
+    /// A factor of all lengths: a power of two, so that nothing is rounded, and nothing near
     /// one overflows.
     unit: f64,
-    /// As in [`PastAll`].
+    /// The line is seen as a point: see [`PastAll`].
     pub(crate) point_like: bool,
 }
 
 impl<'a> LineView<'a> {
     /// `None` for a line that the point lies on, or sees end on.
     pub(crate) fn new(
-        occluders: &'a Occluders,
+        bvh: &'a Bvh,
         point: DVec3,
         line: &Segment,
         margins: Margins,
@@ -111,9 +111,9 @@ impl<'a> LineView<'a> {
         let largest = relative.p0.abs().max(relative.p1.abs()).max_element();
         let unit = exp2(log2(largest).floor()).recip();
         let scaled = Segment::new(relative.p0 * unit, relative.p1 * unit);
-        let reach = bounds::reach(occluders, point - occluders.origin) * unit;
+        let reach = bvh.reach(point) * unit;
         Some(Self {
-            occluders,
+            bvh,
             point,
             shadow: ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_margins(margins, reach),
             unit,
@@ -121,12 +121,12 @@ impl<'a> LineView<'a> {
         })
     }
 
-    /// How the triangle at leaf × 8 + lane cuts the view of the line.
+    /// The cut of the triangle at leaf × 8 + lane through the view of the line.
     #[inline]
     pub(crate) fn chord(&self, slot: usize) -> Option<Chord> {
-        let leaf = &self.occluders.hierarchy.leaves[slot / 8];
+        let leaf = &self.bvh.hierarchy.leaves[slot / 8];
         let corner = |v: [f32; 3]| {
-            let world = DVec3::from(v.map(f64::from)) + self.occluders.origin;
+            let world = DVec3::from(v.map(f64::from)) + self.bvh.origin;
             self.shadow.vertex((world - self.point) * self.unit)
         };
         self.shadow.chord(&leaf.triangle(slot % 8).map(corner))

@@ -54,7 +54,7 @@ pub(crate) struct FineTriangles {
 /// What is known of triangles that are connected, by the number of the first.
 #[derive(Debug, Default)]
 struct Set {
-    /// How many they are.
+    /// The number of the triangles.
     count: AtomicU32,
     /// How many sides of theirs are no other triangle's, or several ones', and [`ONE_SIDED`] if
     /// they cannot be turned so that neighbours run along their sides in opposite directions.

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-/// How much work the queries through one [`Scratch`](crate::Scratch) have done.
+/// The work that the queries through one `Scratch` have done.
 ///
 /// A box test is one child of one node, a triangle test one triangle of one leaf, so the figures
 /// compare with those of a tracer that tests one at a time.

@@ -76,58 +76,39 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
-mod alpha;
-mod apart;
 mod between;
-mod block;
-mod bounds;
 pub mod brute;
 mod build;
+mod bvh;
 mod closed_mesh;
-mod closest;
-mod collect;
 mod counters;
-mod crossings;
-mod dense_shaft;
-mod fan;
-mod filter;
-mod filtered;
-mod frame;
-mod front;
 mod holes;
-mod images;
+mod lanes;
 mod lines;
-mod merge;
 mod node;
 mod occluders;
-mod outline;
 mod pool;
-mod project;
-mod ray;
+mod rays;
 mod scratch;
 mod shaft;
-mod sides;
-mod silhouette;
+mod silhouettes;
 mod surfaces;
-mod sweep;
-mod turning;
 mod walk;
-mod watertight;
 
-pub use alpha::{AlphaCutoff, AlphaError, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap};
 pub use between::Between;
 pub use counters::Counters;
-pub use fan::{FAN, Fan};
-pub use filter::{AnyFilter, Filter, SharedFilter};
-pub use frame::LightCorners;
-pub use images::Images;
+pub use holes::alpha::{AlphaCutoff, AlphaError, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap};
+pub use holes::filter::{AnyFilter, Filter, SharedFilter};
 pub use linelit_simd::InstructionSet;
 pub use lines::VisibleLines;
 pub use occluders::Occluders;
-pub use outline::Silhouette;
-pub use ray::{Hit, Ray};
+pub use rays::fan::{FAN, Fan};
+pub use rays::ray::{Hit, Ray};
 pub use scratch::Scratch;
+pub use shaft::frame::LightCorners;
+pub use shaft::images::Images;
 pub use shaft::{Shaft, ShaftClass, ShaftQuery};
+pub use silhouettes::outline::Silhouette;
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;

@@ -1,6 +1,6 @@
 //! The visible parts of a shading point's line samples.
 
-use linelit_geometry::intervals::{Interval, MIN_LENGTH, VisibleSet};
+use linelit_geometry::intervals::{Interval, VisibleSet};
 
 /// The visible intervals of several lines, in one reusable buffer.
 ///
@@ -11,7 +11,7 @@ pub struct VisibleLines {
     /// The first `filled` are in use.
     intervals: Vec<Interval>,
     filled: usize,
-    /// Where each line's intervals start and end.
+    /// The first and the end of each line's intervals.
     spans: Vec<(usize, usize)>,
 }
 
@@ -118,32 +118,6 @@ impl VisibleLines {
             *span = (start, end);
         }
         self.filled = end;
-    }
-
-    /// Keeps of each line what is visible in `other`, too; `room` is overwritten.
-    pub(crate) fn keep_common(&mut self, other: &Self, room: &mut Self) {
-        room.reset(self.len());
-        for i in 0..self.len() {
-            let start = room.filled;
-            let (mut mine, mut others) = (self.line(i), other.line(i));
-            while let ([a, ..], [b, ..]) = (mine, others) {
-                let common = Interval::new(a.lo.max(b.lo), a.hi.min(b.hi));
-                if common.length() >= MIN_LENGTH {
-                    if room.intervals.len() <= room.filled {
-                        room.grow(room.filled + 1);
-                    }
-                    room.intervals[room.filled] = common;
-                    room.filled += 1;
-                }
-                if a.hi <= b.hi {
-                    mine = &mine[1..];
-                } else {
-                    others = &others[1..];
-                }
-            }
-            room.spans[i] = (start, room.filled);
-        }
-        std::mem::swap(self, room);
     }
 
     /// Sets the visible intervals of a line.

@@ -1,43 +1,36 @@
 //! Memory layout of the hierarchy: nodes of eight boxes, leaves of up to eight triangles.
 
-use crate::{build::Bounds, sweep::Lanes};
-use linelit_simd::Simd;
+use crate::build::Bounds;
+
+/// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
+/// a time. Depends on the geometry alone; `docs/decisions/010-dense-shafts.md`.
+pub(crate) const DENSE: usize = 224;
 
 /// Eight boxes side by side, and what is in them.
 ///
 /// Boxes are relative to the hierarchy's origin and hold their triangles exactly: every vertex is
 /// an `f32` relative to that origin without rounding.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// Lower x, y, z, then upper x, y, z of the eight boxes.
     pub(crate) bounds: [[f32; 8]; 6],
-    /// What is in each box: the number of a [`Child`].
+    /// The contents of each box: the number of a [`Child`].
     pub(crate) child: [u32; 8],
     /// A bit for each box in use.
     pub(crate) valid: u8,
     /// A bit for each box that holds a leaf.
     pub(crate) leaf: u8,
     /// A bit for each box with so many triangles that a shaft around it is
-    /// [dense](crate::shaft::DENSE).
+    /// [dense](DENSE).
     pub(crate) dense: u8,
-    /// A bit for each box with a triangle of a fine [surface](crate::surfaces).
+    /// A bit for each box with a triangle of a fine surface.
     pub(crate) fine: u8,
     /// A bit for each box with no other triangles.
     pub(crate) all_fine: u8,
 }
 
 impl Node {
-    pub(crate) const EMPTY: Self = Self {
-        bounds: [[0.0; 8]; 6],
-        child: [0; 8],
-        valid: 0,
-        leaf: 0,
-        dense: 0,
-        fine: 0,
-        all_fine: 0,
-    };
-
     /// One of its boxes.
     pub(crate) fn bounds_of(&self, lane: usize) -> Bounds {
         Bounds {
@@ -72,29 +65,6 @@ impl Node {
         }
         self
     }
-}
-
-/// The lanes of `found`, the deepest first.
-#[inline(always)]
-pub(crate) fn deepest_first<S: Simd>(s: S, depth: S::F, found: u8) -> impl Iterator<Item = usize> {
-    let mut depths = Lanes([0.0; 8]);
-    s.store(s.max(depth, s.splat(0.0)), &mut depths);
-    // Depth, with the lane in its last bits, in descending order.
-    let mut keys = [0_u32; 8];
-    let (mut count, mut found) = (0, found);
-    while found != 0 {
-        let lane = found.trailing_zeros();
-        found &= found - 1;
-        let key = (depths[lane as usize].to_bits() & !7) | lane;
-        let mut k = count;
-        while k > 0 && keys[k - 1] < key {
-            keys[k] = keys[k - 1];
-            k -= 1;
-        }
-        keys[k] = key;
-        count += 1;
-    }
-    keys.into_iter().take(count).map(|key| (key & 7) as usize)
 }
 
 /// A node or a leaf.

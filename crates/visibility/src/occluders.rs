@@ -1,11 +1,11 @@
 //! The occluders of a scene: triangles under a hierarchy of boxes.
 
 use crate::{
-    SharedFilter,
-    build::{self, Bounds, Geometry, Hierarchy},
-    holes::Holes,
+    build::{self, Bounds, Geometry},
+    bvh::{Bvh, largest_inverse_at},
+    holes::{Holes, filter::SharedFilter},
     node::{Child, Node},
-    pool, ray,
+    pool,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{InstructionSet, Isa};
@@ -21,43 +21,15 @@ use std::sync::Arc;
 /// Beside solid triangles they may have others, into which a filter cuts holes
 /// ([`Occluders::with_holes`]). Where there are none, no query costs more than a branch. A clone
 /// shares the hierarchies.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Occluders {
-    pub(crate) hierarchy: Arc<Hierarchy>,
-    /// What the hierarchy's coordinates are relative to; an exact difference for every vertex.
-    pub(crate) origin: DVec3,
-    /// Largest absolute coordinate relative to the origin.
-    pub(crate) extent: f64,
-    /// [`ray::largest_inverse_at`] that.
-    pub(crate) largest_inverse: f64,
-    /// Room that a depth-first walk needs on its stack.
-    pub(crate) stack_size: usize,
-    pub(crate) isa: Isa,
+    pub(crate) bvh: Bvh,
     triangle_count: usize,
     left_out: usize,
     out_of_range: usize,
     pub(crate) holes: Option<Arc<Holes>>,
     /// Whether only rays are expected.
     for_rays: bool,
-}
-
-impl Default for Occluders {
-    /// None.
-    fn default() -> Self {
-        Self {
-            hierarchy: Arc::default(),
-            origin: DVec3::ZERO,
-            extent: 0.0,
-            largest_inverse: ray::largest_inverse_at(0.0),
-            stack_size: 32,
-            isa: Isa::best(),
-            triangle_count: 0,
-            left_out: 0,
-            out_of_range: 0,
-            holes: None,
-            for_rays: false,
-        }
-    }
 }
 
 impl Occluders {
@@ -78,11 +50,11 @@ impl Occluders {
     /// ```
     ///
     /// Called in a thread of a rayon pool, it uses that pool's threads; the result is the same to
-    /// the bit. Time is n log n for any input, and memory at the peak 97 bytes a triangle beside
-    /// what is passed, about 125 on several threads, and some 40 more where closed meshes are fine
-    /// enough to be seen by their silhouettes. Building works for all finite corners; answers are
-    /// right for coordinates up to 2⁶⁰, which are all that scene files may have, and those of rays
-    /// up to 1e30 along them.
+    /// the bit. Time is expected to be n log n for any input, and memory at the peak 97 bytes a
+    /// triangle beside what is passed, about 125 on several threads, and some 40 more where closed
+    /// meshes are fine enough to be seen by their silhouettes. Building works for all finite
+    /// corners; answers are right for coordinates up to 2⁶⁰, which are all that scene files may
+    /// have, and those of rays up to 1e30 along them.
     ///
     /// # Panics
     /// If there are more than 2²⁸ leaves, which takes as many triangles at least.
@@ -124,9 +96,10 @@ impl Occluders {
     /// Triangles with holes stay as they are.
     pub fn refit(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         let (kept, found) = Kept::find_all(positions, triangles);
-        let leaves = &self.hierarchy.leaves;
+        let bvh = &mut self.bvh;
+        let leaves = &bvh.hierarchy.leaves;
         let mut used = leaves.iter().flat_map(|leaf| leaf.id);
-        let same = Arc::strong_count(&self.hierarchy) == 1
+        let same = Arc::strong_count(&bvh.hierarchy) == 1
             && found.count == self.triangle_count
             && used.all(|id| kept.get(id as usize) == Some(&true));
         let (count, Bounds { lo, hi }) = (found.count, found.bounds);
@@ -143,28 +116,28 @@ impl Occluders {
             origin,
             extent,
         };
-        if Arc::get_mut(&mut self.hierarchy).is_none() {
-            self.hierarchy = Arc::default();
+        if Arc::get_mut(&mut bvh.hierarchy).is_none() {
+            bvh.hierarchy = Arc::default();
         }
-        if let Some(hierarchy) = Arc::get_mut(&mut self.hierarchy) {
+        if let Some(hierarchy) = Arc::get_mut(&mut bvh.hierarchy) {
             if same {
                 build::refit(&geometry, &kept, !self.for_rays, hierarchy);
             } else {
                 *hierarchy = build::build(&geometry, &kept, !self.for_rays);
             }
         }
-        self.origin = DVec3::new(origin[0].into(), origin[1].into(), origin[2].into());
-        self.extent = extent.into();
-        self.largest_inverse = ray::largest_inverse_at(extent.into());
+        bvh.origin = DVec3::from(origin.map(f64::from));
+        bvh.extent = extent.into();
+        bvh.largest_inverse = largest_inverse_at(extent.into());
         // Eight more places, as packed stores write eight at a time.
-        self.stack_size = 16 * depth(&self.hierarchy.nodes) + 32;
+        bvh.stack_size = 16 * depth(&bvh.hierarchy.nodes) + 32;
         self.triangle_count = count;
         self.left_out = triangles.len() - count;
         self.out_of_range = found.out_of_range;
     }
 
     /// Builds the hierarchy over triangles that another has found, such as those
-    /// [`Between`](crate::Between) a point and a light, in the order in which they come.
+    /// `Between` a point and a light, in the order in which they come.
     #[must_use]
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
         let positions: Vec<_> = triangles.into_iter().flatten().collect();
@@ -196,25 +169,28 @@ impl Occluders {
     /// holes; filters have their own.
     #[must_use]
     pub fn memory(&self) -> usize {
-        let own = self.hierarchy.memory();
-        own + self.holes.as_ref().map_or(0, |all| all.occluders.memory())
+        let own = self.bvh.hierarchy.memory();
+        own + self
+            .holes
+            .as_ref()
+            .map_or(0, |all| all.bvh.hierarchy.memory())
     }
 
     /// The instruction set in use.
     #[must_use]
     pub fn instruction_set(&self) -> InstructionSet {
-        self.isa.name()
+        self.bvh.isa.name()
     }
 
     /// Uses no instruction set beyond `limit`, which is for tests and measurements: results do
     /// not depend on it.
     #[must_use]
     pub fn limited_to(mut self, limit: InstructionSet) -> Self {
-        self.isa = Isa::detect(limit);
+        self.bvh.isa = Isa::detect(limit);
         if let Some(holes) = &self.holes {
-            let occluders = holes.occluders.clone().limited_to(limit);
-            let filter = Arc::clone(&holes.filter);
-            self.holes = Some(Arc::new(Holes { occluders, filter }));
+            let mut holes = Holes::clone(holes);
+            holes.bvh.isa = self.bvh.isa;
+            self.holes = Some(Arc::new(holes));
         }
         self
     }
@@ -225,10 +201,9 @@ impl Occluders {
     /// `triangles` were built from: whoever builds both from one list, with other corners (of which
     /// there is no position) in place of those that are not meant, can tell them apart.
     #[must_use]
-    pub fn with_holes(mut self, mut triangles: Self, filter: SharedFilter) -> Self {
-        triangles.holes = None;
-        let occluders = triangles;
-        self.holes = Some(Arc::new(Holes { occluders, filter }));
+    pub fn with_holes(mut self, triangles: Self, filter: SharedFilter) -> Self {
+        let bvh = triangles.bvh;
+        self.holes = Some(Arc::new(Holes { bvh, filter }));
         self
     }
 }

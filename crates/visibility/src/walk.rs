@@ -1,185 +1,122 @@
-//! Walking the hierarchy with a shaft: which triangles lie between a point and a light.
+//! Walks through the hierarchy: which nodes are opened in which order, for every query.
+//!
+//! A query says which children of a node matter and what it makes of leaves; the walk keeps what is
+//! still to be visited. Where the nearest child should come first, children wait with their depths
+//! ([`nearest_first`]); else they are packed on a stack by one instruction ([`in_any_order`]). Two searches have loops of their own: the one for triangles in a
+//! shaft ([`crate::shaft::find`]) opens two nodes at a time, since it always visits all that it
+//! finds, and the one for silhouettes goes breadth first, so that it knows all nodes ahead.
 
 use crate::{
-    Occluders, Scratch,
-    bounds::{self, ShaftBounds},
-    closed_mesh::BackfaceFilter,
-    frame::LightFrame,
-    node::{Child, Leaf},
-    project::{self, Corners},
-    shaft::DENSE,
+    build::Hierarchy,
+    counters::Counters,
+    lanes::Lanes,
+    node::{Child, Leaf, Node},
 };
-use linelit_geometry::DVec3;
-use linelit_simd::{Simd, dispatch};
+use linelit_simd::Simd;
+use std::ops::ControlFlow;
 
-/// What is in a shaft.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Found {
-    /// As many triangles as are kept, or fewer, or none.
-    Few,
-    /// More than that.
-    Many,
-    /// A triangle that hides the light as a whole.
-    All,
-    /// There is no frame to look for anything in ([`LightFrame::set`]).
-    Unknown,
+/// A query that opens what is near before what is far.
+pub(crate) trait NearestFirst<S: Simd> {
+    /// The knowledge of a node or leaf that is kept while it waits.
+    type Entry: Copy;
+
+    /// Whether a child that has waited, entered at some depth, still matters.
+    fn wants(&self, s: S, depth: f32, entry: Self::Entry) -> bool;
+
+    /// The children of a node that may matter, a bit for each, and their depths.
+    fn open(&mut self, s: S, node: &Node, entry: Self::Entry) -> (u8, S::F);
+
+    /// The entry of a child of the node that was opened; nothing if the child does not matter.
+    fn entry(&self, s: S, node: &Node, lane: usize) -> Option<Self::Entry>;
+
+    /// Looks into a leaf; [`ControlFlow::Break`] ends the walk.
+    fn leaf(&mut self, s: S, child: Child, leaf: &Leaf, entry: Self::Entry) -> ControlFlow<()>;
 }
 
-/// Leaves that are looked into in one go.
-const BATCH: usize = 12;
+/// Nodes and leaves that wait, with their depths and what a query knows of them.
+pub(crate) type Waiting<E> = Vec<(Child, f32, E)>;
 
-/// Nodes that are opened in one go.
-const ABREAST: usize = 2;
-
-/// Of a shaft that is known to be dense, so many triangles are looked at for one that hides the
-/// light as a whole.
-const FEW_IF_DENSE: usize = 48;
-
-/// What a shaft is looked for with.
-struct Query<'a> {
-    bounds: ShaftBounds,
-    backfaces: BackfaceFilter<'a>,
-    /// In the hierarchy's coordinates.
-    point: DVec3,
-    frame: &'a LightFrame,
-    /// Most triangles that are kept.
-    limit: usize,
-}
-
-impl Query<'_> {
-    /// Sets the triangles of a leaf aside that may be in the shaft.
-    #[inline(always)]
-    fn look<S: Simd>(&self, s: S, leaf: &Leaf, child: Child, corners: &mut Corners) -> Found {
-        let (maybe, around) = self.bounds.triangles(s, leaf);
-        let maybe = maybe & child.mask();
-        let around = maybe & around;
-        if around != 0 && around & project::hiding(s, leaf, self.point, self.frame) != 0 {
-            return Found::All;
-        }
-        if maybe != 0 {
-            let meshes = || self.backfaces.codes(child.leaf_index());
-            let meshes = self.backfaces.any().then(meshes);
-            corners.add(s, leaf, maybe, &child.slots(), meshes.as_ref());
-            if corners.count > self.limit {
-                return Found::Many;
-            }
-        }
-        Found::Few
-    }
-}
-
-/// Finds what is between a point of the world and `scratch.light`: the images of up to [`DENSE`]
-/// triangles are in `scratch.flat` then.
-#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
+/// Visits what `waiting` holds and all that matters in it, the nearest child of each node first.
+/// True if a leaf ended the walk.
 #[inline(always)]
-fn find_kernel<S: Simd>(
+pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
     s: S,
-    occluders: &Occluders,
-    &point: &DVec3,
-    exclude: (u32, u32),
-    scratch: &mut Scratch,
-) -> Found {
-    let Scratch {
-        light,
-        frame,
-        counters,
-        corners,
-        stack,
-        flat,
-        clear_of,
-        ..
-    } = scratch;
-    corners.clear();
-    flat.clear();
-    let hierarchy = &*occluders.hierarchy;
-    if hierarchy.nodes.is_empty() {
-        return Found::Few;
-    }
-    if !frame.set(light, point, occluders.origin) {
-        return Found::Unknown;
-    }
-    let point = point - occluders.origin;
-    let around = [light.lo - occluders.origin, light.hi - occluders.origin];
-    let Some(bounds) = ShaftBounds::new(s, occluders, point, around, frame, exclude) else {
-        return Found::Unknown;
-    };
-    frame.set_near(bounds::reach(occluders, point));
-    let mut query = Query {
-        bounds,
-        backfaces: BackfaceFilter::new(
-            hierarchy.meshes(),
-            clear_of,
-            point,
-            around,
-            frame.margins,
-            exclude,
-        ),
-        point,
-        frame,
-        limit: DENSE,
-    };
-    if stack.len() < occluders.stack_size {
-        stack.resize(occluders.stack_size, 0);
-    }
-    let stack = &mut stack[..];
-    stack[0] = 0;
-    let mut top = 1;
-    // Leaves to look into: many at a time, so that nothing hangs on what kind a child is.
-    let mut leaves = [0_u32; BATCH + 8 * ABREAST + 8];
-    let mut waiting = 0;
-    while top > 0 {
-        // Several nodes at a time, so that none waits for what another holds.
-        let mut next = [0; ABREAST];
-        let few = top.min(ABREAST);
-        for (k, node) in next.iter_mut().enumerate().take(few) {
-            *node = stack[top - 1 - k];
-        }
-        top -= few;
-        for &node in next[..few].iter().rev() {
-            let node = &hierarchy.nodes[node as usize];
-            counters.node_tests += u64::from(node.valid.count_ones());
-            let mut found = query.bounds.boxes(s, node);
-            if found & node.dense != 0 {
-                let within = found & node.dense & query.bounds.holds(s, node);
-                if within != 0 {
-                    // None of those hides the light as a whole, but others may.
-                    query.limit = FEW_IF_DENSE;
-                    found &= !within;
-                }
-            }
-            hierarchy.prefetch(s, node, found);
-            let inner = found & !node.leaf;
-            s.pack(inner, &node.child, stack, top);
-            top += inner.count_ones() as usize;
-            let ready = found & node.leaf;
-            s.pack(ready, &node.child, &mut leaves, waiting);
-            waiting += ready.count_ones() as usize;
-        }
-        if waiting < BATCH && top > 0 {
+    hierarchy: &Hierarchy,
+    waiting: &mut Waiting<V::Entry>,
+    counters: &mut Counters,
+    visitor: &mut V,
+) -> bool {
+    while let Some((child, depth, entry)) = waiting.pop() {
+        if !visitor.wants(s, depth, entry) {
             continue;
         }
-        for &child in &leaves[..waiting] {
-            let child = Child(child);
+        if child.is_leaf() {
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.leaf_index()];
-            let found = query.look(s, leaf, child, corners);
-            if found != Found::Few {
-                return found;
+            if visitor.leaf(s, child, leaf, entry).is_break() {
+                return true;
+            }
+            continue;
+        }
+        let node = &hierarchy.nodes[child.index()];
+        counters.node_tests += u64::from(node.valid.count_ones());
+        let (mut found, near) = visitor.open(s, node, entry);
+        hierarchy.prefetch(s, node, found);
+        let mut depths = Lanes([0.0; 8]);
+        s.store(near, &mut depths);
+        let base = waiting.len();
+        while found != 0 {
+            let lane = found.trailing_zeros() as usize;
+            found &= found - 1;
+            let Some(entry) = visitor.entry(s, node, lane) else {
+                continue;
+            };
+            // Insertion keeps the farthest lowest on the stack.
+            waiting.push((Child(node.child[lane]), depths[lane], entry));
+            let mut k = waiting.len() - 1;
+            while k > base && waiting[k - 1].1 < depths[lane] {
+                waiting.swap(k - 1, k);
+                k -= 1;
             }
         }
-        waiting = 0;
     }
-    if query.limit < DENSE {
-        return Found::Many;
-    }
-    if corners.count == 0 {
-        return Found::Few;
-    }
-    let backfaces = &mut query.backfaces;
-    project::project(s, point, frame, corners, flat, backfaces)
+    false
 }
 
-dispatch! {
-    /// Finds what is in a shaft on an instruction set.
-    pub(crate) fn find = find_kernel(occluders: &Occluders, point: &DVec3, exclude: (u32, u32), scratch: &mut Scratch) -> Found
+/// Opens the nodes of a hierarchy that is not empty, in any order, with a stack that has room.
+/// `open` looks into those leaves of a node that matter, and tells which of its nodes do, a bit for
+/// each; [`ControlFlow::Break`] ends the walk, and so does this return true.
+#[inline(always)]
+pub(crate) fn in_any_order<S: Simd>(
+    s: S,
+    hierarchy: &Hierarchy,
+    stack: &mut [u32],
+    mut open: impl FnMut(&Node) -> ControlFlow<(), u8>,
+) -> bool {
+    let (mut top, mut at) = (0, 0);
+    loop {
+        let node = &hierarchy.nodes[at as usize];
+        let ControlFlow::Continue(inner) = open(node) else {
+            return true;
+        };
+        if inner != 0 {
+            // The next one, which is expected to meet most, does not wait for the stack.
+            let lane = highest(inner);
+            at = node.child[lane];
+            let others = inner & !(1 << lane);
+            s.pack(others, &node.child, stack, top);
+            top += others.count_ones() as usize;
+        } else if top > 0 {
+            top -= 1;
+            at = stack[top];
+        } else {
+            return false;
+        }
+    }
+}
+
+/// The highest bit of a number that is not zero.
+#[inline(always)]
+pub(crate) fn highest(bits: u8) -> usize {
+    (7 - bits.leading_zeros()) as usize
 }

@@ -202,7 +202,7 @@ impl Tree {
     fn widen(self) -> (Vec<Node>, Vec<Triangles>) {
         let mut top = Part::default();
         let mut todo = VecDeque::from([(0, 0)]);
-        top.nodes.push(Node::EMPTY);
+        top.nodes.push(Node::default());
         while todo.len() < PARTS
             && let Some((node, root)) = todo.pop_front()
         {
@@ -212,7 +212,7 @@ impl Tree {
         }
         let parts = pool::collect(todo.len(), 1, &|k| {
             let mut part = Part::default();
-            part.nodes.push(Node::EMPTY);
+            part.nodes.push(Node::default());
             let mut todo = vec![(0, todo[k].1)];
             while let Some((node, root)) = todo.pop() {
                 self.open(node, root, &mut part, |node, root| todo.push((node, root)));
@@ -231,7 +231,7 @@ impl Tree {
             let (inner, outer) = (nodes.len() - 1, leaves.len());
             let own = part.nodes.into_iter();
             let mut own = own.map(|node| node.renumbered(inner, outer));
-            nodes[at] = own.next().unwrap_or(Node::EMPTY);
+            nodes[at] = own.next().unwrap_or_default();
             nodes.extend(own);
             leaves.extend(part.leaves);
         }
@@ -243,7 +243,7 @@ impl Tree {
     fn open(&self, node: usize, root: u32, part: &mut Part, mut todo: impl FnMut(usize, u32)) {
         let mut members = Vec::with_capacity(8);
         self.members(root, &mut members);
-        let mut packed = Node::EMPTY;
+        let mut packed = Node::default();
         for (lane, &member) in members.iter().enumerate() {
             let binary = &self.nodes[member as usize];
             packed.set_bounds(lane, &binary.bounds);
@@ -255,7 +255,7 @@ impl Tree {
                 part.leaves.push(triangles);
                 Child::leaf(part.leaves.len() - 1, count)
             } else {
-                part.nodes.push(Node::EMPTY);
+                part.nodes.push(Node::default());
                 todo(part.nodes.len() - 1, member);
                 Child::node(part.nodes.len() - 1)
             };

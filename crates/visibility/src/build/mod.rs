@@ -81,7 +81,7 @@ pub(crate) struct Hierarchy {
     /// index, or zero); empty if there are none.
     pub(crate) meshes: Vec<ClosedMesh>,
     pub(crate) mesh_of: Vec<[u16; 8]>,
-    /// How the fine ones among them lie in the tree.
+    /// The fine meshes among them, by nodes and leaves.
     pub(crate) surfaces: Surfaces,
 }
 
@@ -90,7 +90,7 @@ pub(crate) struct Hierarchy {
 pub(crate) struct Geometry<'a> {
     pub(crate) positions: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u32; 3]],
-    /// What coordinates are relative to; an exact difference for every vertex.
+    /// The origin of coordinates; an exact difference for every vertex.
     pub(crate) origin: [f32; 3],
     /// Largest absolute coordinate of what may occlude.
     pub(crate) extent: f32,

@@ -7,7 +7,7 @@
 //! nearest box first does: `docs/decisions/003-growing-the-hierarchy.md`.
 
 use super::{AT_ONCE, Child, Leaf, Node};
-use crate::{pool, shaft::DENSE};
+use crate::{node::DENSE, pool};
 use linelit_geometry::DVec3;
 
 /// Puts the boxes of every node into ascending order of the crossings expected in them, and notes
@@ -59,7 +59,7 @@ fn area(leaf: &Leaf) -> f64 {
 
 /// The boxes of a node in the order in which `lanes` have them.
 fn permuted(node: &Node, lanes: &[(f64, usize)]) -> Node {
-    let mut out = Node::EMPTY;
+    let mut out = Node::default();
     for (to, &(_, from)) in lanes.iter().enumerate() {
         out.set_bounds(to, &node.bounds_of(from));
         out.child[to] = node.child[from];

@@ -107,7 +107,7 @@ fn unit(extent: f32) -> f32 {
     f32::from_bits(254_u32.saturating_sub(exponent).clamp(1, 254) << 23)
 }
 
-/// Where a subtree goes.
+/// The place of a subtree.
 #[derive(Clone, Copy)]
 struct Place {
     /// The number of the first node.
@@ -310,7 +310,7 @@ fn ascending(x: f32) -> u32 {
 /// 1.5 · 2²³: beside it the nearest whole number is left, as last bits.
 const WHOLE: f32 = 1.5 * (1_u32 << 23) as f32;
 
-/// Which bins a middle is in.
+/// The bins that a middle is in.
 #[derive(Clone, Copy)]
 struct Binning {
     lo: Vec4,

@@ -2,7 +2,10 @@
 //!
 //! In coordinates (u, v) with v along the lines, a line is a number u.
 
-use crate::{frame::LightFrame, sweep::Lanes};
+use crate::{
+    lanes::{Lanes, ddot},
+    shaft::frame::LightFrame,
+};
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Simd;
 
@@ -17,15 +20,15 @@ const BEYOND: f64 = 1e300;
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct LineBlock {
-    /// Where each line is; padding is beyond everything.
+    /// The place of each line across; padding is beyond everything.
     pub(crate) u: [f64; 8],
     /// Lower and upper end of each line in v.
     pub(crate) from: [f64; 8],
     pub(crate) to: [f64; 8],
-    /// What is known to be hidden around the latest triangle.
+    /// The interval around the latest triangle that is known to be hidden.
     pub(crate) run_lo: [f64; 8],
     pub(crate) run_hi: [f64; 8],
-    /// Which line of the caller's it is.
+    /// The number of each line in the caller's list.
     pub(crate) number: [u32; 8],
     /// A bit for each line that runs against v.
     pub(crate) reversed: u8,
@@ -41,7 +44,7 @@ const EMPTY: LineBlock = LineBlock {
     reversed: 0,
 };
 
-/// Where lines are on the light, in the caller's order.
+/// The places of lines on the light, in the caller's order.
 #[derive(Debug, Default)]
 pub(crate) struct Ends {
     /// Unit direction (along v) in the (p, q) plane; zero if no line has length.
@@ -50,7 +53,7 @@ pub(crate) struct Ends {
     pub(crate) u: Vec<f64>,
     pub(crate) a: Vec<f64>,
     pub(crate) b: Vec<f64>,
-    /// How many lines; the vectors may be longer.
+    /// The number of lines; the vectors may be longer.
     pub(crate) count: usize,
     /// The lines in ascending order of u, unless they are.
     order: Vec<u32>,
@@ -61,22 +64,12 @@ impl Ends {
     /// The direction of the first line that has length; `d` is that of the first one.
     #[inline(always)]
     fn set_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment], d: [f64; 2]) {
-        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        let direction = |line: &Segment| {
+            let [a, b] = [line.p0, line.p1].map(|end| frame.project(end - point));
+            [b[0] - a[0], b[1] - a[1]]
+        };
         self.along = [0.0; 2];
-        if length > 0.0 {
-            self.along = [d[0] / length, d[1] / length];
-        } else if length == 0.0 && lines.len() > 1 {
-            self.seek_direction(frame, point, &lines[1..]);
-        }
-    }
-
-    /// The same where the first has none.
-    #[cold]
-    fn seek_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment]) {
-        for line in lines {
-            let a = frame.project(line.p0 - point);
-            let b = frame.project(line.p1 - point);
-            let d = [b[0] - a[0], b[1] - a[1]];
+        for d in std::iter::once(d).chain(lines[1..].iter().map(direction)) {
             let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
             if length > 0.0 {
                 self.along = [d[0] / length, d[1] / length];
@@ -221,12 +214,6 @@ fn project<S: Simd>(
     [s.select(there, p / w, p), s.select(there, q / w, q)]
 }
 
-/// `n·(x, y, z)`, in the order of `DVec3::dot`.
-#[inline(always)]
-pub(crate) fn ddot<S: Simd>(n: DVec3, x: S::D, y: S::D, z: S::D) -> S::D {
-    x * n.x + y * n.y + z * n.z
-}
-
 /// Lines in ascending order of u, in blocks of eight.
 #[derive(Debug, Default)]
 pub(crate) struct Lines {
@@ -297,4 +284,12 @@ impl Lines {
 #[inline(always)]
 pub(crate) fn number(first: usize, i: usize) -> u32 {
     u32::try_from(first + i).unwrap_or(u32::MAX)
+}
+
+/// Whether there is anything of a line to be seen.
+#[inline]
+pub(crate) fn has_length(line: &Segment) -> bool {
+    // Zero times what is not finite is not a number.
+    let nothing = line.p0 * 0.0 + line.p1 * 0.0;
+    (nothing == DVec3::ZERO) & (line.p0 != line.p1)
 }

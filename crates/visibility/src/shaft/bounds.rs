@@ -2,12 +2,11 @@
 //! may be in it.
 
 use crate::{
-    Occluders, Ray,
-    frame::LightFrame,
     node::{Leaf, Node},
-    ray::{ROOM, SPLIT_ROOM},
+    rays::ray::{ROOM, SPLIT_ROOM},
+    shaft::frame::LightFrame,
 };
-use linelit_geometry::{DVec3, Margins};
+use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
 /// P, Q and W of eight places, or the coefficients of eight linear forms in them.
@@ -19,7 +18,7 @@ pub(crate) type Vertex<S> = (<S as Simd>::F, <S as Simd>::F, <S as Simd>::F);
 /// A plane's value at a corner takes up to six roundings of numbers up to three times its normal's
 /// sum of components times the scene's size, of which three are of products that sum up to one
 /// such, and one of each of its four coefficients: within 14/16 of the room.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ShaftBounds {
     /// Eight linear forms in a place: how far it is inside the four sides and the light's plane,
     /// then P, Q and W. Their coefficients, in `form[axis][number]`.
@@ -67,8 +66,8 @@ const CUBES: [f64; 2] = [0.0, 4e11];
     reason = "the bounds allow for the rounding"
 )]
 impl ShaftBounds {
-    /// The shaft from `point` to a light between `lo` and `hi`, all in the hierarchy's
-    /// coordinates.
+    /// The shaft from `point` to a light within a box, all in the coordinates of a hierarchy whose
+    /// own are at most `extent`.
     ///
     /// `None` if P, Q and W of everything in the scene would not say something: if their
     /// coefficients and their rounding errors are not finite and normal numbers in `f32`, or they
@@ -76,14 +75,14 @@ impl ShaftBounds {
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         s: S,
-        occluders: &Occluders,
+        extent: f64,
         point: DVec3,
         around: [DVec3; 2],
         frame: &LightFrame,
         exclude: (u32, u32),
     ) -> Option<Self> {
         let [lo, hi] = [around[0].min(point), around[1].max(point)];
-        let size = lo.abs().max(hi.abs()).max_element().max(occluders.extent);
+        let size = lo.abs().max(hi.abs()).max_element().max(extent);
         let room = ROOM * size;
         // Bounds of boxes are compared as they are: the box needs room for `f64` alone.
         let fine = SPLIT_ROOM * size;
@@ -95,12 +94,6 @@ impl ShaftBounds {
         let mut at_point = zero;
         let mut sum = zero;
         let mut bounds = Self {
-            form: [[0.0; 8]; 3],
-            negative: [[0.0; 8]; 3],
-            positive: [[0.0; 8]; 3],
-            offset: [0.0; 8],
-            room: [0.0; 8],
-            sums: [0.0; 3],
             rooms: f32::INFINITY,
             tilted: {
                 let steepness = w.abs();
@@ -110,6 +103,7 @@ impl ShaftBounds {
             hi: (hi + DVec3::splat(fine)).to_array().map(greatest_below),
             upper: [k as f32, j as f32],
             exclude,
+            ..Self::default()
         };
         for axis in 0..3 {
             let n = s.dload(&[
@@ -235,7 +229,14 @@ impl ShaftBounds {
     /// hide the light as a whole; what lies in lanes that are not in use says nothing.
     #[inline(always)]
     pub(crate) fn triangles<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, u8) {
-        self.inside(s, leaf, &self.vertices(s, leaf))
+        let vertices = self.vertices(s, leaf);
+        let found = self.within(s, &vertices) & self.included(s, leaf);
+        if found == 0 {
+            return (0, 0);
+        }
+        let [a, b, c] = vertices;
+        let (beside, around) = self.beside(s, a, b, c);
+        (found & !beside, found & !beside & around)
     }
 
     /// The corners of a leaf's triangles in (P, Q, W).
@@ -246,18 +247,6 @@ impl ShaftBounds {
             self.vertex(s, &leaf.vertices, 3),
             self.vertex(s, &leaf.vertices, 6),
         ]
-    }
-
-    /// As [`ShaftBounds::triangles`], for known corners.
-    #[inline(always)]
-    fn inside<S: Simd>(&self, s: S, leaf: &Leaf, vertices: &[Vertex<S>; 3]) -> (u8, u8) {
-        let found = self.within(s, vertices) & self.included(s, leaf);
-        if found == 0 {
-            return (0, 0);
-        }
-        let [a, b, c] = *vertices;
-        let (beside, around) = self.beside(s, a, b, c);
-        (found & !beside, found & !beside & around)
     }
 
     /// The triangles with these corners that may be inside the shaft in part, but for those that
@@ -391,7 +380,7 @@ impl ShaftBounds {
         s.fma(s.splat(nx[k]), x, s.fma(s.splat(ny[k]), y, sum))
     }
 
-    /// How far the boxes of a node reach inside a plane.
+    /// The largest value of a plane's form over each box of a node.
     #[inline(always)]
     pub(crate) fn reach<S: Simd>(&self, s: S, plane: usize, rows: &[S::F; 6]) -> S::F {
         let mut sum = s.splat(self.offset[plane]);
@@ -402,7 +391,7 @@ impl ShaftBounds {
         sum
     }
 
-    /// How far inside the upper bound on p.
+    /// The distance of a vertex inside the upper bound on p.
     #[inline(always)]
     fn upper<S: Simd>(&self, s: S, v: Vertex<S>) -> S::F {
         // Of a parallelogram, W − P.
@@ -432,40 +421,10 @@ fn greatest_below(x: f64) -> f32 {
     -least_above(-x)
 }
 
-/// Which numbers are from the first to the second of `range`.
+/// Tells which numbers are from the first to the second of `range`.
 #[inline(always)]
 fn within<S: Simd>(s: S, x: S::D, range: [f64; 2]) -> u8 {
     s.bits(s.dle(s.dsplat(range[0]), x) & s.dle(x, s.dsplat(range[1])))
-}
-
-/// How far the triangles may reach from a point.
-#[inline(always)]
-pub(crate) fn reach(occluders: &Occluders, point: DVec3) -> f64 {
-    occluders.extent + point.abs().max_element()
-}
-
-/// The ray from a point to a target on a light, without what is too near to either to hide it;
-/// `None` where no ray leads there, since numbers overflow.
-pub(crate) fn shadow_ray(
-    occluders: &Occluders,
-    point: DVec3,
-    target: DVec3,
-    margins: Margins,
-) -> Option<Ray> {
-    let direction = target - point;
-    let reach = reach(occluders, point - occluders.origin);
-    (point.is_finite() && direction.is_finite()).then(|| Ray {
-        origin: point,
-        direction,
-        t_min: margins.near(reach, direction.length()),
-        t_max: ray_end(margins),
-    })
-}
-
-/// How far a ray goes towards a light, as a fraction of the way: short of its margin, and of what
-/// rounding makes of the distance of a triangle in the light's own plane, 2⁻⁴⁰ at least.
-pub(crate) fn ray_end(margins: Margins) -> f64 {
-    margins.end().min(1.0 - 9.094_947_017_729_282e-13)
 }
 
 /// The plane through the shading point and two vertices: their cross product.

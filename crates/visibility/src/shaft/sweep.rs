@@ -7,34 +7,17 @@
 //! leave no gap, not even of a rounding error.
 
 use crate::{
-    Scratch, VisibleLines,
-    block::{self, LineBlock, Lines},
-    merge::{self, Slots},
-    project::{FlatBlock, FlatTriangles},
+    lanes::Lanes,
+    lines::VisibleLines,
+    shaft::{
+        block::{self, Ends, LineBlock, Lines},
+        merge::{self, Pieces, Slots},
+        project::{FlatBlock, FlatTriangles},
+        seen::Seen,
+    },
 };
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::Segment;
 use linelit_simd::{Simd, dispatch};
-
-/// Eight numbers side by side, aligned for the widest load.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(crate) struct Lanes<T>(pub(crate) T);
-
-impl<T> std::ops::Deref for Lanes<T> {
-    type Target = T;
-
-    #[inline(always)]
-    fn deref(&self) -> &T {
-        &self.0
-    }
-}
-
-impl<T> std::ops::DerefMut for Lanes<T> {
-    #[inline(always)]
-    fn deref_mut(&mut self) -> &mut T {
-        &mut self.0
-    }
-}
 
 /// Eight triangles ready for lines: u₀, u₁, u₂ in ascending order, v₀, v₁, and the slopes of the
 /// sides 0–1, 0–2 and 1–2.
@@ -71,21 +54,38 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
     out
 }
 
-/// Hides from every line what the triangles in `flat` hide.
-#[inline(always)]
-pub(crate) fn sweep_flat<S: Simd>(
-    s: S,
-    flat: &FlatTriangles,
-    ready: &mut Vec<ReadyBlock>,
-    lines: &mut Lines,
-    slots: &mut Slots,
-) {
-    ready.clear();
-    for block in flat.blocks() {
-        ready.push(ready_eight(s, &block, lines.along));
+/// Buffers for lines.
+#[derive(Debug, Default)]
+pub(crate) struct LineScratch {
+    /// The places of lines on the light, in the caller's order.
+    pub(crate) ends: Ends,
+    /// The lines of one direction.
+    pub(crate) lines: Lines,
+    /// Triangles, ready for these.
+    pub(crate) ready: Vec<ReadyBlock>,
+    /// The hidden intervals of each line.
+    pub(crate) slots: Slots,
+    /// Visible pieces of eight lines.
+    pieces: Pieces,
+}
+
+impl LineScratch {
+    /// Hides from every line what the triangles in `flat` hide.
+    #[inline(always)]
+    pub(crate) fn sweep<S: Simd>(&mut self, s: S, flat: &FlatTriangles) {
+        self.ready.clear();
+        for block in flat.blocks() {
+            self.ready.push(ready_eight(s, &block, self.lines.along));
+        }
+        for (index, block) in self.lines.blocks.iter_mut().enumerate() {
+            sweep_block(s, &self.ready, flat.count, index, block, &mut self.slots);
+        }
     }
-    for (index, block) in lines.blocks.iter_mut().enumerate() {
-        sweep_block(s, ready, flat.count, index, block, slots);
+
+    /// Hands out the visible pieces of lines of which all that is hidden is known.
+    #[inline(always)]
+    fn finish<S: Simd>(&mut self, s: S, out: &mut VisibleLines) {
+        merge::finish(s, &self.lines, &mut self.slots, &mut self.pieces, out);
     }
 }
 
@@ -94,31 +94,28 @@ pub(crate) fn sweep_flat<S: Simd>(
 #[inline(always)]
 fn sweep_kernel<S: Simd>(
     s: S,
-    &point: &DVec3,
+    seen: &Seen,
     lines: &[Segment],
     first: usize,
     dense: bool,
-    scratch: &mut Scratch,
+    scratch: &mut LineScratch,
     out: &mut VisibleLines,
 ) -> usize {
-    let Scratch {
-        frame,
-        flat,
-        ready,
-        ends,
-        lines: set,
-        slots_per_line,
-        pieces,
-        ..
-    } = scratch;
-    block::place_lines(s, frame, point, lines, ends);
-    if ends.count > 0 && !dense {
-        set.fill(s, ends, first);
-        slots_per_line.reset(set.count);
-        sweep_flat(s, flat, ready, set, slots_per_line);
-        merge::finish(s, set, slots_per_line, pieces, out);
+    block::place_lines(s, &seen.frame, seen.point, lines, &mut scratch.ends);
+    let count = scratch.ends.count;
+    if count > 0 && !dense {
+        scratch.lines.fill(s, &scratch.ends, first);
+        scratch.slots.reset(count);
+        scratch.sweep(s, &seen.flat);
+        scratch.finish(s, out);
     }
-    ends.count
+    count
+}
+
+/// Hands out the visible pieces of lines of which all that is hidden is known.
+#[inline(always)]
+fn finish_kernel<S: Simd>(s: S, scratch: &mut LineScratch, out: &mut VisibleLines) {
+    scratch.finish(s, out);
 }
 
 /// All triangles against the lines of a block: what is known of the lines stays in registers.
@@ -205,7 +202,11 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 
 dispatch! {
     /// Places and answers lines on an instruction set.
-    pub(crate) fn sweep = sweep_kernel(point: &DVec3, lines: &[Segment], first: usize, dense: bool, scratch: &mut Scratch, out: &mut VisibleLines) -> usize
+    pub(crate) fn sweep = sweep_kernel(seen: &Seen, lines: &[Segment], first: usize, dense: bool, scratch: &mut LineScratch, out: &mut VisibleLines) -> usize
+}
+dispatch! {
+    /// Finds what is visible of lines of which all that is hidden is known, on an instruction set.
+    pub(crate) fn finish = finish_kernel(scratch: &mut LineScratch, out: &mut VisibleLines) -> ()
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.

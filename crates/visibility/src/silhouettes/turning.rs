@@ -1,9 +1,9 @@
 //! Which sides of a leaf's triangles may be silhouettes: by the leaf alone, in `f32`.
 
 use crate::{
+    lanes::Lanes,
     node::Leaf,
     surfaces::{BEND_ROOM, Bends},
-    sweep::Lanes,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;

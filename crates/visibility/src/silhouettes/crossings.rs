@@ -6,10 +6,13 @@
 //! none over it; if something is, there are some over all.
 
 use crate::{
-    block::{LineBlock, Lines},
-    dense_shaft::{Covered, GROUP, Images},
-    merge::Slots,
-    silhouette::Target,
+    shaft::{
+        bins::{Covered, GROUP, Image},
+        block::{LineBlock, Lines},
+        cover::Image as _,
+        merge::Slots,
+    },
+    silhouettes::silhouette::Target,
 };
 use linelit_simd::Simd;
 use std::ops::Range;
@@ -17,7 +20,7 @@ use std::ops::Range;
 /// Where the lines of a dense shaft may begin or cease to be hidden by fine meshes.
 #[derive(Debug, Default)]
 pub(crate) struct Crossings {
-    /// Where each line crosses silhouettes, and how many layers more there are beyond.
+    /// The places where each line crosses silhouettes, and the layers that begin there.
     of: [Vec<(f64, i32)>; GROUP],
     /// Gaps between what is known to be hidden.
     pub(crate) gaps: Vec<Gap>,
@@ -30,7 +33,7 @@ pub(crate) struct Crossings {
 struct Stretch {
     low: f64,
     high: f64,
-    /// How many layers more lie over it than over the gap's first.
+    /// The number of layers over it, less those over the gap's first.
     layers: i32,
 }
 
@@ -56,7 +59,7 @@ pub(crate) struct OfLines<'a> {
 }
 
 impl<'a> OfLines<'a> {
-    /// Which cross nothing yet.
+    /// Lines that cross nothing yet.
     pub(crate) fn new(
         covered: &'a Covered,
         lines: &'a Lines,
@@ -78,7 +81,7 @@ impl<'a> OfLines<'a> {
 impl Target for OfLines<'_> {
     #[inline(always)]
     fn needs<S: Simd>(&self, s: S, _among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8 {
-        self.covered.needs_any(s, &Images::new(s, low, high))
+        self.covered.needs_any(s, &Image::eight(s, [low, high]))
     }
 
     #[inline(always)]
@@ -188,7 +191,7 @@ impl Gap {
 }
 
 impl Crossings {
-    /// How many there are.
+    /// The number of crossings.
     pub(crate) fn count(&self) -> usize {
         self.of.iter().map(Vec::len).sum()
     }

@@ -1,22 +1,24 @@
 //! Rays: what they meet first, and whether they meet anything.
 
 use crate::{
-    Occluders, Scratch,
+    bvh::{Bvh, largest_inverse_at},
+    counters::Counters,
+    lanes::Lanes,
     node::{Child, Leaf, Node},
-    sweep::Lanes,
-    watertight::WatertightRay,
+    rays::watertight::WatertightRay,
+    walk::{NearestFirst, Waiting, highest, in_any_order, nearest_first},
 };
-use linelit_geometry::{DVec3, Vector3};
+use linelit_geometry::{DVec3, Margins, Vector3};
 use linelit_simd::{Simd, dispatch};
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 /// A ray, or a piece of one: `origin + t·direction` for `t_min ≤ t ≤ t_max`. The direction need
 /// not have unit length; `t` is in units of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where t = 0.
+    /// The place where t = 0.
     pub origin: DVec3,
-    /// What one unit of t moves by.
+    /// The way that one unit of t moves.
     pub direction: DVec3,
     /// Least t.
     pub t_min: f64,
@@ -37,7 +39,7 @@ impl Ray {
     }
 }
 
-/// Where a ray meets a triangle.
+/// The place where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The triangle's number in the list the occluders were built from.
@@ -48,39 +50,6 @@ pub struct Hit {
     pub barycentric: [f64; 2],
 }
 
-impl Occluders {
-    /// The nearest triangle that the ray meets; among equally near ones, that with the smallest
-    /// number, and solid ones before those with holes.
-    ///
-    /// Watertight: a ray towards a shared edge or corner meets one of the triangles there. Of those
-    /// with holes, it is the nearest that hides what is behind it.
-    pub fn closest_hit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
-        scratch.counters.rays += 1;
-        let hit = closest(self.isa, self, ray, scratch);
-        match &self.holes {
-            None => hit,
-            Some(holes) => holes.closest(ray, hit, scratch),
-        }
-    }
-
-    /// Whether the ray meets any triangle but the solid ones numbered in `exclude`.
-    ///
-    /// The same triangles count as for [`Occluders::closest_hit`].
-    pub fn any_hit(&self, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool {
-        scratch.counters.rays += 1;
-        any(self.isa, self, ray, exclude, scratch) || self.any_with_holes(ray, scratch)
-    }
-
-    /// Whether a triangle with holes hides something from the ray.
-    #[inline]
-    pub(crate) fn any_with_holes(&self, ray: &Ray, scratch: &mut Scratch) -> bool {
-        match &self.holes {
-            None => false,
-            Some(holes) => holes.any(ray, scratch),
-        }
-    }
-}
-
 /// A ray in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayQuery {
@@ -89,7 +58,7 @@ pub(crate) struct RayQuery {
     t_max: f64,
     /// Excluded triangles: first and number.
     exclude: (u32, u32),
-    /// Which row of a node's bounds the ray enters and leaves through, per axis.
+    /// The row of a node's bounds that the ray enters and leaves through, for each axis.
     enter: [usize; 3],
     leave: [usize; 3],
     inverse: [f32; 3],
@@ -130,7 +99,7 @@ pub(crate) struct Split {
     /// Room for rounding, and for directions along which a ray hardly moves.
     room: f64,
     room_along: f64,
-    /// The [largest inverse](largest_inverse_at), which stands for such directions.
+    /// The [largest inverse](crate::bvh::largest_inverse_at), which stands for such directions.
     largest: f32,
 }
 
@@ -167,12 +136,6 @@ impl Split {
     }
 }
 
-/// The largest reciprocal of a direction's component that boxes are tested with in a scene of this
-/// size: smaller components move the ray by less than the room over any distance in `f32`.
-pub(crate) fn largest_inverse_at(size: f64) -> f64 {
-    (1e36 / size).min(1e37)
-}
-
 #[allow(
     clippy::cast_possible_truncation,
     reason = "the bounds allow for the rounding"
@@ -182,16 +145,16 @@ impl RayQuery {
     ///
     /// Inlined into the kernels, so that it is never copied.
     #[inline(always)]
-    pub(crate) fn new(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
+    pub(crate) fn new(bvh: &Bvh, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
         let d = ray.direction;
-        let o = ray.origin - occluders.origin;
-        let nodes = &occluders.hierarchy.nodes;
+        let o = ray.origin - bvh.origin;
+        let nodes = &bvh.hierarchy.nodes;
         let finite = d * 0.0 + o * 0.0 == DVec3::ZERO;
         if !finite || d == DVec3::ZERO || !(ray.t_min <= ray.t_max) || nodes.is_empty() {
             return None;
         }
         let exact = WatertightRay::new(o, d);
-        let (mut size, mut largest_inverse) = (occluders.extent, occluders.largest_inverse);
+        let (mut size, mut largest_inverse) = (bvh.extent, bvh.largest_inverse);
         let from = o.abs().max_element();
         if from > size {
             (size, largest_inverse) = (from, largest_inverse_at(from));
@@ -224,7 +187,7 @@ impl RayQuery {
         Some(q)
     }
 
-    /// Where the ray enters and leaves the slabs of a node's boxes between two planes.
+    /// The distances at which the ray enters and leaves a node's boxes along an axis.
     #[inline(always)]
     fn along<S: Simd>(&self, s: S, node: &Node, axis: usize) -> (S::F, S::F) {
         let (inverse, near) = (s.splat(self.inverse[axis]), s.splat(self.near[axis]));
@@ -287,15 +250,15 @@ impl RayQuery {
         [x - z * self.exact.shear[0], y - z * self.exact.shear[1], z]
     }
 
-    /// Which of the triangles `among` those of a leaf the ray meets first, and before what it met
-    /// at `t_max`, if any: then the ray ends there.
+    /// Finds which triangle `among` those of a leaf the ray meets first, and before the triangle
+    /// with the number `best` that it met at `t_max`, if any: then the ray ends there.
     #[inline(always)]
     fn nearer<S: Simd>(
         &mut self,
         s: S,
         leaf: &Leaf,
         among: u8,
-        best: Option<(&Leaf, usize)>,
+        best: Option<u32>,
     ) -> Option<usize> {
         let (met, t) = self.meets(s, leaf);
         let mut met = met & among;
@@ -304,7 +267,7 @@ impl RayQuery {
         }
         let mut at = Lanes([0.0; 8]);
         s.dstore(t, &mut at);
-        let mut least = best.map(|(leaf, lane)| leaf.id[lane]);
+        let mut least = best;
         let mut found = None;
         while met != 0 {
             let lane = met.trailing_zeros() as usize;
@@ -334,53 +297,6 @@ impl RayQuery {
         self.exact.intersect(&leaf.triangle(lane))
     }
 
-    /// Visits leaves that the ray enters, nearer ones mostly first, with a bit for each triangle in
-    /// use; until `visit`, which may shorten the ray, says so.
-    #[inline(always)]
-    pub(crate) fn nearest_first<'a, S: Simd>(
-        &mut self,
-        s: S,
-        occluders: &'a Occluders,
-        scratch: &mut Scratch,
-        mut visit: impl FnMut(&mut Self, &'a Leaf, u8) -> bool,
-    ) {
-        let hierarchy = &*occluders.hierarchy;
-        let counters = &mut scratch.counters;
-        let stack = &mut scratch.near_stack;
-        stack.clear();
-        stack.push((Child::node(0), f32::NEG_INFINITY));
-        while let Some((child, near)) = stack.pop() {
-            if near > self.t_max32 {
-                continue;
-            }
-            if child.is_leaf() {
-                counters.triangle_tests += u64::from(child.count());
-                if visit(self, &hierarchy.leaves[child.index()], child.mask()) {
-                    return;
-                }
-                continue;
-            }
-            let node = &hierarchy.nodes[child.index()];
-            counters.node_tests += u64::from(node.valid.count_ones());
-            let (mut found, near) = self.boxes(s, node, self.t_max32);
-            hierarchy.prefetch(s, node, found);
-            let mut entry = Lanes([0.0; 8]);
-            s.store(near, &mut entry);
-            let base = stack.len();
-            while found != 0 {
-                let lane = found.trailing_zeros() as usize;
-                found &= found - 1;
-                // Insertion keeps the farthest lowest on the stack.
-                stack.push((Child(node.child[lane]), entry[lane]));
-                let mut k = stack.len() - 1;
-                while k > base && stack[k - 1].1 < entry[lane] {
-                    stack.swap(k - 1, k);
-                    k -= 1;
-                }
-            }
-        }
-    }
-
     /// Whether the ray meets any of the triangles `among` those of a leaf that are not excluded.
     #[inline(always)]
     pub(crate) fn any<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
@@ -389,109 +305,182 @@ impl RayQuery {
     }
 }
 
+/// Buffers for single rays.
+#[derive(Debug, Default)]
+pub(crate) struct RayScratch {
+    pub(crate) stack: Vec<u32>,
+    pub(crate) waiting: Waiting<()>,
+    /// The origin of the latest ray that met anything, and the leaf of what it met.
+    pub(crate) last: Option<(DVec3, Child)>,
+}
+
 #[inline(always)]
 fn any_kernel<S: Simd>(
     s: S,
-    occluders: &Occluders,
+    bvh: &Bvh,
     ray: &Ray,
     exclude: &Range<u32>,
-    scratch: &mut Scratch,
+    scratch: &mut RayScratch,
+    counters: &mut Counters,
 ) -> bool {
-    let Some(q) = RayQuery::new(occluders, ray, exclude) else {
+    let Some(query) = RayQuery::new(bvh, ray, exclude) else {
         return false;
     };
-    let hierarchy = &*occluders.hierarchy;
-    let Scratch {
-        counters,
-        stack,
-        last,
-        ..
-    } = scratch;
+    let hierarchy = &*bvh.hierarchy;
     // What met the latest ray from here often meets the next. Only from here, so that what is
     // tested does not depend on which points a thread was given.
-    if let Some((origin, child)) = *last
+    if let Some((origin, child)) = scratch.last
         && origin == ray.origin
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
     {
         counters.triangle_tests += u64::from(child.count());
-        if q.any(s, leaf, child.mask()) {
+        if query.any(s, leaf, child.mask()) {
             return true;
         }
     }
-    if stack.len() < occluders.stack_size {
-        stack.resize(occluders.stack_size, 0);
-    }
-    let mut top = 0;
-    let mut at = 0;
-    loop {
-        let node = &hierarchy.nodes[at as usize];
-        counters.node_tests += u64::from(node.valid.count_ones());
-        let (found, _) = q.boxes(s, node, q.t_max32);
-        let mut leaves = found & node.leaf;
-        while leaves != 0 {
-            let lane = highest(leaves);
-            leaves &= !(1 << lane);
-            let child = Child(node.child[lane]);
-            counters.triangle_tests += u64::from(child.count());
-            let leaf = &hierarchy.leaves[child.leaf_index()];
-            if q.any(s, leaf, child.mask()) {
-                *last = Some((ray.origin, child));
-                return true;
+    let RayScratch { stack, last, .. } = scratch;
+    bvh.make_room(stack);
+    in_any_order(
+        s,
+        hierarchy,
+        stack,
+        #[inline(always)]
+        |node| {
+            counters.node_tests += u64::from(node.valid.count_ones());
+            let (found, _) = query.boxes(s, node, query.t_max32);
+            let mut leaves = found & node.leaf;
+            while leaves != 0 {
+                let lane = highest(leaves);
+                leaves &= !(1 << lane);
+                let child = Child(node.child[lane]);
+                counters.triangle_tests += u64::from(child.count());
+                let leaf = &hierarchy.leaves[child.leaf_index()];
+                if query.any(s, leaf, child.mask()) {
+                    *last = Some((ray.origin, child));
+                    return ControlFlow::Break(());
+                }
             }
-        }
-        let inner = found & !node.leaf;
-        if inner != 0 {
-            // The next one does not wait for the stack.
-            let lane = highest(inner);
-            at = node.child[lane];
-            let others = inner & !(1 << lane);
-            s.pack(others, &node.child, stack, top);
-            top += others.count_ones() as usize;
-        } else if top > 0 {
-            top -= 1;
-            at = stack[top];
-        } else {
-            return false;
-        }
+            ControlFlow::Continue(found & !node.leaf)
+        },
+    )
+}
+
+/// Visits the leaves that a ray enters.
+struct AlongRay<'a, F> {
+    query: &'a mut RayQuery,
+    visit: F,
+}
+
+impl<S: Simd, F> NearestFirst<S> for AlongRay<'_, F>
+where
+    F: FnMut(&mut RayQuery, Child, &Leaf) -> ControlFlow<()>,
+{
+    type Entry = ();
+
+    #[inline(always)]
+    fn wants(&self, _: S, depth: f32, (): ()) -> bool {
+        depth <= self.query.t_max32
+    }
+
+    #[inline(always)]
+    fn open(&mut self, s: S, node: &Node, (): ()) -> (u8, S::F) {
+        self.query.boxes(s, node, self.query.t_max32)
+    }
+
+    #[inline(always)]
+    fn entry(&self, _: S, _: &Node, _: usize) -> Option<()> {
+        Some(())
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, _: S, child: Child, leaf: &Leaf, (): ()) -> ControlFlow<()> {
+        (self.visit)(self.query, child, leaf)
     }
 }
 
-/// The highest bit of a number that is not zero.
+impl RayQuery {
+    /// Visits leaves that the ray enters, nearer ones mostly first; until `visit`, which may
+    /// shorten the ray, says so.
+    #[inline(always)]
+    pub(crate) fn nearest_first<S: Simd>(
+        &mut self,
+        s: S,
+        bvh: &Bvh,
+        waiting: &mut Waiting<()>,
+        counters: &mut Counters,
+        visit: impl FnMut(&mut Self, Child, &Leaf) -> ControlFlow<()>,
+    ) {
+        wait_for_root(waiting, ());
+        let mut visitor = AlongRay { query: self, visit };
+        nearest_first(s, &bvh.hierarchy, waiting, counters, &mut visitor);
+    }
+}
+
+/// The whole hierarchy, waiting to be visited.
 #[inline(always)]
-fn highest(bits: u8) -> usize {
-    (7 - bits.leading_zeros()) as usize
+pub(crate) fn wait_for_root<E>(waiting: &mut Waiting<E>, entry: E) {
+    waiting.clear();
+    waiting.push((Child::node(0), f32::NEG_INFINITY, entry));
 }
 
 #[inline(always)]
 fn closest_kernel<S: Simd>(
     s: S,
-    occluders: &Occluders,
+    bvh: &Bvh,
     ray: &Ray,
-    scratch: &mut Scratch,
+    scratch: &mut RayScratch,
+    counters: &mut Counters,
 ) -> Option<Hit> {
-    let mut q = RayQuery::new(occluders, ray, &(0..0))?;
-    // Met at `q.t_max`.
-    let mut best: Option<(&Leaf, usize)> = None;
-    q.nearest_first(s, occluders, scratch, |q, leaf, among| {
-        if let Some(lane) = q.nearer(s, leaf, among, best) {
-            best = Some((leaf, lane));
-        }
-        false
-    });
-    let (leaf, lane) = best?;
-    let (t, barycentric) = q.intersect(leaf, lane)?;
+    let mut query = RayQuery::new(bvh, ray, &(0..0))?;
+    // Its leaf, its lane there, and its number; met at `query.t_max`.
+    let mut best: Option<(Child, usize, u32)> = None;
+    query.nearest_first(
+        s,
+        bvh,
+        &mut scratch.waiting,
+        counters,
+        #[inline(always)]
+        |q, child, leaf| {
+            let number = best.map(|(.., id)| id);
+            if let Some(lane) = q.nearer(s, leaf, child.mask(), number) {
+                best = Some((child, lane, leaf.id[lane]));
+            }
+            ControlFlow::Continue(())
+        },
+    );
+    let (child, lane, triangle) = best?;
+    let leaf = &bvh.hierarchy.leaves[child.leaf_index()];
+    let (t, barycentric) = query.intersect(leaf, lane)?;
     Some(Hit {
-        triangle: leaf.id[lane],
+        triangle,
         t,
         barycentric,
     })
 }
 
 dispatch! {
-    /// [`Occluders::any_hit`] on an instruction set.
-    pub(crate) fn any = any_kernel(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool
+    /// Whether a ray meets anything, on an instruction set.
+    pub(crate) fn any = any_kernel(bvh: &Bvh, ray: &Ray, exclude: &Range<u32>, scratch: &mut RayScratch, counters: &mut Counters) -> bool
 }
 dispatch! {
-    /// [`Occluders::closest_hit`] on an instruction set.
-    pub(crate) fn closest = closest_kernel(occluders: &Occluders, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>
+    /// Finds what a ray meets first, on an instruction set.
+    pub(crate) fn closest = closest_kernel(bvh: &Bvh, ray: &Ray, scratch: &mut RayScratch, counters: &mut Counters) -> Option<Hit>
+}
+
+/// The ray from a point to a target on a light, without what is too near to either to hide it;
+/// `None` where no ray leads there, since numbers overflow.
+pub(crate) fn shadow_ray(bvh: &Bvh, point: DVec3, target: DVec3, margins: Margins) -> Option<Ray> {
+    let direction = target - point;
+    (point.is_finite() && direction.is_finite()).then(|| Ray {
+        origin: point,
+        direction,
+        t_min: margins.near(bvh.reach(point), direction.length()),
+        t_max: ray_end(margins),
+    })
+}
+
+/// The end of a ray towards a light, as a fraction of the way: short of its margin, and of what
+/// rounding makes of the distance of a triangle in the light's own plane, 2⁻⁴⁰ at least.
+pub(crate) fn ray_end(margins: Margins) -> f64 {
+    margins.end().min(1.0 - 9.094_947_017_729_282e-13)
 }

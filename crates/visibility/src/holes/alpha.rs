@@ -4,7 +4,7 @@ use crate::Filter;
 use linelit_geometry::intervals::Interval;
 use std::{fmt, sync::Arc};
 
-/// What lies beyond the edges of a grid of texels.
+/// The continuation of a grid of texels beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlphaWrap {
     /// The grid again.
@@ -18,7 +18,7 @@ pub enum AlphaWrap {
     Zero,
 }
 
-/// How alpha is looked up between the centres of texels.
+/// The lookup of alpha between the centres of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlphaLookup {
     /// That of the texel.
@@ -28,7 +28,7 @@ pub enum AlphaLookup {
     Bilinear,
 }
 
-/// Which alpha hides what is behind it.
+/// The alpha from which on a triangle hides what is behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaCutoff {
     /// More than this. pbrt's: what is exactly 0 is cut out.
@@ -132,19 +132,19 @@ impl AlphaTexels {
         })
     }
 
-    /// With this beyond its edges, along u and v.
+    /// Sets what lies beyond the edges, along u and v.
     #[must_use]
     pub fn with_wrap(self, wrap: [AlphaWrap; 2]) -> Self {
         Self { wrap, ..self }
     }
 
-    /// With another lookup.
+    /// Sets the lookup.
     #[must_use]
     pub fn with_lookup(self, lookup: AlphaLookup) -> Self {
         Self { lookup, ..self }
     }
 
-    /// With another cutoff. Nothing hides by one that is not a number.
+    /// Sets the cutoff. Nothing hides by one that is not a number.
     #[must_use]
     pub fn with_cutoff(self, cutoff: AlphaCutoff) -> Self {
         Self { cutoff, ..self }

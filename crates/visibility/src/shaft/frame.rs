@@ -1,6 +1,6 @@
 //! The projective frame of a light as seen from a shading point.
 
-use crate::sides::Sides;
+use crate::shaft::sides::Sides;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Margins, double};
 
 /// The most corners of a light.
@@ -23,7 +23,7 @@ pub(crate) struct LightFrame {
     /// The light's corners in (p, q), two for a linear light, and the last over and over.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
-    /// How near to either end a triangle hides nothing.
+    /// The distances from either end within which a triangle hides nothing.
     pub(crate) margins: Margins,
     /// W from which on triangles hide the light ([`Margins::near`]), and 1 ÷ that.
     pub(crate) near: f64,
@@ -44,7 +44,7 @@ const LEAST: f64 = 1e-300;
 /// The same for [`Sides`]: nearer the plane, lines and points are asked one by one.
 const TOO_EDGE_ON: f64 = 1e-12;
 
-/// Which part of the (p, q) plane holds the light.
+/// The part of the (p, q) plane that holds the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// 0 ≤ p ≤ 1, 0 ≤ q ≤ 1.
@@ -67,20 +67,6 @@ impl Shape {
 }
 
 impl LightFrame {
-    /// No light.
-    pub(crate) const NONE: Self = Self {
-        p: DVec3::ZERO,
-        q: DVec3::ZERO,
-        w: DVec3::ZERO,
-        shape: Shape::Square,
-        corners: [[0.0; 2]; CORNERS],
-        corner_count: 0,
-        margins: Margins::NONE,
-        near: 0.0,
-        inverse_near: f64::INFINITY,
-        sides: None,
-    };
-
     /// Becomes the frame of a light seen from a point, but for [`LightFrame::near`]; false if there
     /// is none, and nothing may be concluded from it: the light is seen edge on, or has no area or
     /// length. `origin` is that of the hierarchy.
@@ -144,7 +130,7 @@ impl LightFrame {
         height.abs() > EDGE_ON * plane.length * reach
     }
 
-    /// As [`LightFrame::set_polygon`], with [`Sides`].
+    /// Does what [`LightFrame::set_polygon`] does, with [`Sides`].
     #[cold]
     fn set_exactly(
         &mut self,
@@ -282,7 +268,7 @@ impl LightFrame {
     }
 }
 
-/// The corners of a light that a [`ShaftQuery`](crate::ShaftQuery) asks about: two ends of a line,
+/// The corners of a light that a `ShaftQuery` asks about: two ends of a line,
 /// or 3 to [`ConvexPolygon::CAPACITY`] corners of a polygon, so that no query can be asked that is
 /// too large to answer.
 ///
@@ -334,10 +320,10 @@ impl<'a, const N: usize> From<&'a [DVec3; N]> for LightCorners<'a> {
     }
 }
 
-/// What is known of a light from wherever it is seen: kept from one shading point to the next.
+/// The properties of a light from wherever it is seen: kept from one shading point to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Light {
-    /// In world space.
+    /// The corners in world space.
     corners: [DVec3; CORNERS],
     count: usize,
     kind: Kind,
@@ -369,14 +355,6 @@ struct LightPlane {
 }
 
 impl Light {
-    pub(crate) const NONE: Self = Self {
-        corners: [DVec3::ZERO; CORNERS],
-        count: 0,
-        kind: Kind::None,
-        lo: DVec3::ZERO,
-        hi: DVec3::ZERO,
-    };
-
     /// Whether these are the light's corners.
     #[inline(always)]
     pub(crate) fn is(&self, light: LightCorners<'_>) -> bool {
@@ -386,7 +364,7 @@ impl Light {
     /// Becomes the light with these corners; the frame learns what does not depend on where it is
     /// seen from.
     pub(crate) fn set(&mut self, LightCorners(light): LightCorners<'_>, frame: &mut LightFrame) {
-        *self = Self::NONE;
+        *self = Self::default();
         self.count = light.len();
         self.corners[..light.len()].copy_from_slice(light);
         self.lo = light[0];
@@ -476,4 +454,35 @@ fn bounding_rectangle(light: &[DVec3], normal: DVec3) -> (DVec3, DVec3, DVec3) {
     }
     let origin = light[0] + x * lo[0] + y * lo[1];
     (origin, x * (hi[0] - lo[0]), y * (hi[1] - lo[1]))
+}
+
+impl Default for LightFrame {
+    /// The frame of no light.
+    fn default() -> Self {
+        Self {
+            p: DVec3::ZERO,
+            q: DVec3::ZERO,
+            w: DVec3::ZERO,
+            shape: Shape::Square,
+            corners: [[0.0; 2]; CORNERS],
+            corner_count: 0,
+            margins: Margins::NONE,
+            near: 0.0,
+            inverse_near: f64::INFINITY,
+            sides: None,
+        }
+    }
+}
+
+impl Default for Light {
+    /// None.
+    fn default() -> Self {
+        Self {
+            corners: [DVec3::ZERO; CORNERS],
+            count: 0,
+            kind: Kind::None,
+            lo: DVec3::ZERO,
+            hi: DVec3::ZERO,
+        }
+    }
 }

@@ -2,9 +2,12 @@
 //!
 //! Such is a light that is seen edge on, and one that has no margin before it.
 
-use crate::{block::ddot, project::Vertex, sweep::Lanes};
+use crate::lanes::Lanes;
 use linelit_geometry::{DVec3, double};
 use linelit_simd::Simd;
+
+/// Homogeneous coordinates of one vertex in eight lanes.
+pub(crate) type Vertex<S> = [<S as linelit_simd::Lanes>::D; 3];
 
 /// The plane of a polygonal light and coordinates on it, for (P, Q, W) of vertices near the plane.
 ///
@@ -45,19 +48,24 @@ impl Sides {
     /// (P, Q, W) of eight vertices, given their places relative to the shading point as well.
     #[inline(always)]
     pub(crate) fn vertex<S: Simd>(&self, s: S, places: [S::D; 3], from: [S::D; 3]) -> Vertex<S> {
-        let [x, y, z] = from;
-        let mut rows = Lanes([[0.0; 8]; 7]);
-        let columns = places
-            .into_iter()
-            .chain(from)
-            .chain([ddot::<S>(self.w, x, y, z)]);
-        for (row, column) in rows.iter_mut().zip(columns) {
+        let mut rows = Lanes([[0.0; 8]; 6]);
+        for (row, column) in rows.iter_mut().zip(places.into_iter().chain(from)) {
             s.dstore(column, row);
         }
-        self.decide(&mut rows);
-        let w = s.dload(&rows[6]);
-        let [p, q] = [0, 1].map(|k| ddot::<S>(self.d[k], x, y, z) - w * self.c[k]);
-        [p, q, w]
+        self.vertices(&mut rows);
+        [s.dload(&rows[0]), s.dload(&rows[1]), s.dload(&rows[2])]
+    }
+
+    /// Puts (P, Q, W) of eight vertices in the first three of the rows that hold their places.
+    #[inline(never)]
+    fn vertices(&self, rows: &mut [[f64; 8]; 6]) {
+        for lane in 0..8 {
+            let [x, y, z, dx, dy, dz] = rows.each_ref().map(|row| row[lane]);
+            let vertex = self.vertex_of(DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
+            for (row, coordinate) in rows.iter_mut().zip(vertex) {
+                row[lane] = coordinate;
+            }
+        }
     }
 
     /// (P, Q, W) of one vertex.
@@ -88,16 +96,6 @@ impl Sides {
             w
         };
         [0, 1].map(|k| self.d[k].dot(from) / w - self.c[k])
-    }
-
-    /// Replaces W in the last row where it cancels.
-    #[inline(never)]
-    fn decide(&self, [x, y, z, dx, dy, dz, w]: &mut [[f64; 8]; 7]) {
-        for (lane, w) in w.iter_mut().enumerate() {
-            let place = DVec3::new(x[lane], y[lane], z[lane]);
-            let from = DVec3::new(dx[lane], dy[lane], dz[lane]);
-            *w = self.w(place, from, *w);
-        }
     }
 
     /// W of a vertex, given its place relative to the shading point and the sum of products.

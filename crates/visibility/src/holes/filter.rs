@@ -3,7 +3,7 @@
 use linelit_geometry::intervals::Interval;
 use std::{fmt::Debug, sync::Arc};
 
-/// Cuts holes into triangles ([`Occluders::with_holes`](crate::Occluders::with_holes)): what
+/// Cuts holes into triangles (`Occluders::with_holes`): what
 /// Embree's filter functions do for rays, for rays and lines.
 ///
 /// Places are barycentric coordinates of a triangle's second and third corner, as in

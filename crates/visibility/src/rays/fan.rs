@@ -1,26 +1,22 @@
-//! Fans: rays from one point, traced together.
+//! Fans: rays from one point, and the tests that they share.
 //!
-//! One walk through the hierarchy for all rays, with the box that holds their directions: a node is
-//! opened if any direction of that box can enter it. In a leaf, eight triangles are tested against
-//! that box first, which tells of most of them that they hide no ray, and of some that they hide
-//! all; what is left is tested against eight rays at a time. What these tests, with the bounds of
-//! their rounding, leave open is decided as for single rays, so that the answers are the same.
-//!
-//! Rays that go far apart among many triangles have little in common: what their box enters is much
-//! more than they do. Where a walk has looked at more than a few nodes and leaves ([`budget`]),
-//! those that are still open start anew, eight neighbours at a time ([`crate::apart`]).
+//! In a leaf, eight triangles are tested against the box that holds the directions of all rays, which
+//! tells of most of them that they hide no ray, and of some that they hide all; what is left is
+//! tested against eight rays at a time. What these tests, with the bounds of their rounding, leave
+//! open is decided as for single rays, so that the answers are the same.
 
 use crate::{
-    Occluders, Ray, Scratch,
-    apart::apart,
-    bounds,
+    bvh::{Bvh, largest_inverse_at},
+    counters::Counters,
+    lanes::{Lanes, dabs},
     node::{Child, Leaf, Node},
-    ray::{self, CLOSER, ROOM, Split},
-    sweep::Lanes,
-    watertight::WatertightRay,
+    rays::{
+        ray::{self, CLOSER, ROOM, Ray, RayScratch, Split},
+        watertight::WatertightRay,
+    },
 };
-use linelit_geometry::{DVec3, Margins};
-use linelit_simd::{Simd, dispatch};
+use linelit_geometry::DVec3;
+use linelit_simd::Simd;
 use std::ops::Range;
 
 /// The most rays of a [`Fan`].
@@ -29,19 +25,13 @@ pub const FAN: usize = u64::BITS as usize;
 /// Fewer rays are traced one by one.
 pub(crate) const FEW: usize = 4;
 
-/// Nodes and leaves that so many rays visit together before those that are open go on in
-/// groups.
-const fn budget(count: usize) -> usize {
-    3 + count / 16
-}
-
 /// Rays from one point, `origin + t·direction` for `t_min` ≤ t ≤ `t_max`, each with its own
 /// direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Fan<'a> {
-    /// Where t = 0.
+    /// The place where t = 0.
     pub origin: DVec3,
-    /// What one unit of t moves by, for each ray; at most [`FAN`] of them.
+    /// The way that one unit of t moves, for each ray; at most [`FAN`] of them.
     pub directions: &'a [DVec3],
     /// Least t, not negative.
     pub t_min: f64,
@@ -69,68 +59,21 @@ impl Fan<'_> {
     }
 }
 
-impl Occluders {
-    /// Shadow rays from a point to places given relative to it, short of the margins.
-    ///
-    /// All rays have the margin near the point of the one that goes farthest.
-    #[must_use]
-    pub fn shadow_rays<'a>(
-        &self,
-        origin: DVec3,
-        directions: &'a [DVec3],
-        margins: Margins,
-    ) -> Fan<'a> {
-        let longest = |most: f64, d: &DVec3| most.max(d.length_squared());
-        let square = directions.iter().fold(0.0, longest);
-        let reach = bounds::reach(self, origin - self.origin);
-        Fan {
-            origin,
-            directions,
-            t_min: margins.near(reach, square.sqrt()),
-            t_max: bounds::ray_end(margins),
-        }
-    }
-
-    /// Which rays of a fan meet any triangle but those numbered in `exclude`: a bit each, as in
-    /// [`Fan::all`]. The answers are those of [`Occluders::any_hit`].
-    ///
-    /// In the [`Counters`](crate::Counters), what is tested for several rays at once is one test.
-    ///
-    /// # Panics
-    /// If there are more than [`FAN`] rays.
-    pub fn any_hits(&self, fan: &Fan<'_>, exclude: &Range<u32>, scratch: &mut Scratch) -> u64 {
-        let count = fan.directions.len();
-        assert!(count <= FAN, "a bit for each ray");
-        scratch.counters.rays += count as u64;
-        let mut hidden = match count {
-            0 => 0,
-            1..FEW => one_by_one(self, fan, fan.all(), exclude, scratch),
-            _ => any_of(self.isa, self, fan, exclude, scratch),
-        };
-        if self.holes.is_some() {
-            for i in 0..count {
-                let open = hidden >> i & 1 == 0;
-                hidden |= u64::from(open && self.any_with_holes(&fan.ray(i), scratch)) << i;
-            }
-        }
-        hidden
-    }
-}
-
 /// Those of the `open` rays that meet anything.
-fn one_by_one(
-    occluders: &Occluders,
+pub(crate) fn one_by_one(
+    bvh: &Bvh,
     fan: &Fan<'_>,
     mut open: u64,
     exclude: &Range<u32>,
-    scratch: &mut Scratch,
+    scratch: &mut RayScratch,
+    counters: &mut Counters,
 ) -> u64 {
     let mut hidden = 0;
     while open != 0 {
         let i = open.trailing_zeros();
         open &= open - 1;
         let ray = fan.ray(i as usize);
-        let meets = ray::any(occluders.isa, occluders, &ray, exclude, scratch);
+        let meets = ray::any(bvh.isa, bvh, &ray, exclude, scratch, counters);
         hidden |= u64::from(meets) << i;
     }
     hidden
@@ -140,14 +83,8 @@ fn one_by_one(
 pub(crate) type Rays = Lanes<[[f64; 8]; 3]>;
 
 /// The directions of a fan, the last as often as fills eight.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Directions(pub(crate) [Rays; FAN / 8]);
-
-impl Default for Directions {
-    fn default() -> Self {
-        Self([Lanes([[0.0; 8]; 3]); FAN / 8])
-    }
-}
 
 /// The largest distances and direction components, and the reciprocal of the smallest direction,
 /// for which the products of five of them that tests are made of neither overflow nor vanish.
@@ -172,7 +109,7 @@ impl Directions {
                 let x = s.dload(&rays[k]);
                 low[k] = s.dmin(low[k], x);
                 high[k] = s.dmax(high[k], x);
-                let size = abs(s, x);
+                let size = dabs(s, x);
                 valid = valid & s.dle(size, s.dsplat(LARGEST));
                 most = s.dmax(most, size);
             }
@@ -201,7 +138,7 @@ impl Directions {
 /// A box of directions, ready for tests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
-    /// Its middle, and a little more than half its size.
+    /// The middle of the box, and a little more than half its size.
     middle: [f64; 3],
     half: [f64; 3],
     /// The origin, rounded, and inverse and offset in `t = (bound − near) · inverse + offset`
@@ -218,17 +155,11 @@ pub(crate) struct Beam {
     reason = "the bounds allow for the rounding"
 )]
 impl Beam {
-    /// The largest reciprocal of a direction's component, as for single rays: one smaller moves a
-    /// ray by less than the room over any distance in `f32`.
-    #[inline(always)]
-    pub(crate) fn largest_inverse(size: f64) -> f64 {
-        (1e36 / size).min(1e37)
-    }
-
-    /// From a point that is at most `size` from the hierarchy's origin, as its vertices are.
+    /// A box of directions from a point that is at most `size` from the hierarchy's origin, as its
+    /// vertices are.
     #[inline(always)]
     fn new([low, high]: [[f64; 3]; 2], t_max: f64, origin: [f64; 3], size: f64) -> Self {
-        let largest = Self::largest_inverse(size);
+        let largest = largest_inverse_at(size);
         let mut beam = Self {
             middle: [0.0; 3],
             half: [0.0; 3],
@@ -288,7 +219,7 @@ impl Beam {
     }
 }
 
-/// What all tests of a fan share.
+/// The numbers that all tests of a fan share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tests {
     pub(crate) origin: [f64; 3],
@@ -311,7 +242,7 @@ pub(crate) struct Tests {
 type Prepared = Lanes<[[f64; 8]; 12]>;
 
 impl Tests {
-    /// With the bounds of rounding.
+    /// Tests of a fan, with the bounds of their rounding.
     ///
     /// In units of η = 2⁻⁵³, with R the largest coordinate of a, b, c, and D that of the
     /// directions, to first order: a corner relative to the origin is the same number here and in
@@ -417,7 +348,7 @@ impl Tests {
         (s.bits(some), s.bits(all))
     }
 
-    /// Which of eight rays, among those that are `open`, a triangle hides.
+    /// Tells which of eight rays, among those that are `open`, a triangle hides.
     #[inline(always)]
     fn hides<S: Simd>(
         &self,
@@ -441,7 +372,7 @@ impl Tests {
         let (missed, mut hidden) = if room <= 0.0 {
             let most = s.dmax(s.dmax(u, v), w);
             let outside = outside & s.dlt(s.dsplat(edge_room), most);
-            let near = s.dlt(s.dsplat(t - room), abs(s, sum) * self.t_min);
+            let near = s.dlt(s.dsplat(t - room), dabs(s, sum) * self.t_min);
             (s.bits(outside | near), 0)
         } else {
             let (below, above) = (s.dsplat(t - room), s.dsplat(t + room));
@@ -466,7 +397,7 @@ impl Tests {
         hidden & open
     }
 
-    /// Which of the `open` rays the triangles of a leaf hide.
+    /// Tells which of the `open` rays the triangles of a leaf hide.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(
         &self,
@@ -507,13 +438,8 @@ fn range<S: Simd>(s: S, beam: &Beam, n: &[S::D; 3]) -> (S::D, S::D) {
         middle: m, half: h, ..
     } = beam;
     let middle = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
-    let half = abs(s, n[0]) * h[0] + abs(s, n[1]) * h[1] + abs(s, n[2]) * h[2];
+    let half = dabs(s, n[0]) * h[0] + dabs(s, n[1]) * h[1] + dabs(s, n[2]) * h[2];
     (middle - half, middle + half)
-}
-
-#[inline(always)]
-pub(crate) fn abs<S: Simd>(s: S, a: S::D) -> S::D {
-    s.dmax(a, s.dsplat(0.0) - a)
 }
 
 #[inline(always)]
@@ -528,87 +454,4 @@ fn cross<S: Simd>(a: &[S::D; 3], b: &[S::D; 3]) -> [S::D; 3] {
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ]
-}
-
-#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
-#[inline(always)]
-fn fan_kernel<S: Simd>(
-    s: S,
-    occluders: &Occluders,
-    fan: &Fan<'_>,
-    exclude: &Range<u32>,
-    scratch: &mut Scratch,
-) -> u64 {
-    let hierarchy = &*occluders.hierarchy;
-    let mut open = fan.all();
-    let origin = fan.origin - occluders.origin;
-    let size = occluders.extent.max(origin.abs().max_element());
-    let sane = origin.is_finite()
-        && size <= LARGEST
-        && fan.t_min >= 0.0
-        && fan.t_max >= fan.t_min
-        && fan.t_max <= LARGEST;
-    let Scratch {
-        stack,
-        last,
-        counters,
-        fan: directions,
-        ..
-    } = &mut *scratch;
-    let Some(bounds) = directions
-        .set(s, fan)
-        .filter(|_| sane && !hierarchy.nodes.is_empty())
-    else {
-        return one_by_one(occluders, fan, open, exclude, scratch);
-    };
-    let origin = origin.to_array();
-    let tests = Tests::new(fan, exclude, origin, size, bounds);
-    let beam = tests.beam(bounds);
-    if stack.len() < occluders.stack_size {
-        stack.resize(occluders.stack_size, 0);
-    }
-    // As for single rays.
-    if let Some((origin, child)) = *last
-        && origin == fan.origin
-        && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
-    {
-        counters.triangle_tests += u64::from(child.count());
-        open &= !tests.meets(s, &beam, leaf, child, &directions.0, open);
-    }
-    let stack = &mut stack[..];
-    stack[0] = Child::node(0).0;
-    let mut top = 1;
-    let (mut visited, budget) = (0, budget(fan.directions.len()));
-    while top > 0 && open != 0 {
-        if visited >= budget {
-            let hidden = apart(s, occluders, &tests, fan, open, bounds, scratch);
-            return fan.all() & (!open | hidden);
-        }
-        top -= 1;
-        let node = &hierarchy.nodes[stack[top] as usize];
-        counters.node_tests += u64::from(node.valid.count_ones());
-        let (found, _) = beam.boxes(s, node);
-        visited += 1 + (found & node.leaf).count_ones() as usize;
-        let mut leaves = found & node.leaf;
-        while leaves != 0 && open != 0 {
-            let child = Child(node.child[leaves.trailing_zeros() as usize]);
-            leaves &= leaves - 1;
-            counters.triangle_tests += u64::from(child.count());
-            let leaf = &hierarchy.leaves[child.leaf_index()];
-            let hidden = tests.meets(s, &beam, leaf, child, &directions.0, open);
-            if hidden != 0 {
-                *last = Some((fan.origin, child));
-                open &= !hidden;
-            }
-        }
-        // That which is expected to meet most is the last, and highest on the stack.
-        let inner = found & !node.leaf;
-        s.pack(inner, &node.child, stack, top);
-        top += inner.count_ones() as usize;
-    }
-    fan.all() & !open
-}
-dispatch! {
-    /// [`Occluders::any_hits`] on an instruction set.
-    fn any_of = fan_kernel(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>, scratch: &mut Scratch) -> u64
 }

@@ -4,15 +4,16 @@
 //! be cut is cut from its inner end: triangles that share an edge share its image to the bit.
 
 use crate::{
-    block::ddot,
     closed_mesh::BackfaceFilter,
-    frame::{LightFrame, Shape},
-    node::Leaf,
-    shaft::DENSE,
-    walk::Found,
+    lanes::ddot,
+    node::{DENSE, Leaf},
+    shaft::{
+        frame::{LightFrame, Shape},
+        sides::Vertex,
+    },
 };
 use linelit_geometry::DVec3;
-use linelit_simd::{Lanes, Simd};
+use linelit_simd::Simd;
 
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
@@ -29,9 +30,9 @@ const ROOM: usize = DENSE + 16;
 pub(crate) struct Corners {
     /// x, y, z of vertex 0, then of 1 and 2.
     rows: [[f32; ROOM]; 9],
-    /// Where they come from: leaf × 8 + lane.
-    slots: [u32; ROOM],
-    /// Their meshes, if there are any.
+    /// The places of the triangles: leaf × 8 + lane.
+    pub(crate) slots: [u32; ROOM],
+    /// The meshes of the triangles, if there are any.
     meshes: [u32; ROOM],
     pub(crate) count: usize,
 }
@@ -56,14 +57,17 @@ impl Corners {
         &self.slots[..self.count]
     }
 
-    /// Eight triangles' numbers in one row.
+    /// The places of a vertex of eight triangles, in three rows from `first` on.
     #[inline(always)]
-    fn eight<S: Simd>(&self, s: S, start: usize, row: usize) -> S::F {
-        match self.rows[row][start..].first_chunk() {
-            Some(eight) => s.load(eight),
+    fn vertex<S: Simd>(&self, s: S, start: usize, first: usize) -> [S::F; 3] {
+        let mut place = [s.splat(0.0); 3];
+        for (place, row) in place.iter_mut().zip(&self.rows[first..]) {
             // There is always room behind.
-            None => s.splat(0.0),
+            if let Some(eight) = row[start..].first_chunk() {
+                *place = s.load(eight);
+            }
         }
+        place
     }
 
     /// Adds the triangles of a leaf named by `maybe`. There must be room for eight more.
@@ -158,38 +162,6 @@ impl FlatTriangles {
     }
 }
 
-/// Homogeneous coordinates of one vertex in eight lanes.
-pub(crate) type Vertex<S> = [<S as Lanes>::D; 3];
-
-/// Projects the triangles in `corners` into `flat`, dropping those that miss the light from both,
-/// unless one of them hides the light as a whole.
-#[inline(always)]
-pub(crate) fn project<S: Simd>(
-    s: S,
-    point: DVec3,
-    frame: &LightFrame,
-    corners: &mut Corners,
-    flat: &mut FlatTriangles,
-    backfaces: &mut BackfaceFilter<'_>,
-) -> Found {
-    let mut kept = 0;
-    let mut start = 0;
-    while start < corners.count {
-        let left = project_some::<S, true>(s, corners, start, point, frame, flat, backfaces);
-        let Some(mut inside) = left else {
-            return Found::All;
-        };
-        while inside != 0 {
-            corners.slots[kept] = corners.slots[start + inside.trailing_zeros() as usize];
-            kept += 1;
-            inside &= inside - 1;
-        }
-        start += 8;
-    }
-    corners.count = kept;
-    Found::Few
-}
-
 /// Projects up to eight triangles from `start` on and tells which are left (a bit each), or `None`
 /// if one of them hides the light as a whole. Unless `SEPARATE`, few of those that miss the light
 /// are dropped.
@@ -205,9 +177,9 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     backfaces: &mut BackfaceFilter<'_>,
 ) -> Option<u8> {
     let used = 0xff_u8 >> (8 - (corners.count - start).min(8));
-    let a = homogeneous(s, corners, start, 0, point, frame);
-    let b = homogeneous(s, corners, start, 3, point, frame);
-    let c = homogeneous(s, corners, start, 6, point, frame);
+    let a = to_frame(s, corners.vertex(s, start, 0), point, frame);
+    let b = to_frame(s, corners.vertex(s, start, 3), point, frame);
+    let c = to_frame(s, corners.vertex(s, start, 6), point, frame);
     let nearest = s.dmin(s.dmin(a[2], b[2]), c[2]);
     let farthest = s.dmax(s.dmax(a[2], b[2]), c[2]);
     let (near, end) = (s.dsplat(frame.near), s.dsplat(frame.margins.end()));
@@ -276,7 +248,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     Some(left)
 }
 
-/// Where a vertex's image is.
+/// The image of a vertex.
 #[inline(always)]
 pub(crate) fn to_plane<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
     let inverse = s.dsplat(1.0) / v[2];
@@ -291,22 +263,6 @@ pub(crate) fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     let p = s.dmax(v[0], zero - v[0]);
     let q = s.dmax(v[1], zero - v[1]);
     s.dle(s.dmax(p, q), limit)
-}
-
-/// P, Q, W of the vertices in rows `first` to `first + 2`.
-#[inline(always)]
-fn homogeneous<S: Simd>(
-    s: S,
-    corners: &Corners,
-    start: usize,
-    first: usize,
-    point: DVec3,
-    frame: &LightFrame,
-) -> Vertex<S> {
-    let x = corners.eight(s, start, first);
-    let y = corners.eight(s, start, first + 1);
-    let z = corners.eight(s, start, first + 2);
-    to_frame(s, [x, y, z], point, frame)
 }
 
 /// P, Q, W of eight places.
@@ -332,25 +288,14 @@ pub(crate) fn to_frame<S: Simd>(
 /// The triangles of a leaf that hide the light as a whole.
 #[inline(always)]
 pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFrame) -> u8 {
+    // Not by `map`, which would be called for each.
     let v = &leaf.vertices;
-    let a = to_frame(
-        s,
-        [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])],
-        point,
-        frame,
-    );
-    let b = to_frame(
-        s,
-        [s.load(&v[3]), s.load(&v[4]), s.load(&v[5])],
-        point,
-        frame,
-    );
-    let c = to_frame(
-        s,
-        [s.load(&v[6]), s.load(&v[7]), s.load(&v[8])],
-        point,
-        frame,
-    );
+    let place = [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])];
+    let a = to_frame(s, place, point, frame);
+    let place = [s.load(&v[3]), s.load(&v[4]), s.load(&v[5])];
+    let b = to_frame(s, place, point, frame);
+    let place = [s.load(&v[6]), s.load(&v[7]), s.load(&v[8])];
+    let c = to_frame(s, place, point, frame);
     cone(s, [&a, &b, &c], frame).1
 }
 
@@ -466,7 +411,7 @@ fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     most + s.dmax(n[1], zero)
 }
 
-/// How far images reach.
+/// The bounds of images.
 struct Extent<S: Simd> {
     low: [S::D; 2],
     high: [S::D; 2],

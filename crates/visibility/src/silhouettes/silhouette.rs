@@ -12,25 +12,27 @@
 //! triangle faces is one decision for all three of its sides, and so what comes goes.
 
 use crate::{
-    Counters,
-    bounds::ShaftBounds,
     build::Hierarchy,
-    frame::LightFrame,
+    counters::Counters,
     node::{Child, Leaf, Node},
-    project::{self, GUARD},
+    shaft::{
+        bounds::ShaftBounds,
+        frame::LightFrame,
+        project::{self, GUARD},
+    },
+    silhouettes::turning::{is_front, turning},
     surfaces::{EDGE, FACING_ROOM, Facing, NEAR, NONE},
-    turning::{is_front, turning},
 };
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// What may be hidden by what silhouettes bound.
+/// A light or lines that silhouettes may hide.
 pub(crate) trait Target {
-    /// Which of eight images may matter, given bounds of p and of q; of others than those `among`
-    /// which it is asked, anything.
+    /// Tells which of eight images may matter, given bounds of p and of q; of others than those
+    /// `among` which it is asked, anything.
     fn needs<S: Simd>(&self, s: S, among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8;
 
-    /// Which of the sides between eight places and eight others may matter.
+    /// Tells which of the sides between eight places and eight others may matter.
     fn meets<S: Simd>(&self, s: S, from: [S::D; 2], to: [S::D; 2]) -> u8;
 
     /// Takes in a side between two places, and how many layers begin beyond it, where q is greater,
@@ -38,7 +40,7 @@ pub(crate) trait Target {
     fn side<S: Simd>(&mut self, s: S, ends: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32);
 }
 
-/// What a search goes through.
+/// Buffers of a search for silhouettes.
 #[derive(Debug, Default)]
 pub(crate) struct Lists {
     /// Leaves with triangles that have to be cut, and a bit for each of those.
@@ -50,16 +52,16 @@ pub(crate) struct Lists {
     leaves: [Vec<u32>; 3],
 }
 
-/// What silhouettes are looked for with: a shading point, and a light or a few lines on it.
+/// A search for silhouettes between a shading point and a light or a few lines on it.
 pub(crate) struct Search<'a> {
     hierarchy: &'a Hierarchy,
     bounds: &'a ShaftBounds,
     frame: &'a LightFrame,
-    /// In the hierarchy's coordinates.
+    /// The shading point in the hierarchy's coordinates.
     point: DVec3,
-    /// The same, rounded.
+    /// The shading point, rounded.
     near_point: [f32; 3],
-    /// How far off a distance from a plane may be.
+    /// The rounding error of a distance from a plane, at most.
     room: f32,
     /// Whether [front](Outlines::front) triangles are counter-clockwise in (p, q).
     upright: bool,
@@ -298,7 +300,6 @@ impl<'a> Search<'a> {
         known: Known,
         target: &mut impl Target,
     ) {
-        debug_assert!(self.holds(slot, side, known), "{known:?}");
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         let lane = slot as usize % 8;
         // Not by `map`, which would be called for each.
@@ -458,19 +459,6 @@ impl<'a> Search<'a> {
             let between = self.frame.near <= w && w <= self.frame.margins.end();
             between && p.abs() <= limit && q.abs() <= limit
         })
-    }
-
-    /// Whether what is known of a triangle and of its neighbour beyond a side is so.
-    fn holds(&self, slot: u32, side: u32, known: Known) -> bool {
-        let front = self.is_front(slot);
-        let own = (!known.front || front) & (!known.back || !front);
-        let beyond = side == EDGE || {
-            let neighbour = side >> 1;
-            // As far as it has its corners in the same order.
-            let back = !known.back_beyond || side & 1 == 0 && !self.is_front(neighbour);
-            back && (!known.whole_beyond || self.is_whole(neighbour))
-        };
-        own & beyond & self.is_whole(slot)
     }
 
     #[inline(always)]

@@ -1,21 +1,35 @@
 //! Shafts: everything between a shading point and a light.
 
+pub(crate) mod bins;
+pub(crate) mod block;
+pub(crate) mod bounds;
+pub(crate) mod cover;
+pub(crate) mod dense;
+mod find;
+pub(crate) mod frame;
+pub(crate) mod front;
+pub(crate) mod images;
+pub(crate) mod merge;
+pub(crate) mod project;
+pub(crate) mod seen;
+mod sides;
+pub(crate) mod sweep;
+
 use crate::{
-    Counters, LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
-    crossings::Gap,
-    dense_shaft::{self, Answered, DenseQuery},
-    front,
-    images::Images,
-    node::Child,
-    outline::{self, Silhouette},
-    ray::{self, Ray},
-    sweep,
-    walk::{self, Found},
+    Counters, Images, LightCorners, Occluders, Ray, Scratch, Silhouette, VisibleLines, brute,
+    holes::filtered::{Past, PastScratch},
+    node::{Child, DENSE},
+    rays::ray::{self, shadow_ray},
+    silhouettes::{crossings::Gap, outline},
 };
+use bins::GROUP;
+use block::has_length;
+use dense::{Answered, DenseQuery};
+use find::Found;
 use linelit_geometry::{DVec3, Margins, Segment, Vector3};
 use std::ops::Range;
 
-/// What to look at: a light from a shading point.
+/// A question about a light, seen from a shading point.
 #[derive(Clone, Debug)]
 pub struct ShaftQuery<'a> {
     /// The shading point, already off its own surface.
@@ -24,7 +38,7 @@ pub struct ShaftQuery<'a> {
     pub light: LightCorners<'a>,
     /// The light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
-    /// How near to the point or to the light an occluder hides nothing.
+    /// The distances from the point and from the light within which an occluder hides nothing.
     pub margins: Margins,
 }
 
@@ -40,14 +54,14 @@ impl<'a> ShaftQuery<'a> {
         }
     }
 
-    /// The same view of a light with triangles of its own.
+    /// This view of a light that has triangles of its own.
     #[must_use]
     pub fn excluding(self, exclude: Range<u32>) -> Self {
         Self { exclude, ..self }
     }
 }
 
-/// How much of a light its occluders may hide.
+/// The part of a light that its occluders may hide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShaftClass {
     /// Nothing is between the point and the light: every line and point of it is visible.
@@ -63,43 +77,22 @@ pub enum ShaftClass {
 /// line samples and points.
 #[derive(Debug)]
 pub struct Shaft<'a> {
-    pub(crate) occluders: &'a Occluders,
-    pub(crate) scratch: &'a mut Scratch,
-    /// The shading point, in world space.
-    pub(crate) point: DVec3,
+    occluders: &'a Occluders,
+    scratch: &'a mut Scratch,
     /// First and number of the light's own triangles.
     exclude: (u32, u32),
-    pub(crate) class: ShaftClass,
-    /// Of the occluders' own triangles.
-    own: ShaftClass,
-    known: Known,
+    /// The triangles in between, those with holes apart.
+    found: Found,
     /// Whether there are triangles with holes in between that may hide a part.
-    pub(crate) has_holes: bool,
+    has_holes: bool,
 }
-
-/// What the walk has found out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Known {
-    /// All triangles that matter.
-    All,
-    /// That there are too many to keep.
-    Dense,
-    /// Nothing: each line and point has to be looked at by itself.
-    Nothing,
-}
-
-/// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
-/// a time. Depends on the geometry alone; `docs/decisions/010-dense-shafts.md`.
-pub(crate) const DENSE: usize = 224;
 
 impl Occluders {
     /// Finds what is between a point and a light.
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
         let light = query.light;
         let mut shaft = self.own_shaft(query, scratch);
-        if let Some(holes) = &self.holes {
-            shaft.look_for_holes(holes, light);
-        }
+        shaft.look_for_holes(light);
         shaft.count();
         shaft
     }
@@ -111,28 +104,21 @@ impl Occluders {
         query: ShaftQuery<'_>,
         scratch: &'a mut Scratch,
     ) -> Shaft<'a> {
-        if !scratch.light.is(query.light) {
-            scratch.light.set(query.light, &mut scratch.frame);
+        let seen = &mut scratch.seen;
+        if !seen.light.is(query.light) {
+            seen.light.set(query.light, &mut seen.frame);
         }
-        scratch.frame.margins = query.margins;
+        seen.point = query.point;
+        seen.frame.margins = query.margins;
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
-        let found = walk::find(self.isa, self, &query.point, exclude, scratch);
-        let (class, known) = match found {
-            Found::All => (ShaftClass::Blocked, Known::All),
-            Found::Few if scratch.flat.count == 0 => (ShaftClass::Empty, Known::All),
-            Found::Few => (ShaftClass::Partial, Known::All),
-            Found::Many => (ShaftClass::Partial, Known::Dense),
-            Found::Unknown => (ShaftClass::Partial, Known::Nothing),
-        };
+        let (bvh, stack) = (&self.bvh, &mut scratch.rays.stack);
+        let found = find::find(bvh.isa, bvh, exclude, seen, stack, &mut scratch.counters);
         Shaft {
             occluders: self,
             scratch,
-            point: query.point,
             exclude,
-            class,
-            own: class,
-            known,
+            found,
             has_holes: false,
         }
     }
@@ -159,27 +145,31 @@ impl Shaft<'_> {
             ShaftClass::Partial => {
                 counters.partial_shafts += 1;
                 counters.dense_shafts += u64::from(dense);
-                if self.known == Known::All {
-                    counters.candidates += self.scratch.flat.count as u64;
+                if self.found == Found::Few {
+                    counters.candidates += self.scratch.seen.flat.count as u64;
                 }
             }
         }
     }
 
-    /// How much may be hidden.
+    /// The part of the light that may be hidden.
     #[inline]
     #[must_use]
     pub fn class(&self) -> ShaftClass {
-        self.class
+        match self.found {
+            Found::All => ShaftClass::Blocked,
+            Found::Nothing if !self.has_holes => ShaftClass::Empty,
+            _ => ShaftClass::Partial,
+        }
     }
 
     /// The number of triangles (or pieces of triangles) that may hide a part of the light; zero
     /// for an empty or blocked shaft. Of a dense shaft, a lower bound.
     #[must_use]
     pub fn candidates(&self) -> usize {
-        match self.class {
-            ShaftClass::Partial if self.is_dense() => DENSE.max(self.scratch.flat.count),
-            ShaftClass::Partial => self.scratch.flat.count,
+        match self.class() {
+            ShaftClass::Partial if self.is_dense() => DENSE.max(self.scratch.seen.flat.count),
+            ShaftClass::Partial => self.scratch.seen.flat.count,
             ShaftClass::Empty | ShaftClass::Blocked => 0,
         }
     }
@@ -190,7 +180,7 @@ impl Shaft<'_> {
     /// triangles with holes in between: what they hide is no polygon.
     #[must_use]
     pub fn is_dense(&self) -> bool {
-        self.known != Known::All || self.has_holes
+        matches!(self.found, Found::Many | Found::Unknown) || self.has_holes
     }
 
     /// The triangles that may hide a part of the light, by their numbers in the list the
@@ -204,7 +194,7 @@ impl Shaft<'_> {
     /// on every instruction set.
     #[must_use]
     pub fn candidate_triangles(&self) -> Option<impl ExactSizeIterator<Item = u32> + '_> {
-        let leaves = &self.occluders.hierarchy.leaves;
+        let leaves = &self.occluders.bvh.hierarchy.leaves;
         let id = |&slot: &u32| leaves[slot as usize / 8].id[slot as usize % 8];
         Some(self.candidate_slots()?.iter().map(id))
     }
@@ -213,10 +203,10 @@ impl Shaft<'_> {
     /// triangles, of which parts may be beyond the light or behind the shading point.
     #[must_use]
     pub fn candidate_corners(&self) -> Option<impl ExactSizeIterator<Item = [DVec3; 3]> + '_> {
-        let hierarchy = &*self.occluders.hierarchy;
+        let hierarchy = &*self.occluders.bvh.hierarchy;
         let corners = |&slot: &u32| {
             let leaf = &hierarchy.leaves[slot as usize / 8];
-            let world = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + self.occluders.origin;
+            let world = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + self.occluders.bvh.origin;
             leaf.triangle(slot as usize % 8).map(world)
         };
         Some(self.candidate_slots()?.iter().map(corners))
@@ -226,8 +216,8 @@ impl Shaft<'_> {
     /// few enough triangles to keep.
     #[must_use]
     pub fn images(&self) -> Option<Images<'_>> {
-        (self.class == ShaftClass::Partial && !self.is_dense())
-            .then(|| Images::new(&self.scratch.frame, &self.scratch.flat, 0))
+        (self.found == Found::Few && !self.has_holes)
+            .then(|| Images::new(&self.scratch.seen.frame, &self.scratch.seen.flat, 0))
     }
 
     /// Triangles as they lie before the light that together hide almost all that is hidden, in a
@@ -240,7 +230,7 @@ impl Shaft<'_> {
     ///
     /// What is asked of a dense shaft's lines in between makes it forget what it kept.
     pub fn front(&mut self) -> Option<Images<'_>> {
-        self.scratch.front.loose = false;
+        self.scratch.front.front.loose = false;
         self.in_front()
     }
 
@@ -251,7 +241,7 @@ impl Shaft<'_> {
         if !self.has_silhouettes() {
             return None;
         }
-        self.scratch.front.loose = true;
+        self.scratch.front.front.loose = true;
         self.in_front()
     }
 
@@ -259,34 +249,42 @@ impl Shaft<'_> {
     /// without triangles with holes, where no fine mesh has a triangle of the light.
     #[must_use]
     pub fn has_silhouettes(&self) -> bool {
-        let is_dense = self.known == Known::Dense && !self.has_holes;
-        is_dense && self.occluders.hierarchy.surfaces.serve(self.exclude)
+        let is_dense = self.found == Found::Many && !self.has_holes;
+        is_dense && self.occluders.bvh.hierarchy.surfaces.serve(self.exclude)
+    }
+
+    /// Keeps the triangles of a dense shaft that are in front, or, unless it is the `FIRST` time,
+    /// those of the cells that are open.
+    fn keep_front<const FIRST: bool>(&mut self) -> bool {
+        let (bvh, all) = (&self.occluders.bvh, &mut *self.scratch);
+        let (seen, front, counters) = (&mut all.seen, &mut all.front, &mut all.counters);
+        front::front::<FIRST>(bvh.isa, bvh, self.exclude, seen, front, counters)
     }
 
     fn in_front(&mut self) -> Option<Images<'_>> {
-        let isa = self.occluders.isa;
-        let kept = match self.known {
-            _ if self.class != ShaftClass::Partial || self.has_holes => false,
-            Known::Nothing => false,
-            Known::All => true,
-            Known::Dense => {
-                front::front::<true>(isa, self.occluders, &self.point, self.exclude, self.scratch)
-            }
+        let kept = match self.found {
+            _ if self.has_holes => false,
+            Found::Nothing | Found::All | Found::Unknown => false,
+            Found::Few => true,
+            Found::Many => self.keep_front::<true>(),
         };
-        kept.then(|| Images::new(&self.scratch.frame, &self.scratch.flat, 0))
+        kept.then(|| Images::new(&self.scratch.seen.frame, &self.scratch.seen.flat, 0))
     }
 
     /// More triangles, given the boundary of what seems visible past those of [`Self::front`] and
     /// all that this has returned since, as pieces from one place to another; `None` if that is
     /// what is visible. Some may have been returned before.
     pub fn behind(&mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> Option<Images<'_>> {
-        if self.known != Known::Dense || !self.scratch.front.look(boundary) {
+        if self.found != Found::Many || !self.scratch.front.front.look(boundary) {
             return None;
         }
-        let first = self.scratch.flat.count;
-        let (isa, exclude) = (self.occluders.isa, self.exclude);
-        front::front::<false>(isa, self.occluders, &self.point, exclude, self.scratch);
-        Some(Images::new(&self.scratch.frame, &self.scratch.flat, first))
+        let first = self.scratch.seen.flat.count;
+        self.keep_front::<false>();
+        Some(Images::new(
+            &self.scratch.seen.frame,
+            &self.scratch.seen.flat,
+            first,
+        ))
     }
 
     /// After [`Self::loose_front`]: the silhouettes of fine meshes, and images of those of their
@@ -300,16 +298,13 @@ impl Shaft<'_> {
         if !self.has_silhouettes() {
             return None;
         }
-        let first = self.scratch.flat.count;
-        let (isa, exclude) = (self.occluders.isa, self.exclude);
-        let is_known = outline::outline(isa, self.occluders, &self.point, exclude, self.scratch);
-        let Scratch {
-            frame,
-            flat,
-            silhouettes,
-            ..
-        } = &*self.scratch;
-        is_known.then(|| (Images::new(frame, flat, first), &silhouettes[..]))
+        let first = self.scratch.seen.flat.count;
+        let (bvh, all) = (&self.occluders.bvh, &mut *self.scratch);
+        let (seen, front) = (&mut all.seen, &mut all.front.front);
+        let (outline, counters) = (&mut all.outline, &mut all.counters);
+        let is_known = outline::outline(bvh.isa, bvh, self.exclude, seen, front, outline, counters);
+        let images = is_known.then(|| Images::new(&seen.frame, &seen.flat, first))?;
+        Some((images, &outline.found))
     }
 
     /// The work that queries through the shaft's [`Scratch`] have done, those of other shafts
@@ -323,19 +318,19 @@ impl Shaft<'_> {
     /// a ray meets them, goes by that.
     #[must_use]
     pub fn reach(&self) -> f64 {
-        bounds::reach(self.occluders, self.point - self.occluders.origin)
+        self.occluders.bvh.reach(self.point())
     }
 
     /// Whether a point of the light is visible, given where it is relative to the shading point.
     pub fn place_visible(&mut self, place: DVec3) -> bool {
-        self.point_visible(self.point + place)
+        self.point_visible(self.point() + place)
     }
 
-    /// Where the candidates are: leaf × 8 + lane.
+    /// The places of the candidates: leaf × 8 + lane.
     fn candidate_slots(&self) -> Option<&[u32]> {
-        match self.class {
+        match self.class() {
             ShaftClass::Partial if self.is_dense() => None,
-            ShaftClass::Partial => Some(self.scratch.corners.slots()),
+            ShaftClass::Partial => Some(self.scratch.seen.corners.slots()),
             ShaftClass::Empty | ShaftClass::Blocked => Some(&[]),
         }
     }
@@ -347,29 +342,32 @@ impl Shaft<'_> {
     pub fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         out.reset(lines.len());
         self.scratch.counters.line_queries += lines.len() as u64;
-        if self.class != ShaftClass::Blocked {
+        if self.found != Found::All {
             self.own_visible(lines, out);
-            if self.has_holes {
-                self.past_holes(lines, out);
+            if self.has_holes
+                && out.interval_count() > 0
+                && let Some((past, scratch, counters)) = self.past_holes()
+            {
+                past.keep_visible(lines, scratch, counters, out);
             }
         }
         self.scratch.counters.intervals += out.interval_count() as u64;
     }
 
-    /// What is visible past their own triangles.
+    /// Finds what is visible past the triangles without holes.
     #[inline]
     pub(crate) fn own_visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
-        match (self.own, self.known) {
-            (ShaftClass::Blocked, _) => {}
-            (ShaftClass::Empty, _) => out.put_all_whole(lines.iter().map(has_length)),
-            (ShaftClass::Partial, Known::Nothing) => {
+        match self.found {
+            Found::All => {}
+            Found::Nothing => out.put_all_whole(lines.iter().map(has_length)),
+            Found::Unknown => {
                 for (i, line) in lines.iter().enumerate() {
                     if has_length(line) {
                         self.one(lines, i, out);
                     }
                 }
             }
-            (ShaftClass::Partial, Known::All | Known::Dense) => {
+            Found::Few | Found::Many => {
                 let mut first = 0;
                 while first < lines.len() {
                     first += self.group(lines, first, out);
@@ -380,10 +378,10 @@ impl Shaft<'_> {
 
     /// Answers the lines from `first` on that share a direction and tells how many they are.
     fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
-        let isa = self.occluders.isa;
-        let dense = self.known == Known::Dense;
-        let rest = &lines[first..];
-        let count = sweep::sweep(isa, &self.point, rest, first, dense, self.scratch, out);
+        let isa = self.occluders.bvh.isa;
+        let dense = self.found == Found::Many;
+        let (seen, all) = (&self.scratch.seen, &mut self.scratch.lines);
+        let count = sweep::sweep(isa, seen, &lines[first..], first, dense, all, out);
         if dense {
             self.visible_dense(lines, first, out);
         }
@@ -396,18 +394,18 @@ impl Shaft<'_> {
     fn one(&mut self, lines: &[Segment], i: usize, out: &mut VisibleLines) {
         let ends = [lines[i].p0, lines[i].p1];
         let query = ShaftQuery {
-            point: self.point,
+            point: self.point(),
             light: (&ends).into(),
             exclude: self.excluded(),
             margins: self.margins(),
         };
         let mut own = self.occluders.own_shaft(query, self.scratch);
         own.count();
-        match (own.class, own.known) {
-            (ShaftClass::Blocked, _) => {}
-            (ShaftClass::Empty, _) => out.put_whole(i),
-            (ShaftClass::Partial, Known::Nothing) => own.by_all(&lines[i], i, out),
-            (ShaftClass::Partial, Known::All | Known::Dense) => {
+        match own.found {
+            Found::All => {}
+            Found::Nothing => out.put_whole(i),
+            Found::Unknown => own.by_all(&lines[i], i, out),
+            Found::Few | Found::Many => {
                 own.group(&lines[..=i], i, out);
             }
         }
@@ -420,13 +418,8 @@ impl Shaft<'_> {
         if !has_length(line) {
             return;
         }
-        let past = brute::past_all(
-            self.occluders,
-            self.point,
-            line,
-            &self.excluded(),
-            self.margins(),
-        );
+        let (bvh, exclude) = (&self.occluders.bvh, self.excluded());
+        let past = brute::past_all(bvh, self.point(), line, &exclude, self.margins());
         let rough = past.as_ref().is_none_or(|past| past.point_like);
         if rough && !(self.ray_reaches(line.p0) && self.ray_reaches(line.p1)) {
             return;
@@ -439,8 +432,13 @@ impl Shaft<'_> {
     }
 
     /// The margins that were asked for.
-    pub(crate) fn margins(&self) -> Margins {
-        self.scratch.frame.margins
+    fn margins(&self) -> Margins {
+        self.scratch.seen.frame.margins
+    }
+
+    /// The shading point, in world space.
+    fn point(&self) -> DVec3 {
+        self.scratch.seen.point
     }
 
     fn excluded(&self) -> Range<u32> {
@@ -449,29 +447,31 @@ impl Shaft<'_> {
 
     /// Whether nothing is before a point; false where no ray leads there, since numbers overflow.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
-        let ray = bounds::shadow_ray(self.occluders, self.point, target, self.margins());
+        let ray = shadow_ray(&self.occluders.bvh, self.point(), target, self.margins());
         ray.is_some_and(|ray| !self.meets(&ray))
     }
 
     /// A leaf with a triangle that is before a point, if a ray leads there.
     fn what_hides(&mut self, target: DVec3) -> Option<Child> {
-        let ray = bounds::shadow_ray(self.occluders, self.point, target, self.margins())?;
-        let (_, leaf) = self.meets(&ray).then_some(self.scratch.last)??;
+        let ray = shadow_ray(&self.occluders.bvh, self.point(), target, self.margins())?;
+        let (_, leaf) = self.meets(&ray).then_some(self.scratch.rays.last)??;
         Some(leaf)
     }
 
     /// Whether a ray meets anything.
     fn meets(&mut self, ray: &Ray) -> bool {
-        self.scratch.counters.rays += 1;
-        let (isa, exclude) = (self.occluders.isa, self.excluded());
-        ray::any(isa, self.occluders, ray, &exclude, self.scratch)
+        let exclude = self.excluded();
+        let Scratch { rays, counters, .. } = &mut *self.scratch;
+        counters.rays += 1;
+        let bvh = &self.occluders.bvh;
+        ray::any(bvh.isa, bvh, ray, &exclude, rays, counters)
     }
 
     /// Answers the lines of a dense shaft, a few at a time.
     fn visible_dense(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) {
         let mut start = 0;
-        while start < self.scratch.ends.count {
-            let end = self.scratch.ends.count.min(start + dense_shaft::GROUP);
+        while start < self.scratch.lines.ends.count {
+            let end = self.scratch.lines.ends.count.min(start + GROUP);
             self.visible_few(start..end, lines, first, out);
             start = end;
         }
@@ -485,12 +485,9 @@ impl Shaft<'_> {
         first: usize,
         out: &mut VisibleLines,
     ) {
-        let Scratch {
-            frame,
-            ends,
-            lines: few_lines,
-            ..
-        } = &mut *self.scratch;
+        let point = self.point() - self.occluders.bvh.origin;
+        let (frame, all) = (&self.scratch.seen.frame, &mut self.scratch.lines);
+        let (ends, few_lines) = (&all.ends, &mut all.lines);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for k in few.clone() {
             let i = ends.nth(k);
@@ -517,33 +514,34 @@ impl Shaft<'_> {
             let (a, b) = (to_q(ends.a[i]), to_q(ends.b[i]));
             few_lines.push(-to_p(ends.u[i]), a, b, block::number(first, i));
         }
-        let point = self.point - self.occluders.origin;
         let corners = frame.corners_in_space(ends.along, least, most);
         let box_of = |pick: fn(DVec3, DVec3) -> DVec3| corners.into_iter().reduce(pick);
         let [lo, hi] =
             [DVec3::min, DVec3::max].map(|pick| box_of(pick).unwrap_or_default() + point);
         // The corners are those of a matrix that was inverted.
-        let room = DVec3::splat(ray::ROOM * bounds::reach(self.occluders, point));
-        let isa = self.occluders.isa;
+        let room = DVec3::splat(ray::ROOM * self.reach());
+        let bvh = &self.occluders.bvh;
         let hidden = self.seek_cover(lines, few.clone(), first);
         let query = DenseQuery {
-            point,
-            lo: lo - room,
-            hi: hi + room,
+            around: [lo - room, hi + room],
+            frame: around,
             exclude: self.exclude,
             // What hides much soon closes the lines; past what is open, silhouettes are fewer.
-            silhouettes: !hidden && self.occluders.hierarchy.surfaces.serve(self.exclude),
+            silhouettes: !hidden && bvh.hierarchy.surfaces.serve(self.exclude),
         };
-        match dense_shaft::dense(isa, self.occluders, &query, &around, self.scratch) {
+        let scratch = &mut *self.scratch;
+        let (seen, all) = (&mut scratch.seen, &mut scratch.lines);
+        let (dense, counters) = (&mut scratch.dense, &mut scratch.counters);
+        match dense::dense(bvh.isa, bvh, &query, seen, all, dense, counters) {
             Answered::Hidden => {}
-            Answered::All => dense_shaft::finish(isa, self.scratch, out),
+            Answered::All => sweep::finish(bvh.isa, all, out),
             Answered::ByRays => {
                 self.look_through_gaps(lines);
-                dense_shaft::finish(isa, self.scratch, out);
+                sweep::finish(bvh.isa, &mut self.scratch.lines, out);
             }
             Answered::Nothing => {
                 for k in few {
-                    let i = first + self.scratch.ends.nth(k);
+                    let i = first + self.scratch.lines.ends.nth(k);
                     self.by_all(&lines[i], i, out);
                 }
             }
@@ -554,18 +552,18 @@ impl Shaft<'_> {
     /// the walk from front to back need not look at. False, and none, if one meets nothing, or what
     /// seems smaller than its line.
     fn seek_cover(&mut self, lines: &[Segment], few: Range<usize>, first: usize) -> bool {
-        self.scratch.cover.clear();
+        self.scratch.dense.cover.clear();
         for k in few {
-            let line = &lines[first + self.scratch.ends.nth(k)];
+            let line = &lines[first + self.scratch.lines.ends.nth(k)];
             // Not on one line across.
             let target = line.at([0.3, 0.7][k % 2]);
             match self.what_hides(target) {
-                Some(leaf) if self.scratch.cover.contains(&leaf) => {}
+                Some(leaf) if self.scratch.dense.cover.contains(&leaf) => {}
                 Some(leaf) if self.seems_as_large(leaf, line, target) => {
-                    self.scratch.cover.push(leaf);
+                    self.scratch.dense.cover.push(leaf);
                 }
                 _ => {
-                    self.scratch.cover.clear();
+                    self.scratch.dense.cover.clear();
                     return false;
                 }
             }
@@ -575,24 +573,24 @@ impl Shaft<'_> {
 
     /// Whether a leaf before a point of a line seems as large as the line, from the shading point.
     fn seems_as_large(&self, leaf: Child, line: &Segment, target: DVec3) -> bool {
-        let leaf = &self.occluders.hierarchy.leaves[leaf.leaf_index()];
+        let leaf = &self.occluders.bvh.hierarchy.leaves[leaf.leaf_index()];
         let place = |corner: [f32; 3]| DVec3::from(corner.map(f64::from));
         let corners = (0..8).flat_map(|lane| leaf.triangle(lane)).map(place);
         let (lo, hi) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| {
             (lo.min(v), hi.max(v))
         });
-        let middle = 0.5 * (lo + hi) + self.occluders.origin - self.point;
-        let ray = target - self.point;
+        let middle = 0.5 * (lo + hi) + self.occluders.bvh.origin - self.point();
+        let ray = target - self.point();
         let share = middle.dot(ray) / ray.length_squared();
         (hi - lo).length() >= share * (line.p1 - line.p0).length()
     }
 
     /// Hides what is hidden of the gaps of a few lines, as a ray for each tells.
     fn look_through_gaps(&mut self, lines: &[Segment]) {
-        for k in 0..self.scratch.crossings.gaps.len() {
-            let Gap { line, middle, .. } = self.scratch.crossings.gaps[k];
+        for k in 0..self.scratch.dense.crossings.gaps.len() {
+            let Gap { line, middle, .. } = self.scratch.dense.crossings.gaps[k];
             let (index, lane) = (line as usize / 8, line as usize % 8);
-            let block = &self.scratch.lines.blocks[index];
+            let block = &self.scratch.lines.lines.blocks[index];
             let (from, to) = (block.from[lane], block.to[lane]);
             let t = (middle - from) / (to - from);
             let line = &lines[block.number[lane] as usize];
@@ -602,13 +600,8 @@ impl Shaft<'_> {
                 1.0 - t
             };
             let is_visible = self.ray_reaches(line.at(t));
-            let Scratch {
-                crossings,
-                slots_per_line,
-                ..
-            } = &mut *self.scratch;
-            for (low, high) in crossings.hidden(k, is_visible) {
-                slots_per_line.push(index, lane, low, high);
+            for (low, high) in self.scratch.dense.crossings.hidden(k, is_visible) {
+                self.scratch.lines.slots.push(index, lane, low, high);
             }
         }
     }
@@ -616,34 +609,52 @@ impl Shaft<'_> {
     /// Whether a point of the light is visible; a point that is not finite is not.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
-        self.class != ShaftClass::Blocked
-            && self.own_point_visible(light_point)
-            && !(self.has_holes && self.hole_hides(light_point))
+        if self.found == Found::All || !self.own_point_visible(light_point) {
+            return false;
+        }
+        if !self.has_holes {
+            return true;
+        }
+        let past = self.past_holes();
+        !past.is_some_and(|(past, scratch, counters)| past.hides(light_point, scratch, counters))
     }
 
-    /// The same past their own triangles.
+    /// Triangles with holes, and the buffers to ask them; nothing where there are none.
+    fn past_holes(&mut self) -> Option<(Past<'_>, &mut PastScratch, &mut Counters)> {
+        let holes = self.occluders.holes.as_ref()?;
+        let past = holes.past(self.point(), self.margins());
+        let scratch = &mut *self.scratch;
+        Some((past, &mut scratch.past_holes, &mut scratch.counters))
+    }
+
+    /// Finds the triangles with holes in the shaft.
+    fn look_for_holes(&mut self, light: LightCorners<'_>) {
+        if self.found == Found::All {
+            return;
+        }
+        let Some((past, scratch, counters)) = self.past_holes() else {
+            return;
+        };
+        let count = past.look(light, scratch, counters);
+        counters.candidates += count as u64;
+        self.has_holes = count > 0;
+    }
+
+    /// Whether a point is visible past the triangles without holes.
     #[inline]
     pub(crate) fn own_point_visible(&mut self, light_point: DVec3) -> bool {
-        match (self.own, self.known) {
-            (ShaftClass::Blocked, _) => false,
-            (ShaftClass::Empty, _) => light_point.is_finite(),
-            (ShaftClass::Partial, Known::Dense | Known::Nothing) => self.ray_reaches(light_point),
-            (ShaftClass::Partial, Known::All) => {
-                let at = self.scratch.frame.project(light_point - self.point);
+        match self.found {
+            Found::All => false,
+            Found::Nothing => light_point.is_finite(),
+            Found::Many | Found::Unknown => self.ray_reaches(light_point),
+            Found::Few => {
+                let at = self.scratch.seen.frame.project(light_point - self.point());
                 // The image of what is not finite is not a number.
                 if at[0].is_nan() && !light_point.is_finite() {
                     return false;
                 }
-                !sweep::hidden_point(self.occluders.isa, &self.scratch.flat, at)
+                !sweep::hidden_point(self.occluders.bvh.isa, &self.scratch.seen.flat, at)
             }
         }
     }
-}
-
-/// Whether there is anything of a line to be seen.
-#[inline]
-pub(crate) fn has_length(line: &Segment) -> bool {
-    // Zero times what is not finite is not a number.
-    let nothing = line.p0 * 0.0 + line.p1 * 0.0;
-    (nothing == DVec3::ZERO) & (line.p0 != line.p1)
 }

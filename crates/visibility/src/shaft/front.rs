@@ -10,16 +10,18 @@
 //! `docs/decisions/016-exact-in-dense-shafts.md`.
 
 use crate::{
-    Occluders, Scratch,
-    bounds::{self, ShaftBounds},
-    closed_mesh::BackfaceFilter,
-    frame::{Light, LightFrame},
-    node::{self, Child, Leaf, Node},
-    project,
-    surfaces::NONE,
-    sweep::Lanes,
+    bvh::Bvh,
+    counters::Counters,
+    lanes::Lanes,
+    rays::ray::wait_for_root,
+    shaft::{
+        cover::{self, Cover, Image as _, ImageBounds, front_to_back},
+        frame::LightFrame,
+        project::FlatTriangles,
+        seen::Seen,
+    },
+    walk::Waiting,
 };
-use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 
 /// Samples along each axis of the light.
@@ -35,10 +37,10 @@ pub(crate) const ROOM: f64 = 1e-9;
 /// Samples or cells: rows along p, bits along q.
 type Grid = [u64; SIDE as usize];
 
-/// What is known of the cells between the samples of a light.
+/// The state of the cells between the samples of a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Front {
-    /// In the first walk, a bit for each sample that is not known to be hidden; later, for each
+    /// A bit for each sample that, in the first walk, is not known to be hidden; later, for each
     /// cell whose triangles are looked for.
     open: Grid,
     /// A bit for each cell of which all triangles are kept, but for those that are not needed
@@ -63,40 +65,29 @@ impl Default for Front {
 
 /// The samples around the cells that an image touches: first and last row, first and last bit.
 #[derive(Clone, Copy, Debug)]
-struct Image {
+pub(crate) struct Image {
     rows: [u8; 2],
     bits: [u8; 2],
 }
 
-impl Image {
-    /// Everywhere.
-    const ALL: Self = Self {
-        rows: [0, LAST],
-        bits: [0, LAST],
-    };
-}
-
-/// A node or leaf still to visit.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Waiting {
-    child: Child,
-    image: Image,
-}
-
 /// The images of eight boxes or triangles.
-struct Images {
+#[derive(Default)]
+pub(crate) struct Images {
     first: [Lanes<[f32; 8]>; 2],
     last: [Lanes<[f32; 8]>; 2],
 }
 
-impl Images {
-    /// From bounds of p and of q.
+impl cover::Image for Image {
+    type Eight = Images;
+
+    const ALL: Self = Self {
+        rows: [0, LAST],
+        bits: [0, LAST],
+    };
+
     #[inline(always)]
-    fn new<S: Simd>(s: S, low: [S::F; 2], high: [S::F; 2]) -> Self {
-        let mut images = Self {
-            first: [Lanes([0.0; 8]); 2],
-            last: [Lanes([0.0; 8]); 2],
-        };
+    fn eight<S: Simd>(s: S, [low, high]: ImageBounds<S>) -> Images {
+        let mut images = Images::default();
         // Adding 2²³ rounds to an integer; half below is at most one too low for a whole number,
         // half above is the sample beyond.
         let (zero, end) = (s.splat(0.0), s.splat(f32::from(LAST)));
@@ -111,11 +102,11 @@ impl Images {
     }
 
     #[inline(always)]
-    fn get(&self, lane: usize) -> Image {
+    fn of(images: &Images, lane: usize) -> Self {
         #[allow(clippy::cast_possible_truncation, reason = "below SIDE")]
         let number = |x: f32| (x.to_bits() & 0xff) as u8;
-        let pair = |k: usize| [number(self.first[k][lane]), number(self.last[k][lane])];
-        Image {
+        let pair = |k: usize| [number(images.first[k][lane]), number(images.last[k][lane])];
+        Self {
             rows: pair(0),
             bits: pair(1),
         }
@@ -168,7 +159,7 @@ fn cell(x: f64) -> u8 {
     lesser(greater(x * f64::from(LAST), 0.0), f64::from(LAST - 1)) as u8
 }
 
-/// Where a sample is along an axis.
+/// The place of a sample along an axis.
 #[inline(always)]
 fn place(sample: u8) -> f64 {
     f64::from(sample) / f64::from(LAST)
@@ -224,21 +215,14 @@ impl Front {
         rows.iter().any(|row| row & mask != 0)
     }
 
-    /// Which of eight images, `among` which it is asked, touch anything that is open.
+    /// Tells which of eight images, `among` which it is asked, touch anything that is open.
     #[inline(always)]
-    pub(crate) fn needs_any<S: Simd>(
-        &self,
-        s: S,
-        among: u8,
-        low: [S::F; 2],
-        high: [S::F; 2],
-    ) -> u8 {
-        let images = Images::new(s, low, high);
+    pub(crate) fn needs_any(&self, among: u8, images: &Images) -> u8 {
         let (mut left, mut needed) = (among, 0);
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
-            needed |= u8::from(self.needs(&images.get(lane))) << lane;
+            needed |= u8::from(self.needs(&Image::of(images, lane))) << lane;
         }
         needed
     }
@@ -338,190 +322,79 @@ impl Front {
     }
 }
 
-/// Puts those boxes of a node, among some, that are needed on the stack, the nearest on top, and
-/// tells which they are.
-#[inline(always)]
-fn push_boxes<S: Simd>(
-    s: S,
-    bounds: &ShaftBounds,
-    node: &Node,
-    mut found: u8,
-    front: &Front,
-    stack: &mut Vec<Waiting>,
-) -> u8 {
-    let (least, most) = bounds.extents(s, node);
-    let [low, high] = ShaftBounds::images(s, &least, &most);
-    let images = Images::new(s, low, high);
-    let before = s.lt(s.splat(1e-6), least[2]);
-    let mut needed = 0;
-    while found != 0 {
-        let lane = found.trailing_zeros() as usize;
-        found &= found - 1;
-        let is_needed = before >> lane & 1 == 0 || front.needs(&images.get(lane));
-        needed |= u8::from(is_needed) << lane;
-    }
-    for lane in node::deepest_first(s, least[2], needed) {
-        let image = if before >> lane & 1 != 0 {
-            images.get(lane)
-        } else {
-            Image::ALL
-        };
-        stack.push(Waiting {
-            child: Child(node.child[lane]),
-            image,
-        });
-    }
-    needed
+/// Buffers of the search for triangles in front.
+#[derive(Debug, Default)]
+pub(crate) struct FrontScratch {
+    pub(crate) front: Front,
+    /// Boxes still to visit.
+    waiting: Waiting<Image>,
 }
 
-/// The triangles of a leaf that are needed.
-#[inline(always)]
-fn needed<S: Simd>(s: S, bounds: &ShaftBounds, leaf: &Leaf, mask: u8, front: &Front) -> u8 {
-    let vertices = bounds.vertices(s, leaf);
-    let (before, inside, low, high) = bounds.triangle_images(s, &vertices);
-    let images = Images::new(s, low, high);
-    let mut maybe = before & inside & mask;
-    let mut needed = 0;
-    while maybe != 0 {
-        let lane = maybe.trailing_zeros() as usize;
-        maybe &= maybe - 1;
-        needed |= u8::from(front.needs(&images.get(lane))) << lane;
+/// The part of a light that is hidden. In the `FIRST` walk, triangles hide samples.
+struct OfLight<'a, const FIRST: bool>(&'a mut Front);
+
+impl<S: Simd, const FIRST: bool> Cover<S> for OfLight<'_, FIRST> {
+    type Image = Image;
+    const SEPARATE: bool = true;
+
+    #[inline(always)]
+    fn needs(&self, _: S, image: &Image) -> bool {
+        self.0.needs(image)
     }
-    let behind = mask & !before;
-    if behind != 0 {
-        needed |= behind & bounds.within(s, &vertices);
+
+    #[inline(always)]
+    fn needs_any(&self, _: S, among: u8, images: &Images) -> u8 {
+        self.0.needs_any(among, images)
     }
-    needed & bounds.included(s, leaf)
+
+    #[inline(always)]
+    fn record(&mut self, _: S, flat: &mut FlatTriangles, first: usize) -> bool {
+        if FIRST {
+            for i in first..flat.count {
+                self.0.hide(&flat.get(i));
+            }
+        }
+        true
+    }
 }
 
-/// A point of the world and a box around a light, in the coordinates of the hierarchy, and the
-/// bounds of the shaft between both, if there are.
-#[inline(always)]
-pub(crate) fn towards<S: Simd>(
-    s: S,
-    occluders: &Occluders,
-    point: DVec3,
-    exclude: (u32, u32),
-    light: &Light,
-    frame: &mut LightFrame,
-) -> Option<(DVec3, [DVec3; 2], ShaftBounds)> {
-    let point = point - occluders.origin;
-    let around = [light.lo - occluders.origin, light.hi - occluders.origin];
-    let bounds = ShaftBounds::new(s, occluders, point, around, frame, exclude)?;
-    frame.set_near(bounds::reach(occluders, point));
-    Some((point, around, bounds))
-}
-
-/// Keeps the triangles in front of `scratch.light` seen from a point of the world, or, unless it is
-/// the `FIRST` walk, those of the open cells as well: their images are in `scratch.flat`, one that
-/// hides all if there is such. False if there are no [bounds](ShaftBounds::new).
-#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
+/// Keeps the triangles in front of `seen.light`, or, unless it is the `FIRST` walk, those of the
+/// open cells as well: their images are in `seen.flat`, one that hides all if there is such. False
+/// if there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
 #[inline(always)]
 fn front_kernel<S: Simd, const FIRST: bool>(
     s: S,
-    occluders: &Occluders,
-    &point: &DVec3,
+    bvh: &Bvh,
     exclude: (u32, u32),
-    scratch: &mut Scratch,
+    seen: &mut Seen,
+    scratch: &mut FrontScratch,
+    counters: &mut Counters,
 ) -> bool {
-    let Scratch {
-        light,
-        frame,
-        counters,
-        corners,
-        flat,
-        clear_of,
-        front_waiting: stack,
-        front,
-        ..
-    } = scratch;
-    corners.clear();
-    let hierarchy = &*occluders.hierarchy;
-    let Some((point, around, bounds)) = towards(s, occluders, point, exclude, light, frame) else {
+    let Some(mut look) = seen.look(s, bvh, exclude, None) else {
         return false;
     };
-    let frame = &*frame;
-    let margins = frame.margins;
-    let backfaces = &mut BackfaceFilter::new(
-        hierarchy.meshes(),
-        clear_of,
-        point,
-        around,
-        margins,
-        exclude,
-    );
-    let surfaces = Some(&hierarchy.surfaces).filter(|_| front.loose);
+    let FrontScratch { front, waiting } = scratch;
+    let surfaces = Some(&bvh.hierarchy.surfaces).filter(|_| front.loose);
     if FIRST {
-        flat.clear();
-        front.start(frame);
+        look.flat.clear();
+        front.start(look.frame);
     }
-    let known = flat.count;
-    stack.clear();
-    stack.push(Waiting {
-        child: Child::node(0),
-        image: Image::ALL,
-    });
-    loop {
-        let next = stack.pop();
-        if let Some(next) = &next {
-            if !front.needs(&next.image) {
-                continue;
-            }
-            let at = next.child.index();
-            if next.child.is_leaf() {
-                counters.triangle_tests += u64::from(next.child.count());
-                let leaf = &hierarchy.leaves[at];
-                let mut mask = next.child.mask();
-                if let Some(surfaces) = surfaces {
-                    mask &= s.in_range(&surfaces.sides[at][0], NONE, 1);
-                }
-                let needed = needed(s, &bounds, leaf, mask, front);
-                if needed != 0 {
-                    let codes = backfaces.codes(at);
-                    let meshes = backfaces.any().then_some(&codes);
-                    corners.add(s, leaf, needed, &next.child.slots(), meshes);
-                }
-            } else {
-                let node = &hierarchy.nodes[at];
-                counters.node_tests += u64::from(node.valid.count_ones());
-                let mut found = bounds.boxes(s, node);
-                if surfaces.is_some() {
-                    found &= !node.all_fine;
-                }
-                let needed = push_boxes(s, &bounds, node, found, front, stack);
-                hierarchy.prefetch(s, node, needed);
-            }
-        }
-        // Eight triangles at a time, and what is left at the end.
-        while corners.count >= 8 || (next.is_none() && corners.count > 0) {
-            let first = corners.count.saturating_sub(8);
-            let before = flat.count;
-            let left =
-                project::project_some::<S, true>(s, corners, first, point, frame, flat, backfaces);
-            corners.count = first;
-            if left.is_none() {
-                flat.hide_all();
-                counters.candidates += 1;
-                return true;
-            }
-            if FIRST {
-                for i in before..flat.count {
-                    front.hide(&flat.get(i));
-                }
-            }
-        }
-        if next.is_none() {
-            break;
-        }
+    let known = look.flat.count;
+    wait_for_root(waiting, Image::ALL);
+    let mut cover = OfLight::<FIRST>(front);
+    if !front_to_back(s, bvh, &mut look, &mut cover, surfaces, waiting, counters) {
+        look.flat.hide_all();
+        counters.candidates += 1;
+        return true;
     }
     if FIRST {
         front.finish();
     }
-    counters.candidates += (flat.count - known) as u64;
+    counters.candidates += (look.flat.count - known) as u64;
     true
 }
 
 dispatch! {
     /// Keeps the triangles in front, or those of open cells, on an instruction set.
-    pub(crate) fn front<const FIRST: bool> = front_kernel(occluders: &Occluders, point: &DVec3, exclude: (u32, u32), scratch: &mut Scratch) -> bool
+    pub(crate) fn front<const FIRST: bool> = front_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, scratch: &mut FrontScratch, counters: &mut Counters) -> bool
 }

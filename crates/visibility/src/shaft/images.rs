@@ -1,10 +1,9 @@
 //! What a shaft knows of its light's plane: the images of the candidates.
 
-use crate::{frame::LightFrame, project::FlatTriangles};
+use crate::shaft::{frame::LightFrame, project::FlatTriangles};
 use linelit_geometry::{DMat3, DVec3};
 
-/// The images of a shaft's candidates on the light's plane, seen from the shading point; see
-/// [`Shaft::images`](crate::Shaft::images).
+/// The images of a shaft's candidates on the light's plane, seen from the shading point.
 ///
 /// Places on the plane are pairs (p, q), affine coordinates of the light in which it lies within
 /// [0, 1]²; [`Images::place`] and [`Images::axes`] lead back to space.

@@ -1,9 +1,9 @@
 //! From hidden intervals in no order to visible ones in order, eight lines at a time.
 
 use crate::{
-    VisibleLines,
-    block::{LineBlock, Lines},
-    sweep::Lanes,
+    lanes::Lanes,
+    lines::VisibleLines,
+    shaft::block::{LineBlock, Lines},
 };
 use linelit_simd::Simd;
 
@@ -17,26 +17,20 @@ const NETWORK: usize = ROOM + 1;
 const LEAST_PIECE: f64 = 1e-14;
 
 /// Hidden intervals of eight lines that did not join their line's running interval.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 struct SlotBlock {
     lo: [[f64; 8]; ROOM + 1],
     hi: [[f64; 8]; ROOM + 1],
-    /// How many each line has.
+    /// The number of intervals of each line.
     count: [u32; 8],
 }
-
-const EMPTY: SlotBlock = SlotBlock {
-    lo: [[0.0; 8]; ROOM + 1],
-    hi: [[0.0; 8]; ROOM + 1],
-    count: [0; 8],
-};
 
 /// Hidden intervals of each line.
 #[derive(Debug, Default)]
 pub(crate) struct Slots {
     blocks: Vec<SlotBlock>,
-    /// What found no room: line and interval.
+    /// Intervals that found no room, each with its line.
     spilled: Vec<(usize, f64, f64)>,
     sorted: Vec<(f64, f64)>,
 }
@@ -45,7 +39,7 @@ impl Slots {
     pub(crate) fn reset(&mut self, lines: usize) {
         let blocks = lines.div_ceil(8);
         if self.blocks.len() < blocks {
-            self.blocks.resize(blocks, EMPTY);
+            self.blocks.resize(blocks, SlotBlock::default());
         }
         for block in &mut self.blocks[..blocks] {
             block.count = [0; 8];
@@ -53,13 +47,7 @@ impl Slots {
         self.spilled.clear();
     }
 
-    /// How many intervals a line keeps.
-    #[inline(always)]
-    fn count(&self, block: usize, lane: usize) -> usize {
-        self.blocks[block].count[lane] as usize
-    }
-
-    /// How many intervals each line of a block keeps.
+    /// The number of intervals that each line of a block keeps.
     #[inline(always)]
     pub(crate) fn counts(&self, block: usize) -> &[u32; 8] {
         &self.blocks[block].count
@@ -84,7 +72,7 @@ impl Slots {
     /// Keeps an interval for a line.
     #[inline(always)]
     pub(crate) fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
-        let count = self.count(block, lane);
+        let count = self.blocks[block].count[lane] as usize;
         let slots = &mut self.blocks[block];
         if count < ROOM {
             slots.lo[count][lane] = lo;
@@ -192,7 +180,7 @@ impl Slots {
     }
 
     /// All hidden intervals of a line in order of their lower ends.
-    fn sort_line(&mut self, block: usize, lane: usize, run: (f64, f64)) {
+    pub(crate) fn sorted(&mut self, block: usize, lane: usize, run: (f64, f64)) -> &[(f64, f64)] {
         let slots = &self.blocks[block];
         let line = block * 8 + lane;
         self.sorted.clear();
@@ -203,11 +191,6 @@ impl Slots {
         }
         self.sorted.push(run);
         self.sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    }
-
-    /// The same, handed out.
-    pub(crate) fn sorted(&mut self, block: usize, lane: usize, run: (f64, f64)) -> &[(f64, f64)] {
-        self.sort_line(block, lane, run);
         &self.sorted
     }
 }
@@ -219,7 +202,7 @@ pub(crate) struct Pieces {
     used: usize,
 }
 
-/// At most one piece of each line.
+/// One piece of each line, or none.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 struct PieceRow {
@@ -264,8 +247,8 @@ fn finish_block<S: Simd>(
     out.clear();
     if !slots.spilled.is_empty() {
         for lane in 0..8 {
-            slots.sort_line(index, lane, (block.run_lo[lane], block.run_hi[lane]));
-            sweep_sorted(&slots.sorted, (block.from[lane], block.to[lane]), lane, out);
+            let hidden = slots.sorted(index, lane, (block.run_lo[lane], block.run_hi[lane]));
+            sweep_sorted(hidden, (block.from[lane], block.to[lane]), lane, out);
         }
         return;
     }
@@ -412,7 +395,7 @@ const fn network<const PAIRS: usize>(n: usize) -> [(usize, usize); PAIRS] {
     pairs
 }
 
-/// The same for one line whose intervals are sorted.
+/// Finds the visible pieces of one line whose hidden intervals are sorted.
 fn sweep_sorted(hidden: &[(f64, f64)], (from, to): (f64, f64), lane: usize, out: &mut Pieces) {
     let scale = 1.0 / (to - from);
     let mut edge = from;

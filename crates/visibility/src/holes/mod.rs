@@ -1,0 +1,73 @@
+//! Triangles with holes beside those without: what is visible past both.
+
+pub(crate) mod alpha;
+mod collect;
+pub(crate) mod filter;
+pub(crate) mod filtered;
+
+use crate::{
+    bvh::Bvh,
+    counters::Counters,
+    rays::ray::{Hit, Ray, RayScratch},
+};
+use filter::SharedFilter;
+use filtered::Past;
+use linelit_geometry::{DVec3, Margins};
+
+/// Triangles that a filter cuts holes into.
+#[derive(Clone, Debug)]
+pub(crate) struct Holes {
+    pub(crate) bvh: Bvh,
+    pub(crate) filter: SharedFilter,
+}
+
+impl Holes {
+    /// Finds what a ray meets first: `hit`, or a triangle with holes that is nearer.
+    pub(crate) fn closest(
+        &self,
+        ray: &Ray,
+        hit: Option<Hit>,
+        scratch: &mut RayScratch,
+        counters: &mut Counters,
+    ) -> Option<Hit> {
+        let t_max = hit.map_or(ray.t_max, |hit| hit.t);
+        let nearer = self.meet(&Ray { t_max, ..*ray }, false, scratch, counters);
+        // Of equally near ones the solid triangle.
+        nearer
+            .filter(|new| hit.is_none_or(|old| new.t < old.t))
+            .or(hit)
+    }
+
+    /// Whether a triangle hides something from a ray.
+    pub(crate) fn any(&self, ray: &Ray, scratch: &mut RayScratch, counters: &mut Counters) -> bool {
+        self.meet(ray, true, scratch, counters).is_some()
+    }
+
+    fn meet(
+        &self,
+        ray: &Ray,
+        any: bool,
+        scratch: &mut RayScratch,
+        counters: &mut Counters,
+    ) -> Option<Hit> {
+        filtered::meet(
+            self.bvh.isa,
+            &self.bvh,
+            ray,
+            &*self.filter,
+            any,
+            scratch,
+            counters,
+        )
+    }
+
+    /// Triangles with holes between a point and a light, with margins at both ends.
+    pub(crate) fn past(&self, point: DVec3, margins: Margins) -> Past<'_> {
+        Past {
+            bvh: &self.bvh,
+            filter: &*self.filter,
+            point,
+            margins,
+        }
+    }
+}

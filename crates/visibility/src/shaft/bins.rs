@@ -1,0 +1,198 @@
+//! Bins along a few lines: what is hidden of them for sure.
+
+use crate::{
+    lanes::Lanes,
+    shaft::{
+        block::Lines,
+        cover::{self, ImageBounds},
+        merge::Slots,
+    },
+};
+use linelit_simd::Simd;
+
+/// Most lines that share a walk.
+pub(crate) const GROUP: usize = 8;
+
+/// A line with this many intervals more than when they were last has them united, so that bins know
+/// what they hide together. `docs/decisions/010-dense-shafts.md`.
+const CROWDED: usize = 9;
+
+/// Blocks of eight lines.
+pub(crate) const BLOCKS: usize = GROUP / 8;
+
+/// The image of a box or triangle on the light: its bounds across, and the bins that it touches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Image {
+    low: f32,
+    high: f32,
+    bins: u64,
+}
+
+/// The images of eight boxes or triangles.
+#[derive(Default)]
+pub(crate) struct Images {
+    low: Lanes<[f32; 8]>,
+    high: Lanes<[f32; 8]>,
+    bins: Lanes<[u64; 8]>,
+}
+
+impl cover::Image for Image {
+    type Eight = Images;
+
+    const ALL: Self = Self {
+        low: f32::NEG_INFINITY,
+        high: f32::INFINITY,
+        bins: u64::MAX,
+    };
+
+    #[inline(always)]
+    fn eight<S: Simd>(s: S, [low, high]: ImageBounds<S>) -> Images {
+        // Adding 2²³ rounds to an integer; less a half, that is at most one too low for a whole
+        // number.
+        let (zero, end) = (s.splat(0.0), s.splat(63.0));
+        let half = s.splat(-0.5);
+        let base = s.splat(8_388_608.0);
+        let first = s.fma(low[1], s.splat(64.0), half);
+        let first = s.min(s.max(first, zero), end) + base;
+        let last = s.fma(high[1], s.splat(64.0), half);
+        let last = s.min(s.max(last, zero), end) + base;
+        let mut images = Images::default();
+        s.store(low[0], &mut images.low);
+        s.store(high[0], &mut images.high);
+        s.bin_masks(first, last, &mut images.bins);
+        images
+    }
+
+    #[inline(always)]
+    fn of(images: &Images, lane: usize) -> Self {
+        Self {
+            low: images.low[lane],
+            high: images.high[lane],
+            bins: images.bins[lane],
+        }
+    }
+}
+
+/// Bins along the lines of a walk.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct Covered {
+    /// A bit for each bin that is not known to be hidden.
+    open: [[u64; 8]; BLOCKS],
+    /// The places of the lines across, rounded down and up.
+    low: [[f32; 8]; BLOCKS],
+    high: [[f32; 8]; BLOCKS],
+    /// The number of a line's kept intervals that are recorded.
+    recorded: [[u32; 8]; BLOCKS],
+    /// The number of intervals from which on they are united.
+    crowded: [usize; BLOCKS],
+    /// Blocks in use.
+    blocks: usize,
+}
+
+impl Covered {
+    /// Nothing hidden but what lies beyond the lines' ends.
+    #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
+    #[inline(always)]
+    pub(crate) fn start<S: Simd>(&mut self, s: S, lines: &Lines) {
+        self.blocks = lines.blocks.len();
+        self.open = [[0; 8]; BLOCKS];
+        self.recorded = [[0; 8]; BLOCKS];
+        self.crowded = [CROWDED; BLOCKS];
+        self.low = [[f32::INFINITY; 8]; BLOCKS];
+        self.high = [[f32::NEG_INFINITY; 8]; BLOCKS];
+        for line in 0..lines.count.min(GROUP) {
+            let (k, lane) = (line / 8, line % 8);
+            let block = &lines.blocks[k];
+            // Across is −p.
+            let p = -block.u[lane];
+            self.low[k][lane] = (p as f32).next_down();
+            self.high[k][lane] = (p as f32).next_up();
+            self.open[k][lane] = u64::MAX;
+        }
+        for (k, block) in lines.blocks.iter().enumerate().take(BLOCKS) {
+            self.hide(s, k, [s.dsplat(-1.0), s.dload(&block.from)]);
+            self.hide(s, k, [s.dload(&block.to), s.dsplat(2.0)]);
+        }
+    }
+
+    /// Whether what has this image can hide anything that is not hidden yet.
+    #[inline(always)]
+    pub(crate) fn needs<S: Simd>(&self, s: S, image: &Image) -> bool {
+        let mut needed = 0;
+        for k in 0..self.blocks.min(BLOCKS) {
+            needed |= s.le(s.splat(image.low), s.load(&self.high[k]))
+                & s.le(s.load(&self.low[k]), s.splat(image.high))
+                & s.intersects(&self.open[k], image.bins);
+        }
+        needed != 0
+    }
+
+    /// Tells the same of eight images, a bit for each.
+    #[inline(always)]
+    pub(crate) fn needs_any<S: Simd>(&self, s: S, images: &Images) -> u8 {
+        let (low, high) = (s.load(&images.low), s.load(&images.high));
+        let mut needed = 0;
+        for k in 0..self.blocks.min(BLOCKS) {
+            for line in 0..8 {
+                needed |= s.le(low, s.splat(self.high[k][line]))
+                    & s.le(s.splat(self.low[k][line]), high)
+                    & s.intersects(&images.bins, self.open[k][line]);
+            }
+        }
+        needed
+    }
+
+    /// Records what is known to be hidden of the lines; true if they are as a whole.
+    #[inline(always)]
+    pub(crate) fn record<S: Simd>(&mut self, s: S, lines: &mut Lines, slots: &mut Slots) -> bool {
+        let mut open = 0;
+        for (k, block) in lines.blocks.iter_mut().enumerate().take(BLOCKS) {
+            if slots.most(k) >= self.crowded[k] {
+                slots.unite(s, k, block);
+                self.recorded[k] = [0; 8];
+                self.crowded[k] = slots.most(k) + CROWDED;
+            }
+            self.hide(s, k, [s.dload(&block.run_lo), s.dload(&block.run_hi)]);
+            let counts = slots.counts(k);
+            let (mut first, mut end) = (u32::MAX, 0);
+            for (recorded, count) in self.recorded[k].iter().zip(counts) {
+                if recorded < count {
+                    (first, end) = (first.min(*recorded), end.max(*count));
+                }
+            }
+            for row in first..end {
+                self.hide(s, k, slots.row(s, k, row));
+            }
+            self.recorded[k] = *counts;
+            for bins in &self.open[k] {
+                open |= bins;
+            }
+        }
+        open == 0
+    }
+
+    /// Hides the bins that lie wholly inside an interval of each line of a block.
+    #[inline(always)]
+    fn hide<S: Simd>(&mut self, s: S, k: usize, [low, high]: [S::D; 2]) {
+        // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
+        let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
+        let (half, one) = (s.dsplat(0.5), s.dsplat(1.0));
+        let base = s.dsplat(4_503_599_627_370_496.0);
+        let first = low * end + half;
+        let first = s.dmin(s.dmax(first, zero), end) + base;
+        let last = high * end - half;
+        let last = s.dmin(s.dmax(last, zero), end) + base;
+        // From the first to the one before the last; none if that is none.
+        let some = s.dlt(first, last);
+        let first = s.select(some, one, first - base);
+        let last = s.select(some, zero, last - base - one);
+        let base = s.dsplat(8_388_608.0);
+        let mut bins = Lanes([0; 8]);
+        let (first, last) = (first + base, last + base);
+        s.bin_masks(s.narrow(first), s.narrow(last), &mut bins);
+        for (open, bins) in self.open[k].iter_mut().zip(&bins.0) {
+            *open &= !bins;
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Dense shafts for closed forms, past fine meshes: their silhouettes before the whole light.
+//!
+//! Where loose triangles hide, which [`Front`] knows, silhouettes do not matter; all others are
+//! found. From their crossings follows how many layers lie over each place, but for a number that
+//! all places which they connect have in common, and which a ray tells.
+
+use crate::{
+    bvh::Bvh,
+    counters::Counters,
+    node::Child,
+    shaft::{
+        cover::Image as _,
+        front::{self, Front, ROOM},
+        seen::Seen,
+    },
+    silhouettes::silhouette::{Lists, Search, Target},
+};
+use linelit_simd::{Simd, dispatch};
+
+/// A straight piece of the silhouette of a surface, or of its edge, as it lies before a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Silhouette {
+    /// The place where it begins, in the coordinates (p, q) of [`Images`](crate::Images).
+    pub from: [f64; 2],
+    /// The place where it ends.
+    pub to: [f64; 2],
+    /// The number of layers over its left, less those over its right.
+    pub layers: i32,
+}
+
+/// The light of which `front` tells what is hidden.
+struct OfLight<'a> {
+    front: &'a Front,
+    found: &'a mut Vec<Silhouette>,
+}
+
+impl Target for OfLight<'_> {
+    #[inline(always)]
+    fn needs<S: Simd>(&self, s: S, among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8 {
+        self.front
+            .needs_any(among, &front::Image::eight(s, [low, high]))
+    }
+
+    #[inline(always)]
+    fn meets<S: Simd>(&self, s: S, from: [S::D; 2], to: [S::D; 2]) -> u8 {
+        let (low, high) = (s.dsplat(-ROOM), s.dsplat(1.0 + ROOM));
+        let along =
+            |k: usize| s.dle(s.dmin(from[k], to[k]), high) & s.dle(low, s.dmax(from[k], to[k]));
+        s.bits(along(0) & along(1))
+    }
+
+    #[inline(always)]
+    fn side<S: Simd>(&mut self, _: S, [from, to]: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32) {
+        if self.front.needs_side(from, to) {
+            // With p ascending, q is greater on the left.
+            let layers = change(true);
+            if layers != 0 {
+                self.found.push(Silhouette { from, to, layers });
+            }
+        }
+    }
+}
+
+/// Buffers of the search for silhouettes before a light.
+#[derive(Debug, Default)]
+pub(crate) struct OutlineScratch {
+    /// Nodes and leaves that the search goes through.
+    lists: Lists,
+    /// The silhouettes before the light.
+    pub(crate) found: Vec<Silhouette>,
+}
+
+/// Finds the silhouettes before `seen.light` where `front` does not know that it is hidden, and
+/// adds the images of those triangles of surfaces that have to be cut. False if there are no
+/// [bounds](crate::shaft::bounds::ShaftBounds::new).
+#[inline(always)]
+fn outline_kernel<S: Simd>(
+    s: S,
+    bvh: &Bvh,
+    exclude: (u32, u32),
+    seen: &mut Seen,
+    front: &mut Front,
+    scratch: &mut OutlineScratch,
+    counters: &mut Counters,
+) -> bool {
+    let OutlineScratch { lists, found } = scratch;
+    found.clear();
+    let hierarchy = &*bvh.hierarchy;
+    let Some(mut look) = seen.look(s, bvh, exclude, None) else {
+        return false;
+    };
+    front.open_complete();
+    let search = Search::new(hierarchy, bvh.extent, &look.bounds, look.frame, look.point);
+    search.walk(s, &mut OfLight { front, found }, lists, counters);
+    let before = look.flat.count;
+    let mut is_open = true;
+    while is_open && let Some((leaf, which)) = lists.cut.pop() {
+        let child = Child::leaf(leaf as usize, 8);
+        look.keep(s, child, &hierarchy.leaves[leaf as usize], which);
+        is_open = look.project_last(s, true, false, |_, _| true);
+    }
+    if !(is_open && look.project_last(s, true, true, |_, _| true)) {
+        look.flat.hide_all();
+        found.clear();
+        return true;
+    }
+    counters.candidates += (found.len() + look.flat.count - before) as u64;
+    true
+}
+
+dispatch! {
+    /// Finds the silhouettes before a light, on an instruction set.
+    pub(crate) fn outline = outline_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, front: &mut Front, scratch: &mut OutlineScratch, counters: &mut Counters) -> bool
+}
