@@ -11,11 +11,14 @@ use linelit_simd::{Isa, Simd, dispatch};
 /// Segments that the kernel takes in a round.
 pub(crate) const LANES: usize = 8;
 
-/// Segments transposed at once: six columns of them stay in the nearest cache.
-const ROWS: usize = 256;
+/// Rounds of segments that are transposed at once: six columns of them stay in the nearest cache.
+const ROUNDS: usize = 32;
 
-/// Segments in columns: x, y, z of the first ends, then of the second.
-type Columns = [[f64; ROWS]; 6];
+/// Rounds enough for few segments, whose columns take less time to be cleared.
+const FEW: usize = 2;
+
+/// Coordinates of segments in rounds.
+type Column = [[f64; LANES]];
 
 /// [`ribbon::irradiance`] of each segment (relative to the shading point), into `out`; the shorter
 /// of the two slices counts.
@@ -35,25 +38,39 @@ pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
 }
 
 fn by(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    let mut columns = [[0.0; ROWS]; 6];
-    let mut values = [0.0; ROWS];
-    for (segments, out) in segments.chunks(ROWS).zip(out.chunks_mut(ROWS)) {
+    if segments.len() <= FEW * LANES {
+        transposed::<FEW>(isa, segments, n, out);
+    } else {
+        transposed::<ROUNDS>(isa, segments, n, out);
+    }
+}
+
+/// The integrals of segments, so many rounds at a time.
+fn transposed<const ROUNDS: usize>(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    // x, y, z of the first ends, then of the second.
+    let mut columns = [[[0.0; LANES]; ROUNDS]; 6];
+    let (mut values, mut held) = ([[0.0; LANES]; ROUNDS], [0; ROUNDS]);
+    let rows = ROUNDS * LANES;
+    for (segments, out) in segments.chunks(rows).zip(out.chunks_mut(rows)) {
         let count = segments.len().min(out.len());
         for (i, s) in segments.iter().take(count).enumerate() {
             let row = [s.p0.x, s.p0.y, s.p0.z, s.p1.x, s.p1.y, s.p1.z];
             for (column, x) in columns.iter_mut().zip(row) {
-                column[i] = x;
+                column.as_flattened_mut()[i] = x;
             }
         }
-        let (size, mut held) = (count.next_multiple_of(LANES), [0; ROWS / LANES]);
-        if size == count {
-            kernel(isa, &columns, n, &mut out[..count], &mut held);
-        } else {
-            // What does not fill the last round's lanes is any segment.
-            kernel(isa, &columns, n, &mut values[..size], &mut held);
-            out[..count].copy_from_slice(&values[..count]);
+        let rounds = count.div_ceil(LANES);
+        let columns = columns.each_ref().map(|column| &column[..rounds]);
+        let held = &mut held[..rounds];
+        match out[..count].as_chunks_mut() {
+            (full, []) => kernel(isa, &columns, n, full, held),
+            _ => {
+                // What does not fill the last round's lanes is any segment.
+                kernel(isa, &columns, n, &mut values[..rounds], held);
+                out[..count].copy_from_slice(&values.as_flattened()[..count]);
+            }
         }
-        for (round, bits) in held[..size / LANES].iter().enumerate() {
+        for (round, bits) in held.iter().enumerate() {
             if *bits != u8::MAX {
                 let first = round * LANES;
                 let last = count.min(first + LANES);
@@ -75,21 +92,10 @@ fn robust_lanes(segments: &[Segment], n: DVec3, held: u8, out: &mut [f64]) {
 
 /// The integrals of rounds of segments, and a bit for each whose value holds (see [`fast_path`]).
 #[inline(always)]
-fn rounds<S: Simd>(
-    s: S,
-    columns: &Columns,
-    n: DVec3,
-    out: &mut [f64],
-    held: &mut [u8; ROWS / LANES],
-) {
+fn rounds<S: Simd>(s: S, columns: &[&Column; 6], n: DVec3, out: &mut Column, held: &mut [u8]) {
     let n = [s.dsplat(n.x), s.dsplat(n.y), s.dsplat(n.z)];
-    let out = out.as_chunks_mut::<LANES>().0;
     let rounds = out.len();
-    let mut rows = [&[] as &[[f64; LANES]]; 6];
-    for (row, column) in rows.iter_mut().zip(columns) {
-        *row = &column.as_chunks::<LANES>().0[..rounds];
-    }
-    let [x0, y0, z0, x1, y1, z1] = rows;
+    let [x0, y0, z0, x1, y1, z1] = columns.map(|column| &column[..rounds]);
     let held = &mut held[..rounds];
     for i in 0..rounds {
         let p0 = [s.dload(&x0[i]), s.dload(&y0[i]), s.dload(&z0[i])];
@@ -100,12 +106,7 @@ fn rounds<S: Simd>(
     }
 }
 dispatch! {
-    fn kernel = rounds(
-        columns: &Columns,
-        n: DVec3,
-        out: &mut [f64],
-        held: &mut [u8; ROWS / LANES],
-    )
+    fn kernel = rounds(columns: &[&Column; 6], n: DVec3, out: &mut Column, held: &mut [u8])
 }
 
 #[cfg(test)]
