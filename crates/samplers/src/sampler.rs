@@ -78,45 +78,50 @@ impl Sampler {
         let key = stream_key(self.salted_seed, pixel, dimension);
         let keys = block.keys(key, if self.kind.is_progressive() { 0 } else { count });
         let [_, own] = keys;
-        let pattern = match self.kind {
-            SamplerKind::Independent => Pattern::Independent(Independent::new(own)),
-            SamplerKind::Stratified => Pattern::Stratified(Stratified::new(keys, count, block)),
-            SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(keys, count, block)),
-            SamplerKind::SobolBurley => Pattern::SobolBurley(SobolBurley::new(keys, count, block)),
-            SamplerKind::Auto if is_power_of_two(count, &block) => {
-                Pattern::Sobol(OwenSobol::new(keys, count, block))
-            }
-            SamplerKind::MultiJitter | SamplerKind::Auto => {
-                Pattern::MultiJitter(MultiJitter::new(keys, count, block))
-            }
-            SamplerKind::Halton => Pattern::Halton(Halton::new(keys, count, block)),
-            SamplerKind::UniformJitter => {
-                Pattern::UniformJitter(UniformJitter::new(keys, count, block))
-            }
-            SamplerKind::BlueNoise => Pattern::UniformJitter(blue_uniform_jitter(
-                self.dimension_key([0, 0], dimension),
-                keys,
-                pixel,
-                count,
-                block,
-            )),
-            SamplerKind::BlueNoiseIndependent => {
-                let [_, tile] = block.keys(self.dimension_key([0, 0], dimension), 0);
-                Pattern::Blue(BlueIndependent::new(tile, own, pixel))
-            }
-            SamplerKind::ZSobol => {
-                let tile = self.dimension_key(pixel.map(|c| c >> 16), dimension);
-                let [tile, _] = block.keys(tile, count);
-                Pattern::Sobol(z_sobol([tile, own], pixel, count, block))
-            }
-        };
-        SampleSet {
+        // A pattern is large: it is made where it stays.
+        let set = |pattern| SampleSet {
             pattern,
             count,
             block,
             sampler: *self,
             pixel,
             dimension,
+        };
+        match self.kind {
+            SamplerKind::Independent => set(Pattern::Independent(Independent::new(own))),
+            SamplerKind::Stratified => {
+                set(Pattern::Stratified(Stratified::new(keys, count, block)))
+            }
+            SamplerKind::Sobol => set(Pattern::Sobol(OwenSobol::new(keys, count, block))),
+            SamplerKind::SobolBurley => {
+                set(Pattern::SobolBurley(SobolBurley::new(keys, count, block)))
+            }
+            SamplerKind::Auto if is_power_of_two(count, &block) => {
+                set(Pattern::Sobol(OwenSobol::new(keys, count, block)))
+            }
+            SamplerKind::MultiJitter | SamplerKind::Auto => {
+                set(Pattern::MultiJitter(MultiJitter::new(keys, count, block)))
+            }
+            SamplerKind::Halton => set(Pattern::Halton(Halton::new(keys, count, block))),
+            SamplerKind::UniformJitter => set(Pattern::UniformJitter(UniformJitter::new(
+                keys, count, block,
+            ))),
+            SamplerKind::BlueNoise => set(Pattern::UniformJitter(blue_uniform_jitter(
+                self.dimension_key([0, 0], dimension),
+                keys,
+                pixel,
+                count,
+                block,
+            ))),
+            SamplerKind::BlueNoiseIndependent => {
+                let [_, tile] = block.keys(self.dimension_key([0, 0], dimension), 0);
+                set(Pattern::Blue(BlueIndependent::new(tile, own, pixel)))
+            }
+            SamplerKind::ZSobol => {
+                let tile = self.dimension_key(pixel.map(|c| c >> 16), dimension);
+                let [tile, _] = block.keys(tile, count);
+                set(Pattern::Sobol(z_sobol([tile, own], pixel, count, block)))
+            }
         }
     }
 

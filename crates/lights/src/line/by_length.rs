@@ -49,18 +49,16 @@ impl LineSampler {
     /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle_rad: f64, density: OffsetDensity) -> Self {
-        let lines = ParallelLines::new(polygon, angle_rad);
-        let mut cumulative = [0.0; ConvexPolygon::CAPACITY];
+        // A large one: it is made where it stays.
         let mut out = Self {
-            lines,
+            lines: ParallelLines::new(polygon, angle_rad),
             density,
-            cumulative,
+            cumulative: [0.0; ConvexPolygon::CAPACITY],
         };
-        for k in 1..lines.knots().len() {
+        for k in 1..out.lines.knots().len() {
             let (w, l0, l1) = out.piece(k);
-            cumulative[k] = cumulative[k - 1] + 0.5 * w * (l0 + l1);
+            out.cumulative[k] = out.cumulative[k - 1] + 0.5 * w * (l0 + l1);
         }
-        out.cumulative = cumulative;
         out
     }
 
