@@ -1,26 +1,50 @@
 //! The choice of a method by facts, a pure function.
 
+use crate::estimator::Integral;
 use crate::hybrid;
 use crate::{
     Ask, Between, Closed, Estimator, ExactOptions, Facts, Integration, KnownOver, LightKind,
-    LinearOptions, Lines, Method, Of, PointBy, Queries, Rest, Technique, Weighted, Weights,
+    LinearOptions, Method, Of, PointBy, Queries, Rest, Technique, Weighted, Weights,
 };
 use linelit_visibility::ShaftClass;
 
-impl Estimator {
+/// An estimator among its facts: all that follows from them before visibility is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Choice<'e, 'f> {
+    estimator: &'e Estimator,
+    pub facts: Facts<'f>,
+    /// The integral that leaves nothing for other techniques: of a technique alone, and of the
+    /// first of a combination where the reflection has a closed form.
+    integral: Option<Integral<'e>>,
+}
+
+impl<'e, 'f> Choice<'e, 'f> {
+    pub(crate) fn new(estimator: &'e Estimator, facts: Facts<'f>) -> Self {
+        let mut choice = Self {
+            estimator,
+            facts,
+            integral: None,
+        };
+        let integral = estimator.closed(facts.samples);
+        choice.integral = integral.filter(|integral| choice.leaves_nothing(integral.by));
+        choice
+    }
+
     /// Whether a shaft is worth to be asked before anything is chosen.
-    #[must_use]
-    pub fn ask(&self, facts: &Facts<'_>) -> Ask {
-        let by_rays = match (self.alone(), facts.light) {
-            (Some(Technique::Points(_)), light) => self.points_by_rays(light, 1).is_some(),
+    pub(crate) fn ask(&self) -> Ask {
+        let facts = &self.facts;
+        let by_rays = match (self.estimator.alone(), facts.light) {
+            (Some(Technique::Points(_)), light) => self.estimator.points_by_rays(light).is_some(),
             (_, LightKind::Linear) => !facts.has_line_integral(),
             (Some(Technique::Lines(lines)), LightKind::Sphere | LightKind::Disk) => {
                 let has_integral = lines.becomes_points() && facts.has_region_integral();
-                !has_integral && !self.wants_bsdf(facts)
+                !has_integral && !self.wants_bsdf()
             }
-            (_, LightKind::Polygon | LightKind::Textured) => match self.integral(facts) {
-                Some((_, Integration::Cheapest, count)) => hybrid::takes_rays(facts, count),
-                _ => self.is_weighted(facts) && facts.queries == Queries::SeparateRays,
+            (_, LightKind::Polygon | LightKind::Textured) => match &self.integral {
+                Some(integral) if integral.by == Integration::Cheapest => {
+                    hybrid::takes_rays(facts, integral.count)
+                }
+                _ => self.is_weighted() && facts.queries == Queries::SeparateRays,
             },
             _ => false,
         };
@@ -28,24 +52,18 @@ impl Estimator {
     }
 
     /// The method for a light, whatever the estimator is made of.
-    ///
-    /// The choice depends on geometry alone, never on random numbers: whatever is chosen, the
-    /// estimate stays unbiased.
-    #[must_use]
-    pub fn method<'e>(&'e self, facts: &Facts<'_>, between: &Between) -> Method<'e> {
+    pub(crate) fn method(&self, between: &Between) -> Method<'e> {
+        let (facts, alone) = (&self.facts, self.estimator.alone());
         let (samples, is_polygon) = (facts.samples, facts.light.is_polygon());
-        let takes_all = self
-            .all()
-            .iter()
-            .all(|part| !part.technique.may_become_points());
-        let ignores_class = !facts.skip && is_polygon && self.alone().is_some() && takes_all;
+        let takes_all = |technique: &Technique| !technique.may_become_points();
+        let ignores_class = !facts.skip && is_polygon && alone.is_some_and(takes_all);
         if between.class == ShaftClass::Blocked && !ignores_class {
             return Method::NONE;
         }
-        if let Some(method) = self.points_by_rays(facts.light, samples) {
-            return method;
+        if let Some(by) = self.estimator.points_by_rays(facts.light) {
+            return Method::points(by, samples, Ask::Rays);
         }
-        match self.alone() {
+        match alone {
             _ if facts.light == LightKind::Linear => segment(facts),
             Some(Technique::Points(points)) if is_polygon => match facts.has_whole(between) {
                 true => Method::region(Of::Reflection),
@@ -54,94 +72,74 @@ impl Estimator {
             Some(Technique::Lines(lines)) if is_polygon && lines.integration.is_none() => {
                 Method::points_of_lines(lines, samples)
             }
-            Some(Technique::Lines(_)) if self.ask(facts) == Ask::Rays && facts.light.is_round() => {
+            Some(Technique::Lines(_)) if facts.light.is_round() && self.ask() == Ask::Rays => {
                 Method::points(PointBy::SolidAngle, samples, Ask::Rays)
             }
             _ => {
-                let integral = self.integral(facts);
-                let method = integral.and_then(|(lines, integration, count)| match facts.light {
-                    LightKind::Cylinder => Some(along_axis(lines, count, facts, between)),
-                    _ => integrated(lines, integration, count, facts, between),
-                });
-                method.unwrap_or_else(|| self.combined(facts, between))
+                let known = |integral| integrated(integral, facts, between);
+                let method = self.integral.as_ref().and_then(known);
+                method.unwrap_or_else(|| self.combined(between))
             }
         }
     }
 
     /// Whether the method may depend on the density of points that is best ([`Facts::points`]).
-    pub(crate) fn asks_for_density(&self, facts: &Facts<'_>) -> bool {
-        let is_diffuse = facts.known.closed == Closed::Diffuse;
-        match self.integral(facts) {
-            Some((_, Integration::Cheapest, _)) => is_diffuse || facts.known.has_cosines,
-            Some((_, Integration::Exact(_), _)) => !is_diffuse && facts.known.has_cosines,
-            Some((_, Integration::Analytic, _)) | None => false,
-        }
-    }
-
-    /// The method of points that stand alone with a ray each, which depends on the light alone.
-    pub(crate) fn points_by_rays<'e>(&self, light: LightKind, samples: u32) -> Option<Method<'e>> {
-        match (self.alone(), light) {
-            (Some(Technique::Points(points)), LightKind::Linear) => {
-                let by = PointBy::Linear(points.by.on_segment());
-                Some(Method::points(by, samples, Ask::Rays))
-            }
-            (Some(Technique::Points(points)), _) if !points.in_shaft => {
-                Some(Method::points(points.by, samples, Ask::Rays))
-            }
-            _ => None,
+    pub(crate) fn asks_for_density(&self) -> bool {
+        let known = &self.facts.known;
+        let is_diffuse = known.closed == Closed::Diffuse;
+        match self.integral.as_ref().map(|integral| integral.by) {
+            Some(Integration::Cheapest) => is_diffuse || known.has_cosines,
+            Some(Integration::Exact(_)) => !is_diffuse && known.has_cosines,
+            Some(Integration::Analytic) | None => false,
         }
     }
 
     /// Whether it weights techniques on the part of a polygon above the horizons.
-    pub(crate) fn is_weighted(&self, facts: &Facts<'_>) -> bool {
-        let draws_on_all = match self.alone() {
+    pub(crate) fn is_weighted(&self) -> bool {
+        let draws_on_all = match self.estimator.alone() {
             Some(Technique::Points(_)) => true,
             Some(Technique::Lines(lines)) => lines.integration.is_none(),
             None => false,
         };
-        !draws_on_all && self.integral(facts).is_none()
+        !draws_on_all && self.integral.is_none()
     }
 
-    /// The integral that leaves nothing for other techniques, with its number of samples: of a
-    /// technique alone, and of the first of a combination where the reflection has a closed form.
-    fn integral(&self, facts: &Facts<'_>) -> Option<(&Lines, Integration, u32)> {
-        let integral = self.closed(facts.samples)?;
-        let (alone, has_form) = (
-            self.alone().is_some(),
-            facts.known.closed != Closed::Nowhere,
-        );
-        let stands = match (facts.light, integral.1) {
-            (LightKind::Textured, integration) => alone && integration != Integration::Cheapest,
+    /// Whether an integral stands for all techniques.
+    fn leaves_nothing(&self, by: Integration) -> bool {
+        let facts = &self.facts;
+        let alone = self.estimator.alone().is_some();
+        let stands = match (facts.light, by) {
+            (LightKind::Textured, by) => alone && by != Integration::Cheapest,
             (LightKind::Sphere | LightKind::Disk, Integration::Analytic) => false,
             (LightKind::Cylinder, _) => facts.has_line_integral(),
-            _ => alone || has_form,
+            _ => alone || facts.known.closed != Closed::Nowhere,
         };
-        (stands && !self.wants_bsdf(facts)).then_some(integral)
+        stands && !self.wants_bsdf()
     }
 
     /// Whether samples of the BSDF stand beside integrals of transformed cosines that the
     /// reflection is unlike.
-    fn wants_bsdf(&self, facts: &Facts<'_>) -> bool {
-        let Some(technique) = self.alone() else {
-            return false;
-        };
+    fn wants_bsdf(&self) -> bool {
         use LightKind::{Disk, Polygon, Sphere};
-        facts.known.are_unlike
-            && matches!(facts.light, Polygon | Sphere | Disk)
-            && technique.may_become_points()
-            && !technique.must_stand_alone()
+        self.facts.known.are_unlike
+            && matches!(self.facts.light, Polygon | Sphere | Disk)
+            && self.estimator.alone().is_some_and(|technique| {
+                technique.may_become_points() && !technique.must_stand_alone()
+            })
     }
 
     /// All techniques, weighted.
-    fn combined<'e>(&'e self, facts: &Facts<'_>, between: &Between) -> Method<'e> {
+    fn combined(&self, between: &Between) -> Method<'e> {
+        let (facts, estimator) = (&self.facts, self.estimator);
         let is_textured = facts.light == LightKind::Textured;
         let integrals = || {
-            self.all()
+            estimator
+                .all()
                 .iter()
                 .filter_map(|part| part.technique.integrated())
         };
         let is_hybrid = |(_, integration)| integration == Integration::Cheapest;
-        if is_textured && self.alone().is_some() && integrals().any(is_hybrid) {
+        if is_textured && estimator.alone().is_some() && integrals().any(is_hybrid) {
             return hybrid::textured(facts);
         }
         let each = integrals().map(|(_, integration)| instead(integration, facts, between));
@@ -167,10 +165,10 @@ impl Estimator {
         Method {
             known,
             rest: Rest::Weighted(Weighted {
-                parts: self.all(),
-                with_bsdf: self.wants_bsdf(facts),
+                parts: estimator.all(),
+                with_bsdf: self.wants_bsdf(),
                 integrals,
-                weights: match self.weights() {
+                weights: match estimator.weights() {
                     Weights::Alone => Weights::Balance,
                     weights => weights,
                 },
@@ -179,46 +177,26 @@ impl Estimator {
             ask: facts.asked(),
         }
     }
+}
 
-    /// The methods in words: where nothing is between the shading point and the light, past as many
-    /// triangles as usually are, and past too many to keep.
+impl Estimator {
+    /// The method for a light, whatever the estimator is made of.
+    ///
+    /// The choice depends on geometry alone, never on random numbers: whatever is chosen, the
+    /// estimate stays unbiased.
     #[must_use]
-    pub fn explain(&self, facts: &Facts<'_>) -> String {
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a few hundred"
-        )]
-        let usual = facts.occlusion.candidates.round().max(1.0) as usize;
-        let cases = [
-            (ShaftClass::Empty, 0, false),
-            (ShaftClass::Partial, usual, false),
-            (ShaftClass::Partial, 0, true),
-        ];
-        let [whole, few, many] = cases.map(|(class, candidates, is_dense)| {
-            // Too many triangles may reach into a solid light, which a shaft does not tell.
-            let is_told =
-                !(is_dense && matches!(facts.light, LightKind::Sphere | LightKind::Cylinder));
-            let between = Between {
-                class,
-                is_dense: is_dense && is_told,
-                candidates,
-                has_region: is_told && self.ask(facts) == Ask::Shaft,
-            };
-            let mut method = self.method(facts, &between);
-            if !is_told {
-                method.ask = Ask::Rays;
+    pub fn method<'e>(&'e self, facts: &Facts<'_>, between: &Between) -> Method<'e> {
+        Choice::new(self, *facts).method(between)
+    }
+
+    /// The density of points that stand alone with a ray each, which depends on the light alone.
+    pub(crate) fn points_by_rays(&self, light: LightKind) -> Option<PointBy> {
+        match (self.alone(), light) {
+            (Some(Technique::Points(points)), LightKind::Linear) => {
+                Some(PointBy::Linear(points.by.on_segment()))
             }
-            method.to_string()
-        });
-        match (whole == few, few == many) {
-            (true, true) => whole,
-            (false, true) => format!("{whole} where nothing is between, else {few}"),
-            (true, false) => format!("{few}; past too many triangles to keep, {many}"),
-            (false, false) => format!(
-                "{whole} where nothing is between; past some triangles, {few}; past too many to \
-                 keep, {many}"
-            ),
+            (Some(Technique::Points(points)), _) => (!points.in_shaft).then_some(points.by),
+            _ => None,
         }
     }
 }
@@ -235,78 +213,56 @@ fn segment<'e>(facts: &Facts<'_>) -> Method<'e> {
     }
 }
 
-/// The method for a cylinder: lines along its axis, unless all of it is known.
-fn along_axis<'e>(
-    lines: &'e Lines,
-    count: u32,
-    facts: &Facts<'_>,
-    between: &Between,
-) -> Method<'e> {
-    if facts.skip && between.has_region && facts.has_whole(between) {
-        return Method::region(Of::Reflection);
-    }
-    let of = match facts.known.closed {
-        Closed::Nowhere => Of::Quadrature,
-        Closed::AlongLines | Closed::Diffuse => Of::Reflection,
-    };
-    Method {
-        known: KnownOver::Lines { lines, count, of },
-        rest: Rest::Nothing,
-        ask: facts.asked(),
-    }
-}
-
-/// The method of an integral over the visible part of a polygon, a sphere or a disk that stands
-/// alone; `None` where a round light has none.
+/// The method of an integral over the visible part of a light that stands alone; `None` where a
+/// round light has none.
 fn integrated<'e>(
-    lines: &'e Lines,
-    integration: Integration,
-    count: u32,
+    integral: &Integral<'e>,
     facts: &Facts<'_>,
     between: &Between,
 ) -> Option<Method<'e>> {
-    let is_round = facts.light.is_round();
-    let skips = facts.skip || !is_round && integration != Integration::Analytic;
+    let (is_round, count) = (facts.light.is_round(), integral.count);
+    let is_polygon = facts.light.is_polygon();
+    let skips = facts.skip || is_polygon && integral.by != Integration::Analytic;
     if skips && facts.has_whole(between) && between.has_region {
         return Some(Method::region(Of::Reflection));
     }
-    Some(match integration {
+    match integral.by {
+        _ if facts.light == LightKind::Cylinder => along(integral, facts),
         Integration::Exact(options) if options.is_for(between) => {
-            region(count, facts, between).or_else(|| along(lines, count, facts))?
+            region(count, facts, between).or_else(|| along(integral, facts))
         }
         Integration::Cheapest if is_round => {
             let is_cheap = !between.is_dense && hybrid::takes_cosines(between, count);
-            region(count, facts, between).filter(|_| is_cheap)?
+            region(count, facts, between).filter(|_| is_cheap)
         }
-        Integration::Cheapest => hybrid::method(lines, count, facts, between),
-        Integration::Exact(_) | Integration::Analytic => along(lines, count, facts)?,
-    })
+        Integration::Cheapest => Some(hybrid::method(integral, facts, between)),
+        Integration::Exact(_) | Integration::Analytic => along(integral, facts),
+    }
 }
 
-/// Lines on a polygon: integrated in closed form where there is one, else a point of each. `None`
-/// for a round light, which has no lines.
-pub(crate) fn along<'e>(lines: &'e Lines, count: u32, facts: &Facts<'_>) -> Option<Method<'e>> {
-    let closed = facts.known.closed != Closed::Nowhere;
-    Some(match facts.light {
-        LightKind::Polygon if closed => Method {
-            known: KnownOver::Lines {
-                lines,
-                count,
-                of: Of::Reflection,
-            },
-            rest: Rest::Nothing,
-            ask: Ask::Shaft,
-        },
-        LightKind::Polygon | LightKind::Textured => Method::points_of_lines(lines, count),
-        LightKind::Linear | LightKind::Sphere | LightKind::Disk | LightKind::Cylinder => {
-            return None;
+/// Lines on a polygon, integrated in closed form where there is one, else a point of each; or along
+/// the axis of a cylinder, by quadrature if need be. `None` for a round light, which has no lines.
+pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Method<'e>> {
+    let (lines, count) = (integral.lines, integral.count);
+    let (of, ask) = match (facts.light, facts.known.closed) {
+        (LightKind::Cylinder, Closed::Nowhere) => (Of::Quadrature, facts.asked()),
+        (LightKind::Cylinder, _) => (Of::Reflection, facts.asked()),
+        (LightKind::Polygon, Closed::AlongLines | Closed::Diffuse) => (Of::Reflection, Ask::Shaft),
+        (LightKind::Polygon | LightKind::Textured, _) => {
+            return Some(Method::points_of_lines(lines, count));
         }
+        (LightKind::Linear | LightKind::Sphere | LightKind::Disk, _) => return None,
+    };
+    Some(Method {
+        known: KnownOver::Lines { lines, count, of },
+        rest: Rest::Nothing,
+        ask,
     })
 }
 
 /// The visible region of a light, with so many points for the rest; `None` where there is no
 /// region, or nothing is known.
-pub(crate) fn region<'e>(points: u32, facts: &Facts<'_>, between: &Between) -> Option<Method<'e>> {
+pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> Option<Method<'e>> {
     if !between.has_region || !facts.has_region_integral() {
         return None;
     }
@@ -315,16 +271,13 @@ pub(crate) fn region<'e>(points: u32, facts: &Facts<'_>, between: &Between) -> O
     }
     let is_partial = between.class == ShaftClass::Partial && !facts.light.is_round();
     let by = PointBy::Ltc;
+    let rest = match is_partial && facts.points == PointBy::Area {
+        true => Rest::Visible { samples },
+        false => Rest::Points { by, samples },
+    };
     Some(Method {
-        known: KnownOver::Region(Of::Cosines),
-        rest: match is_partial && facts.points == PointBy::Area {
-            true => Rest::Visible { samples: points },
-            false => Rest::Points {
-                by,
-                samples: points,
-            },
-        },
-        ask: Ask::Shaft,
+        rest,
+        ..Method::region(Of::Cosines)
     })
 }
 

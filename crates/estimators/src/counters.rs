@@ -49,7 +49,8 @@ counters! {
         closed_form: "pairs in closed form: no samples",
         /// Pairs in penumbra whose visible part was integrated in closed form.
         exact_penumbrae: "penumbra pairs in closed form",
-        /// Pairs in penumbra that `exact` handed to line samples.
+        /// Pairs of which `exact` did not integrate the visible part, though the light was neither
+        /// found hidden nor seen as a whole: lines or points in its place.
         exact_fallbacks: "penumbra pairs handed by exact to lines",
         /// Pairs of a point and a sphere that triangles reach into, or with too many in between to
         /// tell: points by solid angle in place of lines, a shadow ray for each point.

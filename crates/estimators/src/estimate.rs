@@ -1,21 +1,23 @@
 //! The trunk: from a query to the light, by a method.
 
+use crate::choose::Choice;
 use crate::draw::points::Source;
 use crate::integrand::{Integrand, Known};
-use crate::known::{self, KnownLight, KnownMemory};
+use crate::known::lines::LineMemory;
+use crate::known::region::RegionMemory;
+use crate::known::{self, KnownLight};
 use crate::memory::RestMemory;
-use crate::method::{are_wide, closed};
 use crate::rest::{alone, segment, visible, weighted};
 use crate::streams::Samples;
 use crate::view::{Above, Shape, View};
 use crate::visible::Visible;
 use crate::{
-    Ask, Buffers, Closed, EmissionTexture, Facts, KnownKind, KnownOver, LightKind, Method, Of,
-    PointBy, Query, Rest, Technique, WorkCounters,
+    Ask, Buffers, EmissionTexture, Facts, KnownOver, LightKind, Method, Of, PlanCounters, PointBy,
+    Query, Rest, WorkCounters,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
-use linelit_geometry::{DVec3, Segment};
-use linelit_lights::{CylinderView, DiskLobes, Light, PointSource, Viewer};
+use linelit_geometry::DVec3;
+use linelit_lights::{CylinderView, DiskLobes, Light, PointSource, RegionSampler, Viewer};
 use linelit_visibility::ShaftClass;
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
@@ -41,61 +43,61 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     } = buffers;
     // Is the shading point on a side of the light that emits?
     let cylinder = cylinder(query);
-    let Some(view) = View::new(query.light, query.point, query.margins, cylinder.as_ref()) else {
+    let view = View::new(query.light, query.point, query.margins, cylinder.as_ref());
+    let Some(mut view) = view else {
         return DVec3::ZERO;
     };
-    let estimator = query.estimator;
-    let cosines = cosines(query);
-    if let Some(method) = estimator.points_by_rays(LightKind::of(query.light), query.samples) {
-        let visible = &mut Visible::rays(query.occluders, &view, scratch);
-        let sampled = Sampled::new(query, &view, cosines.as_ref(), None);
-        return sampled.with_rest(&method, DVec3::ZERO, visible, memory, rest, counts);
+    let cosines = query.cosines();
+    if let Some(by) = (query.estimator).points_by_rays(LightKind::of(query.light)) {
+        let mut visible = Visible::rays(query.occluders, &view, scratch);
+        let sampled = Sampled::new(query, &view, cosines.as_ref(), None, &memory.region);
+        return sampled.points(by, query.samples, &mut visible, rest);
     }
-    let mut facts = facts(query, &view, cosines.as_ref());
-    let drawn_on = view.polygon().filter(|_| estimator.is_weighted(&facts));
-    let above = drawn_on.and_then(|polygon| Above::new(polygon, &view.at));
-    if drawn_on.is_some() && above.is_none() {
-        return DVec3::ZERO;
+    let mut choice = Choice::new(query.estimator, Facts::before(query, cosines.as_ref()));
+    let above;
+    if choice.is_weighted()
+        && let Some(polygon) = view.polygon()
+    {
+        above = Above::new(polygon, &view.at);
+        if above.is_none() {
+            return DVec3::ZERO;
+        }
+        view.above = above.as_ref();
     }
-    let view = view.on(above.as_ref());
     // Ask what stands between, and choose the method.
-    let ask = estimator.ask(&facts);
-    let mut visible = Visible::new(query.occluders, &view, ask, scratch, &mut counts.plan);
+    let (occluders, ask) = (query.occluders, choice.ask());
+    let mut visible = Visible::new(occluders, &view, ask, scratch, &mut counts.plan);
     let mut between = visible.between();
-    if between.class == ShaftClass::Partial && estimator.asks_for_density(&facts) {
-        facts.points = view.cheapest_points();
+    if between.class == ShaftClass::Partial && choice.asks_for_density() {
+        choice.facts.points = query.light.cheapest_points(query.point.position);
     }
-    let mut method = estimator.method(&facts, &between);
+    let mut method = choice.method(&between);
     if method.ask == Ask::Rays && !matches!(method.known, KnownOver::Region(_)) {
         visible = visible.into_rays();
     }
     // Integrate what is known; where the visible region cannot be found, choose again.
     let asked = cosines.as_ref();
-    let mut over =
-        |method: &Method<'_>, visible: &mut Visible<'_>, counts: &mut WorkCounters| match method
-            .known
-        {
-            KnownOver::Nothing => Some(KnownLight::NONE),
-            _ => known::over(query, &view, &method.known, asked, visible, memory, counts),
-        };
-    let mut light = over(&method, &mut visible, counts);
+    let mut over = |known: &KnownOver<'_>, visible: &mut Visible<'_>| {
+        known::over(query, &view, known, asked, visible, memory, counts)
+    };
+    let mut light = over(&method.known, &mut visible);
     if light.is_none() {
-        counts.plan.exact_fallbacks += u64::from(between.class == ShaftClass::Partial);
         between.has_region = false;
-        method = estimator.method(&facts, &between);
-        light = over(&method, &mut visible, counts);
+        method = choice.method(&between);
+        light = over(&method.known, &mut visible);
     }
     let Some(light) = light else {
         return DVec3::ZERO;
     };
-    count(&method, between.class, counts);
+    count(query, &method, between.class, &mut counts.plan);
     // Sample the rest.
     if method.ask == Ask::Rays {
         visible = visible.into_rays();
     }
     let known = (method.known == KnownOver::Region(Of::Cosines)).then_some(light);
-    let sampled = Sampled::new(query, &view, cosines.as_ref(), known);
-    sampled.with_rest(&method, light.light, &mut visible, memory, rest, counts)
+    let sampled = Sampled::new(query, &view, asked, known, &memory.region);
+    let lines = &mut memory.lines;
+    sampled.with_rest(&method.rest, light.light, &mut visible, lines, rest, counts)
 }
 
 /// A cylinder as the shading point sees it, if the light is one.
@@ -107,72 +109,20 @@ fn cylinder<R, T>(query: &Query<'_, R, T>) -> Option<CylinderView> {
 }
 
 /// Counts what the method does.
-fn count(method: &Method<'_>, class: ShaftClass, counts: &mut WorkCounters) {
-    let plan = &mut counts.plan;
+fn count<R, T>(
+    query: &Query<'_, R, T>,
+    method: &Method<'_>,
+    class: ShaftClass,
+    plan: &mut PlanCounters,
+) {
+    plan.unoccluded += u64::from(query.skip && class == ShaftClass::Empty);
+    let has_rest = method.rest != Rest::Nothing;
     match (method.known, class) {
         (KnownOver::Region(_), ShaftClass::Partial) => plan.exact_penumbrae += 1,
-        (KnownOver::Region(_), ShaftClass::Empty) if method.rest == Rest::Nothing => {
-            plan.closed_form += 1;
-        }
-        (KnownOver::Nothing, ShaftClass::Blocked) if method.rest == Rest::Nothing => {
-            plan.hidden += 1;
-        }
+        (KnownOver::Region(_), ShaftClass::Empty) if !has_rest => plan.closed_form += 1,
+        (KnownOver::Nothing, ShaftClass::Blocked) if !has_rest => plan.hidden += 1,
+        (_, ShaftClass::Partial) if query.estimator.has_exact() => plan.exact_fallbacks += 1,
         _ => {}
-    }
-}
-
-/// The transformed cosines of the reflection, if they are known and the estimator asks for them.
-fn cosines<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-) -> Option<TransformedCosines> {
-    let point = query.point;
-    // Integrals that stand alone take a diffuse reflection itself.
-    let is_diffuse = || point.known().constant().is_some();
-    let is_combined = query.estimator.alone().is_none();
-    let asks = |technique: &Technique| match technique {
-        Technique::Points(_) => technique.asks_for_cosines(),
-        Technique::Lines(_) => technique.asks_for_cosines() && (is_combined || !is_diffuse()),
-    };
-    let mut parts = query.estimator.all().iter();
-    if !parts.any(|part| asks(&part.technique)) {
-        return None;
-    }
-    point.bsdf.transformed_cosines(point.outgoing, point.normal)
-}
-
-/// The facts by which the method is chosen.
-fn facts<'a, R: Reflection, T: EmissionTexture>(
-    query: &Query<'a, R, T>,
-    view: &View<'_>,
-    cosines: Option<&TransformedCosines>,
-) -> Facts<'a> {
-    let light = LightKind::of(query.light);
-    let (point, known) = (query.point, query.point.known());
-    let closed = closed(&known);
-    let line = match view.shape() {
-        Shape::Segment(line) => Some(**line),
-        Shape::Cylinder(cylinder) => Some(cylinder.cylinder().axis),
-        Shape::Polygon(_) | Shape::Sphere(_) | Shape::Disk(_) => None,
-    };
-    let has_peaks = |line: Segment| {
-        let line = line.relative_to(point.position);
-        let peaks = point.bsdf.peaks(&line, point.outgoing, point.normal);
-        closed == Closed::Nowhere && peaks.is_some()
-    };
-    Facts {
-        light,
-        known: KnownKind {
-            closed,
-            has_cosines: cosines.is_some(),
-            are_unlike: known.is_unlike_cosines(),
-            are_wide: cosines.is_some_and(are_wide),
-            has_peaks: line.is_some_and(has_peaks),
-        },
-        occlusion: &query.light.occlusion,
-        samples: query.samples,
-        skip: query.skip,
-        queries: query.queries,
-        points: PointBy::SolidAngle,
     }
 }
 
@@ -184,98 +134,110 @@ struct Sampled<'a, R, T> {
     cosines: Option<&'a TransformedCosines>,
     /// Their integral, if it is taken.
     known: Option<KnownLight>,
+    /// The region that it is over.
+    region: &'a RegionMemory,
+    integrand: Integrand<'a, R, T>,
 }
 
 impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
-    const fn new(
+    #[inline]
+    fn new(
         query: &'a Query<'a, R, T>,
         view: &'a View<'a>,
         cosines: Option<&'a TransformedCosines>,
         known: Option<KnownLight>,
+        region: &'a RegionMemory,
     ) -> Self {
         Self {
             query,
             view,
             cosines,
             known,
+            region,
+            integrand: Integrand {
+                light: query.light,
+                point: query.point,
+                known: known.map(|_| Known {
+                    cosines: &region.cosines,
+                    emitted: view.emitted().0,
+                }),
+            },
         }
     }
 
     /// The known light and the mean of the samples for the rest.
     fn with_rest(
         &self,
-        method: &Method<'_>,
+        rest: &Rest<'_>,
         light: DVec3,
         visible: &mut Visible<'_>,
-        known: &mut KnownMemory,
+        lines: &mut LineMemory,
         memory: &mut RestMemory,
         counts: &mut WorkCounters,
     ) -> DVec3 {
-        let Self { query, view, .. } = *self;
-        let KnownMemory { lines, region } = known;
-        let (point, numbers) = (query.point, &query.numbers);
-        let integrand = &Integrand {
-            light: query.light,
-            point,
-            known: self.known.map(|_| Known {
-                cosines: &region.cosines,
-                emitted: view.emitted().0,
-            }),
-        };
-        let from = |count| Samples { numbers, count };
-        let (by, count) = match (method.rest, view.polygon()) {
-            (Rest::Nothing, _) => return light,
-            (
+        let Self { integrand, .. } = self;
+        light
+            + match *rest {
+                Rest::Nothing => return light,
+                Rest::Points { by, samples } => self.points(by, samples, visible, memory),
                 Rest::PointsOfLines {
                     lines: options,
                     samples,
-                },
-                Some(polygon),
-            ) => {
-                let from = from(samples);
-                return light
-                    + alone::lines(integrand, polygon, options, from, visible, lines, counts);
-            }
-            (Rest::PointsOfLines { samples, .. }, None) => (PointBy::SolidAngle, samples),
-            (Rest::Weighted(weighted), _) => {
-                let cosines = self.drawn();
-                let memory = (&mut memory.weighted, &mut memory.points, counts);
-                let cosines = cosines.as_ref();
-                return light
-                    + weighted::sum(
-                        integrand, view, &weighted, cosines, numbers, visible, memory,
-                    );
-            }
-            (Rest::Visible { samples }, _) => {
-                let plane = self.known.and_then(|known| known.plane);
-                if let (Some(cosines), Some(plane)) = (self.cosines, plane) {
-                    let (from, sampler) = (from(samples), &mut memory.region);
-                    let drawn =
-                        visible::points(integrand, view, cosines, plane, from, region, sampler);
-                    if let Some((beta, mean)) = drawn {
+                } => {
+                    let Some(polygon) = self.view.polygon() else {
+                        return light;
+                    };
+                    let from = self.samples(samples);
+                    alone::lines(integrand, polygon, options, from, visible, lines, counts)
+                }
+                Rest::Visible { samples } => {
+                    if let Some((beta, mean)) = self.on_region(samples, &mut memory.region) {
                         return light * beta + mean;
                     }
+                    self.points(PointBy::Ltc, samples, visible, memory)
                 }
-                (PointBy::Ltc, samples)
+                Rest::Weighted(weighted) => {
+                    let (view, numbers) = (self.view, &self.query.numbers);
+                    let cosines = self.drawn();
+                    let memory = (&mut memory.weighted, &mut memory.points, counts);
+                    let cosines = cosines.as_ref();
+                    weighted::sum(
+                        integrand, view, &weighted, cosines, numbers, visible, memory,
+                    )
+                }
             }
-            (Rest::Points { by, samples }, _) => (by, samples),
-        };
-        light + self.points(integrand, by, from(count), visible, memory)
+    }
+
+    const fn samples(&self, count: u32) -> Samples<'_> {
+        let numbers = &self.query.numbers;
+        Samples { numbers, count }
+    }
+
+    /// A factor for the known light, and the mean of the rest over points of the visible region.
+    fn on_region(&self, samples: u32, sampler: &mut RegionSampler) -> Option<(f64, DVec3)> {
+        let (cosines, plane) = (self.cosines?, self.known?.plane?);
+        let (from, integrand) = (self.samples(samples), &self.integrand);
+        visible::points(
+            integrand,
+            self.view,
+            cosines,
+            plane,
+            from,
+            self.region,
+            sampler,
+        )
     }
 
     /// The mean over points of the whole light.
     fn points(
         &self,
-        integrand: &Integrand<'_, R, T>,
         by: PointBy,
-        samples: Samples<'_>,
+        count: u32,
         visible: &mut Visible<'_>,
         memory: &mut RestMemory,
     ) -> DVec3 {
-        let (view, point) = (self.view, self.query.point);
-        let RestMemory {
-            points, segment, ..
-        } = memory;
+        let (view, point, integrand) = (self.view, self.query.point, &self.integrand);
+        let (samples, block) = (self.samples(count), &mut memory.points);
         let Some(surface) = view.surface() else {
             let (Shape::Segment(line), PointBy::Linear(options)) = (view.shape(), by) else {
                 return DVec3::ZERO;
@@ -286,7 +248,8 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
                 emitted: view.emitted().0,
                 samples,
             };
-            return segment::points(&asked, options, self.cosines, visible, segment, points);
+            let pairs = &mut memory.segment;
+            return segment::points(&asked, options, self.cosines, visible, pairs, block);
         };
         let cosines = self.drawn();
         if self.known.is_some()
@@ -295,19 +258,19 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
         {
             let source = &PointSource::DiskLobes(lobes);
             let source = Source::OnLight(source);
-            return alone::points(integrand, &surface, source, samples, visible, points);
+            return alone::points(integrand, &surface, source, samples, visible, block);
         }
         let viewer = Viewer {
             cosines: cosines.as_ref(),
             ..view.at.viewer()
         };
         let Some(density) = by.on_surface() else {
-            return alone::points(integrand, &surface, Source::Bsdf, samples, visible, points);
+            return alone::points(integrand, &surface, Source::Bsdf, samples, visible, block);
         };
         // A source is large: it is made where it stays.
         let source = PointSource::new(density, surface, self.query.light.texture, &viewer);
         let source = Source::OnLight(&source);
-        alone::points(integrand, &surface, source, samples, visible, points)
+        alone::points(integrand, &surface, source, samples, visible, block)
     }
 
     /// The transformed cosines that points are drawn by: on round lights, of a reflection with

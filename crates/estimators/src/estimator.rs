@@ -237,28 +237,41 @@ impl Estimator {
         &self.parts[..self.count]
     }
 
-    /// The first part that takes a closed form where there is one, and the samples of all such
+    /// Whether a technique is `exact`.
+    pub(crate) fn has_exact(&self) -> bool {
+        let integrals = (self.all().iter()).filter_map(|part| part.technique.integrated());
+        integrals
+            .map(|(_, by)| by)
+            .any(|by| matches!(by, Integration::Exact(_)))
+    }
+
+    /// The first part that takes a closed form where there is one, with the samples of all such
     /// parts of `count`.
-    pub(crate) fn closed(&self, count: u32) -> Option<(&Lines, Integration, u32)> {
-        if let [only] = self.all() {
-            let (lines, integration) = only.technique.integrated()?;
-            return Some((lines, integration, count.max(1)));
+    pub(crate) fn closed(&self, count: u32) -> Option<Integral<'_>> {
+        let (lines, by) = (self.all().iter()).find_map(|part| part.technique.integrated())?;
+        if self.count == 1 {
+            let count = count.max(1);
+            return Some(Integral { lines, by, count });
         }
-        let (mut first, mut all, mut theirs) = (None, 0.0, 0.0);
-        for part in self.parts() {
-            let share = f64::from(part.share);
-            all += share;
-            if let Some(integrated) = part.technique.integrated() {
-                theirs += share;
-                first = first.or(Some(integrated));
-            }
-        }
+        let share = |part: &Part| f64::from(part.share);
+        let is_closed = |part: &&Part| part.technique.integrated().is_some();
+        let theirs: f64 = self.parts().filter(is_closed).map(share).sum();
+        let all: f64 = self.parts().map(share).sum();
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "between 0 and the number of samples"
         )]
-        let samples = (f64::from(count) * theirs / all).round().max(1.0) as u32;
-        first.map(|(lines, integration)| (lines, integration, samples))
+        let count = (f64::from(count) * theirs / all).round().max(1.0) as u32;
+        Some(Integral { lines, by, count })
     }
+}
+
+/// An integral over the visible parts of a light, in place of techniques.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Integral<'e> {
+    pub lines: &'e Lines,
+    pub by: Integration,
+    /// The number of samples.
+    pub count: u32,
 }

@@ -1,9 +1,10 @@
 //! `hybrid`: the rules by which it chooses (`docs/decisions/007-what-hybrid-asks.md`).
 
 use crate::choose::{along, region};
+use crate::estimator::Integral;
 use crate::{
-    Ask, Between, Closed, Facts, KnownOver, Lines, Method, OcclusionStats, Part, PointBy, Points,
-    Rest, Technique, Weighted, Weights,
+    Ask, Between, Closed, Facts, KnownOver, Method, OcclusionStats, Part, PointBy, Points, Rest,
+    Technique, Weighted, Weights,
 };
 
 /// Points, or rays that are traced together, in place of a line; fewer lines than this are points
@@ -36,11 +37,11 @@ pub(crate) fn takes_rays(facts: &Facts<'_>, count: u32) -> bool {
 
 /// The method for a polygon of one radiance that is not seen as a whole.
 pub(crate) fn method<'e>(
-    lines: &'e Lines,
-    count: u32,
+    integral: &Integral<'e>,
     facts: &Facts<'_>,
     between: &Between,
 ) -> Method<'e> {
+    let (lines, count) = (integral.lines, integral.count);
     let closed = facts.known.closed;
     let by = match closed {
         Closed::Diffuse => facts.points,
@@ -74,7 +75,7 @@ pub(crate) fn method<'e>(
         Closed::Diffuse | Closed::AlongLines => count >= POINTS || between.is_dense,
         Closed::Nowhere => facts.known.are_wide,
     };
-    let along = along(lines, count, facts).filter(|_| takes_lines);
+    let along = along(integral, facts).filter(|_| takes_lines);
     along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))
 }
 

@@ -8,6 +8,7 @@ mod counters;
 mod draw;
 mod estimate;
 mod estimator;
+mod explain;
 mod hybrid;
 mod integrand;
 mod known;

@@ -1,7 +1,7 @@
 //! A light among its surroundings, and what it emits.
 
-use crate::{PlanCounters, ShadingPoint};
-use linelit_geometry::DVec3;
+use crate::{PlanCounters, PointBy, ShadingPoint};
+use linelit_geometry::{DVec3, Triangle};
 use linelit_lights::{CylinderView, Emission, EmissionTexture, Light, LightPoint, NoTexture};
 use std::ops::Range;
 
@@ -39,16 +39,20 @@ pub struct OcclusionStats {
     pub direction: Option<f64>,
 }
 
-impl Default for OcclusionStats {
+impl OcclusionStats {
     /// Few triangles, all loose; no direction better than others.
+    pub const FEW: Self = Self {
+        dense: false,
+        candidates: 1.0,
+        edges: 3.0,
+        line_cost: 13.0,
+        direction: None,
+    };
+}
+
+impl Default for OcclusionStats {
     fn default() -> Self {
-        Self {
-            dense: false,
-            candidates: 1.0,
-            edges: 3.0,
-            line_cost: 13.0,
-            direction: None,
-        }
+        Self::FEW
     }
 }
 
@@ -91,6 +95,29 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             Light::Area(area) if self.texture.is_none() => Some(area.emission),
             Light::Disk(light) => Some(light.emission),
             Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) => None,
+        }
+    }
+
+    /// The density of points of a polygon that reaches an error first: uniform on the area, or in
+    /// the solid angle.
+    pub(crate) fn cheapest_points(&self, x: DVec3) -> PointBy {
+        let Light::Area(area) = self.light else {
+            return PointBy::SolidAngle;
+        };
+        let corners = area.polygon.vertices();
+        let triangles = corners[1..].windows(2);
+        let nearest = triangles.map(|pair| {
+            let triangle = Triangle::new(corners[0], pair[0], pair[1]);
+            triangle.nearest(x).distance_squared(x)
+        });
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        let farthest = corners.iter().map(|corner| corner.distance_squared(x));
+        let farthest = farthest.fold(0.0, f64::max);
+        // The solid angle of a piece goes as the cube of the distance.
+        if farthest.powi(3) <= FLAT * FLAT * nearest.powi(3) {
+            PointBy::Area
+        } else {
+            PointBy::SolidAngle
         }
     }
 
@@ -147,3 +174,7 @@ fn above_horizon<R>(
     }
     above
 }
+
+/// The ratio between solid angles of pieces of a light up to which points uniform on the area are
+/// as good as points uniform in the solid angle; they cost two thirds.
+const FLAT: f64 = 16.0;

@@ -4,15 +4,12 @@
 //! Every estimate is L = ∫ g V dω + ∫ (f − g) V dω, where f is the light that the reflection sends
 //! to the viewer, V visibility and g the part of f that is known in closed form.
 
-use crate::OcclusionStats;
-use crate::{
-    Estimator, LightSource, Lines, Part, PointBy, Points, Queries, ShadingPoint, Technique, Weights,
-};
-use linelit_bsdf::{Known, Reflection, TransformedCosine, TransformedCosines};
+use crate::{EmissionTexture, LightSource, Lines, OcclusionStats, Part, PointBy};
+use crate::{Points, Queries, Query, ShadingPoint, Weights};
+use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
 use linelit_visibility::ShaftClass;
-use std::fmt;
 
 /// The kinds of lights that methods tell apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,19 +63,6 @@ impl LightKind {
     }
 }
 
-impl fmt::Display for LightKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Polygon => "polygon",
-            Self::Textured => "textured polygon",
-            Self::Linear => "line",
-            Self::Sphere => "sphere",
-            Self::Disk => "disk",
-            Self::Cylinder => "cylinder",
-        })
-    }
-}
-
 /// The closed forms that a reflection has ([`Reflection::known`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Closed {
@@ -107,18 +91,60 @@ pub struct KnownKind {
 }
 
 impl KnownKind {
+    /// Kinds of reflections that techniques treat differently, with their names.
+    pub const ALL: [(&'static str, Self); 5] = {
+        const fn kind(closed: Closed, is_known: bool, are_wide: bool) -> KnownKind {
+            KnownKind {
+                closed,
+                has_cosines: is_known,
+                are_unlike: false,
+                are_wide,
+                has_peaks: is_known,
+            }
+        }
+        let narrow = kind(Closed::Nowhere, true, false);
+        [
+            ("diffuse", kind(Closed::Diffuse, true, true)),
+            (
+                "lobes of Phong or Gaussians",
+                kind(Closed::AlongLines, true, false),
+            ),
+            ("narrow transformed cosines", narrow),
+            (
+                "wide transformed cosines",
+                kind(Closed::Nowhere, true, true),
+            ),
+            ("nothing known", kind(Closed::Nowhere, false, false)),
+        ]
+    };
+
     /// The knowledge that the reflection at a shading point gives.
     pub fn of<R: Reflection>(point: &ShadingPoint<R>) -> Self {
-        let (bsdf, wo, n) = (&point.bsdf, point.outgoing, point.normal);
-        let known = point.known();
+        let (wo, n) = (point.outgoing, point.normal);
+        let cosines = point.bsdf.transformed_cosines(wo, n);
         let line = Segment::new(n, n + DVec3::X);
-        let cosines = bsdf.transformed_cosines(wo, n);
+        Self::along(point, cosines.as_ref(), Some(line))
+    }
+
+    /// The same with its transformed cosines, if they are asked for, and its peaks along a line
+    /// relative to the point.
+    fn along<R: Reflection>(
+        point: &ShadingPoint<R>,
+        cosines: Option<&TransformedCosines>,
+        line: Option<Segment>,
+    ) -> Self {
+        let known = point.known();
+        let peaks = |line| point.bsdf.peaks(&line, point.outgoing, point.normal);
         Self {
-            closed: closed(&known),
+            closed: match known.closed_form() {
+                None => Closed::Nowhere,
+                Some(form) if form.is_diffuse() => Closed::Diffuse,
+                Some(_) => Closed::AlongLines,
+            },
             has_cosines: cosines.is_some(),
             are_unlike: known.is_unlike_cosines(),
-            are_wide: cosines.as_ref().is_some_and(are_wide),
-            has_peaks: bsdf.peaks(&line, wo, n).is_some(),
+            are_wide: cosines.is_some_and(are_wide),
+            has_peaks: line.and_then(peaks).is_some(),
         }
     }
 }
@@ -127,22 +153,13 @@ impl KnownKind {
 const WIDE: f64 = 0.04;
 
 /// Whether all lobes of transformed cosines are wide.
-pub(crate) fn are_wide(cosines: &TransformedCosines) -> bool {
+fn are_wide(cosines: &TransformedCosines) -> bool {
     let is_wide = |lobe: &TransformedCosine| {
         let largest = [lobe.map.x_axis, lobe.map.y_axis, lobe.map.z_axis].map(DVec3::length);
         let volume = largest.into_iter().fold(0.0, f64::max).powi(3);
         lobe.map.determinant().abs() >= WIDE * volume
     };
     cosines.lobes().iter().all(is_wide)
-}
-
-/// The closed forms of a reflection.
-pub(crate) fn closed(known: &Known<'_>) -> Closed {
-    match known.closed_form() {
-        None => Closed::Nowhere,
-        Some(form) if form.is_diffuse() => Closed::Diffuse,
-        Some(_) => Closed::AlongLines,
-    }
 }
 
 /// Facts about a light and a reflection that are known before visibility is asked for.
@@ -163,6 +180,54 @@ pub struct Facts<'a> {
     /// The density of points of a polygon that reaches an error first: by area, of a light whose
     /// solid angle differs little from place to place, else by solid angle.
     pub points: PointBy,
+}
+
+impl<'a> Facts<'a> {
+    /// Facts of a query that skips what it can and shares one shaft, towards a light before which
+    /// few triangles stand, and which is seen alike from place to place.
+    #[must_use]
+    pub const fn new(light: LightKind, known: KnownKind, samples: u32) -> Self {
+        Self {
+            light,
+            known,
+            occlusion: &OcclusionStats::FEW,
+            samples,
+            skip: true,
+            queries: Queries::OneShaft,
+            points: PointBy::Area,
+        }
+    }
+
+    /// The facts of a query, by which `estimate` chooses its method.
+    #[must_use]
+    pub fn of<R: Reflection, T: EmissionTexture>(query: &Query<'a, R, T>) -> Self {
+        Self {
+            points: query.light.cheapest_points(query.point.position),
+            ..Self::before(query, query.cosines().as_ref())
+        }
+    }
+
+    /// The facts of a query before the best density of points is asked for.
+    pub(crate) fn before<R: Reflection, T>(
+        query: &Query<'a, R, T>,
+        cosines: Option<&TransformedCosines>,
+    ) -> Self {
+        let line = match query.light.light {
+            Light::Linear(light) => Some(light.segment),
+            Light::Cylinder(light) => Some(light.cylinder.axis),
+            Light::Area(_) | Light::Sphere(_) | Light::Disk(_) => None,
+        };
+        let line = line.map(|line| line.relative_to(query.point.position));
+        Self {
+            light: LightKind::of(query.light),
+            known: KnownKind::along(query.point, cosines, line),
+            occlusion: &query.light.occlusion,
+            samples: query.samples,
+            skip: query.skip,
+            queries: query.queries,
+            points: PointBy::SolidAngle,
+        }
+    }
 }
 
 /// The answer of a shaft between a shading point and a light.
@@ -312,71 +377,21 @@ impl<'e> Method<'e> {
     }
 }
 
-impl fmt::Display for Method<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.known {
-            KnownOver::Nothing => {}
-            KnownOver::Lines { of, count, .. } => write!(f, "{of} along {count} lines")?,
-            KnownOver::Region(of) => write!(f, "{of} over the visible part of the light")?,
-        }
-        let and = match self.known {
-            KnownOver::Nothing => "",
-            KnownOver::Lines { .. } | KnownOver::Region(_) => ", the rest by ",
+impl Weighted<'_> {
+    /// Its techniques with their shares, with points in place of lines of integrals where these are
+    /// replaced.
+    pub(crate) fn techniques(&self) -> impl Iterator<Item = Part> {
+        let beside = self.with_bsdf.then(|| Part {
+            technique: Points::bsdf().into(),
+            share: 1,
+        });
+        let replaced = |part: &Part| match self.integrals {
+            Some(by) if part.technique.may_become_points() => Part {
+                technique: Points::by(by).into(),
+                ..*part
+            },
+            _ => *part,
         };
-        let by = match self.ask {
-            Ask::Rays => "a shadow ray each",
-            Ask::Shaft => "one shaft for all",
-        };
-        match self.rest {
-            Rest::Nothing if self.known == KnownOver::Nothing => f.write_str("no light"),
-            Rest::Nothing => Ok(()),
-            Rest::Points {
-                by: density,
-                samples,
-            } => {
-                let points = Estimator::from(Points::by(density));
-                write!(f, "{and}{samples} points as `{points}`, {by}")
-            }
-            Rest::PointsOfLines { samples, .. } => {
-                write!(
-                    f,
-                    "{and}a point of each of {samples} lines as `line-area`, {by}"
-                )
-            }
-            Rest::Visible { samples } => write!(f, "{and}{samples} points of that part"),
-            Rest::Weighted(weighted) => write!(f, "{and}{weighted}, {by}"),
-        }
-    }
-}
-
-impl fmt::Display for Of {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Reflection => "closed form",
-            Self::Quadrature => "quadrature",
-            Self::Cosines => "closed form of transformed cosines",
-        })
-    }
-}
-
-impl fmt::Display for Weighted<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} samples weighted among ", self.samples)?;
-        for (i, part) in self.parts.iter().enumerate() {
-            let technique = match (part.technique, self.integrals) {
-                (Technique::Lines(lines), Some(by)) if lines.becomes_points() => {
-                    Points::by(by).into()
-                }
-                (Technique::Lines(lines), _) => Lines::by(lines.measure()).into(),
-                (points @ Technique::Points(_), _) => points,
-            };
-            let and = if i > 0 { " and " } else { "" };
-            write!(f, "{and}`{}`", technique.name())?;
-        }
-        f.write_str(if self.with_bsdf {
-            " and `point-bsdf`"
-        } else {
-            ""
-        })
+        self.parts.iter().map(replaced).chain(beside)
     }
 }

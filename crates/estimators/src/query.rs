@@ -1,6 +1,7 @@
 //! One shading point and one light: what an estimator works on.
 
-use crate::{EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint};
+use crate::{EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Technique};
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::Margins;
 use linelit_visibility::Occluders;
 
@@ -68,5 +69,22 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
             queries: Queries::OneShaft,
             margins: Margins::DEFAULT,
         }
+    }
+}
+
+impl<R: Reflection, T> Query<'_, R, T> {
+    /// The transformed cosines of the reflection, if they are known and the estimator asks for
+    /// them.
+    pub(crate) fn cosines(&self) -> Option<TransformedCosines> {
+        let point = self.point;
+        // Integrals that stand alone take a diffuse reflection itself.
+        let is_taken = |technique: &Technique| match (technique, self.estimator.alone()) {
+            (Technique::Lines(_), Some(_)) => point.known().constant().is_none(),
+            _ => true,
+        };
+        let mut techniques = self.estimator.all().iter().map(|part| &part.technique);
+        techniques
+            .any(|technique| technique.asks_for_cosines() && is_taken(technique))
+            .then(|| point.bsdf.transformed_cosines(point.outgoing, point.normal))?
     }
 }

@@ -138,15 +138,17 @@ pub struct ExactOptions {
 impl ExactOptions {
     /// The closed form past any number of triangles.
     pub const NO_LIMIT: u32 = u32::MAX;
+
+    /// Accurate to 1e-6, past any number of triangles.
+    const DEFAULT: Self = Self {
+        tolerance: 1e-6,
+        limit: Self::NO_LIMIT,
+    };
 }
 
 impl Default for ExactOptions {
-    /// Accurate to 1e-6, past any number of triangles.
     fn default() -> Self {
-        Self {
-            tolerance: 1e-6,
-            limit: Self::NO_LIMIT,
-        }
+        Self::DEFAULT
     }
 }
 
@@ -216,9 +218,13 @@ impl From<Lines> for Technique {
     }
 }
 
+impl LinearOptions {
+    const DEFAULT: Self = Self::Technique(LinearTechnique::ProjectedSolidAngle);
+}
+
 impl Default for LinearOptions {
     fn default() -> Self {
-        Self::Technique(LinearTechnique::ProjectedSolidAngle)
+        Self::DEFAULT
     }
 }
 
@@ -334,11 +340,8 @@ pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
     const fn integrated(integration: Integration) -> Technique {
         Technique::Lines(Lines::integrated(integration))
     }
-    const LINEAR: LinearOptions = LinearOptions::Technique(LinearTechnique::ProjectedSolidAngle);
-    const EXACT: ExactOptions = ExactOptions {
-        tolerance: 1e-6,
-        limit: ExactOptions::NO_LIMIT,
-    };
+    const LINEAR: PointBy = PointBy::Linear(LinearOptions::DEFAULT);
+    const EXACT: Integration = Integration::Exact(ExactOptions::DEFAULT);
     [
         ("point-area", points(PointBy::Area)),
         ("point-visible-area", points(PointBy::VisibleArea)),
@@ -351,14 +354,14 @@ pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
         ("point-ltc", points(PointBy::Ltc)),
         ("point-texture", points(PointBy::Texture)),
         ("point-bsdf", points(PointBy::Bsdf)),
-        ("point-linear", points(PointBy::Linear(LINEAR))),
+        ("point-linear", points(LINEAR)),
         ("line-area", lines(LineBy::Area)),
         ("line-solid-angle", lines(LineBy::SolidAngle)),
         ("line-warped", lines(LineBy::Warped)),
         ("line-projected", lines(LineBy::Projected)),
         ("line-texture", lines(LineBy::Texture)),
         ("line-analytic", integrated(Integration::Analytic)),
-        ("exact", integrated(Integration::Exact(EXACT))),
+        ("exact", integrated(EXACT)),
         ("hybrid", integrated(Integration::Cheapest)),
     ]
 };

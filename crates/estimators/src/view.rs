@@ -1,9 +1,8 @@
 //! A light as one shading point sees it.
 
-use crate::PointBy;
 use crate::light::LightSource;
 use crate::point::{Receiver, ShadingPoint};
-use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment, Triangle};
+use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment};
 use linelit_lights::{CylinderView, Disk, Emission, Light, Sphere, Surface};
 use std::ops::Range;
 
@@ -94,11 +93,6 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The view with the part of a polygon above the horizons on which techniques are weighted.
-    pub(crate) const fn on(self, above: Option<&'a Above>) -> Self {
-        Self { above, ..self }
-    }
-
     /// The surface of the light; `None` of a segment.
     pub(crate) fn surface(&self) -> Option<Surface<'_>> {
         Some(match &self.shape {
@@ -145,31 +139,4 @@ impl<'a> View<'a> {
         };
         (self.emission.towards(height), height)
     }
-
-    /// The density of points of a polygon that reaches an error first: uniform on the area, or in
-    /// the solid angle.
-    pub(crate) fn cheapest_points(&self) -> PointBy {
-        let Some(polygon) = self.polygon() else {
-            return PointBy::SolidAngle;
-        };
-        let (corners, x) = (polygon.vertices(), self.at.position);
-        let triangles = corners[1..].windows(2);
-        let nearest = triangles.map(|pair| {
-            let triangle = Triangle::new(corners[0], pair[0], pair[1]);
-            triangle.nearest(x).distance_squared(x)
-        });
-        let nearest = nearest.fold(f64::INFINITY, f64::min);
-        let farthest = corners.iter().map(|corner| corner.distance_squared(x));
-        let farthest = farthest.fold(0.0, f64::max);
-        // The solid angle of a piece goes as the cube of the distance.
-        if farthest.powi(3) <= FLAT * FLAT * nearest.powi(3) {
-            PointBy::Area
-        } else {
-            PointBy::SolidAngle
-        }
-    }
 }
-
-/// The ratio between solid angles of pieces of a light up to which points uniform on the area are
-/// as good as points uniform in the solid angle; they cost two thirds.
-const FLAT: f64 = 16.0;

@@ -102,13 +102,11 @@ impl<'a> Visible<'a> {
                 }
             }
         };
-        let visible = Self {
+        Self {
             occluders,
             view,
             source,
-        };
-        counters.unoccluded += u64::from(visible.between().class == ShaftClass::Empty);
-        visible
+        }
     }
 
     /// Answers by a traversal for each question.

@@ -3,7 +3,7 @@
 use crate::probe::{RAYS, over_grid};
 use crate::{Renderer, Settings};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{Facts, KnownKind, LightKind, PointBy, Queries};
+use linelit_estimators::{Facts, KnownKind, LightKind, Queries};
 use std::collections::BTreeSet;
 
 /// The methods for lights of one kind, and of one estimator, on some materials.
@@ -38,16 +38,13 @@ impl Renderer<'_> {
             let light = LightKind::of(&planned.source());
             let estimator = planned.estimator.as_ref().unwrap_or(&settings.estimator);
             let methods = estimator.explain(&Facts {
-                light,
-                known,
                 occlusion: &planned.occlusion,
-                samples: settings.samples,
                 skip: settings.skip,
                 queries: match settings.share {
                     true => Queries::OneShaft,
                     false => Queries::SeparateRays,
                 },
-                points: PointBy::Area,
+                ..Facts::new(light, known, settings.samples)
             });
             let same = |row: &&mut PairMethods| (row.light, &row.methods) == (light, &methods);
             match rows.iter_mut().find(same) {

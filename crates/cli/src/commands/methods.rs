@@ -1,37 +1,8 @@
 //! The methods of each technique on each kind of light and of reflection, from the data by which
 //! estimators choose.
 
-use linelit_estimators::{Closed, Estimator, Facts, KnownKind, LightKind, OcclusionStats};
-use linelit_estimators::{PointBy, Queries, Technique};
+use linelit_estimators::{Estimator, Facts, KnownKind, LightKind, Technique};
 use serde::Serialize;
-
-/// The kinds of knowledge of a reflection, by name.
-const KNOWN: [(&str, KnownKind); 5] = [
-    ("diffuse", known(Closed::Diffuse, true)),
-    (
-        "lobes of Phong or Gaussians",
-        known(Closed::AlongLines, true),
-    ),
-    ("narrow transformed cosines", known(Closed::Nowhere, true)),
-    (
-        "wide transformed cosines",
-        KnownKind {
-            are_wide: true,
-            ..known(Closed::Nowhere, true)
-        },
-    ),
-    ("nothing known", known(Closed::Nowhere, false)),
-];
-
-const fn known(closed: Closed, is_like: bool) -> KnownKind {
-    KnownKind {
-        closed,
-        has_cosines: is_like,
-        are_unlike: false,
-        are_wide: false,
-        has_peaks: is_like,
-    }
-}
 
 /// The samples of each estimate.
 const SAMPLES: u32 = 16;
@@ -69,16 +40,8 @@ pub(super) fn all() -> Vec<Method> {
 /// The methods of a technique on a kind of light.
 fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
     let mut rows: Vec<Method> = Vec::new();
-    for (name, known) in KNOWN {
-        let does = Estimator::from(*technique).explain(&Facts {
-            light,
-            known,
-            occlusion: &OcclusionStats::default(),
-            samples: SAMPLES,
-            skip: true,
-            queries: Queries::OneShaft,
-            points: PointBy::Area,
-        });
+    for (name, known) in KnownKind::ALL {
+        let does = Estimator::from(*technique).explain(&Facts::new(light, known, SAMPLES));
         match rows.iter_mut().find(|row| row.does == does) {
             Some(row) => row.reflections.push(name),
             None => rows.push(Method {
@@ -105,7 +68,7 @@ pub(super) fn lines() -> Vec<String> {
             true => "any light".to_owned(),
             false => row.lights.join(", "),
         };
-        let reflections = match row.reflections.len() == KNOWN.len() {
+        let reflections = match row.reflections.len() == KnownKind::ALL.len() {
             true => "any reflection".to_owned(),
             false => row.reflections.join(", "),
         };

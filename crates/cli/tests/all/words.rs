@@ -1,7 +1,7 @@
 //! What the program says of its words: lists, help, completions, and words that mean nothing.
 
 use crate::common::{folder, linelit, names, path, succeeded, text};
-use linelit_estimators::Estimator;
+use linelit_estimators::{Estimator, KnownKind, LightKind, Technique};
 use linelit_samplers::SamplerKind;
 
 fn said(arguments: &[&str]) -> String {
@@ -49,16 +49,6 @@ const LOBES: &str = "lobes of Phong or Gaussians";
 const COSINES: &str = "narrow transformed cosines";
 const NOTHING: &str = "nothing known";
 
-/// The kinds of lights, as `list methods` calls them.
-const LIGHTS: [&str; 6] = [
-    "polygon",
-    "textured polygon",
-    "line",
-    "sphere",
-    "disk",
-    "cylinder",
-];
-
 /// What a technique does on a kind of light and of reflection: there is one row that says it.
 fn does<'a>(rows: &'a serde_json::Value, cell: [&str; 3]) -> &'a str {
     let [technique, light, reflection] = cell;
@@ -86,16 +76,17 @@ fn does<'a>(rows: &'a serde_json::Value, cell: [&str; 3]) -> &'a str {
 fn methods_are_listed_without_a_scene() {
     let rows = said(&["list", "methods", "--json"]);
     let rows: serde_json::Value = serde_json::from_str(&rows).unwrap();
-    for technique in linelit_estimators::Technique::all() {
-        for light in LIGHTS {
-            for reflection in [DIFFUSE, LOBES, COSINES, NOTHING] {
-                let _ = does(&rows, [technique.name(), light, reflection]);
+    for technique in Technique::all() {
+        for light in LightKind::ALL {
+            for (reflection, _) in KnownKind::ALL {
+                let _ = does(&rows, [technique.name(), &light.to_string(), reflection]);
             }
         }
     }
     let over = "closed form over the visible part of the light";
     let along = "closed form along 16 lines";
     let rays = "16 points as `point-proxy`, a shadow ray each";
+    let by_angle = "16 points as `point-solid-angle`, a shadow ray each";
     for (technique, light, reflection, expected) in [
         ("line-analytic", "polygon", LOBES, along),
         (
@@ -106,7 +97,11 @@ fn methods_are_listed_without_a_scene() {
         ),
         ("exact", "disk", DIFFUSE, over),
         ("line-area", "line", LOBES, over),
-        ("point-proxy", "sphere", NOTHING, rays),
+        ("point-proxy", "polygon", NOTHING, rays),
+        ("point-proxy", "sphere", NOTHING, by_angle),
+        ("point-ltc", "polygon", NOTHING, by_angle),
+        ("point-ltc", "polygon", DIFFUSE, by_angle),
+        ("point-ltc", "cylinder", LOBES, by_angle),
     ] {
         assert_eq!(does(&rows, [technique, light, reflection]), expected);
     }
@@ -114,7 +109,7 @@ fn methods_are_listed_without_a_scene() {
     for line in [
         format!("line-analytic\n  polygon, cylinder; {DIFFUSE}: {over} where nothing is between, else {along}\n"),
         format!("  line; {DIFFUSE}, {LOBES}: {over}\n"),
-        "point-linear\n  any light; any reflection: 16 points as `point-linear`, a shadow ray each\n".to_owned(),
+        "point-bsdf\n  polygon, textured polygon, sphere, disk, cylinder; any reflection: 16 points as `point-bsdf`, a shadow ray each\n".to_owned(),
     ] {
         assert!(text.contains(&line), "{line}\n{text}");
     }

@@ -13,10 +13,10 @@ pub(crate) enum Source<'s, 't> {
     Bsdf,
 }
 
-impl<'s, 't> From<&'s Option<PointSource<'t>>> for Source<'s, 't> {
+impl<'s, 't> From<&'s Option<Box<PointSource<'t>>>> for Source<'s, 't> {
     /// The BSDF where there is no density on the surface.
-    fn from(source: &'s Option<PointSource<'t>>) -> Self {
-        source.as_ref().map_or(Self::Bsdf, Self::OnLight)
+    fn from(source: &'s Option<Box<PointSource<'t>>>) -> Self {
+        source.as_deref().map_or(Self::Bsdf, Self::OnLight)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::region::{CORNERS, OverRegion, RegionMemory, boundary, clip};
 use crate::view::{Shape, View};
-use linelit_bsdf::{ClosedForm, TransformedCosines};
+use linelit_bsdf::TransformedCosines;
 use linelit_geometry::{DVec3, EllipticCone, Frame};
 use linelit_lights::{Disk, DiskCone, SphereProjected, around_unit_circle};
 use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk, Penumbra, Point};
@@ -14,29 +14,26 @@ use std::f64::consts::FRAC_1_PI;
 /// lose more than half of their digits.
 const SMALL: f64 = 1e-4;
 
-/// Light of the visible part of a round light on a diffuse surface; with `skip`, an empty shaft
+/// The irradiance of the visible part of a round light of radiance one; with `skip`, an empty shaft
 /// takes the whole light. `None` where the boundary does not tell.
-pub(crate) fn diffuse(
+pub(crate) fn irradiance(
     view: &View<'_>,
-    form: &ClosedForm<'_>,
     skip: bool,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
-) -> Option<DVec3> {
+) -> Option<f64> {
     let disk = view.disk()?;
-    let (emitted, _) = view.emitted();
-    let irradiance = match shaft.class() {
-        ShaftClass::Empty if skip => whole(view, &disk),
-        ShaftClass::Empty | ShaftClass::Blocked | ShaftClass::Partial => None,
-    };
-    let irradiance = irradiance.or_else(|| {
-        let RegionMemory {
-            penumbra, on_disk, ..
-        } = memory;
-        let seen = SeenDisk::new(view, &disk, shaft, penumbra, on_disk)?;
-        seen.irradiance(|p| p, view.at.normal)
-    });
-    Some(emitted * form.diffuse.value() * irradiance?)
+    if shaft.class() == ShaftClass::Empty
+        && skip
+        && let Some(whole) = whole(view, &disk)
+    {
+        return Some(whole);
+    }
+    let RegionMemory {
+        penumbra, on_disk, ..
+    } = memory;
+    let seen = SeenDisk::new(view, &disk, shaft, penumbra, on_disk)?;
+    seen.irradiance(|p| p, view.at.normal)
 }
 
 /// The irradiance of a whole round light of radiance one: a sphere, cut by the shading horizon or

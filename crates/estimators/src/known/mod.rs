@@ -14,6 +14,7 @@ use linelit_bsdf::{ClosedForm, Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
 use linelit_lights::{LineDensity, LineFamily, LineSample, LineSetup, NoTexture, Surface};
 use linelit_shading::quadrature::Model;
+use linelit_visibility::ShaftClass;
 use lines::LineMemory;
 use region::RegionMemory;
 
@@ -33,14 +34,6 @@ pub(crate) struct KnownLight {
     pub plane: Option<[DVec3; 3]>,
 }
 
-impl KnownLight {
-    /// Nothing is known.
-    pub(crate) const NONE: Self = Self {
-        light: DVec3::ZERO,
-        plane: None,
-    };
-}
-
 /// The known part of the light of a query, as its method wants it; `None` where the visible region
 /// cannot be found. Transformed cosines are integrated over the part of a polygon above the
 /// horizons if the view has it.
@@ -54,9 +47,11 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     counts: &mut WorkCounters,
 ) -> Option<KnownLight> {
     let KnownMemory { lines, region } = memory;
-    let form = query.point.known().closed_form();
+    let form = || query.point.known().closed_form();
+    let (emitted, _) = view.emitted();
+    let mut plane = None;
     let light = match known {
-        KnownOver::Nothing => return Some(KnownLight::NONE),
+        KnownOver::Nothing => DVec3::ZERO,
         KnownOver::Lines {
             lines: options,
             count,
@@ -64,52 +59,53 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
         } => {
             draw(query, view, options, *count, lines);
             lines.ask(visible, counts);
-            let sum = match (of, &form) {
-                (Of::Quadrature, _) => by_quadrature(query, view, options, lines),
-                (_, Some(form)) => closed(view, form, options, lines),
-                (_, None) => return None,
+            let sum = match of {
+                Of::Quadrature => by_quadrature(query, view, options, lines),
+                Of::Reflection | Of::Cosines => closed(view, &form()?, options, lines),
             };
             sum / f64::from(*count)
         }
         KnownOver::Region(Of::Cosines) => {
-            let (cosines, light) = (cosines?, view.above.map(|above| &above.polygon));
-            let over = match view.polygon() {
-                Some(polygon) => {
-                    let light = light.unwrap_or(polygon);
-                    region::cosines(view, light, cosines, visible.shaft()?, region)?
-                }
-                None => disk::cosines(view, cosines, visible.shaft()?, region)?,
+            let (cosines, shaft) = (cosines?, visible.shaft()?);
+            let over = match (view.polygon(), view.above) {
+                (Some(polygon), None) => region::cosines(view, polygon, cosines, shaft, region),
+                (_, Some(above)) => region::cosines(view, &above.polygon, cosines, shaft, region),
+                (None, None) => disk::cosines(view, cosines, shaft, region),
             };
-            return Some(KnownLight {
-                light: view.emitted().0 * over.integral,
-                plane: over.plane,
-            });
+            let over = over?;
+            plane = over.plane;
+            emitted * over.integral
         }
-        KnownOver::Region(of) => match (view.shape(), &form) {
-            (Shape::Segment(line), _) => {
+        KnownOver::Region(of) => {
+            if let Shape::Segment(line) = view.shape() {
                 visible.lines(&[**line], &mut lines.visible);
                 counts.count_lines(&lines.visible, 1);
-                let parts = lines.visible.line(0);
-                match &form {
-                    Some(form) if *of == Of::Reflection => segment::closed(view, line, form, parts),
-                    _ => {
-                        let model = Model::Cylinder;
-                        let sum = segment::by_quadrature(line, query.point, parts, model);
-                        view.emitted().0 * sum
-                    }
+                let (parts, point) = (lines.visible.line(0), query.point);
+                let sum = match of {
+                    Of::Quadrature => segment::by_quadrature(line, point, parts, Model::Cylinder),
+                    Of::Reflection | Of::Cosines => segment::closed(view, line, &form()?, parts),
+                };
+                let light = emitted * sum;
+                return Some(KnownLight { light, plane });
+            }
+            let diffuse = form()?.diffuse.value();
+            let shaft = visible.shaft()?;
+            let irradiance = match view.shape() {
+                Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder)?,
+                Shape::Sphere(_) | Shape::Disk(_) => {
+                    disk::irradiance(view, query.skip, shaft, region)?
                 }
-            }
-            (Shape::Polygon(_), Some(form)) => {
-                region::diffuse(view, form, visible.shaft()?, region)?
-            }
-            (Shape::Sphere(_) | Shape::Disk(_), Some(form)) => {
-                disk::diffuse(view, form, query.skip, visible.shaft()?, region)?
-            }
-            (Shape::Cylinder(_), Some(form)) => segment::whole_cylinder(view, form)?,
-            (_, None) => return None,
-        },
+                _ if shaft.class() == ShaftClass::Empty => {
+                    // In this order, which the last bits of the product depend on.
+                    let light = emitted * (diffuse * region::whole(view));
+                    return Some(KnownLight { light, plane });
+                }
+                _ => region::irradiance(view, shaft, region)?,
+            };
+            emitted * diffuse * irradiance
+        }
     };
-    Some(KnownLight { light, plane: None })
+    Some(KnownLight { light, plane })
 }
 
 /// Draws lines on a polygon, or along the axis of a cylinder, whose integrals are known.

@@ -3,7 +3,7 @@
 use crate::cosines::Cosines;
 use crate::point::Receiver;
 use crate::view::View;
-use linelit_bsdf::{ClosedForm, TransformedCosines};
+use linelit_bsdf::TransformedCosines;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_penumbra::{BoundaryEdge, PartOnDisk, Penumbra, Point};
 use linelit_shading::ltc::Ltc;
@@ -51,7 +51,7 @@ pub(crate) struct OverRegion {
     pub plane: Option<[DVec3; 3]>,
 }
 
-/// Light of a polygon on a diffuse surface, past whatever the shaft holds.
+/// The irradiance of a polygon of radiance one past whatever the shaft holds, if not nothing.
 ///
 /// Where all of the light is above the horizon it is Lambert's sum over the boundary of the visible
 /// part ([`Penumbra`]). Otherwise the boundary is joined to a corner of the light, piece by piece;
@@ -60,31 +60,25 @@ pub(crate) struct OverRegion {
 ///
 /// There is no error but rounding, 1e-12 of the light unshadowed. `None` where the shaft keeps
 /// nothing of the occluders.
-pub(crate) fn diffuse(
+pub(crate) fn irradiance(
     view: &View<'_>,
-    form: &ClosedForm<'_>,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
-) -> Option<DVec3> {
-    let (emitted, _) = view.emitted();
+) -> Option<f64> {
     let n = view.at.normal;
-    if shaft.class() == ShaftClass::Empty {
-        return Some(emitted * (form.diffuse.value() * whole(view)));
-    }
     let mut corners = [[0.0; 2]; CORNERS];
     let seen = Seen::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
-    if emitted == DVec3::ZERO || seen.pieces.is_empty() {
-        return Some(DVec3::ZERO);
+    if seen.pieces.is_empty() {
+        return Some(0.0);
     }
-    let flat = seen.irradiance(|p| p, n, WIDE).unwrap_or_else(|| {
+    Some(seen.irradiance(|p| p, n, WIDE).unwrap_or_else(|| {
         let sum = seen.triangles(|triangle| polygon::irradiance(triangle, n));
         sum.max(0.0)
-    });
-    Some(emitted * form.diffuse.value() * flat)
+    }))
 }
 
 /// The irradiance of a whole polygon of radiance one.
-fn whole(view: &View<'_>) -> f64 {
+pub(crate) fn whole(view: &View<'_>) -> f64 {
     let Some(light) = view.polygon() else {
         return 0.0;
     };

@@ -3,9 +3,10 @@
 
 use super::lines::above_surface;
 use crate::ShadingPoint;
-use crate::view::{Shape, View};
+use crate::view::View;
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_lights::CylinderView;
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::{cylinder, phong, spherical_gaussian};
 
@@ -18,7 +19,7 @@ const QUADRATURE: f64 = 1e-7;
 /// The most evaluations of a reflection for each part between peaks and kinks.
 const EVALUATIONS: u32 = 20_000;
 
-/// Light of the visible parts of a linear light.
+/// Light of the visible parts of a linear light of radiance one over its radius.
 pub(crate) fn closed(
     view: &View<'_>,
     line: &Segment,
@@ -37,7 +38,7 @@ pub(crate) fn closed(
         });
         sum += lobe.scale() * whole;
     }
-    view.emitted().0 * sum
+    sum
 }
 
 /// The sum of an integral over the visible parts of a linear light.
@@ -79,15 +80,9 @@ pub(crate) fn by_quadrature<R: Reflection>(
     sum
 }
 
-/// Light of a whole cylinder with nothing in between on a diffuse surface; `None` where a horizon
-/// cuts it.
-pub(crate) fn whole_cylinder(view: &View<'_>, reflection: &ClosedForm<'_>) -> Option<DVec3> {
-    let Shape::Cylinder(cylinder) = view.shape() else {
-        return None;
-    };
+/// The irradiance of a whole cylinder of radiance one; `None` where a horizon cuts it.
+pub(crate) fn whole_cylinder(view: &View<'_>, cylinder: &CylinderView) -> Option<f64> {
     let above = |n: &DVec3| cylinder.heights(*n)[0] >= 0.0;
-    view.at.horizons().iter().all(above).then(|| {
-        let projected = view.at.normal.dot(cylinder.vector_irradiance()).max(0.0);
-        view.emitted().0 * reflection.diffuse.value() * projected
-    })
+    let projected = || view.at.normal.dot(cylinder.vector_irradiance()).max(0.0);
+    view.at.horizons().iter().all(above).then(projected)
 }

@@ -46,7 +46,9 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     visible: &mut Visible<'_>,
     block: &mut PointBlock,
 ) -> DVec3 {
-    let (set, target) = (samples.set(), visible.target());
+    // A set is large: it is made where it stays.
+    let set = samples.set();
+    let target = visible.target();
     mean(samples.count, block, visible, |numbers, block| {
         if numbers.len() < LEAST
             || !block.draw_in_lanes(integrand, surface, source, &set, &numbers, target)

@@ -1,8 +1,8 @@
 //! One technique of a combination, made ready for a shading point and a light.
 
 use crate::{
-    EmissionTexture, LightSource, LineBy, LineDirection, Lines, MOST_TECHNIQUES, Part, Pieces,
-    PointBy, RandomNumbers, Technique, Weighted, Weights,
+    EmissionTexture, LightSource, LineBy, LineDirection, Lines, MOST_TECHNIQUES, Pieces, PointBy,
+    RandomNumbers, Technique, Weighted, Weights,
 };
 use linelit_geometry::DVec3;
 use linelit_lights::{LightPoint, LineFamily, LineSetup, PointSource, Surface, Viewer};
@@ -43,8 +43,8 @@ pub(super) struct Prepared<'t> {
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there are a few of them")]
 pub(super) enum Family<'t> {
-    /// Points by a density; directions of the BSDF without one.
-    Points(Option<PointSource<'t>>),
+    /// Points by a density; directions of the BSDF without one. A source is large, lines are not.
+    Points(Option<Box<PointSource<'t>>>),
     Lines(LineFamily<'t>, Pieces),
 }
 
@@ -60,14 +60,16 @@ pub(super) struct Domain<'t, T> {
 
 impl<'t, T: EmissionTexture> Domain<'t, T> {
     fn points(&self, by: PointBy) -> Family<'t> {
-        let source =
-            |density| PointSource::new(density, self.surface, self.light.texture, &self.viewer);
-        Family::Points(by.on_surface().map(source))
+        let Some(by) = by.on_surface() else {
+            return Family::Points(None);
+        };
+        let source = PointSource::new(by, self.surface, self.light.texture, &self.viewer);
+        Family::Points(Some(Box::new(source)))
     }
 
-    /// Lines in a direction that is a fraction of a half turn from the light's first edge; points
-    /// by solid angle on a light without lines, of which there is one a draw.
-    fn lines(&self, lines: &Lines, fraction: f64) -> Family<'t> {
+    /// Lines in a direction that is a fraction of a half turn from the light's first edge; `None`
+    /// on a light without lines.
+    fn lines(&self, lines: &Lines, fraction: f64) -> Option<LineFamily<'t>> {
         let setup = LineSetup {
             fraction,
             angle: fraction * PI + self.turn,
@@ -75,11 +77,7 @@ impl<'t, T: EmissionTexture> Domain<'t, T> {
             offset: lines.offset,
         };
         let by = lines.measure();
-        let family = LineFamily::new(by, self.surface, self.light.texture, setup, &self.viewer);
-        match family {
-            Some(family) => Family::Lines(family, lines.pieces),
-            None => self.points(PointBy::SolidAngle),
-        }
+        LineFamily::new(by, self.surface, self.light.texture, setup, &self.viewer)
     }
 }
 
@@ -95,7 +93,7 @@ fn spread(by: LineBy, first: f64, k: u8, count: u8) -> f64 {
 
 impl<'t> Prepared<'t> {
     /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
-    /// random numbers.
+    /// random numbers. On a light without lines, points by solid angle replace them, one a draw.
     pub(super) fn all<T: EmissionTexture>(
         weighted: &Weighted<'_>,
         samples: f64,
@@ -103,57 +101,50 @@ impl<'t> Prepared<'t> {
         numbers: &RandomNumbers,
         u: impl Fn(u32) -> f64,
     ) -> Vec<Self> {
-        let bsdf = Part {
-            technique: crate::Points::bsdf().into(),
-            share: 1,
-        };
-        let beside = weighted.with_bsdf.then_some(&bsdf);
-        let parts = || weighted.parts.iter().chain(beside);
-        let total: f64 = parts().map(|p| f64::from(p.share)).sum();
-        let mut out = Vec::with_capacity(parts().count());
-        for (index, part) in (0u32..).zip(parts()) {
-            let expected = samples * f64::from(part.share) / total;
-            let mut push = |source, expected, points: u8| {
-                out.push(Self {
-                    source,
-                    expected: expected * f64::from(points),
-                    count: 0,
-                    numbers: *numbers,
-                    points,
-                });
-            };
-            let lines = match (&part.technique, weighted.integrals) {
-                (Technique::Points(points), _) => {
-                    push(domain.points(points.by), expected, 1);
+        let total: f64 = weighted.techniques().map(|p| f64::from(p.share)).sum();
+        let mut out = Vec::with_capacity(weighted.parts.len() + 1);
+        for (index, part) in (1..).zip(weighted.techniques()) {
+            let mut expected = samples * f64::from(part.share) / total;
+            let lines = match part.technique {
+                Technique::Points(points) => {
+                    out.push(Self::new(domain.points(points.by), expected, 1, numbers));
                     continue;
                 }
-                (Technique::Lines(lines), Some(by)) if lines.becomes_points() => {
-                    push(domain.points(by), expected, 1);
-                    continue;
-                }
-                (Technique::Lines(lines), _) => lines,
+                Technique::Lines(lines) => lines,
             };
             let optimal = matches!(weighted.weights, Weights::Optimal(_));
             let points = if optimal { 1 } else { lines.points };
-            let mut push_lines = |fraction, expected| {
-                let source = domain.lines(lines, fraction);
-                let points = match source {
-                    Family::Lines(..) => points,
-                    Family::Points(_) => 1,
-                };
-                push(source, expected, points);
+            let count = match lines.direction {
+                LineDirection::Spread(count) => count,
+                _ => 1,
             };
-            let LineDirection::Spread(count) = lines.direction else {
-                let fraction = lines.fraction(&domain.light.occlusion, u(index + 1));
-                push_lines(fraction, expected);
-                continue;
-            };
+            expected /= f64::from(count);
             for k in 0..count {
-                let fraction = spread(lines.measure(), u(index + 1), k, count);
-                push_lines(fraction, expected / f64::from(count));
+                let fraction = match lines.direction {
+                    LineDirection::Spread(_) => spread(lines.measure(), u(index), k, count),
+                    _ => lines.fraction(&domain.light.occlusion, u(index)),
+                };
+                out.push(match domain.lines(&lines, fraction) {
+                    Some(family) => {
+                        let source = Family::Lines(family, lines.pieces);
+                        Self::new(source, expected, points, numbers)
+                    }
+                    None => Self::new(domain.points(PointBy::SolidAngle), expected, 1, numbers),
+                });
             }
         }
         out
+    }
+
+    /// A technique with so many draws in the mean, before they are allotted.
+    fn new(source: Family<'t>, draws: f64, points: u8, numbers: &RandomNumbers) -> Self {
+        Self {
+            source,
+            expected: draws * f64::from(points),
+            count: 0,
+            numbers: *numbers,
+            points,
+        }
     }
 }
 
@@ -205,13 +196,8 @@ mod tests {
                 for index in 0..blocks {
                     let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0)
                         .with_block(Block::new(index, blocks));
-                    let one = |expected: &f64| Prepared {
-                        source: Family::Points(None),
-                        expected: *expected,
-                        count: 0,
-                        numbers,
-                        points: 1,
-                    };
+                    let one =
+                        |draws: &f64| Prepared::new(Family::Points(None), *draws, 1, &numbers);
                     let mut techniques: Vec<_> = shares.iter().map(one).collect();
                     allot(&mut techniques, &numbers, numbers.spread(u));
                     let count: u32 = techniques.iter().map(|t| t.count).sum();

@@ -40,14 +40,6 @@ pub(crate) struct Asked<'a, R> {
     pub samples: Samples<'a>,
 }
 
-impl<R> Clone for Asked<'_, R> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<R> Copy for Asked<'_, R> {}
-
 /// Points on a linear light: the mean of L R f_r V cos θ/p, with p per solid angle and radius.
 pub(crate) fn points<R: Reflection>(
     asked: &Asked<'_, R>,

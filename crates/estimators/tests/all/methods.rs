@@ -3,28 +3,21 @@
 use crate::agreement::{Image, Opaque, gaussians, lights, materials, means, occluders};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
 use linelit_estimators::{Between, Closed, Estimator, Facts, KnownKind, LightKind, LightSource};
-use linelit_estimators::{Method, OcclusionStats, PointBy, Queries, ShadingPoint, Technique};
+use linelit_estimators::{Buffers, OcclusionStats, PlanCounters, PointBy, Query, RandomNumbers};
+use linelit_estimators::{ShadingPoint, Technique, estimate};
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
+use linelit_samplers::SamplerKind;
 use linelit_visibility::{Occluders, ShaftClass};
 
-const fn known(closed: Closed, has_cosines: bool, has_peaks: bool) -> KnownKind {
-    KnownKind {
-        closed,
-        has_cosines,
-        are_unlike: false,
-        are_wide: false,
-        has_peaks,
-    }
-}
-
-fn kind((light, texture): &(Light, Option<Image>)) -> LightKind {
-    LightKind::of(&LightSource {
+/// A light without a surrounding.
+fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
+    LightSource {
         light,
         texture: texture.as_ref(),
         triangles: 0..0,
         occlusion: OcclusionStats::default(),
-    })
+    }
 }
 
 /// The shaft between the point and the lights of [`occluders`], without and with a blocker.
@@ -59,7 +52,6 @@ const SAMPLES: u32 = 15;
 
 /// Every technique, alone if it can, and as a combination of one.
 fn estimates<R: Reflection>(
-    known: KnownKind,
     point: &ShadingPoint<R>,
     light: &(Light, Option<Image>),
     (occluders, blocked): (&Occluders, bool),
@@ -73,21 +65,16 @@ fn estimates<R: Reflection>(
         let alone = format!("{name}[{direction}]");
         [alone, format!("{name}[{direction}mis=balance]")]
     });
+    let source = source(light);
     let cell = |text: String| {
         let estimator: Estimator = text.parse().ok()?;
-        let facts = Facts {
-            light: kind(light),
-            known,
-            occlusion: &OcclusionStats::default(),
-            samples: SAMPLES,
-            skip: true,
-            queries: Queries::OneShaft,
-            points: PointBy::Area,
-        };
-        let method: Method<'_> = estimator.method(&facts, &between(blocked));
+        let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
+        let query = Query::new(occluders, &source, point, &estimator, numbers, SAMPLES);
+        let facts = Facts::of(&query);
+        let method = estimator.method(&facts, &between(blocked));
         let values = means(light, occluders, point, (&text, false), SAMPLES, 0..16);
         Some(Cell {
-            said: method.to_string(),
+            said: method.describe(&facts),
             is_exact: method.is_exact(),
             text,
             mean: values.mean(),
@@ -99,23 +86,25 @@ fn estimates<R: Reflection>(
 
 /// Estimators that say the same method give the same numbers; a method that says that it has no
 /// noise has none, and others have some, unless nothing is in between.
-fn hold<R: Reflection>(expected: KnownKind, bsdf: R) {
+fn hold<R: Reflection>(expected: &str, bsdf: R) {
     let wo = DVec3::new(-0.6, 0.0, 0.8);
     let point = ShadingPoint::new(DVec3::X * 0.25, DVec3::Z, wo, bsdf);
     let known = KnownKind::of(&point);
-    let (are_unlike, are_wide) = (known.are_unlike, known.are_wide);
-    assert_eq!(
-        known,
-        KnownKind {
-            are_unlike,
-            are_wide,
-            ..expected
-        }
-    );
+    let listed = KnownKind::ALL.iter().find(|(name, _)| *name == expected);
+    let listed = listed.expect("a name").1;
+    assert_eq!(known.closed, listed.closed);
+    assert_eq!(known.has_cosines, listed.has_cosines);
+    // Gaussians have lobes, but no peaks.
+    if listed.closed != Closed::AlongLines {
+        assert_eq!(known.has_peaks, listed.has_peaks);
+    }
     let lights = lights();
     for (light, blocked) in lights.iter().flat_map(|l| [(l, true), (l, false)]) {
-        let cells = estimates(known, &point, light, (&occluders(blocked), blocked));
-        let what = format!("on {}, {known:?}, occluded: {blocked}", kind(light));
+        let cells = estimates(&point, light, (&occluders(blocked), blocked));
+        let what = format!(
+            "on {}, {known:?}, occluded: {blocked}",
+            LightKind::of(&source(light))
+        );
         for (i, a) in cells.iter().enumerate() {
             let said = format!("{} does {} {what}", a.text, a.said);
             if a.is_exact {
@@ -144,21 +133,102 @@ fn what_is_said_is_done() {
         let all = materials();
         all.iter().find(|(n, _)| *n == name).expect("one").1.clone()
     };
-    let diffuse = known(Closed::Diffuse, true, true);
-    hold(diffuse, Bsdf::Lambert(Lambert { albedo }));
-    hold(known(Closed::AlongLines, true, true), of("two lobes"));
-    hold(known(Closed::AlongLines, true, false), gaussians());
-    let rough = known(Closed::Nowhere, true, true);
+    hold("diffuse", Bsdf::Lambert(Lambert { albedo }));
+    hold("lobes of Phong or Gaussians", of("two lobes"));
+    hold("lobes of Phong or Gaussians", gaussians());
     for name in [
-        "rough diffuse",
         "plastic",
         "brushed metal",
         "substrate",
         "glTF",
         "frostbite",
+        "mixture",
     ] {
-        hold(rough, of(name));
+        hold("narrow transformed cosines", of(name));
     }
-    hold(rough, of("mixture"));
-    hold(known(Closed::Nowhere, false, false), Opaque(of("plastic")));
+    hold("wide transformed cosines", of("rough diffuse"));
+    hold("nothing known", Opaque(of("plastic")));
+}
+
+/// The facts of queries: of the light, of the reflection where the estimator asks for it, and by
+/// which density points are best, which is by area where the light is far away.
+#[test]
+fn facts_are_those_of_the_query() {
+    let bsdf = materials().into_iter().find(|(name, _)| *name == "plastic");
+    let bsdf = bsdf.expect("one").1;
+    let occluders = occluders(false);
+    for light in &lights() {
+        let source = source(light);
+        for (depth, best) in [(0.0, PointBy::SolidAngle), (-100.0, PointBy::Area)] {
+            let position = DVec3::new(0.25, 0.0, depth + 1.25);
+            let point = ShadingPoint::new(position, DVec3::Z, DVec3::Z, bsdf.clone());
+            for (text, asks) in [("exact", true), ("line-area", false)] {
+                let estimator = text.parse().expect("one");
+                let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
+                let mut query = Query::new(&occluders, &source, &point, &estimator, numbers, 3);
+                query.skip = false;
+                let facts = Facts::of(&query);
+                let (kind, known) = (LightKind::of(&source), KnownKind::of(&point));
+                let has_axis = matches!(kind, LightKind::Linear | LightKind::Cylinder);
+                let is_polygon = matches!(kind, LightKind::Polygon | LightKind::Textured);
+                let expected = KnownKind {
+                    has_cosines: asks,
+                    are_wide: asks && known.are_wide,
+                    has_peaks: has_axis,
+                    ..known
+                };
+                assert_eq!((facts.light, facts.known), (kind, expected), "{text}");
+                assert_eq!((facts.samples, facts.skip), (3, false));
+                let best = if is_polygon {
+                    best
+                } else {
+                    PointBy::SolidAngle
+                };
+                assert_eq!(facts.points, best, "{kind} {depth}");
+            }
+        }
+    }
+}
+
+/// The work of one estimate.
+fn counted<R: Reflection>(
+    bsdf: R,
+    light: &(Light, Option<Image>),
+    (text, skip): (&str, bool),
+    occluders: &Occluders,
+) -> PlanCounters {
+    let point = ShadingPoint::new(DVec3::X * 0.25, DVec3::Z, DVec3::Z, bsdf);
+    let (source, estimator) = (source(light), text.parse().expect("one"));
+    let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
+    let mut query = Query::new(occluders, &source, &point, &estimator, numbers, SAMPLES);
+    query.skip = skip;
+    let mut buffers = Buffers::default();
+    let _ = estimate(&query, &mut buffers);
+    buffers.counts.plan
+}
+
+/// `exact` counts the lights past occluders that it hands to lines and points, whatever the reason;
+/// and where all samples are taken, no light counts as one of which visibility is not sampled.
+#[test]
+fn what_is_not_integrated_is_counted() {
+    let matte = || {
+        let albedo = DVec3::splat(0.5);
+        Bsdf::Lambert(Lambert { albedo })
+    };
+    for light in &lights() {
+        let kind = LightKind::of(&source(light));
+        let is_whole = !matches!(kind, LightKind::Textured | LightKind::Cylinder);
+        let exact = ("exact", true);
+        let known = counted(matte(), light, exact, &occluders(true));
+        assert_eq!(known.exact_fallbacks, u64::from(!is_whole), "{kind}");
+        let unknown = counted(Opaque(matte()), light, exact, &occluders(true));
+        assert_eq!(unknown.exact_fallbacks, 1, "{kind}");
+        let skipped = [true, false].map(|skip| {
+            let lines = ("line-area", skip);
+            counted(matte(), light, lines, &occluders(false)).unoccluded
+        });
+        // Round lights have no lines, and ask for no shaft.
+        let has_shaft = !matches!(kind, LightKind::Sphere | LightKind::Disk);
+        assert_eq!(skipped, [u64::from(has_shaft), 0], "{kind}");
+    }
 }

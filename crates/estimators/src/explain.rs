@@ -1,0 +1,157 @@
+//! Methods in words, with the techniques that take the place of those that a light or a reflection
+//! does not have.
+
+use crate::choose::Choice;
+use crate::{
+    Ask, Between, Closed, Estimator, Facts, KnownOver, LightKind, LineBy, Lines, Method, Of,
+};
+use crate::{PointBy, Points, Rest, Technique};
+use linelit_visibility::ShaftClass;
+use std::fmt;
+
+impl Estimator {
+    /// The methods in words: where nothing is between the shading point and the light, past as many
+    /// triangles as usually are, and past too many to keep.
+    #[must_use]
+    pub fn explain(&self, facts: &Facts<'_>) -> String {
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few hundred"
+        )]
+        let usual = facts.occlusion.candidates.round().max(1.0) as usize;
+        let choice = Choice::new(self, *facts);
+        let cases = [
+            (ShaftClass::Empty, 0, false),
+            (ShaftClass::Partial, usual, false),
+            (ShaftClass::Partial, 0, true),
+        ];
+        let [whole, few, many] = cases.map(|(class, candidates, is_dense)| {
+            // Too many triangles may reach into a solid light, which a shaft does not tell.
+            let is_told =
+                !(is_dense && matches!(facts.light, LightKind::Sphere | LightKind::Cylinder));
+            let between = Between {
+                class,
+                is_dense: is_dense && is_told,
+                candidates,
+                has_region: is_told && choice.ask() == Ask::Shaft,
+            };
+            let mut method = choice.method(&between);
+            if !is_told {
+                method.ask = Ask::Rays;
+            }
+            method.describe(facts)
+        });
+        match (whole == few, few == many) {
+            (true, true) => whole,
+            (false, true) => format!("{whole} where nothing is between, else {few}"),
+            (true, false) => format!("{few}; past too many triangles to keep, {many}"),
+            (false, false) => format!(
+                "{whole} where nothing is between; past some triangles, {few}; past too many to \
+                 keep, {many}"
+            ),
+        }
+    }
+}
+
+impl Method<'_> {
+    /// What is done where these are the facts, in words: with the techniques that take the place of
+    /// those that the light or the reflection does not have.
+    #[must_use]
+    pub fn describe(&self, facts: &Facts<'_>) -> String {
+        let known = match self.known {
+            KnownOver::Nothing => String::new(),
+            KnownOver::Lines { of, count, .. } => format!("{of} along {count} lines"),
+            KnownOver::Region(of) => format!("{of} over the visible part of the light"),
+        };
+        let by = match self.ask {
+            Ask::Rays => "a shadow ray each",
+            Ask::Shaft => "one shaft for all",
+        };
+        let rest = match self.rest {
+            Rest::Nothing if known.is_empty() => return "no light".to_owned(),
+            Rest::Nothing => return known,
+            Rest::Points {
+                by: density,
+                samples,
+            } => {
+                let points = Estimator::points(facts.points_by(density));
+                format!("{samples} points as `{points}`, {by}")
+            }
+            Rest::PointsOfLines { samples, .. } => {
+                format!("a point of each of {samples} lines as `line-area`, {by}")
+            }
+            Rest::Visible { samples } => format!("{samples} points of that part"),
+            Rest::Weighted(weighted) => {
+                let names = weighted.techniques();
+                let names = names.map(|part| facts.technique(part.technique).name());
+                let names = names.collect::<Vec<_>>().join("` and `");
+                format!(
+                    "{} samples weighted among `{names}`, {by}",
+                    weighted.samples
+                )
+            }
+        };
+        if known.is_empty() {
+            return rest;
+        }
+        format!("{known}, the rest by {rest}")
+    }
+}
+
+impl Facts<'_> {
+    /// The density that takes the place of one that the light does not have, or the reflection.
+    fn points_by(&self, by: PointBy) -> PointBy {
+        use LightKind::{Cylinder, Disk, Linear, Polygon, Sphere, Textured};
+        let has_lobes = self.known.has_cosines && self.known.closed != Closed::Diffuse;
+        match (by, self.light) {
+            (by, Linear) => PointBy::Linear(by.on_segment()),
+            (PointBy::VisibleArea, Polygon | Textured | Disk) => PointBy::Area,
+            (PointBy::Texture, Polygon) => PointBy::Area,
+            (PointBy::Texture | PointBy::Proxy, Sphere | Disk | Cylinder) => PointBy::SolidAngle,
+            (PointBy::Linear(_), _) | (PointBy::Ltc, Cylinder) => PointBy::SolidAngle,
+            (PointBy::Ltc, _) if !has_lobes => PointBy::SolidAngle,
+            (by, _) => by,
+        }
+    }
+
+    /// The technique that takes the place of one that the light or the reflection does not have.
+    fn technique(&self, technique: Technique) -> Technique {
+        match (technique, self.light) {
+            (Technique::Points(points), _) => Points::by(self.points_by(points.by)).into(),
+            (Technique::Lines(_), LightKind::Sphere | LightKind::Disk) => {
+                Points::by(PointBy::SolidAngle).into()
+            }
+            (Technique::Lines(lines), light) => Lines::by(match (lines.measure(), light) {
+                (LineBy::Texture, LightKind::Textured) => LineBy::Texture,
+                (LineBy::Texture, _) => LineBy::Area,
+                (LineBy::Warped, LightKind::Cylinder) => LineBy::SolidAngle,
+                (by, _) => by,
+            })
+            .into(),
+        }
+    }
+}
+
+impl fmt::Display for LightKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Polygon => "polygon",
+            Self::Textured => "textured polygon",
+            Self::Linear => "line",
+            Self::Sphere => "sphere",
+            Self::Disk => "disk",
+            Self::Cylinder => "cylinder",
+        })
+    }
+}
+
+impl fmt::Display for Of {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Reflection => "closed form",
+            Self::Quadrature => "quadrature",
+            Self::Cosines => "closed form of transformed cosines",
+        })
+    }
+}
