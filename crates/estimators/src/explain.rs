@@ -55,7 +55,7 @@ impl Estimator {
 }
 
 impl Method<'_> {
-    /// What is done where these are the facts, in words: with the techniques that take the place of
+    /// Says what is done where these are the facts: with the techniques that take the place of
     /// those that the light or the reflection does not have.
     #[must_use]
     pub fn describe(&self, facts: &Facts<'_>) -> String {

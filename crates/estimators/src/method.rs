@@ -126,8 +126,8 @@ impl KnownKind {
         Self::along(point, cosines.as_ref(), Some(line))
     }
 
-    /// The same with its transformed cosines, if they are asked for, and its peaks along a line
-    /// relative to the point.
+    /// The knowledge where these transformed cosines are asked for, and peaks along a line relative
+    /// to the point.
     fn along<R: Reflection>(
         point: &ShadingPoint<R>,
         cosines: Option<&TransformedCosines>,
@@ -378,7 +378,7 @@ impl<'e> Method<'e> {
 }
 
 impl Weighted<'_> {
-    /// Its techniques with their shares, with points in place of lines of integrals where these are
+    /// The techniques with their shares, with points in place of lines of integrals where they are
     /// replaced.
     pub(crate) fn techniques(&self) -> impl Iterator<Item = Part> {
         let beside = self.with_bsdf.then(|| Part {
