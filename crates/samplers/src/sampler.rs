@@ -304,13 +304,13 @@ impl SampleSet {
     /// The `count` numbers, in sample order.
     pub fn iter_1d(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
         let set = *self;
-        (0..set.count as usize).map(move |i| set.get_1d(narrow(i)))
+        (0..set.count).map(move |i| set.get_1d(i))
     }
 
     /// The `count` points, in sample order.
     pub fn iter_2d(&self) -> impl ExactSizeIterator<Item = [f64; 2]> + use<> {
         let set = *self;
-        (0..set.count as usize).map(move |i| set.get_2d(narrow(i)))
+        (0..set.count).map(move |i| set.get_2d(i))
     }
 
     /// The set, and the index in it, that continue a pattern of fixed size.
@@ -331,10 +331,4 @@ impl SampleSet {
 /// Whether all blocks together have a power of two of samples.
 const fn is_power_of_two(count: u32, block: &Block) -> bool {
     count.is_power_of_two() && block.of().is_power_of_two()
-}
-
-#[inline]
-#[expect(clippy::cast_possible_truncation, reason = "indices below a u32 count")]
-const fn narrow(i: usize) -> u32 {
-    i as u32
 }

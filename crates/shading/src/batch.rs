@@ -70,11 +70,10 @@ fn transposed<const ROUNDS: usize>(isa: Isa, segments: &[Segment], n: DVec3, out
                 out[..count].copy_from_slice(&values.as_flattened()[..count]);
             }
         }
-        for (round, bits) in held.iter().enumerate() {
+        let pieces = segments.chunks(LANES).zip(out.chunks_mut(LANES));
+        for (bits, (segments, out)) in held.iter().zip(pieces) {
             if *bits != u8::MAX {
-                let first = round * LANES;
-                let last = count.min(first + LANES);
-                robust_lanes(&segments[first..last], n, *bits, &mut out[first..last]);
+                robust_lanes(segments, n, *bits, out);
             }
         }
     }
