@@ -83,13 +83,6 @@ impl AreaLight {
         self.emission
             .reaches(height(normal, corners[0], size, x, margin))
     }
-
-    /// Emitted power in W, averaged over the channels: π A L (twice that for two sides).
-    #[must_use]
-    pub fn power(&self) -> f64 {
-        let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
-        power(sides * PI * self.polygon.area() * mean(self.emission.radiance))
-    }
 }
 
 /// A linear light: a Lambertian cylinder whose radius goes to zero while radiance × radius stays
@@ -101,15 +94,6 @@ pub struct LinearLight {
     pub segment: Segment,
     /// Radiance times radius in W/(m sr), linear RGB.
     pub radiance_radius: DVec3,
-}
-
-impl LinearLight {
-    /// Emitted power in W, averaged over the channels: the cylinder's surface 2πR l times πL.
-    #[must_use]
-    pub fn power(&self) -> f64 {
-        let surface = 2.0 * PI.powi(2) * self.segment.length();
-        power(surface * mean(self.radiance_radius))
-    }
 }
 
 /// A sphere.
@@ -142,14 +126,6 @@ pub struct SphereLight {
     pub sphere: Sphere,
     /// Emitted radiance in W/(m² sr), linear RGB.
     pub radiance: DVec3,
-}
-
-impl SphereLight {
-    /// Emitted power in W, averaged over the channels: 4π² R² L.
-    #[must_use]
-    pub fn power(&self) -> f64 {
-        power(PI * self.sphere.area() * mean(self.radiance))
-    }
 }
 
 /// A flat disk.
@@ -193,13 +169,6 @@ impl DiskLight {
         self.emission
             .reaches(height(normal, center, radius, x, margin))
     }
-
-    /// Emitted power in W, averaged over the channels: π² R² L (twice that for two sides).
-    #[must_use]
-    pub fn power(&self) -> f64 {
-        let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
-        power(sides * PI * self.disk.area() * mean(self.emission.radiance))
-    }
 }
 
 /// The side of a cylinder, without its ends.
@@ -235,14 +204,6 @@ pub struct CylinderLight {
     pub radiance: DVec3,
 }
 
-impl CylinderLight {
-    /// Emitted power in W, averaged over the channels: 2π² R l L.
-    #[must_use]
-    pub fn power(&self) -> f64 {
-        power(PI * self.cylinder.area() * mean(self.radiance))
-    }
-}
-
 /// A light of any kind that the renderer can sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(
@@ -263,27 +224,39 @@ pub enum Light {
 }
 
 impl Light {
-    /// Emitted power in W, averaged over the channels; of every kind of light, `f64::MAX` where it
-    /// overflows, and zero where it is negative or no number.
+    /// What each point emits; of a linear light, its radiance times radius in place of radiance.
+    #[inline]
+    #[must_use]
+    pub const fn emission(&self) -> Emission {
+        match self {
+            Self::Area(l) => l.emission,
+            Self::Linear(l) => Emission::one_sided(l.radiance_radius),
+            Self::Sphere(l) => Emission::one_sided(l.radiance),
+            Self::Disk(l) => l.emission,
+            Self::Cylinder(l) => Emission::one_sided(l.radiance),
+        }
+    }
+
+    /// Emitted power in W, averaged over the channels: π A L for each side that emits, where the
+    /// area A of a linear light is that of the cylinder's surface, 2πR l. Of every kind of light,
+    /// it is `f64::MAX` where it overflows, and zero where it is negative or no number.
     #[must_use]
     pub fn power(&self) -> f64 {
-        match self {
-            Self::Area(l) => l.power(),
-            Self::Linear(l) => l.power(),
-            Self::Sphere(l) => l.power(),
-            Self::Disk(l) => l.power(),
-            Self::Cylinder(l) => l.power(),
-        }
+        let emission = self.emission();
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        let surface = match self {
+            Self::Area(l) => sides * PI * l.polygon.area(),
+            Self::Linear(l) => 2.0 * PI.powi(2) * l.segment.length(),
+            Self::Sphere(l) => PI * l.sphere.area(),
+            Self::Disk(l) => sides * PI * l.disk.area(),
+            Self::Cylinder(l) => PI * l.cylinder.area(),
+        };
+        power(surface * (emission.radiance.element_sum() / 3.0))
     }
 }
 
 /// A power or an area: the largest number where it overflows, so that no light is lost, and zero
 /// where it is none.
-pub(crate) fn power(x: f64) -> f64 {
+fn power(x: f64) -> f64 {
     if x > 0.0 { x.min(f64::MAX) } else { 0.0 }
-}
-
-/// Mean of the three channels.
-pub(crate) fn mean(rgb: DVec3) -> f64 {
-    rgb.element_sum() / 3.0
 }

@@ -78,6 +78,17 @@ pub struct LineSample {
     pub pdf: Pdf<Offset>,
 }
 
+impl LineSample {
+    /// The answer for degenerate input: a line without length, and the density 0.
+    pub(crate) fn none(offset: f64) -> Self {
+        Self {
+            segment: Segment::default(),
+            offset,
+            pdf: Pdf::ZERO,
+        }
+    }
+}
+
 /// A point of a linear light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearSample {

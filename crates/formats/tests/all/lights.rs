@@ -191,8 +191,8 @@ fn power_goes_to_each_triangle_of_a_mesh_but_once_to_a_quad() {
     let quad = world(&format!(
         "{text} Shape \"quad\" \"point o\" [0 0 0] \"vector u\" [1 0 0] \"vector v\" [0 1 0]"
     ));
-    assert!((area(&mesh, 0).power() - 20.0).abs() < 1e-12);
-    assert!((area(&quad, 0).power() - 10.0).abs() < 1e-12);
+    assert!((mesh.lights[0].light.power() - 20.0).abs() < 1e-12);
+    assert!((quad.lights[0].light.power() - 10.0).abs() < 1e-12);
 }
 
 #[test]
@@ -226,7 +226,7 @@ fn lines_are_linear_lights() {
         "AreaLightSource \"diffuse\" \"float power\" 10
          Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [2 0 0]",
     );
-    assert!((line(&power, 0).power() - 10.0).abs() < 1e-12);
+    assert!((power.lights[0].light.power() - 10.0).abs() < 1e-12);
 }
 
 #[test]

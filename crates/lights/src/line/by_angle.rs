@@ -29,7 +29,7 @@ use crate::samples::PointSample;
 use linelit_elementary::hypot;
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
+use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, predicates};
 
 /// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
 /// lines are [`linelit_geometry::CloseLines`]: the light's normal, rounded to ε, would change that
@@ -539,11 +539,7 @@ impl LineTechnique for AngularLines {
     }
 
     fn sample(&self, xi: f64) -> LineSample {
-        let nothing = LineSample {
-            segment: Segment::default(),
-            offset: self.lines.range().0,
-            pdf: Pdf::ZERO,
-        };
+        let nothing = LineSample::none(self.lines.range().0);
         if !self.pieces.is_usable() {
             return nothing;
         }

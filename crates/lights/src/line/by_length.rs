@@ -7,7 +7,7 @@ use crate::pieces::sample_linear;
 use crate::samples::{LineSample, PointSample};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
+use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines};
 
 /// The distribution of the offsets of lines (Billen & Dutré 2016, §5.1.2, Fig. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,11 +109,7 @@ impl LineTechnique for LineSampler {
             OffsetDensity::Length => self.by_length(u),
         };
         let Some(ends) = self.lines.extent(offset) else {
-            return LineSample {
-                segment: Segment::new(DVec3::ZERO, DVec3::ZERO),
-                offset,
-                pdf: Pdf::ZERO,
-            };
+            return LineSample::none(offset);
         };
         LineSample {
             segment: self.lines.segment_between(offset, ends),

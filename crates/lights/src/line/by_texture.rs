@@ -179,9 +179,8 @@ impl LineTechnique for TexturedLines<'_> {
         let (k, place) = pick(&self.strips, u);
         let (a, b) = self.lines.range();
         let offset = (a + (k as f64 + place) / self.strip_count() as f64 * (b - a)).min(b);
-        let nothing = Segment::new(DVec3::ZERO, DVec3::ZERO);
         LineSample {
-            segment: self.lines.segment(offset).unwrap_or(nothing),
+            segment: self.lines.segment(offset).unwrap_or_default(),
             offset,
             pdf: self.strip_density(k),
         }

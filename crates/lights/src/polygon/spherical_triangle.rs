@@ -124,12 +124,6 @@ impl Side {
         Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
     }
 
-    /// The same for an edge that is parallel to the plane z = const: two components of the product
-    /// have one term only.
-    fn in_plane(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
-        Self::from_cross(cross_in_plane(a, edge), a.dot(b), la * lb)
-    }
-
     #[inline]
     fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
         let length = predicates::length(cross);
@@ -152,7 +146,8 @@ impl Side {
     }
 }
 
-/// The cross product of a corner and an edge that is parallel to the plane z = const.
+/// The cross product of a corner and an edge that is parallel to the plane z = const: two of its
+/// components have one term only.
 pub(crate) fn cross_in_plane(a: DVec3, edge: DVec3) -> DVec3 {
     let turn = predicates::diff_of_products(a.x, edge.y, a.y, edge.x);
     DVec3::new(-a.z * edge.y, a.z * edge.x, turn)
@@ -186,8 +181,10 @@ pub(crate) fn half_angle_in_plane(
     if det <= 0.0 || det.is_nan() {
         return 0.0;
     }
-    let side =
-        |i: usize, j: usize| Side::in_plane(corners[i], corners[j], edges[i], len[i], len[j]);
+    let side = |i: usize, j: usize| {
+        let cross = cross_in_plane(corners[i], edges[i]);
+        Side::from_cross(cross, corners[i].dot(corners[j]), len[i] * len[j])
+    };
     let half = half_solid_angle(&[side(0, 1), side(1, 2), side(2, 0)], &len, det);
     if half.is_finite() { half } else { 0.0 }
 }

@@ -105,10 +105,3 @@ impl Along {
         }
     }
 }
-
-/// Whether a parameter is in one of the visible parts, whose ends are rounded.
-pub(crate) fn holds(visible: &[Interval], t: f64) -> bool {
-    let slack = 16.0 * f64::EPSILON;
-    let inside = |part: &Interval| t >= part.lo - slack && t <= part.hi + slack;
-    visible.iter().any(inside)
-}

@@ -1,9 +1,9 @@
 //! Lines along the side of a cylinder, and points on what is visible of them.
 
-use super::along::{Along, holds};
+use super::along::Along;
 use super::cylinder::Slice;
-use crate::{ChordMeasure, CylinderView};
-use crate::{Cylinder, sample_linear};
+use crate::line::by_length::is_visible;
+use crate::{ChordMeasure, Cylinder, CylinderView, sample_linear};
 use crate::{LineSample, Offset, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
 use core::f64::consts::{PI, TAU};
 use linelit_elementary::{acos, asin, atan2, hypot, sin, sin_cos};
@@ -242,11 +242,7 @@ impl CylinderLines {
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
         let Some(view) = &self.view else {
-            return LineSample {
-                segment: Segment::default(),
-                offset: 0.0,
-                pdf: Pdf::ZERO,
-            };
+            return LineSample::none(0.0);
         };
         let (piece, place) = self.pieces.pick(u);
         let place = sample_linear(place, self.density[piece], self.density[piece + 1]);
@@ -344,7 +340,9 @@ impl CylinderLines {
         let Some((view, slice, line, t)) = self.line_at(point) else {
             return Pdf::ZERO;
         };
-        let Some((piece, place)) = self.piece_of(&view, &slice).filter(|_| holds(visible, t))
+        let Some((piece, place)) = self
+            .piece_of(&view, &slice)
+            .filter(|_| is_visible(t, visible))
         else {
             return Pdf::ZERO;
         };

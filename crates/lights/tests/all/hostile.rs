@@ -468,6 +468,7 @@ proptest! {
         ];
         for light in lights {
             prop_assert!(light.power() >= 0.0 && light.power().is_finite(), "{light:?}");
+            let _ = light.emission();
         }
         let _ = AreaLight { polygon: p, emission: one }.faces(y, d);
     }
