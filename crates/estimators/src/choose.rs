@@ -4,7 +4,7 @@ use crate::estimator::Integral;
 use crate::hybrid;
 use crate::{
     Ask, Between, Closed, Estimator, ExactOptions, Facts, Integration, KnownOver, LightKind,
-    LinearOptions, Method, Of, PointBy, Queries, Rest, Technique, Weighted, Weights,
+    LinearOptions, Method, Of, PointBy, PointDensity, Rest, Technique, Weighted, Weights,
 };
 use linelit_visibility::ShaftClass;
 
@@ -36,15 +36,15 @@ impl<'e, 'f> Choice<'e, 'f> {
         let by_rays = match (self.estimator.alone(), facts.light) {
             (Some(Technique::Points(_)), light) => self.estimator.points_by_rays(light).is_some(),
             (_, LightKind::Linear) => !facts.has_line_integral(),
-            (Some(Technique::Lines(lines)), LightKind::Sphere | LightKind::Disk) => {
-                let has_integral = lines.becomes_points() && facts.has_region_integral();
+            (Some(technique), LightKind::Sphere | LightKind::Disk) => {
+                let has_integral = technique.may_become_points() && facts.has_region_integral();
                 !has_integral && !self.wants_bsdf()
             }
             (_, LightKind::Polygon | LightKind::Textured) => match &self.integral {
                 Some(integral) if integral.by == Integration::Cheapest => {
-                    hybrid::takes_rays(facts, integral.count)
+                    facts.occlusion.dense && hybrid::are_rays_better(facts, integral.count)
                 }
-                _ => self.is_weighted() && facts.queries == Queries::SeparateRays,
+                _ => self.is_weighted() && facts.ask == Ask::Rays,
             },
             _ => false,
         };
@@ -73,7 +73,7 @@ impl<'e, 'f> Choice<'e, 'f> {
                 Method::points_of_lines(lines, samples)
             }
             Some(Technique::Lines(_)) if facts.light.is_round() && self.ask() == Ask::Rays => {
-                Method::points(PointBy::SolidAngle, samples, Ask::Rays)
+                Method::points(PointDensity::SolidAngle.into(), samples, Ask::Rays)
             }
             _ => {
                 let known = |integral| integrated(integral, facts, between);
@@ -132,50 +132,39 @@ impl<'e, 'f> Choice<'e, 'f> {
     fn combined(&self, between: &Between) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let is_textured = facts.light == LightKind::Textured;
-        let integrals = || {
-            estimator
-                .all()
-                .iter()
-                .filter_map(|part| part.technique.integrated())
-        };
-        let is_hybrid = |(_, integration)| integration == Integration::Cheapest;
-        if is_textured && estimator.alone().is_some() && integrals().any(is_hybrid) {
+        let is_hybrid = |integration| integration == Integration::Cheapest;
+        if is_textured && estimator.alone().is_some() && estimator.integrals().any(is_hybrid) {
             return hybrid::textured(facts);
         }
-        let each = integrals().map(|(_, integration)| instead(integration, facts, between));
-        let instead = match facts.asked() {
+        let each = (estimator.integrals()).map(|integration| instead(integration, facts, between));
+        let instead = match facts.ask {
             Ask::Rays => Instead::Line,
             Ask::Shaft => each.max().unwrap_or(Instead::Line),
         };
-        let (known, integrals, times) = match instead {
+        let (is_round, mut known) = (facts.light.is_round(), KnownOver::Nothing);
+        let (integrals, times) = match instead {
             Instead::Differences(times) if between.has_region => {
+                known = KnownOver::Region(Of::Cosines);
                 // Round lights take no more than alone.
-                let times = if facts.light.is_round() { 1 } else { times };
-                (KnownOver::Region(Of::Cosines), Some(PointBy::Ltc), times)
+                (Some(PointDensity::Lobes), if is_round { 1 } else { times })
             }
             Instead::Line | Instead::Differences(_) => {
-                let without_lines = facts.light.is_round().then_some(PointBy::SolidAngle);
-                (KnownOver::Nothing, without_lines, 1)
+                (is_round.then_some(PointDensity::SolidAngle), 1)
             }
-            Instead::Points(times) if is_textured => {
-                (KnownOver::Nothing, Some(PointBy::Area), times)
-            }
-            Instead::Points(times) => (KnownOver::Nothing, Some(PointBy::Ltc), times),
+            Instead::Points(times) if is_textured => (Some(PointDensity::Area), times),
+            Instead::Points(times) => (Some(PointDensity::Lobes), times),
         };
-        Method {
-            known,
-            rest: Rest::Weighted(Weighted {
-                parts: estimator.all(),
-                with_bsdf: self.wants_bsdf(),
-                integrals,
-                weights: match estimator.weights() {
-                    Weights::Alone => Weights::Balance,
-                    weights => weights,
-                },
-                samples: facts.samples.saturating_mul(times),
-            }),
-            ask: facts.asked(),
-        }
+        let weighted = Weighted {
+            parts: estimator.parts(),
+            with_bsdf: self.wants_bsdf(),
+            integrals,
+            weights: match estimator.weights() {
+                Weights::Alone => Weights::Balance,
+                weights => weights,
+            },
+            samples: facts.samples.saturating_mul(times),
+        };
+        Method::new(known, Rest::Weighted(weighted), facts.ask)
     }
 }
 
@@ -207,7 +196,7 @@ fn segment<'e>(facts: &Facts<'_>) -> Method<'e> {
         Closed::AlongLines | Closed::Diffuse => Method::region(Of::Reflection),
         Closed::Nowhere if facts.known.has_peaks => Method::region(Of::Quadrature),
         Closed::Nowhere => {
-            let by = PointBy::Linear(LinearOptions::default());
+            let by = PointBy::Linear(LinearOptions::DEFAULT);
             Method::points(by, facts.samples, Ask::Rays)
         }
     }
@@ -245,19 +234,19 @@ fn integrated<'e>(
 pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Method<'e>> {
     let (lines, count) = (integral.lines, integral.count);
     let (of, ask) = match (facts.light, facts.known.closed) {
-        (LightKind::Cylinder, Closed::Nowhere) => (Of::Quadrature, facts.asked()),
-        (LightKind::Cylinder, _) => (Of::Reflection, facts.asked()),
+        (LightKind::Cylinder, Closed::Nowhere) => (Of::Quadrature, facts.ask),
+        (LightKind::Cylinder, _) => (Of::Reflection, facts.ask),
         (LightKind::Polygon, Closed::AlongLines | Closed::Diffuse) => (Of::Reflection, Ask::Shaft),
         (LightKind::Polygon | LightKind::Textured, _) => {
             return Some(Method::points_of_lines(lines, count));
         }
         (LightKind::Linear | LightKind::Sphere | LightKind::Disk, _) => return None,
     };
-    Some(Method {
-        known: KnownOver::Lines { lines, count, of },
-        rest: Rest::Nothing,
+    Some(Method::new(
+        KnownOver::Lines { lines, count, of },
+        Rest::Nothing,
         ask,
-    })
+    ))
 }
 
 /// The visible region of a light, with so many points for the rest; `None` where there is no
@@ -270,15 +259,16 @@ pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> 
         return Some(Method::region(Of::Reflection));
     }
     let is_partial = between.class == ShaftClass::Partial && !facts.light.is_round();
-    let by = PointBy::Ltc;
-    let rest = match is_partial && facts.points == PointBy::Area {
+    let by = PointDensity::Lobes.into();
+    let rest = match is_partial && facts.points == PointDensity::Area {
         true => Rest::Visible { samples },
         false => Rest::Points { by, samples },
     };
-    Some(Method {
+    Some(Method::new(
+        KnownOver::Region(Of::Cosines),
         rest,
-        ..Method::region(Of::Cosines)
-    })
+        Ask::Shaft,
+    ))
 }
 
 /// The replacement of a line of an integral in a combination on a reflection without a closed form.
@@ -335,13 +325,5 @@ impl Facts<'_> {
         between.class == ShaftClass::Empty
             && self.known.closed == Closed::Diffuse
             && self.light != LightKind::Textured
-    }
-
-    /// The way in which combinations ask for visibility.
-    pub(crate) fn asked(&self) -> Ask {
-        match self.queries {
-            Queries::OneShaft => Ask::Shaft,
-            Queries::SeparateRays => Ask::Rays,
-        }
     }
 }

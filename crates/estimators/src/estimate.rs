@@ -4,21 +4,32 @@ use crate::choose::Choice;
 use crate::draw::points::Source;
 use crate::integrand::{Integrand, Known};
 use crate::known::lines::LineMemory;
-use crate::known::region::RegionMemory;
-use crate::known::{self, KnownLight};
-use crate::memory::RestMemory;
-use crate::rest::{alone, segment, visible, weighted};
+use crate::known::region::{KnownLight, RegionMemory};
+use crate::known::{self, KnownMemory};
+use crate::rest::{RestMemory, alone, segment, visible, weighted};
 use crate::streams::Samples;
 use crate::view::{Above, Shape, View};
 use crate::visible::Visible;
 use crate::{
-    Ask, Buffers, EmissionTexture, Facts, KnownOver, LightKind, Method, Of, PlanCounters, PointBy,
-    Query, Rest, WorkCounters,
+    Ask, EmissionTexture, Facts, Integration, KnownOver, LightKind, Method, Of, PlanCounters,
+    PointBy, PointDensity, Query, Rest, WorkCounters,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
-use linelit_lights::{CylinderView, DiskLobes, Light, PointSource, RegionSampler, Viewer};
-use linelit_visibility::ShaftClass;
+use linelit_lights::{DiskLobes, PointSource, RegionSampler, Viewer};
+use linelit_visibility::{Scratch, ShaftClass};
+
+/// Memory that estimates use again, and counters; one for each thread. No estimate depends on
+/// those before it.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    /// The memory of rays and shafts, with their counters.
+    pub scratch: Scratch,
+    /// Skipped and finished work.
+    pub counts: WorkCounters,
+    pub(crate) known: KnownMemory,
+    pub(crate) rest: RestMemory,
+}
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
 ///
@@ -42,7 +53,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         rest,
     } = buffers;
     // Is the shading point on a side of the light that emits?
-    let cylinder = cylinder(query);
+    let cylinder = query.light.cylinder(query.point.position);
     let view = View::new(query.light, query.point, query.margins, cylinder.as_ref());
     let Some(mut view) = view else {
         return DVec3::ZERO;
@@ -100,14 +111,6 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     sampled.with_rest(&method.rest, light.light, &mut visible, lines, rest, counts)
 }
 
-/// A cylinder as the shading point sees it, if the light is one.
-fn cylinder<R, T>(query: &Query<'_, R, T>) -> Option<CylinderView> {
-    match query.light.light {
-        Light::Cylinder(light) => CylinderView::new(&light.cylinder, query.point.position),
-        Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) => None,
-    }
-}
-
 /// Counts what the method does.
 fn count<R, T>(
     query: &Query<'_, R, T>,
@@ -116,12 +119,14 @@ fn count<R, T>(
     plan: &mut PlanCounters,
 ) {
     plan.unoccluded += u64::from(query.skip && class == ShaftClass::Empty);
+    let mut integrals = query.estimator.integrals();
+    let mut has_exact = || integrals.any(|by| matches!(by, Integration::Exact(_)));
     let has_rest = method.rest != Rest::Nothing;
     match (method.known, class) {
         (KnownOver::Region(_), ShaftClass::Partial) => plan.exact_penumbrae += 1,
         (KnownOver::Region(_), ShaftClass::Empty) if !has_rest => plan.closed_form += 1,
         (KnownOver::Nothing, ShaftClass::Blocked) if !has_rest => plan.hidden += 1,
-        (_, ShaftClass::Partial) if query.estimator.has_exact() => plan.exact_fallbacks += 1,
+        (_, ShaftClass::Partial) if has_exact() => plan.exact_fallbacks += 1,
         _ => {}
     }
 }
@@ -194,7 +199,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
                     if let Some((beta, mean)) = self.on_region(samples, &mut memory.region) {
                         return light * beta + mean;
                     }
-                    self.points(PointBy::Ltc, samples, visible, memory)
+                    self.points(PointDensity::Lobes.into(), samples, visible, memory)
                 }
                 Rest::Weighted(weighted) => {
                     let (view, numbers) = (self.view, &self.query.numbers);
@@ -239,7 +244,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
         let (view, point, integrand) = (self.view, self.query.point, &self.integrand);
         let (samples, block) = (self.samples(count), &mut memory.points);
         let Some(surface) = view.surface() else {
-            let (Shape::Segment(line), PointBy::Linear(options)) = (view.shape(), by) else {
+            let (Shape::Segment(line), PointBy::Linear(options)) = (view.shape, by) else {
                 return DVec3::ZERO;
             };
             let asked = segment::Asked {
@@ -251,26 +256,26 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
             let pairs = &mut memory.segment;
             return segment::points(&asked, options, self.cosines, visible, pairs, block);
         };
+        let mut mean = |source: Option<&PointSource<'_>>| {
+            alone::points(integrand, &surface, Source(source), samples, visible, block)
+        };
         let cosines = self.drawn();
         if self.known.is_some()
             && let (Some(disk), Some(cosines)) = (view.disk(), &cosines)
             && let Some(lobes) = DiskLobes::new(&disk, view.at.position, cosines)
         {
-            let source = &PointSource::DiskLobes(lobes);
-            let source = Source::OnLight(source);
-            return alone::points(integrand, &surface, source, samples, visible, block);
+            return mean(Some(&PointSource::DiskLobes(lobes)));
         }
+        let Some(density) = by.on_surface() else {
+            return mean(None);
+        };
         let viewer = Viewer {
             cosines: cosines.as_ref(),
             ..view.at.viewer()
         };
-        let Some(density) = by.on_surface() else {
-            return alone::points(integrand, &surface, Source::Bsdf, samples, visible, block);
-        };
         // A source is large: it is made where it stays.
         let source = PointSource::new(density, surface, self.query.light.texture, &viewer);
-        let source = Source::OnLight(&source);
-        alone::points(integrand, &surface, source, samples, visible, block)
+        mean(Some(&source))
     }
 
     /// The transformed cosines that points are drawn by: on round lights, of a reflection with

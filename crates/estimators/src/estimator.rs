@@ -37,7 +37,7 @@ pub struct Part {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
     /// Not at all: one technique, whose samples on the whole light count as value over density, a
-    /// point in each visible piece of a line. Not for [`PointBy::Texture`], lines by measures other
+    /// point in each visible piece of a line. Not for [`PointDensity::Texture`](crate::PointDensity::Texture), lines by measures other
     /// than area, [`LineDirection::Spread`], [`Lines::points`] above one and
     /// [`Pieces::One`](crate::Pieces::One), which are [`Weights::Balance`] by themselves.
     Alone,
@@ -58,6 +58,26 @@ pub enum Weights {
     /// samples from the other, so that the mean stays right; for one sample, and for a technique
     /// that has no sample in a half, the balance heuristic.
     Optimal(Optimal),
+}
+
+impl Part {
+    /// A technique with a share of one.
+    pub(crate) fn one(technique: impl Into<Technique>) -> Self {
+        Self {
+            technique: technique.into(),
+            share: 1,
+        }
+    }
+}
+
+impl Weights {
+    /// The weights of parts of which nothing else is said.
+    pub(crate) fn implied(parts: &[Part]) -> Self {
+        match parts {
+            [only] if only.technique.can_stand_alone() => Self::Alone,
+            _ => Self::Balance,
+        }
+    }
 }
 
 /// What optimal weights may be.
@@ -81,18 +101,11 @@ pub enum Smoothing {
 impl<T: Into<Technique>> From<T> for Estimator {
     /// The technique alone; with the balance heuristic if it cannot do without.
     fn from(technique: T) -> Self {
-        let technique = technique.into();
+        let part = Part::one(technique);
         Self {
-            parts: [Part {
-                technique,
-                share: 1,
-            }; MOST_TECHNIQUES],
+            parts: [part; MOST_TECHNIQUES],
             count: 1,
-            weights: if technique.can_stand_alone() {
-                Weights::Alone
-            } else {
-                Weights::Balance
-            },
+            weights: Weights::implied(&[part]),
         }
     }
 }
@@ -112,12 +125,8 @@ impl Estimator {
             false => !p.technique.must_stand_alone(),
         };
         let counted = (1..=MOST_TECHNIQUES).contains(&width) && parts.iter().all(|p| p.share > 0);
-        let implied = if parts.len() == 1 {
-            Weights::Alone
-        } else {
-            Weights::Balance
-        };
-        let has_text = weights == implied || !parts.iter().all(|p| p.technique.has_own_mis());
+        let is_implied = weights == Weights::implied(parts);
+        let has_text = is_implied || !parts.iter().all(|p| p.technique.has_own_mis());
         if !counted || !has_text || !parts.iter().all(fits) {
             return None;
         }
@@ -133,8 +142,8 @@ impl Estimator {
 
     /// Points of a density, a shadow ray for each.
     #[must_use]
-    pub fn points(by: PointBy) -> Self {
-        Points::by(by).into()
+    pub fn points(by: impl Into<PointBy>) -> Self {
+        Points::by(by.into()).into()
     }
 
     /// Lines of a measure, with points of their visible parts.
@@ -152,7 +161,7 @@ impl Estimator {
     /// The closed form over what is visible of the light.
     #[must_use]
     pub fn exact() -> Self {
-        Lines::integrated(Integration::Exact(ExactOptions::default())).into()
+        Lines::integrated(Integration::Exact(ExactOptions::DEFAULT)).into()
     }
 
     /// Whichever is cheapest by what stands between.
@@ -172,12 +181,8 @@ impl Estimator {
             Weights::Alone => Weights::Balance,
             chosen => chosen,
         };
-        let technique = technique.into();
-        let mut parts: Vec<Part> = self.parts().copied().collect();
-        parts.push(Part {
-            technique,
-            share: 1,
-        });
+        let mut parts = self.parts().to_vec();
+        parts.push(Part::one(technique));
         Self::new(&parts, weights).expect("techniques that can be combined, eight at most")
     }
 
@@ -204,13 +209,13 @@ impl Estimator {
     /// If the techniques cannot be weighted so: see [`Estimator::new`].
     #[must_use]
     pub fn weighted(self, weights: Weights) -> Self {
-        let parts: Vec<Part> = self.parts().copied().collect();
-        Self::new(&parts, weights).expect("weights that these techniques can have")
+        Self::new(self.parts(), weights).expect("weights that these techniques can have")
     }
 
     /// The techniques with their shares.
-    pub fn parts(&self) -> impl Iterator<Item = &Part> {
-        self.all().iter()
+    #[must_use]
+    pub fn parts(&self) -> &[Part] {
+        &self.parts[..self.count]
     }
 
     /// How they are weighted.
@@ -225,38 +230,19 @@ impl Estimator {
         (self.weights == Weights::Alone).then_some(&self.parts[0].technique)
     }
 
-    /// Whether the estimator asks line queries.
-    #[must_use]
-    pub fn uses_lines(&self) -> bool {
-        self.parts()
-            .any(|p| matches!(p.technique, Technique::Lines(_)))
+    /// The integrals of the techniques that take one where it has a closed form.
+    pub(crate) fn integrals(&self) -> impl Iterator<Item = Integration> {
+        let integrals = (self.parts().iter()).filter_map(|part| part.technique.integrated());
+        integrals.map(|(_, by)| by)
     }
 
-    /// The techniques with their shares, as a slice.
-    pub(crate) fn all(&self) -> &[Part] {
-        &self.parts[..self.count]
-    }
-
-    /// Whether a technique is `exact`.
-    pub(crate) fn has_exact(&self) -> bool {
-        let integrals = (self.all().iter()).filter_map(|part| part.technique.integrated());
-        integrals
-            .map(|(_, by)| by)
-            .any(|by| matches!(by, Integration::Exact(_)))
-    }
-
-    /// The first part that takes a closed form where there is one, with the samples of all such
-    /// parts of `count`.
+    /// The first of the [integrals](Self::integrals), with the samples of all of them, of `count`.
     pub(crate) fn closed(&self, count: u32) -> Option<Integral<'_>> {
-        let (lines, by) = (self.all().iter()).find_map(|part| part.technique.integrated())?;
-        if self.count == 1 {
-            let count = count.max(1);
-            return Some(Integral { lines, by, count });
-        }
+        let (lines, by) = (self.parts().iter()).find_map(|part| part.technique.integrated())?;
         let share = |part: &Part| f64::from(part.share);
         let is_closed = |part: &&Part| part.technique.integrated().is_some();
-        let theirs: f64 = self.parts().filter(is_closed).map(share).sum();
-        let all: f64 = self.parts().map(share).sum();
+        let theirs: f64 = self.parts().iter().filter(is_closed).map(share).sum();
+        let all: f64 = self.parts().iter().map(share).sum();
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,

@@ -5,7 +5,7 @@ use crate::choose::Choice;
 use crate::{
     Ask, Between, Closed, Estimator, Facts, KnownOver, LightKind, LineBy, Lines, Method, Of,
 };
-use crate::{PointBy, Points, Rest, Technique};
+use crate::{PointBy, PointDensity, Points, Rest, Technique};
 use linelit_visibility::ShaftClass;
 use std::fmt;
 
@@ -103,16 +103,20 @@ impl Facts<'_> {
     /// The density that takes the place of one that the light does not have, or the reflection.
     fn points_by(&self, by: PointBy) -> PointBy {
         use LightKind::{Cylinder, Disk, Linear, Polygon, Sphere, Textured};
+        use PointDensity::{Area, Lobes, Proxy, SolidAngle, Texture, VisibleArea};
         let has_lobes = self.known.has_cosines && self.known.closed != Closed::Diffuse;
-        match (by, self.light) {
-            (by, Linear) => PointBy::Linear(by.on_segment()),
-            (PointBy::VisibleArea, Polygon | Textured | Disk) => PointBy::Area,
-            (PointBy::Texture, Polygon) => PointBy::Area,
-            (PointBy::Texture | PointBy::Proxy, Sphere | Disk | Cylinder) => PointBy::SolidAngle,
-            (PointBy::Linear(_), _) | (PointBy::Ltc, Cylinder) => PointBy::SolidAngle,
-            (PointBy::Ltc, _) if !has_lobes => PointBy::SolidAngle,
-            (by, _) => by,
-        }
+        let density = match (by, self.light) {
+            (by, Linear) => return PointBy::Linear(by.on_segment()),
+            (PointBy::Bsdf, _) => return by,
+            (PointBy::Linear(_), _) => SolidAngle,
+            (PointBy::Surface(density), _) => density,
+        };
+        PointBy::Surface(match (density, self.light) {
+            (VisibleArea, Polygon | Textured | Disk) | (Texture, Polygon) => Area,
+            (Texture | Proxy, Sphere | Disk | Cylinder) | (Lobes, Cylinder) => SolidAngle,
+            (Lobes, _) if !has_lobes => SolidAngle,
+            (density, _) => density,
+        })
     }
 
     /// The technique that takes the place of one that the light or the reflection does not have.
@@ -120,7 +124,7 @@ impl Facts<'_> {
         match (technique, self.light) {
             (Technique::Points(points), _) => Points::by(self.points_by(points.by)).into(),
             (Technique::Lines(_), LightKind::Sphere | LightKind::Disk) => {
-                Points::by(PointBy::SolidAngle).into()
+                Points::by(PointDensity::SolidAngle.into()).into()
             }
             (Technique::Lines(lines), light) => Lines::by(match (lines.measure(), light) {
                 (LineBy::Texture, LightKind::Textured) => LineBy::Texture,

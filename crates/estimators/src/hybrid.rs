@@ -3,8 +3,8 @@
 use crate::choose::{along, region};
 use crate::estimator::Integral;
 use crate::{
-    Ask, Between, Closed, Facts, KnownOver, Method, OcclusionStats, Part, PointBy, Points, Rest,
-    Technique, Weighted, Weights,
+    Ask, Between, Closed, Facts, Method, Part, PointBy, PointDensity, Points, Rest, Technique,
+    Weighted, Weights,
 };
 
 /// Points, or rays that are traced together, in place of a line; fewer lines than this are points
@@ -30,11 +30,6 @@ const RAYS_FOR_LINES: f64 = 3.0;
 /// In combinations, points that share a dense shaft in place of a line.
 pub(crate) const POINTS_IF_DENSE: u32 = 2 * POINTS;
 
-/// Whether rays are taken without looking at what stands between.
-pub(crate) fn takes_rays(facts: &Facts<'_>, count: u32) -> bool {
-    facts.occlusion.dense && are_rays_better(facts, count)
-}
-
 /// The method for a polygon of one radiance that is not seen as a whole.
 pub(crate) fn method<'e>(
     integral: &Integral<'e>,
@@ -44,8 +39,8 @@ pub(crate) fn method<'e>(
     let (lines, count) = (integral.lines, integral.count);
     let closed = facts.known.closed;
     let by = match closed {
-        Closed::Diffuse => facts.points,
-        Closed::AlongLines | Closed::Nowhere => PointBy::Ltc,
+        Closed::Diffuse => facts.points.into(),
+        Closed::AlongLines | Closed::Nowhere => PointDensity::Lobes.into(),
     };
     let points = count.saturating_mul(POINTS);
     // Too much stands between to look for all of it: rays, or lines if they are many.
@@ -57,7 +52,10 @@ pub(crate) fn method<'e>(
     let is_smooth = closed == Closed::Diffuse || closed == Closed::Nowhere && facts.known.are_wide;
     let with_region = points_with_cosines(count);
     let is_region_cheap = match is_smooth {
-        true => lines_of_exact(facts.occlusion, between) <= f64::from(count),
+        true => {
+            let lines_for_each = LINES_FOR_A_TRIANGLE + facts.occlusion.edges;
+            lines_for_each * triangles(between) <= f64::from(count)
+        }
         false => takes_cosines(between, count),
     };
     if is_region_cheap
@@ -80,14 +78,9 @@ pub(crate) fn method<'e>(
 }
 
 /// Whether rays towards a densely occluded light have less noise than lines in the same time.
-fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
+pub(crate) fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
     let lines = LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
     facts.known.closed == Closed::Nowhere || f64::from(count) < lines
-}
-
-/// Lines that take as long as the closed form over what is visible past the shaft's triangles.
-fn lines_of_exact(occlusion: &OcclusionStats, between: &Between) -> f64 {
-    (LINES_FOR_A_TRIANGLE + occlusion.edges) * triangles(between)
 }
 
 /// Whether the closed form of transformed cosines with points for the rest reaches an error before
@@ -110,26 +103,23 @@ pub(crate) fn points_with_cosines(lines: u32) -> u32 {
 /// Points of a light that emits an image, half of them by the image; or a third, and a third by a
 /// reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines) transformed cosines.
 pub(crate) fn textured<'e>(facts: &Facts<'_>) -> Method<'e> {
-    const fn part(by: PointBy) -> Part {
+    const fn part(by: PointDensity) -> Part {
         Part {
-            technique: Technique::Points(Points::by(by)),
+            technique: Technique::Points(Points::by(PointBy::Surface(by))),
             share: 1,
         }
     }
-    const DIFFUSE: [Part; 2] = [part(PointBy::SolidAngle), part(PointBy::Texture)];
-    const GLOSSY: [Part; 2] = [part(PointBy::Ltc), part(PointBy::Texture)];
+    const DIFFUSE: [Part; 2] = [part(PointDensity::SolidAngle), part(PointDensity::Texture)];
+    const GLOSSY: [Part; 2] = [part(PointDensity::Lobes), part(PointDensity::Texture)];
     let is_diffuse = facts.known.closed == Closed::Diffuse;
-    Method {
-        known: KnownOver::Nothing,
-        rest: Rest::Weighted(Weighted {
-            parts: if is_diffuse { &DIFFUSE } else { &GLOSSY },
-            with_bsdf: facts.known.are_unlike,
-            integrals: None,
-            weights: Weights::Balance,
-            samples: facts.samples,
-        }),
-        ask: facts.asked(),
-    }
+    let weighted = Weighted {
+        parts: if is_diffuse { &DIFFUSE } else { &GLOSSY },
+        with_bsdf: facts.known.are_unlike,
+        integrals: None,
+        weights: Weights::Balance,
+        samples: facts.samples,
+    };
+    Method::sampled(Rest::Weighted(weighted), facts.ask)
 }
 
 /// The power of two that is nearest by logarithm; 2³¹ at most, and 1 at least.

@@ -3,7 +3,6 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod choose;
-mod cosines;
 mod counters;
 mod draw;
 mod estimate;
@@ -13,7 +12,6 @@ mod hybrid;
 mod integrand;
 mod known;
 mod light;
-mod memory;
 mod method;
 mod occlusion;
 mod options;
@@ -29,22 +27,21 @@ mod view;
 mod visible;
 
 pub use counters::{PlanCounters, SegmentCounters, WorkCounters};
-pub use estimate::estimate;
+pub use estimate::{Buffers, estimate};
 pub use estimator::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Weights};
 pub use light::{LightSource, OcclusionStats};
 pub use linelit_lights::{EmissionTexture, NoTexture};
-pub use memory::Buffers;
 pub use method::Weighted;
 pub use method::{Ask, Between, Closed, Facts, KnownKind, KnownOver, LightKind, Method, Of, Rest};
 pub use occlusion::OcclusionProbe;
 pub use options::ParseEstimatorError;
 pub use point::ShadingPoint;
-pub use query::{Queries, Query};
+pub use query::Query;
 pub use reference::brute_force;
 pub use streams::{RandomNumbers, Stream};
 pub use technique::{ExactOptions, Integration, LinearHeuristic, LinearOptions};
 pub use technique::{LineBy, LineControl, LineDirection, Lines, Pieces};
-pub use technique::{PointBy, Points, Technique};
+pub use technique::{PointBy, PointDensity, Points, Technique};
 
 // What queries are made of, so that one dependency is enough.
 pub use {

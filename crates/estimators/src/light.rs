@@ -1,6 +1,6 @@
 //! A light among its surroundings, and what it emits.
 
-use crate::{PlanCounters, PointBy, ShadingPoint};
+use crate::{PlanCounters, PointDensity, ShadingPoint};
 use linelit_geometry::{DVec3, Triangle};
 use linelit_lights::{CylinderView, Emission, EmissionTexture, Light, LightPoint, NoTexture};
 use std::ops::Range;
@@ -50,12 +50,6 @@ impl OcclusionStats {
     };
 }
 
-impl Default for OcclusionStats {
-    fn default() -> Self {
-        Self::FEW
-    }
-}
-
 impl<'a> LightSource<'a> {
     /// A light of one radiance that none of the occluders belongs to.
     #[must_use]
@@ -64,28 +58,28 @@ impl<'a> LightSource<'a> {
             light,
             triangles: 0..0,
             texture: None,
-            occlusion: OcclusionStats::default(),
+            occlusion: OcclusionStats::FEW,
         }
     }
 }
 
 impl<T: EmissionTexture> LightSource<'_, T> {
-    /// What the light sends from one of its points against the direction to it: radiance,
-    /// W/(m²·sr), of a linear light times its radius, W/(m·sr).
+    /// The radiance that the light sends from one of the points of its surface against the
+    /// direction to it, W/(m²·sr).
     #[inline]
     pub(crate) fn emitted(&self, at: &LightPoint) -> DVec3 {
+        let even = self.light.emission().towards(at.cos_light);
+        match (self.light, self.texture) {
+            (Light::Area(_), Some(texture)) if even != DVec3::ZERO => texture.radiance(at.point),
+            _ => even,
+        }
+    }
+
+    /// A cylinder as the shading point `x` sees it, if the light is one.
+    pub(crate) fn cylinder(&self, x: DVec3) -> Option<CylinderView> {
         match self.light {
-            Light::Area(area) => {
-                let even = area.emission.towards(at.cos_light);
-                match self.texture {
-                    Some(texture) if even != DVec3::ZERO => texture.radiance(at.point),
-                    Some(_) | None => even,
-                }
-            }
-            Light::Linear(line) => line.radiance_radius,
-            Light::Sphere(light) => Emission::one_sided(light.radiance).towards(at.cos_light),
-            Light::Disk(light) => light.emission.towards(at.cos_light),
-            Light::Cylinder(light) => Emission::one_sided(light.radiance).towards(at.cos_light),
+            Light::Cylinder(light) => CylinderView::new(&light.cylinder, x),
+            Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) => None,
         }
     }
 
@@ -100,9 +94,9 @@ impl<T: EmissionTexture> LightSource<'_, T> {
 
     /// The density of points of a polygon that reaches an error first: uniform on the area, or in
     /// the solid angle.
-    pub(crate) fn cheapest_points(&self, x: DVec3) -> PointBy {
+    pub(crate) fn cheapest_points(&self, x: DVec3) -> PointDensity {
         let Light::Area(area) = self.light else {
-            return PointBy::SolidAngle;
+            return PointDensity::SolidAngle;
         };
         let corners = area.polygon.vertices();
         let triangles = corners[1..].windows(2);
@@ -115,64 +109,41 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         let farthest = farthest.fold(0.0, f64::max);
         // The solid angle of a piece goes as the cube of the distance.
         if farthest.powi(3) <= FLAT * FLAT * nearest.powi(3) {
-            PointBy::Area
+            PointDensity::Area
         } else {
-            PointBy::SolidAngle
+            PointDensity::SolidAngle
         }
     }
 
     /// Whether the light can reach the point at all: some of it is above the horizon, on the side
     /// that emits. Where not, every estimator gives zero. Counts why not.
     pub fn reaches<R>(&self, point: &ShadingPoint<R>, counters: &mut PlanCounters) -> bool {
+        let (x, cylinder) = (point.position, self.cylinder(point.position));
         counters.point_lights += 1;
-        match self.light {
-            Light::Area(area) => {
-                if !area.faces(point.position, 0.0) {
-                    counters.facing_away += 1;
-                    return false;
-                }
-                above_horizon(point, area.polygon.vertices(), counters)
-            }
-            Light::Linear(line) => {
-                above_horizon(point, &[line.segment.p0, line.segment.p1], counters)
-            }
-            // Samplers of round lights ask for the horizon themselves.
-            Light::Sphere(light) => {
-                let outside = light.sphere.center.distance(point.position) > light.sphere.radius;
-                counters.facing_away += u64::from(!outside);
-                outside
-            }
-            Light::Disk(light) => {
-                let faces = light.faces(point.position, 0.0);
-                counters.facing_away += u64::from(!faces);
-                faces
-            }
-            Light::Cylinder(light) => {
-                let Some(view) = CylinderView::new(&light.cylinder, point.position) else {
-                    counters.facing_away += 1;
-                    return false;
-                };
-                let highest = |n: DVec3| view.heights(n)[1];
-                let above = highest(point.geometric_normal) > 0.0 && highest(point.normal) > 0.0;
-                counters.below_horizon += u64::from(!above);
-                above
-            }
+        let faces = match self.light {
+            Light::Area(light) => light.faces(x, 0.0),
+            Light::Linear(_) => true,
+            Light::Sphere(light) => light.sphere.center.distance(x) > light.sphere.radius,
+            Light::Disk(light) => light.faces(x, 0.0),
+            Light::Cylinder(_) => cylinder.is_some(),
+        };
+        if !faces {
+            counters.facing_away += 1;
+            return false;
         }
+        // A convex light has its highest point at a corner.
+        let any_above = |corners: &[DVec3], n: DVec3| corners.iter().any(|v| n.dot(*v - x) > 0.0);
+        let is_above = |n: DVec3| match self.light {
+            Light::Area(light) => any_above(light.polygon.vertices(), n),
+            Light::Linear(light) => any_above(&[light.segment.p0, light.segment.p1], n),
+            // Their samplers ask for the horizon themselves.
+            Light::Sphere(_) | Light::Disk(_) => true,
+            Light::Cylinder(_) => cylinder.is_some_and(|view| view.heights(n)[1] > 0.0),
+        };
+        let above = is_above(point.geometric_normal) && is_above(point.normal);
+        counters.below_horizon += u64::from(!above);
+        above
     }
-}
-
-/// Whether any vertex is above both horizons. A convex light has its highest point at a vertex.
-fn above_horizon<R>(
-    point: &ShadingPoint<R>,
-    vertices: &[DVec3],
-    counters: &mut PlanCounters,
-) -> bool {
-    let any_above = |n: DVec3| vertices.iter().any(|v| n.dot(*v - point.position) > 0.0);
-    let above = any_above(point.geometric_normal) && any_above(point.normal);
-    if !above {
-        counters.below_horizon += 1;
-    }
-    above
 }
 
 /// The ratio between solid angles of pieces of a light up to which points uniform on the area are

@@ -4,8 +4,8 @@
 //! Every estimate is L = ∫ g V dω + ∫ (f − g) V dω, where f is the light that the reflection sends
 //! to the viewer, V visibility and g the part of f that is known in closed form.
 
-use crate::{EmissionTexture, LightSource, Lines, OcclusionStats, Part, PointBy};
-use crate::{Points, Queries, Query, ShadingPoint, Weights};
+use crate::{EmissionTexture, LightSource, Lines, OcclusionStats, Part, PointBy, PointDensity};
+use crate::{Points, Query, ShadingPoint, Weights};
 use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
@@ -176,10 +176,10 @@ pub struct Facts<'a> {
     /// Whether empty and blocked shafts take no samples ([`Query::skip`](crate::Query::skip)).
     pub skip: bool,
     /// The way in which combinations ask for visibility.
-    pub queries: Queries,
+    pub ask: Ask,
     /// The density of points of a polygon that reaches an error first: by area, of a light whose
     /// solid angle differs little from place to place, else by solid angle.
-    pub points: PointBy,
+    pub points: PointDensity,
 }
 
 impl<'a> Facts<'a> {
@@ -193,8 +193,8 @@ impl<'a> Facts<'a> {
             occlusion: &OcclusionStats::FEW,
             samples,
             skip: true,
-            queries: Queries::OneShaft,
-            points: PointBy::Area,
+            ask: Ask::Shaft,
+            points: PointDensity::Area,
         }
     }
 
@@ -224,8 +224,8 @@ impl<'a> Facts<'a> {
             occlusion: &query.light.occlusion,
             samples: query.samples,
             skip: query.skip,
-            queries: query.queries,
-            points: PointBy::SolidAngle,
+            ask: query.ask,
+            points: PointDensity::SolidAngle,
         }
     }
 }
@@ -320,7 +320,7 @@ pub struct Weighted<'e> {
     pub with_bsdf: bool,
     /// The points that replace lines of integrals ([`Lines::integration`]); `None` keeps lines, of
     /// which points are drawn.
-    pub integrals: Option<PointBy>,
+    pub integrals: Option<PointDensity>,
     /// The weights.
     pub weights: Weights,
     /// The samples of all together.
@@ -330,34 +330,35 @@ pub struct Weighted<'e> {
 /// The way in which visibility is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ask {
-    /// A traversal for each point and each line.
+    /// A traversal for each point and each line, as published.
     Rays,
-    /// One shaft for all.
+    /// One shaft for all (`docs/decisions/008-one-shaft-for-combinations.md`).
     Shaft,
 }
 
-impl Method<'_> {
+impl<'e> Method<'e> {
+    pub(crate) const fn new(known: KnownOver<'e>, rest: Rest<'e>, ask: Ask) -> Self {
+        Self { known, rest, ask }
+    }
+
+    /// Samples alone.
+    pub(crate) const fn sampled(rest: Rest<'e>, ask: Ask) -> Self {
+        Self::new(KnownOver::Nothing, rest, ask)
+    }
+
     /// The method of a light that is wholly hidden.
-    pub(crate) const NONE: Self = Self {
-        known: KnownOver::Nothing,
-        rest: Rest::Nothing,
-        ask: Ask::Shaft,
-    };
+    pub(crate) const NONE: Self = Self::sampled(Rest::Nothing, Ask::Shaft);
 
     pub(crate) const fn region(of: Of) -> Self {
-        Self {
-            known: KnownOver::Region(of),
-            rest: Rest::Nothing,
-            ask: Ask::Shaft,
-        }
+        Self::new(KnownOver::Region(of), Rest::Nothing, Ask::Shaft)
     }
 
     pub(crate) const fn points(by: PointBy, samples: u32, ask: Ask) -> Self {
-        Self {
-            known: KnownOver::Nothing,
-            rest: Rest::Points { by, samples },
-            ask,
-        }
+        Self::sampled(Rest::Points { by, samples }, ask)
+    }
+
+    pub(crate) const fn points_of_lines(lines: &'e Lines, samples: u32) -> Self {
+        Self::sampled(Rest::PointsOfLines { lines, samples }, Ask::Shaft)
     }
 
     /// Whether the estimate has no noise.
@@ -367,27 +368,14 @@ impl Method<'_> {
     }
 }
 
-impl<'e> Method<'e> {
-    pub(crate) const fn points_of_lines(lines: &'e Lines, samples: u32) -> Self {
-        Self {
-            known: KnownOver::Nothing,
-            rest: Rest::PointsOfLines { lines, samples },
-            ask: Ask::Shaft,
-        }
-    }
-}
-
 impl Weighted<'_> {
     /// The techniques with their shares, with points in place of lines of integrals where they are
     /// replaced.
     pub(crate) fn techniques(&self) -> impl Iterator<Item = Part> {
-        let beside = self.with_bsdf.then(|| Part {
-            technique: Points::bsdf().into(),
-            share: 1,
-        });
+        let beside = self.with_bsdf.then(|| Part::one(Points::bsdf()));
         let replaced = |part: &Part| match self.integrals {
             Some(by) if part.technique.may_become_points() => Part {
-                technique: Points::by(by).into(),
+                technique: Points::by(by.into()).into(),
                 ..*part
             },
             _ => *part,

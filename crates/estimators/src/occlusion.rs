@@ -92,7 +92,7 @@ impl OcclusionProbe {
         let mut stats = OcclusionStats {
             dense: f64::from(self.dense) > DENSE * f64::from(self.shafts),
             direction: self.pilots.direction(),
-            ..OcclusionStats::default()
+            ..OcclusionStats::FEW
         };
         #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
         let [edges, candidates, line_tests, rays] = [

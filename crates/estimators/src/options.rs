@@ -53,9 +53,31 @@ pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
 }
 
 /// An [`error`] about a word that is none of some names.
-pub(crate) fn unknown<T>(message: String, word: &str, names: Vec<&'static str>) -> Result<T> {
+fn unknown<T>(message: String, word: &str, names: Vec<&'static str>) -> Result<T> {
     let unknown = Some((word.to_owned(), names));
     Err(ParseEstimatorError { message, unknown })
+}
+
+/// The value of a name in a table; else an error about the word, with a message from the names that
+/// could stand in its place.
+pub(crate) fn find<V: Copy>(
+    table: &[(&'static str, V)],
+    word: &str,
+    message: impl FnOnce(&[&'static str]) -> String,
+) -> Result<V> {
+    if let Some((_, value)) = table.iter().find(|(name, _)| *name == word) {
+        return Ok(*value);
+    }
+    let names: Vec<_> = table.iter().map(|(name, _)| *name).collect();
+    unknown(message(&names), word, names)
+}
+
+/// Names as a list that ends with `or`.
+fn either(names: &[&str]) -> String {
+    match names {
+        [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        only => only.concat(),
+    }
 }
 
 /// The options in the brackets of one technique, until they are read.
@@ -118,12 +140,9 @@ impl<'a> Options<'a> {
         let Some(value) = self.take(key) else {
             return Ok(false);
         };
-        let Some((_, chosen)) = choices.iter().find(|(name, _)| *name == value) else {
-            let names = choices.map(|(name, _)| name);
-            let message = format!("{key} `{value}`; expected {}", names.join(" or "));
-            return unknown(message, value, names.to_vec());
-        };
-        *option = *chosen;
+        *option = find(&choices, value, |names| {
+            format!("{key} `{value}`; expected {}", either(names))
+        })?;
         Ok(true)
     }
 
@@ -132,14 +151,8 @@ impl<'a> Options<'a> {
         let Some((key, _)) = self.unread.first() else {
             return Ok(());
         };
-        let expected = match &self.keys[..] {
-            [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-            only => only.concat(),
-        };
-        let message = format!(
-            "`{}` has no option `{key}`; expected {expected}",
-            self.technique
-        );
+        let (technique, expected) = (self.technique, either(&self.keys));
+        let message = format!("`{technique}` has no option `{key}`; expected {expected}");
         unknown(message, key, self.keys)
     }
 }
@@ -186,63 +199,68 @@ impl LinearOptions {
     }
 
     fn write(self, out: &mut Vec<String>) {
-        let (mis, nu) = match self {
-            Self::Technique(LinearTechnique::ProjectedSolidAngle) => return,
+        let first = LinearTechnique::ProjectedSolidAngle;
+        let share = |nu: f64| ((nu - NU).abs() > 0.0).then(|| format!("nu={nu}"));
+        let (mis, option) = match self {
+            Self::Technique(technique) if technique == first => return,
             Self::Technique(technique) => {
                 return out.push(format!("technique={}", technique.name()));
             }
-            Self::Ltc(LinearHeuristic::Balance(_)) => (Some("balance"), None),
-            Self::Ltc(LinearHeuristic::WeightedBalance) => (Some("weighted-balance"), None),
-            Self::Ltc(LinearHeuristic::Optimal(nu)) => (Some("optimal"), Some(nu)),
-            Self::Ltc(LinearHeuristic::ClampedOptimal(nu)) => (None, Some(nu)),
+            Self::Ltc(LinearHeuristic::Balance(with)) => {
+                let with = (with != first).then(|| format!("with={}", with.name()));
+                (Some("mis=balance"), with)
+            }
+            Self::Ltc(LinearHeuristic::WeightedBalance) => (Some("mis=weighted-balance"), None),
+            Self::Ltc(LinearHeuristic::Optimal(nu)) => (Some("mis=optimal"), share(nu)),
+            Self::Ltc(LinearHeuristic::ClampedOptimal(nu)) => (None, share(nu)),
         };
-        out.push("technique=ltc".to_owned());
-        out.extend(mis.map(|mis| format!("mis={mis}")));
-        let nu = nu.filter(|nu| (nu - NU).abs() > 0.0);
-        out.extend(nu.map(|nu| format!("nu={nu}")));
-        if let Self::Ltc(LinearHeuristic::Balance(first)) = self
-            && first != LinearTechnique::ProjectedSolidAngle
-        {
-            out.push(format!("with={}", first.name()));
-        }
+        let said = ["technique=ltc"].into_iter().chain(mis);
+        out.extend(said.map(str::to_owned).chain(option));
     }
 }
 
 fn named(name: &str) -> Result<LinearTechnique> {
-    let found = LinearTechnique::ALL.into_iter().find(|t| t.name() == name);
-    found.map_or_else(
-        || {
-            let mut names = LinearTechnique::ALL.map(LinearTechnique::name).to_vec();
-            let message = format!("technique `{name}`; expected {} or ltc", names.join(", "));
-            names.push("ltc");
-            unknown(message, name, names)
-        },
-        Ok,
-    )
+    if let Some(found) = LinearTechnique::ALL.into_iter().find(|t| t.name() == name) {
+        return Ok(found);
+    }
+    let mut names = LinearTechnique::ALL.map(LinearTechnique::name).to_vec();
+    names.push("ltc");
+    let message = format!("technique `{name}`; expected {}", either(&names));
+    unknown(message, name, names)
 }
+
+/// The heuristics of `technique=ltc`, with their defaults.
+const HEURISTICS: [(&str, LinearHeuristic); 4] = [
+    (
+        "balance",
+        LinearHeuristic::Balance(LinearTechnique::ProjectedSolidAngle),
+    ),
+    ("weighted-balance", LinearHeuristic::WeightedBalance),
+    ("optimal", LinearHeuristic::Optimal(NU)),
+    ("clamped-optimal", LinearHeuristic::ClampedOptimal(NU)),
+];
 
 fn heuristic(
     mis: Option<&str>,
     nu: Option<f64>,
     with: Option<LinearTechnique>,
 ) -> Result<LinearHeuristic> {
-    Ok(match mis {
-        Some("balance") if nu.is_none() => {
-            LinearHeuristic::Balance(with.unwrap_or(LinearTechnique::ProjectedSolidAngle))
-        }
-        _ if with.is_some() => return error("`with` stands beside `mis=balance`"),
-        None | Some("clamped-optimal") => LinearHeuristic::ClampedOptimal(nu.unwrap_or(NU)),
-        Some("optimal") => LinearHeuristic::Optimal(nu.unwrap_or(NU)),
-        Some("weighted-balance") if nu.is_none() => LinearHeuristic::WeightedBalance,
-        Some(name @ ("balance" | "weighted-balance")) => {
+    use LinearHeuristic::{Balance, ClampedOptimal, Optimal, WeightedBalance};
+    let name = mis.unwrap_or("clamped-optimal");
+    if with.is_some() && (name != "balance" || nu.is_some()) {
+        return error("`with` stands beside `mis=balance`");
+    }
+    let heuristic = find(&HEURISTICS, name, |names| {
+        format!("mis `{name}`; expected {}", either(names))
+    })?;
+    Ok(match (heuristic, nu) {
+        (Balance(_) | WeightedBalance, Some(_)) => {
             return error(format!("`mis={name}` knows no nu"));
         }
-        Some(name) => {
-            let expected = "balance, weighted-balance, optimal or clamped-optimal";
-            let names = ["balance", "weighted-balance", "optimal", "clamped-optimal"];
-            let message = format!("mis `{name}`; expected {expected}");
-            return unknown(message, name, names.to_vec());
-        }
+        (Balance(first), None) => Balance(with.unwrap_or(first)),
+        (Optimal(_), Some(nu)) => Optimal(nu),
+        (ClampedOptimal(_), Some(nu)) => ClampedOptimal(nu),
+        (default, None) => default,
     })
 }
 
@@ -328,7 +346,7 @@ impl ExactOptions {
     }
 
     fn write(self, out: &mut Vec<String>) {
-        let default = Self::default();
+        let default = Self::DEFAULT;
         if self.tolerance.to_bits() != default.tolerance.to_bits() {
             out.push(format!("tolerance={:e}", self.tolerance));
         }

@@ -66,9 +66,7 @@ impl PilotLines {
         let Some(light) = view.polygon() else {
             return;
         };
-        let LineMemory {
-            visible, pieces, ..
-        } = memory;
+        let (visible, pieces) = (&mut memory.visible, &mut memory.pieces);
         let is_dense = shaft.is_dense();
         let form = query.point.known().closed_form();
         let form = form.filter(|_| query.light.texture.is_none());

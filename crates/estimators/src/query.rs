@@ -1,6 +1,6 @@
 //! One shading point and one light: what an estimator works on.
 
-use crate::{EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Technique};
+use crate::{Ask, EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Technique};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::Margins;
 use linelit_visibility::Occluders;
@@ -24,28 +24,10 @@ pub struct Query<'a, R, T> {
     /// takes no samples. Off, every sample is taken, as published.
     pub skip: bool,
     /// The way in which lines and points of a combination ask for visibility.
-    pub queries: Queries,
+    pub ask: Ask,
     /// The distances from point and light within which an occluder hides nothing.
     pub margins: Margins,
 }
-
-/// The way in which lines and points of a combination ask for visibility.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Queries {
-    /// One shaft answers all (`docs/decisions/008-one-shaft-for-combinations.md`).
-    #[default]
-    OneShaft,
-    /// Each line and each point has a traversal of its own, as published.
-    SeparateRays,
-}
-
-impl<R, T> Clone for Query<'_, R, T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<R, T> Copy for Query<'_, R, T> {}
 
 impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
     /// A query that skips what it can and shares one shaft.
@@ -66,7 +48,7 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
             estimator,
             samples: if samples == 0 { 1 } else { samples },
             skip: true,
-            queries: Queries::OneShaft,
+            ask: Ask::Shaft,
             margins: Margins::DEFAULT,
         }
     }
@@ -82,7 +64,7 @@ impl<R: Reflection, T> Query<'_, R, T> {
             (Technique::Lines(_), Some(_)) => point.known().constant().is_none(),
             _ => true,
         };
-        let mut techniques = self.estimator.all().iter().map(|part| &part.technique);
+        let mut techniques = self.estimator.parts().iter().map(|part| &part.technique);
         techniques
             .any(|technique| technique.asks_for_cosines() && is_taken(technique))
             .then(|| point.bsdf.transformed_cosines(point.outgoing, point.normal))?

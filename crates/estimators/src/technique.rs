@@ -1,8 +1,8 @@
 //! Techniques: the ways to draw points and lines of a light, and to integrate along lines.
 
-pub use linelit_lights::LineDensity as LineBy;
+use linelit_lights::OffsetDensity;
 use linelit_lights::linear::LinearTechnique;
-use linelit_lights::{OffsetDensity, PointDensity};
+pub use linelit_lights::{LineDensity as LineBy, PointDensity};
 
 /// A technique: one way to estimate the light that a light sends to a shading point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,33 +24,16 @@ pub struct Points {
     pub in_shaft: bool,
 }
 
-/// The density of points. A density that a light does not have is replaced by another one, as
+/// The source of points. A density that a light does not have is replaced by another one, as
 /// [`PointDensity`] says, and never by nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointBy {
-    /// Uniform on the light's area.
-    Area,
-    /// Uniform on the part of the area that faces the shading point: of a sphere the
-    /// visible cap, of a cylinder the side in view, of other lights all of it.
-    VisibleArea,
-    /// Uniform on the triangles that a polygon spans at unit distance (Shirley & Wang
-    /// 1991), nearly its solid angle; on other lights as [`PointBy::SolidAngle`].
-    Proxy,
-    /// Uniform in the light's solid angle; of disks within 1 %.
-    SolidAngle,
-    /// Uniform in the light's projected solid angle: no noise on diffuse surfaces that see
-    /// all of the light; of disks within 2 %.
-    ProjectedSolidAngle,
-    /// Linearly transformed cosines that look like the reflection, and seldom uniform in
-    /// the solid angle. Cylinders take [`PointBy::SolidAngle`].
-    Ltc,
-    /// Proportional to the texture of a polygon; uniform on the area of a polygon without one, and
-    /// in the solid angle of other lights.
-    Texture,
+    /// A density on the light's surface; on a linear light, the technique that is closest to it.
+    Surface(PointDensity),
     /// Directions drawn from the BSDF; those that meet the light count. A linear light is
     /// never met: it gets points by its projected solid angle.
     Bsdf,
-    /// Any technique of linear lights; other lights take [`PointBy::SolidAngle`].
+    /// Any technique of linear lights; other lights take [`PointDensity::SolidAngle`].
     Linear(LinearOptions),
 }
 
@@ -140,16 +123,10 @@ impl ExactOptions {
     pub const NO_LIMIT: u32 = u32::MAX;
 
     /// Accurate to 1e-6, past any number of triangles.
-    const DEFAULT: Self = Self {
+    pub const DEFAULT: Self = Self {
         tolerance: 1e-6,
         limit: Self::NO_LIMIT,
     };
-}
-
-impl Default for ExactOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// The directions of the lines of one technique.
@@ -218,25 +195,19 @@ impl From<Lines> for Technique {
     }
 }
 
+impl From<PointDensity> for PointBy {
+    fn from(density: PointDensity) -> Self {
+        Self::Surface(density)
+    }
+}
+
 impl LinearOptions {
-    const DEFAULT: Self = Self::Technique(LinearTechnique::ProjectedSolidAngle);
+    /// By projected solid angle.
+    pub const DEFAULT: Self = Self::Technique(LinearTechnique::ProjectedSolidAngle);
 }
 
-impl Default for LinearOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// Peters' ν.
+/// Peters' ν: half of the light is expected to be visible.
 pub(crate) const NU: f64 = 0.5;
-
-impl Default for LinearHeuristic {
-    /// Clamped optimal, expecting half of the light to be visible.
-    fn default() -> Self {
-        Self::ClampedOptimal(NU)
-    }
-}
 
 impl Points {
     /// Points of a density, with a shadow ray each.
@@ -258,25 +229,22 @@ impl Points {
 impl PointBy {
     /// The density on a surface; `None` of directions that the BSDF draws.
     pub(crate) const fn on_surface(self) -> Option<PointDensity> {
-        Some(match self {
-            Self::Area => PointDensity::Area,
-            Self::VisibleArea => PointDensity::VisibleArea,
-            Self::Proxy => PointDensity::Proxy,
-            Self::SolidAngle | Self::Linear(_) => PointDensity::SolidAngle,
-            Self::ProjectedSolidAngle => PointDensity::ProjectedSolidAngle,
-            Self::Ltc => PointDensity::Lobes,
-            Self::Texture => PointDensity::Texture,
-            Self::Bsdf => return None,
-        })
+        match self {
+            Self::Surface(density) => Some(density),
+            Self::Linear(_) => Some(PointDensity::SolidAngle),
+            Self::Bsdf => None,
+        }
     }
 
     /// The technique of linear lights that it stands for.
-    pub(crate) fn on_segment(self) -> LinearOptions {
+    pub(crate) const fn on_segment(self) -> LinearOptions {
+        use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle};
+        use PointDensity::{Texture, VisibleArea};
         LinearOptions::Technique(match self {
-            Self::Area | Self::VisibleArea | Self::Texture => LinearTechnique::Area,
-            Self::Proxy | Self::SolidAngle => LinearTechnique::ClippedSolidAngle,
-            Self::ProjectedSolidAngle | Self::Bsdf => LinearTechnique::ProjectedSolidAngle,
-            Self::Ltc => return LinearOptions::Ltc(LinearHeuristic::default()),
+            Self::Surface(Area | VisibleArea | Texture) => LinearTechnique::Area,
+            Self::Surface(Proxy | SolidAngle) => LinearTechnique::ClippedSolidAngle,
+            Self::Surface(ProjectedSolidAngle) | Self::Bsdf => LinearTechnique::ProjectedSolidAngle,
+            Self::Surface(Lobes) => return LinearOptions::Ltc(LinearHeuristic::ClampedOptimal(NU)),
             Self::Linear(options) => return options,
         })
     }
@@ -318,9 +286,12 @@ impl Lines {
         }
     }
 
-    /// Whether its lines may become points, or nothing, in a combination.
-    pub(crate) fn becomes_points(&self) -> bool {
-        self.integration.is_some_and(|i| i != Integration::Analytic)
+    /// The number of directions, each a technique of its own.
+    pub(crate) const fn directions(&self) -> u8 {
+        match self.direction {
+            LineDirection::Spread(count) => count,
+            _ => 1,
+        }
     }
 
     /// Whether the density of offsets counts.
@@ -331,8 +302,8 @@ impl Lines {
 
 /// The techniques with their names, as texts have them, and their default options.
 pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
-    const fn points(by: PointBy) -> Technique {
-        Technique::Points(Points::by(by))
+    const fn points(by: PointDensity) -> Technique {
+        Technique::Points(Points::by(PointBy::Surface(by)))
     }
     const fn lines(by: LineBy) -> Technique {
         Technique::Lines(Lines::by(by))
@@ -340,21 +311,20 @@ pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
     const fn integrated(integration: Integration) -> Technique {
         Technique::Lines(Lines::integrated(integration))
     }
+    use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle};
+    use PointDensity::{Texture, VisibleArea};
     const LINEAR: PointBy = PointBy::Linear(LinearOptions::DEFAULT);
     const EXACT: Integration = Integration::Exact(ExactOptions::DEFAULT);
     [
-        ("point-area", points(PointBy::Area)),
-        ("point-visible-area", points(PointBy::VisibleArea)),
-        ("point-proxy", points(PointBy::Proxy)),
-        ("point-solid-angle", points(PointBy::SolidAngle)),
-        (
-            "point-projected-solid-angle",
-            points(PointBy::ProjectedSolidAngle),
-        ),
-        ("point-ltc", points(PointBy::Ltc)),
-        ("point-texture", points(PointBy::Texture)),
-        ("point-bsdf", points(PointBy::Bsdf)),
-        ("point-linear", points(LINEAR)),
+        ("point-area", points(Area)),
+        ("point-visible-area", points(VisibleArea)),
+        ("point-proxy", points(Proxy)),
+        ("point-solid-angle", points(SolidAngle)),
+        ("point-projected-solid-angle", points(ProjectedSolidAngle)),
+        ("point-ltc", points(Lobes)),
+        ("point-texture", points(Texture)),
+        ("point-bsdf", Technique::Points(Points::bsdf())),
+        ("point-linear", Technique::Points(Points::by(LINEAR))),
         ("line-area", lines(LineBy::Area)),
         ("line-solid-angle", lines(LineBy::SolidAngle)),
         ("line-warped", lines(LineBy::Warped)),
@@ -377,12 +347,14 @@ impl Technique {
     pub fn name(&self) -> &'static str {
         use std::mem::discriminant;
         let is_kind = |other: &Self| match (self, other) {
-            (Self::Points(a), Self::Points(b)) => discriminant(&a.by) == discriminant(&b.by),
-            (Self::Lines(a), Self::Lines(b)) => match (a.integration, b.integration) {
-                (Some(a), Some(b)) => discriminant(&a) == discriminant(&b),
-                (None, None) => a.by == b.by,
-                _ => false,
+            (Self::Points(a), Self::Points(b)) => match (a.by, b.by) {
+                (PointBy::Linear(_), PointBy::Linear(_)) => true,
+                (a, b) => a == b,
             },
+            (Self::Lines(a), Self::Lines(b)) => {
+                let integration = |lines: &Lines| lines.integration.as_ref().map(discriminant);
+                integration(a) == integration(b) && a.measure() == b.measure()
+            }
             _ => false,
         };
         let found = TECHNIQUES.iter().find(|(_, other)| is_kind(other));
@@ -391,41 +363,38 @@ impl Technique {
 
     /// Whether it asks for the reflection's transformed cosines.
     pub(crate) fn asks_for_cosines(&self) -> bool {
+        use PointBy::{Linear, Surface};
         match self {
             Self::Points(points) => {
+                let by = points.by;
                 matches!(
-                    points.by,
-                    PointBy::Ltc | PointBy::Linear(LinearOptions::Ltc(_))
+                    by,
+                    Surface(PointDensity::Lobes) | Linear(LinearOptions::Ltc(_))
                 )
             }
-            Self::Lines(lines) => lines.becomes_points(),
+            Self::Lines(_) => self.may_become_points(),
         }
     }
 
-    /// Whether its lines may become points in a combination.
+    /// Whether its lines may become points, or nothing, in a combination.
     pub(crate) fn may_become_points(&self) -> bool {
-        matches!(self, Self::Lines(lines) if lines.becomes_points())
+        self.integrated()
+            .is_some_and(|(_, by)| by != Integration::Analytic)
     }
 
     /// Its lines and the integral over their visible parts, if it has one.
-    pub(crate) const fn integrated(&self) -> Option<(&Lines, Integration)> {
+    pub(crate) fn integrated(&self) -> Option<(&Lines, Integration)> {
         match self {
-            Self::Lines(lines) => match lines.integration {
-                Some(integration) => Some((lines, integration)),
-                None => None,
-            },
+            Self::Lines(lines) => Some((lines, lines.integration?)),
             Self::Points(_) => None,
         }
     }
 
     /// The number of techniques that it counts for.
-    pub(crate) const fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         match self {
-            Self::Lines(Lines {
-                direction: LineDirection::Spread(count),
-                ..
-            }) => *count as usize,
-            Self::Lines(_) | Self::Points(_) => 1,
+            Self::Lines(lines) => usize::from(lines.directions()),
+            Self::Points(_) => 1,
         }
     }
 
@@ -433,7 +402,7 @@ impl Technique {
     /// whole light, by its first stream. Any other is a combination of one.
     pub(crate) fn can_stand_alone(&self) -> bool {
         match self {
-            Self::Points(points) => points.by != PointBy::Texture,
+            Self::Points(points) => points.by != PointBy::Surface(PointDensity::Texture),
             Self::Lines(lines) => {
                 lines.measure() == LineBy::Area
                     && lines.pieces == Pieces::Each
@@ -456,7 +425,13 @@ impl Technique {
 
     /// Whether it has the option `visibility`: alone, its points may share a shaft.
     pub(crate) const fn has_visibility(&self) -> bool {
-        use PointBy::{Area, Ltc, Proxy, SolidAngle};
-        matches!(self, Self::Points(p) if matches!(p.by, Area | Proxy | SolidAngle | Ltc))
+        use PointDensity::{Area, Lobes, Proxy, SolidAngle};
+        matches!(
+            self,
+            Self::Points(Points {
+                by: PointBy::Surface(Area | Proxy | SolidAngle | Lobes),
+                ..
+            })
+        )
     }
 }

@@ -4,7 +4,7 @@
 //! `key=value,…` in brackets. The option `mis` may stand with any technique and is one for all;
 //! that of `point-linear` is its own.
 
-use crate::options::{Options, ParseEstimatorError, Result, error, unknown};
+use crate::options::{Options, ParseEstimatorError, Result, error, find};
 use crate::technique::TECHNIQUES;
 use crate::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Technique, Weights};
 use std::fmt;
@@ -39,11 +39,10 @@ impl FromStr for Estimator {
         for word in split_outside_brackets(text) {
             parts.push(part(word.trim(), &mut shared)?);
         }
-        let stands_alone = |p: &Part| !shared.weighted && p.technique.can_stand_alone();
-        let weights = match (shared.weights, &parts[..]) {
-            (Some(weights), _) => weights,
-            (None, [only]) if stands_alone(only) => Weights::Alone,
-            (None, _) => Weights::Balance,
+        let weights = match shared.weights {
+            Some(weights) => weights,
+            None if shared.weighted => Weights::Balance,
+            None => Weights::implied(&parts),
         };
         if let Some(estimator) = Self::new(&parts, weights) {
             return Ok(estimator);
@@ -103,12 +102,12 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
         },
     };
     let name = name.trim();
-    let Some((_, technique)) = TECHNIQUES.into_iter().find(|(known, _)| *known == name) else {
-        let names = TECHNIQUES.map(|(name, _)| name).to_vec();
-        let expected = names.join(", ");
-        let message = format!("unknown estimator `{name}`; expected one of {expected}");
-        return unknown(message, name, names);
-    };
+    let technique = find(&TECHNIQUES, name, |names| {
+        format!(
+            "unknown estimator `{name}`; expected one of {}",
+            names.join(", ")
+        )
+    })?;
     let mut options = Options::new(name, options);
     let technique: Technique = match technique {
         Technique::Points(points) => points.read(&mut options)?.into(),
@@ -128,13 +127,11 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
 impl Shared {
     /// An estimator has one way to weigh, however often it is said.
     fn weigh(&mut self, value: &str) -> Result<()> {
-        let Some((_, found)) = WEIGHTS.iter().find(|(name, _)| *name == value) else {
-            let names = WEIGHTS.map(|(name, _)| name);
-            let message = format!("mis `{value}`; expected one of {}", names.join(", "));
-            return unknown(message, value, names.to_vec());
-        };
-        match self.weights.replace(*found) {
-            Some(before) if before != *found => error(format!(
+        let found = find(&WEIGHTS, value, |names| {
+            format!("mis `{value}`; expected one of {}", names.join(", "))
+        })?;
+        match self.weights.replace(found) {
+            Some(before) if before != found => error(format!(
                 "mis `{value}` after `{}`; a combination has one",
                 weights_name(before).unwrap_or_default()
             )),
@@ -152,11 +149,8 @@ fn weights_name(weights: Weights) -> Option<&'static str> {
 impl fmt::Display for Estimator {
     /// Leaves out defaults; `mis` stands with the last technique that can say it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut words: Vec<(&Part, Vec<String>)> = self.parts().map(with_options).collect();
-        let implied = match &words[..] {
-            [(only, _)] if only.technique.can_stand_alone() => Weights::Alone,
-            _ => Weights::Balance,
-        };
+        let mut words: Vec<(&Part, Vec<String>)> = self.parts().iter().map(with_options).collect();
+        let implied = Weights::implied(self.parts());
         let says_weights = |(p, _): &&mut (&Part, _)| !p.technique.has_own_mis();
         if let Some(name) = weights_name(self.weights()).filter(|_| self.weights() != implied)
             && let Some((_, last)) = words.iter_mut().rev().find(says_weights)

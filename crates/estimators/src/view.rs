@@ -15,7 +15,7 @@ pub(crate) struct View<'a> {
     pub own: &'a Range<u32>,
     /// The distances within which occluders hide nothing.
     pub margins: Margins,
-    shape: Shape<'a>,
+    pub shape: Shape<'a>,
     emission: Emission,
     /// The part of a polygon above the horizons, where techniques are weighted on it.
     pub above: Option<&'a Above>,
@@ -65,30 +65,21 @@ impl<'a> View<'a> {
         cylinder: Option<&'a CylinderView>,
     ) -> Option<Self> {
         let (x, margin) = (point.position, margins.light);
-        let (shape, emission) = match source.light {
+        let shape = match source.light {
             Light::Area(light) if !light.faces(x, margin) => return None,
             Light::Disk(light) if !light.faces(x, margin) => return None,
-            Light::Area(light) => (Shape::Polygon(&light.polygon), light.emission),
-            Light::Disk(light) => (Shape::Disk(&light.disk), light.emission),
-            Light::Linear(light) => (
-                Shape::Segment(&light.segment),
-                Emission::one_sided(light.radiance_radius),
-            ),
-            Light::Sphere(light) => (
-                Shape::Sphere(&light.sphere),
-                Emission::one_sided(light.radiance),
-            ),
-            Light::Cylinder(light) => (
-                Shape::Cylinder(cylinder?),
-                Emission::one_sided(light.radiance),
-            ),
+            Light::Area(light) => Shape::Polygon(&light.polygon),
+            Light::Disk(light) => Shape::Disk(&light.disk),
+            Light::Linear(light) => Shape::Segment(&light.segment),
+            Light::Sphere(light) => Shape::Sphere(&light.sphere),
+            Light::Cylinder(_) => Shape::Cylinder(cylinder?),
         };
         Some(Self {
             at: point.receiver(),
             own: &source.triangles,
             margins,
             shape,
-            emission,
+            emission: source.light.emission(),
             above: None,
         })
     }
@@ -110,11 +101,6 @@ impl<'a> View<'a> {
             Shape::Polygon(polygon) => Some(polygon),
             _ => None,
         }
-    }
-
-    /// The shape.
-    pub(crate) const fn shape(&self) -> &Shape<'a> {
-        &self.shape
     }
 
     /// The disk that a shading point sees of a round light: a sphere of one radiance is, from

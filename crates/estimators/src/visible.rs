@@ -20,11 +20,9 @@ pub(crate) struct Visible<'a> {
 enum Source<'a> {
     /// Each line and each point has a traversal of its own.
     Rays(&'a mut Scratch),
-    /// One shaft answers everything.
-    Shaft(Shaft<'a>),
-    /// One shaft towards the outline of a cylinder answers everything: lines as they are seen
-    /// there.
-    Outline(Shaft<'a>, &'a CylinderView),
+    /// One shaft answers everything; one towards the outline of a cylinder, by lines as they are
+    /// seen there.
+    Shaft(Shaft<'a>, Option<&'a CylinderView>),
 }
 
 /// The place that tells where a point is.
@@ -47,12 +45,6 @@ impl Target {
     }
 }
 
-impl Source<'_> {
-    const fn is_by_rays(&self) -> bool {
-        matches!(self, Self::Rays(_))
-    }
-}
-
 impl<'a> Visible<'a> {
     /// Gets ready to answer; a shaft looks into the hierarchy at once, towards the part of a
     /// polygon above the horizons if the view has it.
@@ -66,17 +58,16 @@ impl<'a> Visible<'a> {
         if ask == Ask::Rays {
             return Self::rays(occluders, view, scratch);
         }
-        let source = match view.shape() {
+        let shaft = |corners: LightCorners<'_>, scratch: &'a mut Scratch| {
+            Source::Shaft(occluders.shaft(query(view, corners), scratch), None)
+        };
+        let source = match view.shape {
             Shape::Polygon(polygon) => {
-                let corners = view.above.map_or(*polygon, |above| &above.polygon);
-                Source::Shaft(occluders.shaft(query(view, corners), scratch))
+                let polygon = view.above.map_or(polygon, |above| &above.polygon);
+                shaft(polygon.into(), scratch)
             }
-            Shape::Segment(line) => {
-                Source::Shaft(occluders.shaft(query(view, &[line.p0, line.p1]), scratch))
-            }
-            Shape::Disk(disk) => {
-                Source::Shaft(occluders.shaft(query(view, &disk.around()), scratch))
-            }
+            Shape::Segment(line) => shaft((&[line.p0, line.p1]).into(), scratch),
+            Shape::Disk(disk) => shaft((&disk.around()).into(), scratch),
             Shape::Sphere(sphere) => match sphere.outline(view.at.position) {
                 None => Source::Rays(scratch),
                 Some(disk) => {
@@ -85,7 +76,7 @@ impl<'a> Visible<'a> {
                     let (around, is_clear) = (disk.around(), |c| sphere.is_clear_of(c));
                     let source =
                         outlined(occluders, view, (&around).into(), before, is_clear, scratch);
-                    counters.spheres_by_rays += u64::from(source.is_by_rays());
+                    counters.spheres_by_rays += u64::from(matches!(source, Source::Rays(_)));
                     source
                 }
             },
@@ -94,7 +85,7 @@ impl<'a> Visible<'a> {
                 let (ends, before) = ((&outline).into(), Some((&front).into()));
                 let is_clear = |corners| cylinder.is_clear_of(corners);
                 match outlined(occluders, view, ends, before, is_clear, scratch) {
-                    Source::Shaft(shaft) => Source::Outline(shaft, cylinder),
+                    Source::Shaft(shaft, _) => Source::Shaft(shaft, Some(cylinder)),
                     source => {
                         counters.cylinders_by_rays += 1;
                         source
@@ -131,7 +122,7 @@ impl<'a> Visible<'a> {
                 candidates: 0,
                 has_region: false,
             },
-            Source::Shaft(shaft) | Source::Outline(shaft, _) => Between {
+            Source::Shaft(shaft, _) => Between {
                 class: shaft.class(),
                 is_dense: shaft.is_dense(),
                 candidates: shaft.candidates(),
@@ -144,7 +135,7 @@ impl<'a> Visible<'a> {
     pub(crate) fn into_rays(self) -> Self {
         let scratch = match self.source {
             Source::Rays(scratch) => scratch,
-            Source::Shaft(shaft) | Source::Outline(shaft, _) => shaft.into_scratch(),
+            Source::Shaft(shaft, _) => shaft.into_scratch(),
         };
         Self::rays(self.occluders, self.view, scratch)
     }
@@ -152,7 +143,7 @@ impl<'a> Visible<'a> {
     /// The shaft that answers everything.
     pub(crate) const fn shaft(&mut self) -> Option<&mut Shaft<'a>> {
         match &mut self.source {
-            Source::Shaft(shaft) | Source::Outline(shaft, _) => Some(shaft),
+            Source::Shaft(shaft, _) => Some(shaft),
             Source::Rays(_) => None,
         }
     }
@@ -160,8 +151,8 @@ impl<'a> Visible<'a> {
     /// The visible parts of lines on the light.
     pub(crate) fn lines(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         let scratch = match &mut self.source {
-            Source::Shaft(shaft) => return shaft.visible(lines, out),
-            Source::Outline(shaft, cylinder) => {
+            Source::Shaft(shaft, None) => return shaft.visible(lines, out),
+            Source::Shaft(shaft, Some(cylinder)) => {
                 let flat: Vec<_> = lines
                     .iter()
                     .map(|line| cylinder.onto_outline(line))
@@ -185,7 +176,7 @@ impl<'a> Visible<'a> {
     pub(crate) const fn target(&self) -> Target {
         match self.source {
             Source::Rays(_) => Target::ToLight,
-            Source::Shaft(_) | Source::Outline(..) => Target::Point,
+            Source::Shaft(..) => Target::Point,
         }
     }
 
@@ -199,7 +190,7 @@ impl<'a> Visible<'a> {
                     .shadow_rays(view.at.position, targets, view.margins);
                 fan.all() & !self.occluders.any_hits(&fan, view.own, scratch)
             }
-            Source::Shaft(shaft) | Source::Outline(shaft, _) => {
+            Source::Shaft(shaft, _) => {
                 let bit = |(i, at): (u32, &DVec3)| u64::from(shaft.point_visible(*at)) << i;
                 (0..u64::BITS).zip(targets).map(bit).fold(0, |a, b| a | b)
             }
@@ -233,7 +224,7 @@ fn outlined<'a>(
     // A shaft that is blocked or too dense to keep does not tell what is in it.
     let corners = shaft.candidate_corners().filter(|_| !is_blocked);
     if corners.is_some_and(|mut corners| corners.all(is_clear)) {
-        return Source::Shaft(shaft);
+        return Source::Shaft(shaft, None);
     }
     let scratch = shaft.into_scratch();
     let (true, Some(before)) = (is_blocked, before) else {
@@ -241,7 +232,7 @@ fn outlined<'a>(
     };
     let shaft = occluders.shaft(query(view, before), scratch);
     match shaft.class() {
-        ShaftClass::Blocked => Source::Shaft(shaft),
+        ShaftClass::Blocked => Source::Shaft(shaft, None),
         ShaftClass::Empty | ShaftClass::Partial => Source::Rays(shaft.into_scratch()),
     }
 }

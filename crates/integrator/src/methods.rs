@@ -3,7 +3,7 @@
 use crate::probe::{RAYS, over_grid};
 use crate::{Renderer, Settings};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{Facts, KnownKind, LightKind, Queries};
+use linelit_estimators::{Ask, Facts, KnownKind, LightKind};
 use std::collections::BTreeSet;
 
 /// The methods for lights of one kind, and of one estimator, on some materials.
@@ -40,9 +40,9 @@ impl Renderer<'_> {
             let methods = estimator.explain(&Facts {
                 occlusion: &planned.occlusion,
                 skip: settings.skip,
-                queries: match settings.share {
-                    true => Queries::OneShaft,
-                    false => Queries::SeparateRays,
+                ask: match settings.share {
+                    true => Ask::Shaft,
+                    false => Ask::Rays,
                 },
                 ..Facts::new(light, known, settings.samples)
             });

@@ -149,7 +149,8 @@ impl Plan {
 /// of one technique, each with a shadow ray.
 pub(crate) fn asks_by_rays(estimator: &Estimator) -> bool {
     let by_rays = |technique| matches!(technique, Technique::Points(points) if !points.in_shaft);
-    estimator.weights() == Weights::Alone && estimator.parts().all(|part| by_rays(part.technique))
+    estimator.weights() == Weights::Alone
+        && estimator.parts().iter().all(|part| by_rays(part.technique))
 }
 
 /// The lights of a scene that emit.
@@ -164,7 +165,7 @@ pub(crate) fn emitting(scene: &Scene) -> Vec<PlannedLight> {
             texture: texture(light, textured),
             estimator: None,
             is_apart: false,
-            occlusion: OcclusionStats::default(),
+            occlusion: OcclusionStats::FEW,
         })
         .collect()
 }

@@ -4,7 +4,7 @@ use crate::selection::Streams;
 use crate::world::World;
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace, plan, probe, selection};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{Estimator, Queries, Query, RandomNumbers, estimate, streams};
+use linelit_estimators::{Ask, Estimator, Query, RandomNumbers, estimate, streams};
 use linelit_geometry::DVec3;
 use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Projection, Scene};
@@ -347,7 +347,7 @@ impl<'s> Renderer<'s> {
         let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
         query.skip = settings.skip;
         if !settings.share {
-            query.queries = Queries::SeparateRays;
+            query.ask = Ask::Rays;
         }
         estimate(&query, buffers)
     }

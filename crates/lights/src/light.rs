@@ -161,13 +161,9 @@ impl DiskLight {
     /// [`AreaLight::faces`].
     #[must_use]
     pub fn faces(&self, x: DVec3, margin: f64) -> bool {
-        let Disk {
-            center,
-            normal,
-            radius,
-        } = self.disk;
+        let disk = &self.disk;
         self.emission
-            .reaches(height(normal, center, radius, x, margin))
+            .reaches(height(disk.normal, disk.center, disk.radius, x, margin))
     }
 }
 

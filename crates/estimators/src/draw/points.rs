@@ -4,21 +4,10 @@ use crate::integrand::Integrand;
 use linelit_bsdf::Reflection;
 use linelit_lights::{EmissionTexture, LightPoint, PointColumns, PointSource, Surface};
 
-/// A source of points of a light, ready for a shading point.
+/// A source of points of a light, ready for a shading point: a density on the surface, else
+/// directions that the BSDF draws, of which those that meet the light count.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Source<'s, 't> {
-    /// Points of the surface by a density.
-    OnLight(&'s PointSource<'t>),
-    /// Directions that the BSDF draws; those that meet the light count.
-    Bsdf,
-}
-
-impl<'s, 't> From<&'s Option<Box<PointSource<'t>>>> for Source<'s, 't> {
-    /// The BSDF where there is no density on the surface.
-    fn from(source: &'s Option<Box<PointSource<'t>>>) -> Self {
-        source.as_deref().map_or(Self::Bsdf, Self::OnLight)
-    }
-}
+pub(crate) struct Source<'s, 't>(pub Option<&'s PointSource<'t>>);
 
 impl Source<'_, '_> {
     /// A point from two random numbers and its density per solid angle; `None` where the draw
@@ -31,9 +20,9 @@ impl Source<'_, '_> {
         integrand: &Integrand<'_, R, T>,
     ) -> Option<(LightPoint, f64)> {
         let point = integrand.point;
-        match self {
-            Self::OnLight(source) => source.draw(u, surface, point.position),
-            Self::Bsdf => {
+        match self.0 {
+            Some(source) => source.draw(u, surface, point.position),
+            None => {
                 let (x, n) = (point.position, point.normal);
                 let direction = point.bsdf.sample(u, point.outgoing, n)?;
                 let on_light = surface.meets(x, direction)?;
@@ -47,10 +36,7 @@ impl Source<'_, '_> {
     /// answer is `true`, else per solid angle; `None` where points are no function of the numbers
     /// and the source alone.
     pub(crate) fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
-        match self {
-            Self::OnLight(source) => source.sample_into(u, out),
-            Self::Bsdf => None,
-        }
+        self.0?.sample_into(u, out)
     }
 
     /// The density per solid angle at any point of the light.
@@ -60,9 +46,9 @@ impl Source<'_, '_> {
         integrand: &Integrand<'_, R, T>,
     ) -> f64 {
         let point = integrand.point;
-        match self {
-            Self::OnLight(source) => source.density(at),
-            Self::Bsdf => point.bsdf.pdf(at.direction, point.outgoing, point.normal),
+        match self.0 {
+            Some(source) => source.density(at),
+            None => point.bsdf.pdf(at.direction, point.outgoing, point.normal),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Light over the visible region of the disk that a shading point sees of a sphere or a disk.
 
-use super::region::{CORNERS, OverRegion, RegionMemory, boundary, clip};
+use super::region::{CORNERS, KnownLight, RegionMemory, boundary, clip};
 use crate::view::{Shape, View};
 use linelit_bsdf::TransformedCosines;
 use linelit_geometry::{DVec3, EllipticCone, Frame};
@@ -29,10 +29,8 @@ pub(crate) fn irradiance(
     {
         return Some(whole);
     }
-    let RegionMemory {
-        penumbra, on_disk, ..
-    } = memory;
-    let seen = SeenDisk::new(view, &disk, shaft, penumbra, on_disk)?;
+    let (penumbra, part) = (&mut memory.penumbra, &mut memory.on_disk);
+    let seen = SeenDisk::new(view, &disk, shaft, penumbra, part)?;
     seen.irradiance(|p| p, view.at.normal)
 }
 
@@ -47,7 +45,7 @@ fn whole(view: &View<'_>, disk: &Disk) -> Option<f64> {
     if view.at.has_two_horizons() && !above(view.at.geometric_normal) {
         return None;
     }
-    match view.shape() {
+    match view.shape {
         Shape::Sphere(sphere) => {
             let seen = SphereProjected::new(sphere, x, n);
             Some(seen.map_or(0.0, |s| s.projected_solid_angle()))
@@ -57,23 +55,18 @@ fn whole(view: &View<'_>, disk: &Disk) -> Option<f64> {
     }
 }
 
-/// ∫ V g dω over the visible part of a round light; keeps g in the memory. `None` where the
+/// The light ∫ V g dω of the visible part of a round light of radiance one; keeps g in the memory. `None` where the
 /// boundary does not tell: also where the disk is too small, or seen too flatly.
 pub(crate) fn cosines(
     view: &View<'_>,
     cosines: &TransformedCosines,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
-) -> Option<OverRegion> {
-    let RegionMemory {
-        penumbra,
-        on_disk,
-        cosines: kept,
-        ..
-    } = memory;
-    kept.set(cosines);
-    let disk = view.disk()?;
-    let seen = SeenDisk::new(view, &disk, shaft, penumbra, on_disk)?;
+) -> Option<KnownLight> {
+    memory.cosines.set(cosines);
+    let (kept, disk) = (&memory.cosines, view.disk()?);
+    let (penumbra, part) = (&mut memory.penumbra, &mut memory.on_disk);
+    let seen = SeenDisk::new(view, &disk, shaft, penumbra, part)?;
     let frame = &kept.frame;
     let mut sum = kept.diffuse;
     if sum != DVec3::ZERO {
@@ -83,10 +76,8 @@ pub(crate) fn cosines(
         let image = |p| ltc.to_cosine() * frame.to_local(p);
         sum += *albedo * seen.irradiance(image, DVec3::Z)?;
     }
-    Some(OverRegion {
-        integral: sum * FRAC_1_PI,
-        plane: None,
-    })
+    let (light, plane) = (sum * FRAC_1_PI, None);
+    Some(KnownLight { light, plane })
 }
 
 /// The visible part of a disk above the horizons.
@@ -109,12 +100,7 @@ impl<'a> SeenDisk<'a> {
         penumbra: &mut Penumbra,
         part: &'a mut PartOnDisk,
     ) -> Option<Self> {
-        let Disk {
-            center,
-            normal,
-            radius,
-        } = *disk;
-        let center = center - view.at.position;
+        let (center, normal, radius) = (disk.center - view.at.position, disk.normal, disk.radius);
         let (distance, height) = (center.length(), normal.dot(center));
         if !(radius > SMALL * distance && height.abs() > SMALL * (distance + radius)) {
             return None;

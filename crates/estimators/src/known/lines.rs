@@ -22,13 +22,9 @@ pub(crate) struct LineMemory {
 impl LineMemory {
     /// Asks for the visible parts of the lines that were drawn, and counts them.
     pub(crate) fn ask(&mut self, visible: &mut Visible<'_>, counts: &mut WorkCounters) {
-        let Self {
-            draws,
-            visible: parts,
-            ..
-        } = self;
-        visible.lines(&draws.segments, parts);
-        counts.count_lines(parts, draws.segments.len());
+        let lines = &self.draws.segments;
+        visible.lines(lines, &mut self.visible);
+        counts.count_lines(&self.visible, lines.len());
     }
 }
 

@@ -16,22 +16,13 @@ use linelit_lights::{LineDensity, LineFamily, LineSample, LineSetup, NoTexture, 
 use linelit_shading::quadrature::Model;
 use linelit_visibility::ShaftClass;
 use lines::LineMemory;
-use region::RegionMemory;
+use region::{KnownLight, RegionMemory};
 
 /// The memory of integrals.
 #[derive(Debug, Default)]
 pub(crate) struct KnownMemory {
     pub lines: LineMemory,
     pub region: RegionMemory,
-}
-
-/// The known part of the light that goes to the viewer.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct KnownLight {
-    pub light: DVec3,
-    /// The plane in which the memory has the boundary of the visible region, where it is a polygon
-    /// with occluders before it and the rest is to be sampled.
-    pub plane: Option<[DVec3; 3]>,
 }
 
 /// The known part of the light of a query, as its method wants it; `None` where the visible region
@@ -74,11 +65,11 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             };
             let over = over?;
             plane = over.plane;
-            emitted * over.integral
+            emitted * over.light
         }
         KnownOver::Region(of) => {
-            if let Shape::Segment(line) = view.shape() {
-                visible.lines(&[**line], &mut lines.visible);
+            if let Shape::Segment(line) = view.shape {
+                visible.lines(&[*line], &mut lines.visible);
                 counts.count_lines(&lines.visible, 1);
                 let (parts, point) = (lines.visible.line(0), query.point);
                 let sum = match of {
@@ -90,7 +81,7 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             }
             let diffuse = form()?.diffuse.value();
             let shaft = visible.shaft()?;
-            let irradiance = match view.shape() {
+            let irradiance = match view.shape {
                 Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder)?,
                 Shape::Sphere(_) | Shape::Disk(_) => {
                     disk::irradiance(view, query.skip, shaft, region)?
@@ -134,7 +125,7 @@ fn draw<R, T>(
 
 /// The lines along the axis of a cylinder, whatever the direction asked for.
 fn on_cylinder<'v>(view: &'v View<'_>, lines: &Lines) -> Option<LineFamily<'v>> {
-    let Shape::Cylinder(cylinder) = view.shape() else {
+    let Shape::Cylinder(cylinder) = view.shape else {
         return None;
     };
     let setup = LineSetup {
@@ -154,15 +145,13 @@ fn closed(
     options: &Lines,
     memory: &mut LineMemory,
 ) -> DVec3 {
-    let LineMemory {
-        draws,
-        pieces,
-        visible,
-    } = memory;
+    let (pieces, visible) = (&mut memory.pieces, &memory.visible);
     let family = on_cylinder(view, options);
     // Each line of a cylinder has a plane of its own.
     let height = |line: &LineSample| family.as_ref().map_or(1.0, |family| family.height(line));
-    lines::gather(view, form, height, draws, pieces, |i| visible.line(i))
+    lines::gather(view, form, height, &memory.draws, pieces, |i| {
+        visible.line(i)
+    })
 }
 
 /// Σ over lines of a cylinder of their integrals by quadrature.

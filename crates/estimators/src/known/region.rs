@@ -1,6 +1,6 @@
 //! Light over the visible region of a polygon: diffuse in closed form, and by transformed cosines.
 
-use crate::cosines::Cosines;
+use crate::integrand::Cosines;
 use crate::point::Receiver;
 use crate::view::View;
 use linelit_bsdf::TransformedCosines;
@@ -41,13 +41,13 @@ pub(crate) struct RegionMemory {
     pub reflected: Vec<f64>,
 }
 
-/// The integral of the transformed cosines over a region, and where the region is.
+/// The known part of the light that goes to the viewer.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OverRegion {
-    /// ∫ V g dω.
-    pub integral: DVec3,
-    /// The light's plane, in which the penumbra has the boundary of the region; `None` if nothing
-    /// stands in between, and of disks.
+pub(crate) struct KnownLight {
+    /// The light, for each unit of radiance where it says so.
+    pub light: DVec3,
+    /// The plane in which the memory has the boundary of the visible region, where it is a polygon
+    /// with occluders before it and the rest is to be sampled.
     pub plane: Option<[DVec3; 3]>,
 }
 
@@ -83,22 +83,22 @@ pub(crate) fn whole(view: &View<'_>) -> f64 {
         return 0.0;
     };
     let (x, n) = (view.at.position, view.at.normal);
-    if view.at.has_two_horizons() {
-        let Some(above) = light.clip(x, view.at.geometric_normal) else {
-            return 0.0;
-        };
+    let irradiance = |above: &ConvexPolygon| {
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         polygon::irradiance(above.relative_to(x, &mut relative), n)
+    };
+    if view.at.has_two_horizons() {
+        let above = light.clip(x, view.at.geometric_normal);
+        above.as_ref().map_or(0.0, irradiance)
     } else if let [a, b, c, d] = light.vertices() {
         // Most lights are quadrilaterals, which need no room for more corners to be cleared.
         polygon::irradiance(&[*a - x, *b - x, *c - x, *d - x], n)
     } else {
-        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-        polygon::irradiance(light.relative_to(x, &mut relative), n)
+        irradiance(light)
     }
 }
 
-/// ∫ V g dω over a polygon, the light or its part above the horizons, past whatever the shaft
+/// The light ∫ V g dω of radiance one over a polygon, the light or its part above the horizons, past whatever the shaft
 /// holds; keeps g in the memory. `None` if the shaft keeps nothing of the occluders.
 pub(crate) fn cosines(
     view: &View<'_>,
@@ -106,33 +106,27 @@ pub(crate) fn cosines(
     cosines: &TransformedCosines,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
-) -> Option<OverRegion> {
-    let RegionMemory {
-        penumbra,
-        cosines: kept,
-        reflected,
-        ..
-    } = memory;
+) -> Option<KnownLight> {
     let x = view.at.position;
     let is_small = light.area() < SMALL * light.vertices()[0].distance_squared(x);
-    kept.set(cosines);
+    memory.cosines.set(cosines);
     let sums = Sums {
-        cosines: kept,
+        cosines: &memory.cosines,
         is_small,
     };
     if shaft.class() == ShaftClass::Empty {
         let above = light.clip(x, view.at.geometric_normal);
-        let integral = above.map_or(DVec3::ZERO, |above| {
+        let light = above.map_or(DVec3::ZERO, |above| {
             let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
             sums.over_convex(above.relative_to(x, &mut relative))
         });
         let plane = None;
-        return Some(OverRegion { integral, plane });
+        return Some(KnownLight { light, plane });
     }
     let mut corners = [[0.0; 2]; CORNERS];
-    let seen = Seen::new(&view.at, shaft, penumbra, &mut corners)?;
-    Some(OverRegion {
-        integral: sums.over(&seen, reflected),
+    let seen = Seen::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
+    Some(KnownLight {
+        light: sums.over(&seen, &mut memory.reflected),
         plane: Some(seen.plane),
     })
 }
@@ -147,20 +141,16 @@ struct Sums<'a> {
 impl Sums<'_> {
     /// ∫ g dω over the visible part of a light, with the share of each lobe.
     fn over(&self, seen: &Seen<'_>, reflected: &mut Vec<f64>) -> DVec3 {
-        let Cosines {
-            frame,
-            diffuse,
-            lobes,
-        } = self.cosines;
+        let frame = &self.cosines.frame;
         let whole = seen.irradiance(|p| p, frame.z, SMALL);
         let by_triangles = || seen.triangles(|triangle| self.flat(triangle));
         let flat = whole.map_or_else(by_triangles, |sum| FRAC_1_PI * sum);
-        let mut sum = *diffuse * flat;
+        let mut sum = self.cosines.diffuse * flat;
         reflected.clear();
         reflected.push(sum.element_sum());
         // The horizon of a lobe's own cosine need not be the surface's, which cuts it as well.
         let is_above = seen.is_above(frame.z);
-        for (ltc, albedo) in lobes {
+        for (ltc, albedo) in &self.cosines.lobes {
             let image = |p| ltc.to_cosine() * frame.to_local(p);
             let whole = seen.irradiance(image, DVec3::Z, SMALL).filter(|_| is_above);
             let by_triangles = || seen.triangles(|triangle| self.lobe(ltc, triangle));

@@ -2,7 +2,7 @@
 
 use crate::{
     EmissionTexture, LightSource, LineBy, LineDirection, Lines, MOST_TECHNIQUES, Pieces, PointBy,
-    RandomNumbers, Technique, Weighted, Weights,
+    PointDensity, RandomNumbers, Technique, Weighted, Weights,
 };
 use linelit_geometry::DVec3;
 use linelit_lights::{LightPoint, LineFamily, LineSetup, PointSource, Surface, Viewer};
@@ -114,10 +114,7 @@ impl<'t> Prepared<'t> {
             };
             let optimal = matches!(weighted.weights, Weights::Optimal(_));
             let points = if optimal { 1 } else { lines.points };
-            let count = match lines.direction {
-                LineDirection::Spread(count) => count,
-                _ => 1,
-            };
+            let count = lines.directions();
             expected /= f64::from(count);
             for k in 0..count {
                 let fraction = match lines.direction {
@@ -129,7 +126,10 @@ impl<'t> Prepared<'t> {
                         let source = Family::Lines(family, lines.pieces);
                         Self::new(source, expected, points, numbers)
                     }
-                    None => Self::new(domain.points(PointBy::SolidAngle), expected, 1, numbers),
+                    None => {
+                        let source = domain.points(PointDensity::SolidAngle.into());
+                        Self::new(source, expected, 1, numbers)
+                    }
                 });
             }
         }

@@ -49,29 +49,43 @@ pub(crate) fn points<R: Reflection>(
     memory: &mut SegmentMemory,
     block: &mut PointBlock,
 ) -> DVec3 {
-    match options {
-        LinearOptions::Technique(technique) => by_technique(asked, technique, visible, block),
-        LinearOptions::Ltc(heuristic) => by_pair(asked, heuristic, cosines, visible, memory, block),
-    }
+    let (technique, heuristic) = match options {
+        LinearOptions::Technique(technique) => (technique, None),
+        LinearOptions::Ltc(heuristic @ LinearHeuristic::Balance(technique)) => {
+            (technique, Some(heuristic))
+        }
+        LinearOptions::Ltc(heuristic) => (LinearTechnique::ProjectedSolidAngle, Some(heuristic)),
+    };
+    let (line, x, n) = (asked.line, asked.point.position, asked.point.normal);
+    let Some(flat) = LinearSampler::new(technique, line, x, n) else {
+        return DVec3::ZERO;
+    };
+    let (Some(heuristic), Some(cosines)) = (heuristic, cosines) else {
+        return by_technique(asked, &flat, visible, block);
+    };
+    let Some(glossy) = SegmentLobes::new(line, x, n, cosines) else {
+        return by_technique(asked, &flat, visible, block);
+    };
+    let albedo = cosines.diffuse.max(DVec3::splat(LEAST_ALBEDO));
+    let pair = DiffuseGlossyPair {
+        heuristic,
+        count: f64::from(asked.samples.count),
+        parts: [
+            asked.emitted * albedo * (FRAC_1_PI * flat.irradiance()),
+            asked.emitted * glossy.reflected,
+        ],
+    };
+    pair.sum(asked, &flat, &glossy, visible, memory)
 }
 
 /// One technique.
 fn by_technique<R: Reflection>(
     asked: &Asked<'_, R>,
-    technique: LinearTechnique,
+    sampler: &LinearSampler,
     visible: &mut Visible<'_>,
     block: &mut PointBlock,
 ) -> DVec3 {
-    let Asked {
-        point,
-        line,
-        emitted,
-        samples,
-    } = *asked;
-    let Some(sampler) = LinearSampler::new(technique, line, point.position, point.normal) else {
-        return DVec3::ZERO;
-    };
-    let set = samples.set();
+    let set = asked.samples.set();
     let (mut numbers, mut drawn) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
     let draw = |wanted: Range<u32>, block: &mut PointBlock| {
         for first in wanted.clone().step_by(BATCH) {
@@ -81,53 +95,12 @@ fn by_technique<R: Reflection>(
             }
             sampler.sample_into(&numbers[..size], &mut drawn[..size]);
             for sample in &drawn[..size] {
-                let value = point.reflected(emitted, sample.direction);
+                let value = asked.point.reflected(asked.emitted, sample.direction);
                 block.push(value, sample.pdf.value(), sample.offset);
             }
         }
     };
-    mean(samples.count, block, visible, draw)
-}
-
-/// As many diffuse samples as glossy ones, weighted.
-fn by_pair<R: Reflection>(
-    asked: &Asked<'_, R>,
-    heuristic: LinearHeuristic,
-    cosines: Option<&TransformedCosines>,
-    visible: &mut Visible<'_>,
-    memory: &mut SegmentMemory,
-    block: &mut PointBlock,
-) -> DVec3 {
-    let technique = match heuristic {
-        LinearHeuristic::Balance(first) => first,
-        LinearHeuristic::WeightedBalance
-        | LinearHeuristic::Optimal(_)
-        | LinearHeuristic::ClampedOptimal(_) => LinearTechnique::ProjectedSolidAngle,
-    };
-    let Asked {
-        point,
-        line,
-        emitted,
-        ..
-    } = *asked;
-    let (x, n) = (point.position, point.normal);
-    let glossy = cosines.and_then(|c| Some((c.diffuse, SegmentLobes::new(line, x, n, c)?)));
-    let Some((diffuse, glossy)) = glossy else {
-        return by_technique(asked, technique, visible, block);
-    };
-    let Some(flat) = LinearSampler::new(technique, line, x, n) else {
-        return DVec3::ZERO;
-    };
-    let albedo = diffuse.max(DVec3::splat(LEAST_ALBEDO));
-    let pair = DiffuseGlossyPair {
-        heuristic,
-        count: f64::from(asked.samples.count),
-        parts: [
-            emitted * albedo * (FRAC_1_PI * flat.irradiance()),
-            emitted * glossy.reflected,
-        ],
-    };
-    pair.sum(asked, &flat, &glossy, visible, memory)
+    mean(asked.samples.count, block, visible, draw)
 }
 
 /// Diffuse and glossy samples of a linear light, as their heuristic knows them.
@@ -149,13 +122,7 @@ impl DiffuseGlossyPair {
         visible: &mut Visible<'_>,
         memory: &mut SegmentMemory,
     ) -> DVec3 {
-        let Asked {
-            point,
-            emitted,
-            samples,
-            ..
-        } = *asked;
-        let count = samples.count;
+        let (samples, count) = (&asked.samples, asked.samples.count);
         let sets = [Stream::Samples, Stream::Glossy].map(|s| samples.numbers.points(s, count));
         let SegmentMemory { pairs, targets } = memory;
         let mut sum = DVec3::ZERO;
@@ -169,7 +136,7 @@ impl DiffuseGlossyPair {
                 let b = glossy.sample(sets[1].get_1d(i));
                 let densities = [[a.pdf, glossy.pdf(a.t)], [flat.pdf(b.t), b.pdf]];
                 for (sample, densities) in [a, b].iter().zip(densities) {
-                    let value = point.reflected(emitted, sample.direction);
+                    let value = asked.point.reflected(asked.emitted, sample.direction);
                     pairs.push((value, densities.map(Pdf::value)));
                     if value != DVec3::ZERO {
                         targets.push(sample.offset);

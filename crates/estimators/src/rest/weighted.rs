@@ -157,7 +157,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
                 Family::Lines(lines, pieces) => {
                     self.draw_lines((index, technique.points), (lines, *pieces), &set);
                 }
-                Family::Points(source) => self.draw_points(index, source.into(), &set),
+                Family::Points(source) => self.draw_points(index, Source(source.as_deref()), &set),
             }
         }
         self.techniques = techniques;
@@ -235,18 +235,16 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         set: &SampleSet,
     ) {
         let ((index, points), (lines, pieces)) = (technique, family);
-        let WeightedMemory {
-            drawn,
-            segments,
-            visible,
-            ..
-        } = &mut *self.memory;
-        drawn.clear();
-        drawn.extend((0..set.count()).map(|i| lines.sample(set.get_2d(i)[0])));
-        segments.clear();
-        segments.extend(drawn.iter().map(|line| line.segment));
-        self.visible.lines(segments, visible);
-        self.counts.count_lines(visible, segments.len());
+        let memory = &mut *self.memory;
+        memory.drawn.clear();
+        let drawn = (0..set.count()).map(|i| lines.sample(set.get_2d(i)[0]));
+        memory.drawn.extend(drawn);
+        memory.segments.clear();
+        let segments = memory.drawn.iter().map(|line| line.segment);
+        memory.segments.extend(segments);
+        self.visible.lines(&memory.segments, &mut memory.visible);
+        self.counts
+            .count_lines(&memory.visible, memory.segments.len());
         let mut samples = std::mem::take(&mut self.memory.samples);
         let x = self.integrand.point.position;
         for (i, line) in (0u32..).zip(&self.memory.drawn) {
@@ -285,29 +283,24 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
             let (lines, pieces) = match &technique.source {
                 Family::Lines(lines, pieces) => (lines, *pieces),
                 Family::Points(source) => {
-                    let source = Source::from(source);
+                    let source = Source(source.as_deref());
                     for sample in samples.iter_mut().filter(|s| s.technique != index) {
                         sample.densities[index] = source.density(&sample.at, self.integrand);
                     }
                     continue;
                 }
             };
-            let WeightedMemory {
-                segments,
-                owners,
-                visible,
-                ..
-            } = &mut *self.memory;
-            owners.clear();
-            segments.clear();
+            let memory = &mut *self.memory;
+            memory.owners.clear();
+            memory.segments.clear();
             for (k, sample) in samples.iter().enumerate() {
                 if sample.technique != index {
-                    owners.push(k);
-                    segments.push(lines.through(sample.at.point));
+                    memory.owners.push(k);
+                    memory.segments.push(lines.through(sample.at.point));
                 }
             }
-            self.visible.lines(segments, visible);
-            self.counts.plan.density_lines += owners.len() as u64;
+            self.visible.lines(&memory.segments, &mut memory.visible);
+            self.counts.plan.density_lines += memory.owners.len() as u64;
             for (i, &owner) in self.memory.owners.iter().enumerate() {
                 let parts = self.memory.visible.line(i);
                 let (sample, line) = (&mut samples[owner], &self.memory.segments[i]);
@@ -330,17 +323,14 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         else {
             return;
         };
-        let WeightedMemory {
-            segments,
-            samples,
-            visible,
-            ..
-        } = &mut *self.memory;
-        smooth.across(first, samples.iter().map(|s| s.at.point), segments);
-        self.visible.lines(segments, visible);
-        self.counts.plan.density_lines += segments.len() as u64;
-        for (i, sample) in samples.iter_mut().enumerate() {
-            sample.smooth *= smooth.factor(&sample.at, &segments[i], visible.line(i));
+        let memory = &mut *self.memory;
+        let points = memory.samples.iter().map(|s| s.at.point);
+        smooth.across(first, points, &mut memory.segments);
+        self.visible.lines(&memory.segments, &mut memory.visible);
+        self.counts.plan.density_lines += memory.segments.len() as u64;
+        for (i, sample) in memory.samples.iter_mut().enumerate() {
+            let (line, parts) = (&memory.segments[i], memory.visible.line(i));
+            sample.smooth *= smooth.factor(&sample.at, line, parts);
         }
     }
 

@@ -153,7 +153,7 @@ pub(crate) fn means<R: Reflection>(
         light,
         texture: texture.as_ref(),
         triangles: 0..0,
-        occlusion: OcclusionStats::default(),
+        occlusion: OcclusionStats::FEW,
     };
     let (estimator, mut buffers) = (text.parse().expect("an estimator"), Buffers::default());
     let one = |seed| {

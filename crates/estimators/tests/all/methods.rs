@@ -3,7 +3,9 @@
 use crate::agreement::{Image, Opaque, gaussians, lights, materials, means, occluders};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
 use linelit_estimators::{Between, Closed, Estimator, Facts, KnownKind, LightKind, LightSource};
-use linelit_estimators::{Buffers, OcclusionStats, PlanCounters, PointBy, Query, RandomNumbers};
+use linelit_estimators::{
+    Buffers, OcclusionStats, PlanCounters, PointDensity, Query, RandomNumbers,
+};
 use linelit_estimators::{ShadingPoint, Technique, estimate};
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
@@ -16,7 +18,7 @@ fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
         light,
         texture: texture.as_ref(),
         triangles: 0..0,
-        occlusion: OcclusionStats::default(),
+        occlusion: OcclusionStats::FEW,
     }
 }
 
@@ -159,7 +161,10 @@ fn facts_are_those_of_the_query() {
     let occluders = occluders(false);
     for light in &lights() {
         let source = source(light);
-        for (depth, best) in [(0.0, PointBy::SolidAngle), (-100.0, PointBy::Area)] {
+        for (depth, best) in [
+            (0.0, PointDensity::SolidAngle),
+            (-100.0, PointDensity::Area),
+        ] {
             let position = DVec3::new(0.25, 0.0, depth + 1.25);
             let point = ShadingPoint::new(position, DVec3::Z, DVec3::Z, bsdf.clone());
             for (text, asks) in [("exact", true), ("line-area", false)] {
@@ -182,7 +187,7 @@ fn facts_are_those_of_the_query() {
                 let best = if is_polygon {
                     best
                 } else {
-                    PointBy::SolidAngle
+                    PointDensity::SolidAngle
                 };
                 assert_eq!(facts.points, best, "{kind} {depth}");
             }

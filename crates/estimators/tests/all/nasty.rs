@@ -228,7 +228,7 @@ fn means<R: Reflection + Clone>(
         light: &scene.light,
         texture: None,
         triangles: 0..0,
-        occlusion: OcclusionStats::default(),
+        occlusion: OcclusionStats::FEW,
     };
     let mut point = ShadingPoint::new(
         scene.position,

@@ -2,7 +2,7 @@
 
 use linelit_estimators::{
     Estimator, ExactOptions, Integration, LineBy, LineDirection, LinearHeuristic, LinearOptions,
-    Lines, Optimal, Part, Pieces, PointBy, Points, Smoothing, Technique, Weights,
+    Lines, Optimal, Part, Pieces, PointBy, PointDensity, Points, Smoothing, Technique, Weights,
 };
 use linelit_lights::OffsetDensity;
 use linelit_lights::linear::LinearTechnique;
@@ -35,7 +35,8 @@ fn technique() -> BoxedStrategy<Technique> {
 }
 
 fn with_options(points: Points) -> impl Strategy<Value = Technique> {
-    let has_visibility = matches!(points.by, PointBy::Area | PointBy::SolidAngle);
+    let has_visibility =
+        [PointDensity::Area.into(), PointDensity::SolidAngle.into()].contains(&points.by);
     (linear(), any::<bool>()).prop_map(move |(options, shaft)| {
         let by = match points.by {
             PointBy::Linear(_) => PointBy::Linear(options),
@@ -53,7 +54,7 @@ fn with_line_options(lines: Lines) -> impl Strategy<Value = Technique> {
         tolerance: 10f64.powf(digits).clamp(1e-10, 1e-3),
         limit,
     });
-    let exact = prop_oneof![Just(ExactOptions::default()), exact];
+    let exact = prop_oneof![Just(ExactOptions::DEFAULT), exact];
     let direction = prop_oneof![
         Just(LineDirection::Parallel),
         Just(LineDirection::UniformPerLine),
@@ -226,7 +227,7 @@ fn texts_round_trip() {
 #[test]
 fn constructors_are_the_texts() {
     let pairs = [
-        (Estimator::points(PointBy::Area), "point-area"),
+        (Estimator::points(PointDensity::Area), "point-area"),
         (Estimator::analytic(), "line-analytic"),
         (Estimator::exact().with(Points::bsdf()), "exact+point-bsdf"),
         (

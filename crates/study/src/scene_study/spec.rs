@@ -4,7 +4,7 @@ use crate::engine::{CELL_SECONDS, Design, Method, REFERENCE_ROUNDS};
 use crate::pixels::{Pixels, Resolution};
 use crate::record::PaperOrder;
 use crate::tables::StudyRecord;
-use linelit_estimators::{LineBy, PointBy};
+use linelit_estimators::{LineBy, PointDensity};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 
@@ -272,8 +272,8 @@ impl Default for StudySpec {
                 "cornell-box-large".to_owned(),
             ],
             estimators: vec![
-                Estimator::points(PointBy::Area),
-                Estimator::points(PointBy::SolidAngle),
+                Estimator::points(PointDensity::Area),
+                Estimator::points(PointDensity::SolidAngle),
                 Estimator::lines(LineBy::Area),
                 Estimator::analytic(),
                 Estimator::exact(),

@@ -55,7 +55,7 @@ pub fn about(technique: &Technique) -> &'static str {
 
 /// What an estimator is.
 pub(super) fn entry(estimator: &Estimator) -> Entry {
-    let techniques = || estimator.parts().map(|part| part.technique);
+    let techniques = || estimator.parts().iter().map(|part| part.technique);
     let mut words: Vec<&str> = techniques().map(|t| about(&t)).collect();
     if words.len() > 1 {
         words.insert(0, "several techniques, weighted by their densities");

@@ -18,13 +18,9 @@ impl AngularLines {
     ) -> Self {
         match CloseLines::new(polygon, angle_rad, x, normal) {
             Some(close) => {
-                let CloseLines {
-                    lines,
-                    foot,
-                    height,
-                } = close;
-                let normal = Some(normal);
-                Self::with_foot(lines, x, foot, height, normal, Marginal::Projected, true)
+                let (foot, height, normal) = (close.foot, close.height, Some(normal));
+                let marginal = Marginal::Projected;
+                Self::with_foot(close.lines, x, foot, height, normal, marginal, true)
             }
             None => Self::nothing(polygon, angle_rad, x),
         }
