@@ -1,7 +1,7 @@
 //! The trunk: from a query to the light, by a method.
 
 use crate::choose::Choice;
-use crate::draw::points::Source;
+use crate::draw::Source;
 use crate::integrand::{Integrand, Known};
 use crate::known::lines::LineMemory;
 use crate::known::region::{KnownLight, RegionMemory};
@@ -16,7 +16,7 @@ use crate::{
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
-use linelit_lights::{DiskLobes, PointSource, RegionSampler, Viewer};
+use linelit_lights::{DiskLobes, PointSource, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -196,7 +196,13 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
                     alone::lines(integrand, polygon, options, from, visible, lines, counts)
                 }
                 Rest::Visible { samples } => {
-                    if let Some((beta, mean)) = self.on_region(samples, &mut memory.region) {
+                    let (view, from) = (self.view, self.samples(samples));
+                    let (seen, sampler) = (self.region, &mut memory.region);
+                    if let Some(cosines) = self.cosines
+                        && let Some(plane) = self.known.and_then(|known| known.plane)
+                        && let Some((beta, mean)) =
+                            visible::points(integrand, view, cosines, plane, from, seen, sampler)
+                    {
                         return light * beta + mean;
                     }
                     self.points(PointDensity::Lobes.into(), samples, visible, memory)
@@ -216,21 +222,6 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
     const fn samples(&self, count: u32) -> Samples<'_> {
         let numbers = &self.query.numbers;
         Samples { numbers, count }
-    }
-
-    /// A factor for the known light, and the mean of the rest over points of the visible region.
-    fn on_region(&self, samples: u32, sampler: &mut RegionSampler) -> Option<(f64, DVec3)> {
-        let (cosines, plane) = (self.cosines?, self.known?.plane?);
-        let (from, integrand) = (self.samples(samples), &self.integrand);
-        visible::points(
-            integrand,
-            self.view,
-            cosines,
-            plane,
-            from,
-            self.region,
-            sampler,
-        )
     }
 
     /// The mean over points of the whole light.

@@ -37,8 +37,9 @@ pub struct Part {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
     /// Not at all: one technique, whose samples on the whole light count as value over density, a
-    /// point in each visible piece of a line. Not for [`PointDensity::Texture`](crate::PointDensity::Texture), lines by measures other
-    /// than area, [`LineDirection::Spread`], [`Lines::points`] above one and
+    /// point in each visible piece of a line. Not for points by
+    /// [texture](crate::PointDensity::Texture), lines by measures other than area,
+    /// [`LineDirection::Spread`], [`Lines::points`] above one and
     /// [`Pieces::One`](crate::Pieces::One), which are [`Weights::Balance`] by themselves.
     Alone,
     /// The balance heuristic, in proportion to N p (Veach & Guibas 1995). Of a single technique: it

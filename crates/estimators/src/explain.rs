@@ -139,14 +139,8 @@ impl Facts<'_> {
 
 impl fmt::Display for LightKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Polygon => "polygon",
-            Self::Textured => "textured polygon",
-            Self::Linear => "line",
-            Self::Sphere => "sphere",
-            Self::Disk => "disk",
-            Self::Cylinder => "cylinder",
-        })
+        let found = Self::ALL.iter().find(|(_, kind)| kind == self);
+        f.write_str(found.map_or("", |(name, _)| name))
     }
 }
 

@@ -29,14 +29,14 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::Polygon,
-        Self::Textured,
-        Self::Linear,
-        Self::Sphere,
-        Self::Disk,
-        Self::Cylinder,
+    /// All of them, with their names.
+    pub const ALL: [(&'static str, Self); 6] = [
+        ("polygon", Self::Polygon),
+        ("textured polygon", Self::Textured),
+        ("line", Self::Linear),
+        ("sphere", Self::Sphere),
+        ("disk", Self::Disk),
+        ("cylinder", Self::Cylinder),
     ];
 
     /// Whether it is a sphere or a disk, which have no lines.

@@ -5,7 +5,6 @@ use crate::view::View;
 use crate::visible::query as between;
 use crate::{Buffers, EmissionTexture, OcclusionStats, Query};
 use linelit_bsdf::Reflection;
-use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, AreaSampler, PointTechnique as _};
 use linelit_visibility::ShaftClass;
 
@@ -57,7 +56,11 @@ impl OcclusionProbe {
         }
         if is_dense {
             let before = tests(&buffers.scratch.counters);
-            let to_light = points(area).map(|at| at - query.point.position);
+            let sampler = AreaSampler::new(&area.polygon);
+            let to_light: [_; POINTS * POINTS] = std::array::from_fn(|i| {
+                let u = [middle(i % POINTS, POINTS), middle(i / POINTS, POINTS)];
+                sampler.sample(u).point - query.point.position
+            });
             let fan = occluders.shadow_rays(query.point.position, &to_light, query.margins);
             occluders.any_hits(&fan, view.own, &mut buffers.scratch);
             self.dense_ray_tests += tests(&buffers.scratch.counters) - before;
@@ -110,11 +113,4 @@ impl OcclusionProbe {
         }
         stats
     }
-}
-
-/// Points spread over the light.
-fn points(area: &AreaLight) -> [DVec3; POINTS * POINTS] {
-    let sampler = AreaSampler::new(&area.polygon);
-    let at = |i| [middle(i % POINTS, POINTS), middle(i / POINTS, POINTS)];
-    std::array::from_fn(|i| sampler.sample(at(i)).point)
 }

@@ -1,10 +1,10 @@
 //! Pilot lines, which tell beforehand in which direction lines are best past the occluders.
 
 use crate::integrand::Integrand;
-use crate::known::lines::{LineMemory, Pieces};
+use crate::known::lines::LineMemory;
 use crate::view::View;
 use crate::{EmissionTexture, Query};
-use linelit_bsdf::{ClosedForm, Reflection};
+use linelit_bsdf::Reflection;
 use linelit_elementary::atan2;
 use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
 use linelit_lights::{
@@ -92,7 +92,12 @@ impl PilotLines {
                     return 0.0;
                 }
                 let sum = match &form {
-                    Some(form) => in_closed_form(view, form, line, parts, pieces),
+                    Some(form) => {
+                        pieces.clear();
+                        pieces.add(&view.at, &line.segment, parts, 1.0);
+                        let (emitted, height) = view.emitted();
+                        pieces.light(emitted, height, &view.at, form)
+                    }
                     None => by_points(&integrand, light, line, parts),
                 };
                 sum.element_sum() / line.pdf.value()
@@ -140,20 +145,6 @@ impl PilotLines {
 fn unevenness(values: &[f64; PILOTS]) -> f64 {
     let second = |v: &[f64]| (v[1] - 0.5 * (v[0] + v[2])).powi(2);
     values.windows(3).map(second).sum()
-}
-
-/// The light that the visible parts of a line send to the viewer, in closed form.
-fn in_closed_form(
-    view: &View<'_>,
-    form: &ClosedForm<'_>,
-    line: &LineSample,
-    parts: &[Interval],
-    pieces: &mut Pieces,
-) -> DVec3 {
-    pieces.clear();
-    pieces.add(&view.at, &line.segment, parts, 1.0);
-    let (emitted, height) = view.emitted();
-    pieces.light(emitted, height, &view.at, form)
 }
 
 /// The light that the visible parts of a line send to the viewer, by a few points of each.

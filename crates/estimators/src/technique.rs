@@ -1,5 +1,6 @@
 //! Techniques: the ways to draw points and lines of a light, and to integrate along lines.
 
+use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle, Texture, VisibleArea};
 use linelit_lights::OffsetDensity;
 use linelit_lights::linear::LinearTechnique;
 pub use linelit_lights::{LineDensity as LineBy, PointDensity};
@@ -231,15 +232,13 @@ impl PointBy {
     pub(crate) const fn on_surface(self) -> Option<PointDensity> {
         match self {
             Self::Surface(density) => Some(density),
-            Self::Linear(_) => Some(PointDensity::SolidAngle),
+            Self::Linear(_) => Some(SolidAngle),
             Self::Bsdf => None,
         }
     }
 
     /// The technique of linear lights that it stands for.
     pub(crate) const fn on_segment(self) -> LinearOptions {
-        use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle};
-        use PointDensity::{Texture, VisibleArea};
         LinearOptions::Technique(match self {
             Self::Surface(Area | VisibleArea | Texture) => LinearTechnique::Area,
             Self::Surface(Proxy | SolidAngle) => LinearTechnique::ClippedSolidAngle,
@@ -311,8 +310,6 @@ pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
     const fn integrated(integration: Integration) -> Technique {
         Technique::Lines(Lines::integrated(integration))
     }
-    use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle};
-    use PointDensity::{Texture, VisibleArea};
     const LINEAR: PointBy = PointBy::Linear(LinearOptions::DEFAULT);
     const EXACT: Integration = Integration::Exact(ExactOptions::DEFAULT);
     [
@@ -365,13 +362,7 @@ impl Technique {
     pub(crate) fn asks_for_cosines(&self) -> bool {
         use PointBy::{Linear, Surface};
         match self {
-            Self::Points(points) => {
-                let by = points.by;
-                matches!(
-                    by,
-                    Surface(PointDensity::Lobes) | Linear(LinearOptions::Ltc(_))
-                )
-            }
+            Self::Points(p) => matches!(p.by, Surface(Lobes) | Linear(LinearOptions::Ltc(_))),
             Self::Lines(_) => self.may_become_points(),
         }
     }
@@ -402,7 +393,7 @@ impl Technique {
     /// whole light, by its first stream. Any other is a combination of one.
     pub(crate) fn can_stand_alone(&self) -> bool {
         match self {
-            Self::Points(points) => points.by != PointBy::Surface(PointDensity::Texture),
+            Self::Points(points) => points.by != PointBy::Surface(Texture),
             Self::Lines(lines) => {
                 lines.measure() == LineBy::Area
                     && lines.pieces == Pieces::Each
@@ -425,7 +416,6 @@ impl Technique {
 
     /// Whether it has the option `visibility`: alone, its points may share a shaft.
     pub(crate) const fn has_visibility(&self) -> bool {
-        use PointDensity::{Area, Lobes, Proxy, SolidAngle};
         matches!(
             self,
             Self::Points(Points {

@@ -76,30 +76,25 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
             None => return error(format!("`{word}` lacks its closing `]`")),
         },
     };
-    let (name, share) = match before.split_once(':') {
-        Some((name, share)) if after.is_empty() => (name, Some(share)),
-        Some((name, _)) => {
+    let (name, share) = match (before.split_once(':'), after.strip_prefix(':')) {
+        (Some((name, share)), _) if after.is_empty() => (name, share),
+        (Some((name, _)), _) => {
             return error(format!(
                 "`{after}` after the options of `{name}`, whose share stands before them"
             ));
         }
-        None => (before, after.strip_prefix(':')),
-    };
-    let share = match share {
-        None if after.is_empty() => 1,
-        None => {
+        (None, Some(share)) => (before, share),
+        (None, None) if after.is_empty() => (before, "1"),
+        (None, None) => {
             return error(format!(
-                "`{after}` after the options of `{name}`; expected `:SHARE`"
+                "`{after}` after the options of `{before}`; expected `:SHARE`"
             ));
         }
-        Some(text) => match text.parse() {
-            Ok(share @ 1..) => share,
-            _ => {
-                return error(format!(
-                    "share `{text}` of `{name}`; expected a whole number above 0"
-                ));
-            }
-        },
+    };
+    let Ok(share @ 1..) = share.parse() else {
+        return error(format!(
+            "share `{share}` of `{name}`; expected a whole number above 0"
+        ));
     };
     let name = name.trim();
     let technique = find(&TECHNIQUES, name, |names| {

@@ -13,7 +13,7 @@ mod sealed {
 
 /// A measure that a density can refer to. Sealed: implemented for the marker types of this module
 /// only.
-pub trait Measure: sealed::Sealed + Copy + fmt::Debug + 'static {
+pub trait Measure: sealed::Sealed + Copy + PartialOrd + fmt::Debug + 'static {
     /// The unit of a density in this measure, e.g. `"1/m²"`.
     const UNIT: &'static str;
 }
@@ -21,7 +21,7 @@ pub trait Measure: sealed::Sealed + Copy + fmt::Debug + 'static {
 macro_rules! measure {
     ($(#[$doc:meta])* $name:ident, $unit:literal) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
         pub enum $name {}
         impl sealed::Sealed for $name {}
         impl Measure for $name {
@@ -71,24 +71,9 @@ measure!(
 /// let seen = uniform.to_solid_angle(25.0, -0.5);
 /// assert_eq!(seen.value(), 0.25 * 25.0 / 0.5);
 /// ```
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
 pub struct Pdf<M: Measure>(f64, PhantomData<M>);
 
-impl<M: Measure> Clone for Pdf<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<M: Measure> Copy for Pdf<M> {}
-impl<M: Measure> PartialEq for Pdf<M> {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.total_cmp(&other.0).is_eq()
-    }
-}
-impl<M: Measure> PartialOrd for Pdf<M> {
-    fn partial_cmp(&self, other: &Self) -> Option<core::cmp::Ordering> {
-        self.0.partial_cmp(&other.0)
-    }
-}
 impl<M: Measure> Default for Pdf<M> {
     fn default() -> Self {
         Self::ZERO

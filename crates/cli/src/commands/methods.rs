@@ -22,7 +22,7 @@ pub(super) fn all() -> Vec<Method> {
     let mut all: Vec<Method> = Vec::new();
     for technique in Technique::all() {
         let first = all.len();
-        for light in LightKind::ALL {
+        for (_, light) in LightKind::ALL {
             for row in on_light(&technique, light) {
                 let same = |other: &&mut Method| {
                     (&other.reflections, &other.does) == (&row.reflections, &row.does)

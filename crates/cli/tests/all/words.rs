@@ -77,7 +77,7 @@ fn methods_are_listed_without_a_scene() {
     let rows = said(&["list", "methods", "--json"]);
     let rows: serde_json::Value = serde_json::from_str(&rows).unwrap();
     for technique in Technique::all() {
-        for light in LightKind::ALL {
+        for (_, light) in LightKind::ALL {
             for (reflection, _) in KnownKind::ALL {
                 let _ = does(&rows, [technique.name(), &light.to_string(), reflection]);
             }

@@ -1,7 +1,7 @@
 //! Points of a light that are drawn before their visibility is asked for: one by one, or eight
 //! side by side.
 
-use crate::draw::points::Source;
+use crate::draw::Source;
 use crate::integrand::Integrand;
 use crate::visible::Target;
 use linelit_bsdf::Reflection;
@@ -218,7 +218,8 @@ fn look_kernel<S: Simd>(s: S, seen: &Seen, rows: usize, columns: &mut Columns) -
     let mut carry = 0;
     for row in 0..rows.min(SIZE / 8) {
         let zero = s.dsplat(0.0);
-        let to_light = seen.to_light(s, load(s, &columns.point, row));
+        let [px, py, pz] = load(s, &columns.point, row);
+        let to_light = [px - seen.x.x, py - seen.x.y, pz - seen.x.z];
         let square = dot(s, to_light, to_light);
         let direction = seen.direction(s, to_light, square);
         let cos_light = along(s, seen.light, direction) * -1.0;
@@ -251,11 +252,6 @@ dispatch! {
 }
 
 impl Seen {
-    #[inline(always)]
-    fn to_light<S: Simd>(&self, _: S, [x, y, z]: [S::D; 3]) -> [S::D; 3] {
-        [x - self.x.x, y - self.x.y, z - self.x.z]
-    }
-
     /// Unit vectors, as points of either measure have them.
     #[inline(always)]
     fn direction<S: Simd>(&self, s: S, [x, y, z]: [S::D; 3], square: S::D) -> [S::D; 3] {
@@ -331,7 +327,7 @@ mod tests {
     use crate::ShadingPoint;
     use linelit_bsdf::{Bsdf, Lambert};
     use linelit_geometry::ConvexPolygon;
-    use linelit_lights::{Area, Pdf, SolidAngle, SurfaceMeasure};
+    use linelit_lights::{Area, Pdf, SolidAngle};
     use linelit_simd::InstructionSet;
     use linelit_testkit::rng::SplitMix64;
 
@@ -359,23 +355,26 @@ mod tests {
         out
     }
 
-    /// What one by one gives, of a density in measure `M`.
-    fn one_by_one<M: SurfaceMeasure>(
+    /// What one by one gives, of a density per area, or per solid angle.
+    fn one_by_one(
         columns: &Columns,
         quad: &ConvexPolygon,
         x: DVec3,
         i: usize,
+        local: bool,
     ) -> (LightPoint, f64) {
-        let point = at(&columns.point, i);
+        let (point, density) = (at(&columns.point, i), number(&columns.density, i));
         let to_light = point - x;
-        let direction = if M::IS_LOCAL {
-            to_light / to_light.length()
-        } else {
-            to_light.normalize_or_zero()
+        let direction = match local {
+            true => to_light / to_light.length(),
+            false => to_light.normalize_or_zero(),
         };
         let seen = LightPoint::towards(point, to_light, direction, &Surface::Polygon(quad));
-        let pdf = Pdf::<M>::new(number(&columns.density, i));
-        (seen, seen.density(pdf))
+        let density = match local {
+            true => seen.density(Pdf::<Area>::new(density)),
+            false => Pdf::<SolidAngle>::new(density).value(),
+        };
+        (seen, density)
     }
 
     #[test]
@@ -414,11 +413,7 @@ mod tests {
                 };
                 let carry = look(Isa::detect(set), &seen, SIZE / 8, &mut got);
                 for i in 0..SIZE {
-                    let (want, density) = if local {
-                        one_by_one::<Area>(&drawn, &quad, x, i)
-                    } else {
-                        one_by_one::<SolidAngle>(&drawn, &quad, x, i)
-                    };
+                    let (want, density) = one_by_one(&drawn, &quad, x, i, local);
                     let value = point.reflected(emission.towards(want.cos_light), want.direction);
                     let carries = density > 0.0 && (!is_even || value != DVec3::ZERO);
                     assert_eq!(carry >> i & 1 == 1, carries, "{set} {round} {i}");

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 /// Line samples of one estimate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draws {
-    samples: Vec<Draw>,
+    pub samples: Vec<Draw>,
     slopes: Slopes,
     /// Widths of their strips along them.
     pub width: Width,
@@ -130,11 +130,6 @@ impl Draws {
             self.segments.push(line.segment);
             self.samples.push(Draw { line, share, v });
         }
-    }
-
-    /// The line samples.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &Draw> {
-        self.samples.iter()
     }
 }
 

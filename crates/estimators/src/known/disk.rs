@@ -55,8 +55,8 @@ fn whole(view: &View<'_>, disk: &Disk) -> Option<f64> {
     }
 }
 
-/// The light ∫ V g dω of the visible part of a round light of radiance one; keeps g in the memory. `None` where the
-/// boundary does not tell: also where the disk is too small, or seen too flatly.
+/// The light ∫ V g dω of the visible part of a round light of radiance one; keeps g in the memory.
+/// `None` where the boundary does not tell: also where the disk is too small, or seen too flatly.
 pub(crate) fn cosines(
     view: &View<'_>,
     cosines: &TransformedCosines,

@@ -39,9 +39,9 @@ pub(crate) fn gather<'v>(
     visible: impl Fn(usize) -> &'v [Interval],
 ) -> DVec3 {
     pieces.clear();
-    for (i, Draw { line, share, .. }) in draws.iter().enumerate() {
+    for (i, Draw { line, share, .. }) in draws.samples.iter().enumerate() {
         let weight = height(line) * (share / line.pdf.value());
-        let first = pieces.len();
+        let first = pieces.pieces.len();
         pieces.add(&view.at, &line.segment, visible(i), weight);
         if draws.width == Width::Growing {
             pieces.taper(first, &view.at, &line.segment);
@@ -67,11 +67,6 @@ impl Pieces {
         self.pieces.clear();
         self.weights.clear();
         self.widths.clear();
-    }
-
-    /// Number of pieces.
-    pub(crate) fn len(&self) -> usize {
-        self.pieces.len()
     }
 
     /// Adds the visible parts of a line.

@@ -165,7 +165,7 @@ fn by_quadrature<R: Reflection, T>(
         return DVec3::ZERO;
     };
     let (radiance, _) = view.emitted();
-    let each = memory.draws.iter().enumerate().map(|(i, drawn)| {
+    let each = memory.draws.samples.iter().enumerate().map(|(i, drawn)| {
         let (line, parts) = (&drawn.line, memory.visible.line(i));
         let of_line = segment::by_quadrature(&line.segment, query.point, parts, Model::Ribbon);
         radiance * of_line * (family.height(line) * (drawn.share / line.pdf.value()))

@@ -98,8 +98,8 @@ pub(crate) fn whole(view: &View<'_>) -> f64 {
     }
 }
 
-/// The light ∫ V g dω of radiance one over a polygon, the light or its part above the horizons, past whatever the shaft
-/// holds; keeps g in the memory. `None` if the shaft keeps nothing of the occluders.
+/// The light ∫ V g dω of a polygon of radiance one, the light or its part above the horizons, past
+/// whatever the shaft holds; keeps g in the memory. `None` if nothing is kept of the occluders.
 pub(crate) fn cosines(
     view: &View<'_>,
     light: &ConvexPolygon,

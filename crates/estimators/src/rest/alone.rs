@@ -1,8 +1,8 @@
 //! Samples of one technique on the whole light, unweighted: the mean of value over density.
 
+use crate::draw::Source;
 use crate::draw::block::{BLOCK, LEAST, PointBlock};
 use crate::draw::lines::{Draw, Draws, Use};
-use crate::draw::points::Source;
 use crate::integrand::Integrand;
 use crate::known::lines::LineMemory;
 use crate::streams::Samples;
@@ -91,7 +91,7 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     visible: impl Fn(usize) -> &'v [Interval],
 ) -> DVec3 {
     let (mut sum, x) = (DVec3::ZERO, integrand.point.position);
-    for (i, Draw { line, v, .. }) in draws.iter().enumerate() {
+    for (i, Draw { line, v, .. }) in draws.samples.iter().enumerate() {
         let parts = visible(i);
         if parts.is_empty() {
             continue;

@@ -81,16 +81,6 @@ impl<'t, T: EmissionTexture> Domain<'t, T> {
     }
 }
 
-/// The direction, in half turns from the light's first edge, of line technique `k` of a spread
-/// whose first was drawn as `first`, in [0, 1).
-fn spread(by: LineBy, first: f64, k: u8, count: u8) -> f64 {
-    match by {
-        // Lines by texture run along one edge and the other, in turn.
-        LineBy::Texture => 0.5 * ((2.0 * first).floor() + f64::from(k)),
-        _ => first + f64::from(k) / f64::from(count),
-    }
-}
-
 impl<'t> Prepared<'t> {
     /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
     /// random numbers. On a light without lines, points by solid angle replace them, one a draw.
@@ -114,12 +104,17 @@ impl<'t> Prepared<'t> {
             };
             let optimal = matches!(weighted.weights, Weights::Optimal(_));
             let points = if optimal { 1 } else { lines.points };
-            let count = lines.directions();
+            let (first, count) = (u(index), lines.directions());
             expected /= f64::from(count);
             for k in 0..count {
-                let fraction = match lines.direction {
-                    LineDirection::Spread(_) => spread(lines.measure(), u(index), k, count),
-                    _ => lines.fraction(&domain.light.occlusion, u(index)),
+                // In half turns from the light's first edge.
+                let fraction = match (lines.direction, lines.measure()) {
+                    // Lines by texture run along one edge and the other, in turn.
+                    (LineDirection::Spread(_), LineBy::Texture) => {
+                        0.5 * ((2.0 * first).floor() + f64::from(k))
+                    }
+                    (LineDirection::Spread(_), _) => first + f64::from(k) / f64::from(count),
+                    _ => lines.fraction(&domain.light.occlusion, first),
                 };
                 out.push(match domain.lines(&lines, fraction) {
                     Some(family) => {

@@ -8,8 +8,8 @@
 use super::optimal::{self, Round};
 use super::prepared::{Domain, Family, Prepared, Sample, allot};
 use super::smooth::{Smooth, parameter, piece_of};
+use crate::draw::Source;
 use crate::draw::block::{BLOCK, LEAST, PointBlock};
-use crate::draw::points::Source;
 use crate::integrand::Integrand;
 use crate::view::View;
 use crate::visible::Visible;
@@ -305,7 +305,12 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
                 let parts = self.memory.visible.line(i);
                 let (sample, line) = (&mut samples[owner], &self.memory.segments[i]);
                 sample.smooth *= self.smooth_factor(&sample.at, line, parts);
-                sample.densities[index] = line_density(lines, pieces, sample, line, parts);
+                let at = &sample.at;
+                sample.densities[index] = match pieces {
+                    Pieces::One => lines.density(at, parts),
+                    Pieces::Each => piece_of(parameter(line, at.point), parts)
+                        .map_or(0.0, |k| lines.density(at, &parts[k..=k])),
+                };
             }
         }
         self.memory.samples = samples;
@@ -371,20 +376,5 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
             sum = 0.5 * sum + optimal::sum(kind, &expected, rounds);
         }
         sum
-    }
-}
-
-/// The density of a line technique at a sample of another.
-fn line_density(
-    lines: &LineFamily<'_>,
-    pieces: Pieces,
-    sample: &Sample,
-    line: &Segment,
-    parts: &[Interval],
-) -> f64 {
-    match pieces {
-        Pieces::One => lines.density(&sample.at, parts),
-        Pieces::Each => piece_of(parameter(line, sample.at.point), parts)
-            .map_or(0.0, |k| lines.density(&sample.at, &parts[k..=k])),
     }
 }

@@ -229,11 +229,7 @@ fn what_reaches_into_a_sphere_hides_as_rays_say() {
                 let (got, buffers) = estimates(&occluders, &light, &point, text, 32, 0..128);
                 let plan = &buffers.counts.plan;
                 let is_told = by_lines || TEXTS[..2].contains(&text);
-                assert_eq!(
-                    plan.spheres_by_rays == 0,
-                    is_told,
-                    "{name}, {text}: {plan}"
-                );
+                assert_eq!(plan.spheres_by_rays == 0, is_told, "{name}, {text}: {plan}");
                 if want.mean() == 0.0 {
                     assert!(got.mean() == 0.0, "{name}, {text}: {got:?}");
                     continue;

@@ -3,8 +3,7 @@
 
 use crate::polygon::spherical_triangle::{self, cross_in_plane};
 use linelit_elementary::{asin, atan2, hypot};
-use linelit_geometry::finite::fraction;
-use linelit_geometry::finite::power_of_two_over;
+use linelit_geometry::finite::{fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
 
 /// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen
