@@ -150,7 +150,7 @@ impl KnownKind {
 }
 
 /// The least solid angle of a wide lobe, as a share of the cosine's.
-const WIDE: f64 = 0.04;
+const WIDE: f64 = 0.15;
 
 /// Whether all lobes of transformed cosines are wide.
 fn are_wide(cosines: &TransformedCosines) -> bool {
