@@ -82,7 +82,7 @@ pub struct KnownKind {
     /// Whether it is known as transformed cosines ([`Reflection::transformed_cosines`]).
     pub has_cosines: bool,
     /// Whether samples by these cosines alone would be rare and large
-    /// ([`Known::is_unlike_cosines`]).
+    /// ([`linelit_bsdf::Known::is_unlike_cosines`]).
     pub are_unlike: bool,
     /// Whether all their lobes are so wide that a point of a line sees most of what is reflected.
     pub are_wide: bool,

@@ -2,9 +2,10 @@
 //!
 //! A query says which children of a node matter and what it makes of leaves; the walk keeps what is
 //! still to be visited. Where the nearest child should come first, children wait with their depths
-//! ([`nearest_first`]); else they are packed on a stack by one instruction ([`in_any_order`]). Two searches have loops of their own: the one for triangles in a
-//! shaft ([`crate::shaft::find`]) opens two nodes at a time, since it always visits all that it
-//! finds, and the one for silhouettes goes breadth first, so that it knows all nodes ahead.
+//! ([`nearest_first`]); else they are packed on a stack by one instruction ([`in_any_order`]). Two
+//! searches have loops of their own: the one for triangles in a shaft ([`crate::shaft::find`])
+//! opens two nodes at a time, since it always visits all that it finds, and the one for silhouettes
+//! goes breadth first, so that it knows all nodes ahead.
 
 use crate::{
     build::Hierarchy,

@@ -2,9 +2,9 @@
 //!
 //! A fan opens a node if any direction of the box of its directions can enter it. Where its rays go
 //! apart, and it has looked at more than a few nodes and leaves, those that are still open start
-//! anew by eights. Of eight neighbours, each box carries those that enter it: a node is opened once for all of its rays,
-//! with the box of the directions of all eight; what that finds is tested against each ray, eight
-//! in lanes, so that a ray visits what it would visit alone.
+//! anew by eights. Of eight neighbours, each box carries those that enter it: a node is opened once
+//! for all of its rays, with the box of the directions of all eight; what that finds is tested
+//! against each ray, eight in lanes, so that a ray visits what it would visit alone.
 //!
 //! Closest hits are found by the operations of
 //! [`WatertightRay`](crate::rays::watertight::WatertightRay) to the bit: for rays whose directions
