@@ -8,8 +8,8 @@ use linelit_geometry::{DVec3, Segment};
 ///
 /// Directions are unit vectors in the world: ω_i to the light, ω_o to the viewer, n the shading
 /// normal on the viewer's side. Three methods are needed. Estimators that integrate over the
-/// reflection in closed form ask what is [`known`](Self::known) of it; where nothing is they take
-/// points of the visible part of the light instead.
+/// reflection ask what is [`known`](Self::known) of it, and for its
+/// [transformed cosines](Self::transformed_cosines); given neither, they take points instead.
 pub trait Reflection {
     /// f(ω_i, ω_o) in 1/sr by channel, for ω_i above the surface. Finite and not negative.
     fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3;
@@ -57,7 +57,7 @@ pub trait Reflection {
 /// What integrals in closed form know of a reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known<'a> {
-    /// Nothing: estimators take points of the visible part of the light.
+    /// Nothing but its transformed cosines, if it gives any: without, estimators take points.
     Nothing,
     /// All of it: a sum whose integrals over lines and polygons are known. Without lobes the value
     /// is that of its diffuse part in all directions above the surface.
