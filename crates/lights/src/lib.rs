@@ -34,6 +34,7 @@ mod light;
 mod line;
 pub mod linear;
 mod mixture;
+pub mod octahedral;
 mod pieces;
 mod polygon;
 #[cfg(feature = "rand")]

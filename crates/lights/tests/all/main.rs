@@ -8,6 +8,7 @@ mod hostile;
 mod laws;
 mod linear;
 mod next_to_the_plane;
+mod octahedral;
 mod precise;
 mod reference;
 mod regions;
