@@ -33,6 +33,9 @@ impl<'e, 'f> Choice<'e, 'f> {
     /// Whether a shaft is worth to be asked before anything is chosen.
     pub(crate) fn ask(&self) -> Ask {
         let facts = &self.facts;
+        if matches!(facts.light, LightKind::Delta | LightKind::Sky) {
+            return Ask::Rays;
+        }
         let by_rays = match (self.estimator.alone(), facts.light) {
             (Some(Technique::Points(_)), light) => self.estimator.points_by_rays(light).is_some(),
             (_, LightKind::Linear) => !facts.has_line_integral(),
@@ -54,6 +57,11 @@ impl<'e, 'f> Choice<'e, 'f> {
     /// The method for a light, whatever the estimator is made of.
     pub(crate) fn method(&self, between: &Between) -> Method<'e> {
         let (facts, alone) = (&self.facts, self.estimator.alone());
+        match facts.light {
+            LightKind::Delta => return Method::RAY,
+            LightKind::Sky => return self.sky(),
+            _ => {}
+        }
         let (samples, is_polygon) = (facts.samples, facts.light.is_polygon());
         let takes_all = |technique: &Technique| !technique.may_become_points();
         let ignores_class = !facts.skip && is_polygon && alone.is_some_and(takes_all);
@@ -126,6 +134,37 @@ impl<'e, 'f> Choice<'e, 'f> {
             && self.estimator.alone().is_some_and(|technique| {
                 technique.may_become_points() && !technique.must_stand_alone()
             })
+    }
+
+    /// The method for a sky, which has neither lines nor a region: points of it by a shadow ray
+    /// each. Points by the radiance take the place of lines; points by radiance and cosine that of
+    /// integrals, beside directions of the BSDF unless the reflection is diffuse.
+    fn sky(&self) -> Method<'e> {
+        let (facts, estimator) = (&self.facts, self.estimator);
+        let weighted = |with_bsdf| {
+            let weights = match estimator.weights() {
+                Weights::Alone => Weights::Balance,
+                weights => weights,
+            };
+            let weighted = Weighted {
+                parts: estimator.parts(),
+                with_bsdf,
+                integrals: Some(PointDensity::ProjectedSolidAngle),
+                weights,
+                samples: facts.samples,
+            };
+            Method::sampled(Rest::Weighted(weighted), Ask::Rays)
+        };
+        match estimator.alone() {
+            Some(Technique::Points(points)) => Method::points(points.by, facts.samples, Ask::Rays),
+            Some(technique) if technique.may_become_points() => {
+                weighted(facts.known.closed != Closed::Diffuse)
+            }
+            Some(Technique::Lines(_)) => {
+                Method::points(PointDensity::Texture.into(), facts.samples, Ask::Rays)
+            }
+            None => weighted(false),
+        }
     }
 
     /// All techniques, weighted.
@@ -241,6 +280,7 @@ pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Me
             return Some(Method::points_of_lines(lines, count));
         }
         (LightKind::Linear | LightKind::Sphere | LightKind::Disk, _) => return None,
+        (LightKind::Delta | LightKind::Sky, _) => return None,
     };
     Some(Method::new(
         KnownOver::Lines { lines, count, of },

@@ -59,12 +59,11 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         return DVec3::ZERO;
     };
     let cosines = query.cosines();
-    if let Some(by) = (query.estimator).points_by_rays(LightKind::of(query.light)) {
-        let mut visible = Visible::rays(query.occluders, &view, scratch);
-        let sampled = Sampled::new(query, &view, cosines.as_ref(), None, &memory.region);
-        return sampled.points(by, query.samples, &mut visible, rest);
+    let asked = cosines.as_ref();
+    if let Some(light) = by_rays(query, &view, asked, (scratch, &memory.region, rest)) {
+        return light;
     }
-    let mut choice = Choice::new(query.estimator, Facts::before(query, cosines.as_ref()));
+    let mut choice = Choice::new(query.estimator, Facts::before(query, asked));
     let above;
     if choice.is_weighted()
         && let Some(polygon) = view.polygon()
@@ -87,7 +86,6 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         visible = visible.into_rays();
     }
     // Integrate what is known; where the visible region cannot be found, choose again.
-    let asked = cosines.as_ref();
     let mut over = |known: &KnownOver<'_>, visible: &mut Visible<'_>| {
         known::over(query, &view, known, asked, visible, memory, counts)
     };
@@ -109,6 +107,23 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
     let lines = &mut memory.lines;
     sampled.with_rest(&method.rest, light.light, &mut visible, lines, rest, counts)
+}
+
+/// The light of a query that asks by one ray, or by a ray for each point, whatever is in between.
+#[inline]
+fn by_rays<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    view: &View<'_>,
+    cosines: Option<&TransformedCosines>,
+    (scratch, region, rest): (&mut Scratch, &RegionMemory, &mut RestMemory),
+) -> Option<DVec3> {
+    let mut visible = Visible::rays(query.occluders, view, scratch);
+    if let Shape::Beam(beam) = &view.shape {
+        return Some(known::beam(query.point, beam, &mut visible));
+    }
+    let by = (query.estimator).points_by_rays(LightKind::of(query.light))?;
+    let sampled = Sampled::new(query, view, cosines, None, region);
+    Some(sampled.points(by, query.samples, &mut visible, rest))
 }
 
 /// Counts what the method does.

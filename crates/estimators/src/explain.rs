@@ -63,6 +63,7 @@ impl Method<'_> {
             KnownOver::Nothing => String::new(),
             KnownOver::Lines { of, count, .. } => format!("{of} along {count} lines"),
             KnownOver::Region(of) => format!("{of} over the visible part of the light"),
+            KnownOver::Ray => "one shadow ray, without noise".to_owned(),
         };
         let by = match self.ask {
             Ask::Rays => "a shadow ray each",
@@ -102,8 +103,10 @@ impl Method<'_> {
 impl Facts<'_> {
     /// The density that takes the place of one that the light does not have, or the reflection.
     fn points_by(&self, by: PointBy) -> PointBy {
-        use LightKind::{Cylinder, Disk, Linear, Polygon, Sphere, Textured};
-        use PointDensity::{Area, Lobes, Proxy, SolidAngle, Texture, VisibleArea};
+        use LightKind::{Cylinder, Disk, Linear, Polygon, Sky, Sphere, Textured};
+        use PointDensity::{
+            Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle, Texture, VisibleArea,
+        };
         let has_lobes = self.known.has_cosines && self.known.closed != Closed::Diffuse;
         let density = match (by, self.light) {
             (by, Linear) => return PointBy::Linear(by.on_segment()),
@@ -112,6 +115,8 @@ impl Facts<'_> {
             (PointBy::Surface(density), _) => density,
         };
         PointBy::Surface(match (density, self.light) {
+            (Lobes | ProjectedSolidAngle, Sky) => ProjectedSolidAngle,
+            (_, Sky) => Texture,
             (VisibleArea, Polygon | Textured | Disk) | (Texture, Polygon) => Area,
             (Texture | Proxy, Sphere | Disk | Cylinder) | (Lobes, Cylinder) => SolidAngle,
             (Lobes, _) if !has_lobes => SolidAngle,
@@ -125,6 +130,9 @@ impl Facts<'_> {
             (Technique::Points(points), _) => Points::by(self.points_by(points.by)).into(),
             (Technique::Lines(_), LightKind::Sphere | LightKind::Disk) => {
                 Points::by(PointDensity::SolidAngle.into()).into()
+            }
+            (Technique::Lines(_), LightKind::Sky) => {
+                Points::by(PointDensity::Texture.into()).into()
             }
             (Technique::Lines(lines), light) => Lines::by(match (lines.measure(), light) {
                 (LineBy::Texture, LightKind::Textured) => LineBy::Texture,

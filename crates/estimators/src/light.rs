@@ -68,6 +68,10 @@ impl<T: EmissionTexture> LightSource<'_, T> {
     /// direction to it, W/(m²·sr).
     #[inline]
     pub(crate) fn emitted(&self, at: &LightPoint) -> DVec3 {
+        if let Light::Sky(sky) = self.light {
+            // Points of a sky are drawn where it shows.
+            return sky.along(at.direction);
+        }
         let even = self.light.emission().towards(at.cos_light);
         match (self.light, self.texture) {
             (Light::Area(_), Some(texture)) if even != DVec3::ZERO => texture.radiance(at.point),
@@ -80,6 +84,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         match self.light {
             Light::Cylinder(light) => CylinderView::new(&light.cylinder, x),
             Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) => None,
+            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
         }
     }
 
@@ -89,6 +94,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             Light::Area(area) if self.texture.is_none() => Some(area.emission),
             Light::Disk(light) => Some(light.emission),
             Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) => None,
+            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
         }
     }
 
@@ -126,6 +132,8 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             Light::Sphere(light) => light.sphere.center.distance(x) > light.sphere.radius,
             Light::Disk(light) => light.faces(x, 0.0),
             Light::Cylinder(_) => cylinder.is_some(),
+            Light::Point(_) | Light::Distant(_) => self.light.beam(x).is_some(),
+            Light::Sky(_) => true,
         };
         if !faces {
             counters.facing_away += 1;
@@ -139,6 +147,9 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             // Their samplers ask for the horizon themselves.
             Light::Sphere(_) | Light::Disk(_) => true,
             Light::Cylinder(_) => cylinder.is_some_and(|view| view.heights(n)[1] > 0.0),
+            Light::Point(light) => n.dot(light.position - x) > 0.0,
+            Light::Distant(light) => n.dot(light.direction) > 0.0,
+            Light::Sky(sky) => sky.is_above(x, n),
         };
         let above = is_above(point.geometric_normal) && is_above(point.normal);
         counters.below_horizon += u64::from(!above);

@@ -26,17 +26,23 @@ pub enum LightKind {
     Disk,
     /// A cylinder.
     Cylinder,
+    /// A point, a spot, or parallel light: one direction leads to it.
+    Delta,
+    /// An environment, or a sun.
+    Sky,
 }
 
 impl LightKind {
     /// All of them, with their names.
-    pub const ALL: [(&'static str, Self); 6] = [
+    pub const ALL: [(&'static str, Self); 8] = [
         ("polygon", Self::Polygon),
         ("textured polygon", Self::Textured),
         ("line", Self::Linear),
         ("sphere", Self::Sphere),
         ("disk", Self::Disk),
         ("cylinder", Self::Cylinder),
+        ("light without size", Self::Delta),
+        ("sky", Self::Sky),
     ];
 
     /// Whether it is a sphere or a disk, which have no lines.
@@ -59,6 +65,8 @@ impl LightKind {
             Light::Sphere(_) => Self::Sphere,
             Light::Disk(_) => Self::Disk,
             Light::Cylinder(_) => Self::Cylinder,
+            Light::Point(_) | Light::Distant(_) => Self::Delta,
+            Light::Sky(_) => Self::Sky,
         }
     }
 }
@@ -216,6 +224,7 @@ impl<'a> Facts<'a> {
             Light::Linear(light) => Some(light.segment),
             Light::Cylinder(light) => Some(light.cylinder.axis),
             Light::Area(_) | Light::Sphere(_) | Light::Disk(_) => None,
+            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
         };
         let line = line.map(|line| line.relative_to(query.point.position));
         Self {
@@ -270,6 +279,8 @@ pub enum KnownOver<'e> {
     },
     /// The visible region of the light; all of the light if the shaft is empty.
     Region(Of),
+    /// The one direction to a light without size.
+    Ray,
 }
 
 /// The known integrand g.
@@ -349,6 +360,9 @@ impl<'e> Method<'e> {
     /// The method of a light that is wholly hidden.
     pub(crate) const NONE: Self = Self::sampled(Rest::Nothing, Ask::Shaft);
 
+    /// One shadow ray to a light without size, whatever the estimator.
+    pub(crate) const RAY: Self = Self::new(KnownOver::Ray, Rest::Nothing, Ask::Rays);
+
     pub(crate) const fn region(of: Of) -> Self {
         Self::new(KnownOver::Region(of), Rest::Nothing, Ask::Shaft)
     }
@@ -364,7 +378,7 @@ impl<'e> Method<'e> {
     /// Whether the estimate has no noise.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        matches!(self.known, KnownOver::Region(_)) && self.rest == Rest::Nothing
+        matches!(self.known, KnownOver::Region(_) | KnownOver::Ray) && self.rest == Rest::Nothing
     }
 }
 

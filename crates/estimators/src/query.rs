@@ -1,6 +1,8 @@
 //! One shading point and one light: what an estimator works on.
 
-use crate::{Ask, EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Technique};
+use crate::{
+    Ask, EmissionTexture, Estimator, LightKind, LightSource, RandomNumbers, ShadingPoint, Technique,
+};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::Margins;
 use linelit_visibility::Occluders;
@@ -64,9 +66,11 @@ impl<R: Reflection, T> Query<'_, R, T> {
             (Technique::Lines(_), Some(_)) => point.known().constant().is_none(),
             _ => true,
         };
+        // One ray to a light without size asks for nothing.
+        let has_size = LightKind::of(self.light) != LightKind::Delta;
         let mut techniques = self.estimator.parts().iter().map(|part| &part.technique);
         techniques
-            .any(|technique| technique.asks_for_cosines() && is_taken(technique))
+            .any(|technique| has_size && technique.asks_for_cosines() && is_taken(technique))
             .then(|| point.bsdf.transformed_cosines(point.outgoing, point.normal))?
     }
 }

@@ -3,7 +3,7 @@
 use crate::light::LightSource;
 use crate::point::{Receiver, ShadingPoint};
 use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment};
-use linelit_lights::{CylinderView, Disk, Emission, Light, Sphere, Surface};
+use linelit_lights::{Beam, CylinderView, Disk, Emission, Light, SkyView, Sphere, Surface};
 use std::ops::Range;
 
 /// A light as one shading point sees it: its shape, its emission and the part above the horizons.
@@ -29,6 +29,8 @@ pub(crate) enum Shape<'a> {
     Sphere(&'a Sphere),
     Disk(&'a Disk),
     Cylinder(&'a CylinderView),
+    Sky(SkyView<'a>),
+    Beam(Beam),
 }
 
 /// The part of a polygon above both horizons.
@@ -56,8 +58,8 @@ impl Above {
 }
 
 impl<'a> View<'a> {
-    /// `None` from behind a light that emits on one side, from its plane, and of a cylinder that is
-    /// not seen.
+    /// `None` from behind a light that emits on one side, from its plane, of a cylinder that is not
+    /// seen, and of a light without size where nothing arrives.
     pub(crate) fn new<R, T>(
         source: &'a LightSource<'a, T>,
         point: &ShadingPoint<R>,
@@ -73,6 +75,8 @@ impl<'a> View<'a> {
             Light::Linear(light) => Shape::Segment(&light.segment),
             Light::Sphere(light) => Shape::Sphere(&light.sphere),
             Light::Cylinder(_) => Shape::Cylinder(cylinder?),
+            Light::Sky(sky) => Shape::Sky(SkyView::new(sky, x)),
+            Light::Point(_) | Light::Distant(_) => Shape::Beam(source.light.beam(x)?),
         };
         Some(Self {
             at: point.receiver(),
@@ -84,14 +88,15 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The surface of the light; `None` of a segment.
+    /// The surface of the light; `None` of a segment, and of a light without size.
     pub(crate) fn surface(&self) -> Option<Surface<'_>> {
         Some(match &self.shape {
             Shape::Polygon(polygon) => Surface::Polygon(polygon),
-            Shape::Segment(_) => return None,
+            Shape::Segment(_) | Shape::Beam(_) => return None,
             Shape::Sphere(sphere) => Surface::Sphere(sphere),
             Shape::Disk(disk) => Surface::Disk(disk),
             Shape::Cylinder(view) => Surface::Cylinder(view),
+            Shape::Sky(view) => Surface::Sky(view),
         })
     }
 
@@ -110,6 +115,7 @@ impl<'a> View<'a> {
             Shape::Sphere(sphere) => sphere.outline(self.at.position),
             Shape::Disk(disk) => Some(*disk),
             Shape::Polygon(_) | Shape::Segment(_) | Shape::Cylinder(_) => None,
+            Shape::Sky(_) | Shape::Beam(_) => None,
         }
     }
 
@@ -122,6 +128,7 @@ impl<'a> View<'a> {
             Shape::Polygon(polygon) => polygon.normal().dot(x - polygon.vertices()[0]),
             Shape::Disk(disk) => disk.normal.dot(x - disk.center),
             Shape::Segment(_) | Shape::Sphere(_) | Shape::Cylinder(_) => 1.0,
+            Shape::Sky(_) | Shape::Beam(_) => 1.0,
         };
         (self.emission.towards(height), height)
     }

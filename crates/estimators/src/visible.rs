@@ -62,6 +62,8 @@ impl<'a> Visible<'a> {
             Source::Shaft(occluders.shaft(query(view, corners), scratch), None)
         };
         let source = match view.shape {
+            // One direction, or all: no shaft leads there.
+            Shape::Sky(_) | Shape::Beam(_) => Source::Rays(scratch),
             Shape::Polygon(polygon) => {
                 let polygon = view.above.map_or(polygon, |above| &above.polygon);
                 shaft(polygon.into(), scratch)

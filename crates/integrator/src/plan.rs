@@ -187,7 +187,7 @@ fn with_round(scene: &Scene, lights: &[PlannedLight]) -> Vec<PlannedLight> {
             return Some(facet.clone());
         };
         (round.lights.start == facet.index).then(|| PlannedLight {
-            light: Arc::new(round.light),
+            light: Arc::new(round.light.clone()),
             triangles: round.triangles.clone(),
             ..facet.clone()
         })

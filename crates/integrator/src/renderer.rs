@@ -196,7 +196,11 @@ impl<'s> Renderer<'s> {
             (self.world.views).closest_hits(&fan, hits, &mut buffers.scratch);
             for (k, CameraSample { pixel, index, at }) in together[..found].iter().enumerate() {
                 let Some(hit) = workspace.hits[k] else {
-                    each(DVec3::ZERO);
+                    let sky = match settings.show_lights {
+                        true => self.world.sky(origin, directions[k].normalize_or_zero()),
+                        false => DVec3::ZERO,
+                    };
+                    each(sky * self.scene().film.scale);
                     continue;
                 };
                 let point = &self.world.seen_at(*at, &hit, directions[k], spacing);
@@ -245,6 +249,8 @@ impl<'s> Renderer<'s> {
             if let Some(next) = &self.world.follow(point, bounce, workspace) {
                 let reflected = self.reflected(settings, streams, next, bounces - 1, workspace);
                 sum += bounce.weight * (next.emitted + reflected);
+            } else {
+                sum += bounce.weight * self.world.sky(point.position, bounce.direction);
             }
         }
         sum

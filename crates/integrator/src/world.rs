@@ -4,7 +4,7 @@
 use crate::point::SURFACE_OFFSET;
 use crate::{ShadingPoint, Workspace};
 use linelit_geometry::{DVec3, intervals::Interval};
-use linelit_lights::Light;
+use linelit_lights::{Light, Sky};
 use linelit_scene::{
     Alpha, AlphaGrid, Bounce, Mesh, RayDifferential, Response, Scene, Surface, Wrap,
 };
@@ -20,6 +20,7 @@ pub(crate) struct World<'s> {
     pub(crate) scene: &'s Scene,
     /// Whether the scene has textures, so that the footprint of a pixel matters.
     has_textures: bool,
+    skies: Vec<&'s Sky>,
     /// The occluders of views: of camera rays, and of those that mirrors and glass send on.
     pub(crate) views: Occluders,
     /// The occluders of lights, which share the hierarchy of views where they are the same.
@@ -90,6 +91,7 @@ impl<'s> World<'s> {
         Self {
             scene,
             has_textures: scene.has_textures(),
+            skies: scene.skies().collect(),
             views,
             shadows,
         }
@@ -110,6 +112,12 @@ impl<'s> World<'s> {
         let scratch = &mut workspace.buffers.scratch;
         let hit = self.views.closest_hit(&ray, scratch)?;
         Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
+    }
+
+    /// The radiance of the skies that a ray from `x` in the unit direction `w` shows where it meets
+    /// no surface.
+    pub(crate) fn sky(&self, x: DVec3, w: DVec3) -> DVec3 {
+        self.skies.iter().map(|sky| sky.radiance(x, w)).sum()
     }
 
     /// The point at which the camera ray through the centre of a pixel meets the scene.

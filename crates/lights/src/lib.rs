@@ -28,6 +28,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod delta;
 mod density;
 mod image;
 mod light;
@@ -41,9 +42,11 @@ mod polygon;
 mod random;
 mod round;
 mod samples;
+mod sky;
 mod surface;
 mod technique;
 
+pub use delta::{Beam, DistantLight, PointLight};
 pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light};
@@ -70,6 +73,7 @@ pub use round::disk_cone::DiskCone;
 pub use round::projected::SphereProjected;
 pub use round::sphere::{SphereCap, SphereCone};
 pub use samples::{LineSample, LinearSample, PointColumns, PointSample};
+pub use sky::{Sky, SkyBy, SkyEmission, SkyError, SkyImage, SkyMapping, SkyPoints, SkyView};
 pub use surface::lines::{LineDensity, LineFamily, LineSetup};
 pub use surface::points::{PointDensity, PointSource};
 pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};

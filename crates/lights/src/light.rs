@@ -1,5 +1,6 @@
 //! What emits, and how much: plain data.
 
+use crate::{Beam, DistantLight, PointLight, Sky};
 use core::f64::consts::PI;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, predicates};
 
@@ -201,11 +202,8 @@ pub struct CylinderLight {
 }
 
 /// A light of any kind that the renderer can sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "lights are few, and Copy is worth more than their memory"
-)]
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "lights are few")]
 pub enum Light {
     /// A polygon.
     Area(AreaLight),
@@ -217,25 +215,57 @@ pub enum Light {
     Disk(DiskLight),
     /// A cylinder.
     Cylinder(CylinderLight),
+    /// A point.
+    Point(PointLight),
+    /// Parallel light.
+    Distant(DistantLight),
+    /// An environment, or a sun.
+    Sky(Sky),
 }
 
 impl Light {
-    /// What each point emits; of a linear light, its radiance times radius in place of radiance.
+    /// What each point emits; in place of radiance, of a linear light its radiance times radius, of
+    /// a point its intensity, of parallel light its irradiance, and of a sky the mean radiance.
     #[inline]
     #[must_use]
-    pub const fn emission(&self) -> Emission {
+    pub fn emission(&self) -> Emission {
         match self {
             Self::Area(l) => l.emission,
             Self::Linear(l) => Emission::one_sided(l.radiance_radius),
             Self::Sphere(l) => Emission::one_sided(l.radiance),
             Self::Disk(l) => l.emission,
             Self::Cylinder(l) => Emission::one_sided(l.radiance),
+            Self::Point(l) => Emission::one_sided(l.intensity),
+            Self::Distant(l) => Emission::one_sided(l.irradiance),
+            Self::Sky(l) => Emission::one_sided(l.mean()),
+        }
+    }
+
+    /// The light of a source without size at the point `x`, if it is one and light arrives.
+    #[must_use]
+    pub fn beam(&self, x: DVec3) -> Option<Beam> {
+        match self {
+            Self::Point(l) => l.beam(x),
+            Self::Distant(l) => l.beam(x),
+            Self::Area(_) | Self::Linear(_) | Self::Sphere(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Sky(_) => None,
+        }
+    }
+
+    /// Sets the ball that holds the scene, of light from infinity; other lights have none.
+    pub const fn set_scene(&mut self, ball: Sphere) {
+        match self {
+            Self::Distant(l) => l.scene = ball,
+            Self::Sky(l) => l.scene = ball,
+            Self::Area(_) | Self::Linear(_) | Self::Sphere(_) => {}
+            Self::Disk(_) | Self::Cylinder(_) | Self::Point(_) => {}
         }
     }
 
     /// Emitted power in W, averaged over the channels: π A L for each side that emits, where the
-    /// area A of a linear light is that of the cylinder's surface, 2πR l. Of every kind of light,
-    /// it is `f64::MAX` where it overflows, and zero where it is negative or no number.
+    /// area A of a linear light is that of the cylinder's surface, 2πR l. A point's is 4π I, and
+    /// that of light from infinity what falls on the ball that holds the scene. Of every kind of
+    /// light, it is `f64::MAX` where it overflows, and zero where it is negative or no number.
     #[must_use]
     pub fn power(&self) -> f64 {
         let emission = self.emission();
@@ -246,6 +276,9 @@ impl Light {
             Self::Sphere(l) => PI * l.sphere.area(),
             Self::Disk(l) => sides * PI * l.disk.area(),
             Self::Cylinder(l) => PI * l.cylinder.area(),
+            Self::Point(l) => return power(l.power().element_sum() / 3.0),
+            Self::Distant(l) => return power(l.power().element_sum() / 3.0),
+            Self::Sky(l) => return power(l.power().element_sum() / 3.0),
         };
         power(surface * (emission.radiance.element_sum() / 3.0))
     }

@@ -145,7 +145,7 @@ fn rounding(context: &Context<'_>) -> Result<Section> {
     let side = context.side(256);
     let mut scene = context.library.load("cornell-box-line")?.scene;
     scene.set_resolution(side, side);
-    let Some(Light::Linear(light)) = scene.lights.first().map(|l| *l.light) else {
+    let Some(Light::Linear(light)) = scene.lights.first().map(|l| &*l.light) else {
         bail!("the room has no linear light");
     };
     // Cut in half, to keep away from the wall.

@@ -424,19 +424,28 @@ impl SceneBuilder {
     /// # Errors
     /// When there are too many lights.
     pub fn add_line(&mut self, p0: DVec3, p1: DVec3, spec: &EmissionSpec) -> Result<(), AddError> {
-        if self.lights.len() >= self.max_lights {
-            return Err(AddError::TooManyLights);
-        }
         let length = (p1 - p0).length();
         let factor = spec
             .power
             .map_or(1.0, |p| p / (2.0 * std::f64::consts::PI.powi(2) * length));
+        self.add_light(Light::Linear(LinearLight {
+            segment: Segment { p0, p1 },
+            radiance_radius: spec.radiance * factor,
+        }))
+    }
+
+    /// Adds a light that no triangles stand for: a point, parallel light or a sky. Light from
+    /// infinity learns which ball holds the scene when that is finished.
+    ///
+    /// # Errors
+    /// When there are too many lights.
+    pub fn add_light(&mut self, light: Light) -> Result<(), AddError> {
+        if self.lights.len() >= self.max_lights {
+            return Err(AddError::TooManyLights);
+        }
         let at = index(self.triangles.len());
         self.lights.push(SceneLight {
-            light: Arc::new(Light::Linear(LinearLight {
-                segment: Segment { p0, p1 },
-                radiance_radius: spec.radiance * factor,
-            })),
+            light: Arc::new(light),
             triangles: at..at,
             map: None,
         });
@@ -451,7 +460,7 @@ impl SceneBuilder {
         if !self.uvs.is_empty() {
             self.uvs.resize(self.positions.len(), [0.0; 2]);
         }
-        Scene {
+        let mut scene = Scene {
             positions: self.positions,
             triangles: self.triangles,
             normals: self.normals,
@@ -464,7 +473,9 @@ impl SceneBuilder {
             camera,
             film,
             light_ranges: self.light_ranges,
-        }
+        };
+        scene.tell_lights_of_size();
+        scene
     }
 }
 

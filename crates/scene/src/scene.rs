@@ -9,7 +9,7 @@ use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, Emission, Light};
+use linelit_lights::{AreaLight, Emission, Light, Sky, Sphere};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -195,6 +195,29 @@ impl Scene {
         let first = points.next().or_else(|| others.next())?;
         let all = points.chain(others);
         Some(all.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
+    }
+
+    /// Tells lights at infinity which ball holds the scene: that about its box; about the world's
+    /// origin, of no size, where there is nothing.
+    pub(crate) fn tell_lights_of_size(&mut self) {
+        let (lo, hi) = self.bounds().unwrap_or_default();
+        let ball = Sphere {
+            center: 0.5 * (lo + hi),
+            radius: 0.5 * lo.distance(hi),
+        };
+        for light in &mut self.lights {
+            if matches!(*light.light, Light::Distant(_) | Light::Sky(_)) {
+                Arc::make_mut(&mut light.light).set_scene(ball);
+            }
+        }
+    }
+
+    /// The lights that views meet where they meet no surface.
+    pub fn skies(&self) -> impl Iterator<Item = &Sky> {
+        self.lights.iter().filter_map(|light| match &*light.light {
+            Light::Sky(sky) => Some(sky),
+            _ => None,
+        })
     }
 
     /// Bytes that the geometry takes.

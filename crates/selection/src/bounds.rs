@@ -5,7 +5,7 @@ use crate::contribution::{Receiver, positive_part};
 use core::f64::consts::PI;
 use linelit_elementary::{atan2, cos, hypot, sin, sin_cos};
 use linelit_geometry::DVec3;
-use linelit_lights::Light;
+use linelit_lights::{Light, Sphere};
 
 /// Whether the lights of a group can light a surface point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub(crate) struct LightBounds {
     cone: (f64, f64),
     /// Whether all are lines, spheres or cylinders, which shine in all directions.
     around: bool,
+    /// Whether some are at infinity, so that a box tells nothing of them.
+    endless: bool,
     /// Whether some are spheres, disks or cylinders, which touch their box only to rounding.
     round: bool,
     pub(crate) power: f64,
@@ -52,9 +54,11 @@ struct Extent {
     sides: (DVec3, f64, DVec3),
 }
 
+/// The normals of what shines in all directions.
+const AROUND: (DVec3, f64, DVec3) = (DVec3::Z, PI, DVec3::ZERO);
+
 impl Extent {
     fn of(light: &Light) -> Self {
-        const AROUND: (DVec3, f64, DVec3) = (DVec3::Z, PI, DVec3::ZERO);
         let sides = |normal: DVec3, two_sided: bool| {
             if two_sided {
                 (normal, PI, DVec3::ZERO)
@@ -82,15 +86,7 @@ impl Extent {
                 variance: l.segment.vector().length_squared() / 12.0,
                 sides: AROUND,
             },
-            Light::Sphere(l) => {
-                let (mean, r) = (l.sphere.center, DVec3::splat(l.sphere.radius));
-                Self {
-                    bounds: (mean - r, mean + r),
-                    mean,
-                    variance: l.sphere.radius * l.sphere.radius,
-                    sides: AROUND,
-                }
-            }
+            Light::Sphere(l) => Self::ball(&l.sphere),
             Light::Disk(l) => {
                 let (mean, n) = (l.disk.center, l.disk.normal);
                 // √(1 − n²) by axis, without its cancellation.
@@ -114,6 +110,24 @@ impl Extent {
                     sides: AROUND,
                 }
             }
+            Light::Point(l) => Self::ball(&Sphere {
+                center: l.position,
+                radius: 0.0,
+            }),
+            // Light from infinity counts as spread over the ball that holds the scene.
+            Light::Distant(l) => Self::ball(&l.scene),
+            Light::Sky(l) => Self::ball(&l.scene),
+        }
+    }
+
+    /// A ball that shines in all directions.
+    fn ball(ball: &Sphere) -> Self {
+        let (mean, r) = (ball.center, DVec3::splat(ball.radius));
+        Self {
+            bounds: (mean - r, mean + r),
+            mean,
+            variance: ball.radius * ball.radius,
+            sides: AROUND,
         }
     }
 }
@@ -147,8 +161,9 @@ impl LightBounds {
             cone: sin_cos(spread),
             around: matches!(
                 light,
-                Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_)
+                Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) | Light::Point(_)
             ),
+            endless: matches!(light, Light::Distant(_) | Light::Sky(_)),
             round: matches!(
                 light,
                 Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_)
@@ -174,6 +189,7 @@ impl LightBounds {
             spread,
             cone: sin_cos(spread),
             around: self.around && other.around,
+            endless: self.endless || other.endless,
             round: self.round || other.round,
             power,
             mean: self.mean * a + other.mean * b,
@@ -226,6 +242,9 @@ impl LightBounds {
     /// for both sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
     /// some 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
     pub(crate) fn reach(&self, x: DVec3, n: DVec3) -> Reach {
+        if self.endless {
+            return Reach::Unknown;
+        }
         let (a, b) = (n * (self.lo - x), n * (self.hi - x));
         let sum = |v: DVec3| v.x + v.y + v.z;
         let largest = self.lo.abs().max(self.hi.abs());

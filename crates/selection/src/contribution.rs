@@ -2,7 +2,8 @@
 
 use core::f64::consts::FRAC_1_PI;
 use linelit_geometry::{DVec3, predicates};
-use linelit_lights::{AreaSampler, CylinderArea, DiskArea, Light, PointTechnique, SphereCap};
+use linelit_lights::{AreaSampler, CylinderArea, DiskArea, Light, PointTechnique, Sky, SkyBy};
+use linelit_lights::{SkyPoints, SkyView, SphereCap};
 
 /// A surface point for which lights are chosen.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +73,9 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
             let heights = [axis.p0, axis.p1].map(|p| n.dot(p - x));
             heights.iter().any(|h| *h > 0.0 || h + rise > 0.0)
         }
+        Light::Point(l) => l.beam(x).is_some() && n.dot(l.position - x) > 0.0,
+        Light::Distant(l) => l.beam(x).is_some() && n.dot(l.direction) > 0.0,
+        Light::Sky(l) => l.is_above(x, n),
     }
 }
 
@@ -88,6 +92,8 @@ pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64
         Light::Sphere(l) => SphereCap::visible(&l.sphere, at.position).sample(u),
         Light::Disk(l) => DiskArea::new(&l.disk).sample(u),
         Light::Cylinder(l) => CylinderArea::visible(&l.cylinder, at.position).sample(u),
+        Light::Point(_) | Light::Distant(_) => return from_beam(light, at),
+        Light::Sky(l) => return from_sky(l, at, u),
     };
     from_point(light, at, sample.point) / sample.pdf.value()
 }
@@ -105,6 +111,9 @@ pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3
             from_point(light, at, l.sphere.center + towards) * 0.25 * l.sphere.area()
         }
         Light::Disk(l) => from_point(light, at, l.disk.center) * l.disk.area(),
+        Light::Point(_) | Light::Distant(_) => from_beam(light, at),
+        // The centre of what a sky draws from.
+        Light::Sky(l) => from_sky(l, at, [0.5, 0.5]),
         Light::Cylinder(l) => {
             let middle = l.cylinder.axis.at(0.5);
             let towards = l.cylinder.normal(at.position);
@@ -113,6 +122,25 @@ pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3
                 * l.cylinder.area()
         }
     }
+}
+
+/// The light of a source without size.
+fn from_beam(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
+    light.beam(at.position).map_or(0.0, |beam| {
+        (beam.irradiance * (at.reflected)(beam.direction)).element_sum() / 3.0
+    })
+}
+
+/// The estimate from a random direction of a sky.
+fn from_sky(sky: &Sky, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
+    let view = SkyView::new(sky, at.position);
+    let sample = SkyPoints::new(view, SkyBy::Projected(at.normal)).sample(u);
+    let w = (sample.point - at.position).normalize_or_zero();
+    if !sample.pdf.is_positive() || at.normal.dot(w) <= 0.0 {
+        return 0.0;
+    }
+    let light = sky.radiance(at.position, w) * (at.reflected)(w);
+    light.element_sum() / 3.0 / sample.pdf.value()
 }
 
 /// Reflected light per area (per length for a line) of the light around `point`.
@@ -144,6 +172,8 @@ fn from_point(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, point: DVec
             (l.emission.radiance, side)
         }
         Light::Cylinder(l) => (l.radiance, facing(l.cylinder.normal(point), false)),
+        // They have no area.
+        Light::Point(_) | Light::Distant(_) | Light::Sky(_) => return 0.0,
     };
     if side <= 0.0 {
         return 0.0;

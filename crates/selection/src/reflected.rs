@@ -4,7 +4,7 @@ use crate::DEFENCE;
 use crate::contribution::{Receiver, can_contribute, positive_part, spread};
 use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
-use linelit_lights::{Cylinder, Light};
+use linelit_lights::{Cylinder, DiskLight, Light, Sky, SkyEmission, SphereLight};
 use linelit_shading::{cylinder, ltc::Ltc, polygon};
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -92,8 +92,12 @@ impl Cosines {
             return 0.0;
         }
         let frame = &self.cosines.frame;
-        let round = |w: DVec3, solid_angle: f64| {
-            self.glossy(|lobe| lobe.mean(mean_of_cap(w, solid_angle)) * solid_angle)
+        // Raised where the centre dips below the horizon.
+        let cap = |cap: Cap| {
+            let cosine = n.dot(cap.w).max(0.2 * cap.reach.min(1.0));
+            let mean = mean_of_cap(cap.w, cap.seen);
+            let glossy = self.glossy(|lobe| lobe.mean(mean) * cap.seen);
+            (cap.radiance, cap.seen * cosine, glossy)
         };
         let (radiance, irradiance, glossy) = match light {
             Light::Area(area) => {
@@ -114,22 +118,6 @@ impl Cosines {
                     self.glossy(|lobe| lobe.ltc.line(frame, p0, p1)),
                 )
             }
-            Light::Sphere(sphere) => {
-                let to = sphere.sphere.center - x;
-                let w = to.normalize_or_zero();
-                let ratio = (sphere.sphere.radius / to.length()).min(1.0);
-                let cosine = n.dot(w).max(0.2 * ratio);
-                let projected = PI * ratio * ratio;
-                (sphere.radiance, projected * cosine, round(w, projected))
-            }
-            Light::Disk(disk) => {
-                let to = disk.disk.center - x;
-                let (r, w) = (to.length(), to.normalize_or_zero());
-                let ratio = disk.disk.radius / r;
-                let seen = PI * ratio * ratio * disk.disk.normal.dot(w).abs();
-                let cosine = n.dot(w).max(0.2 * ratio.min(1.0));
-                (disk.emission.radiance, seen * cosine, round(w, seen))
-            }
             Light::Cylinder(light) => {
                 let Cylinder { axis, radius } = light.cylinder;
                 let Segment { p0, p1 } = axis.relative_to(x);
@@ -137,6 +125,19 @@ impl Cosines {
                     light.radiance * radius,
                     around_axis(p0, p1, radius, n),
                     self.glossy(|lobe| lobe.ltc.line(frame, p0, p1)),
+                )
+            }
+            Light::Sphere(light) => cap(Cap::of_sphere(light, x)),
+            Light::Disk(light) => cap(Cap::of_disk(light, x)),
+            Light::Sky(light) => cap(Cap::of_sky(light, n)),
+            Light::Point(_) | Light::Distant(_) => {
+                let beam = light.beam(x);
+                let (w, irradiance) =
+                    beam.map_or((n, DVec3::ZERO), |b| (b.direction, b.irradiance));
+                (
+                    irradiance,
+                    n.dot(w).max(0.0),
+                    self.glossy(|lobe| lobe.mean(w)),
                 )
             }
         };
@@ -148,6 +149,60 @@ impl Cosines {
             value.min(f64::MAX)
         } else {
             f64::MIN_POSITIVE
+        }
+    }
+}
+
+/// What is seen about as a cap.
+#[derive(Clone, Copy, Debug)]
+struct Cap {
+    radiance: DVec3,
+    /// The direction of its centre.
+    w: DVec3,
+    /// The sine of the angle that it reaches to from its centre.
+    reach: f64,
+    /// Its solid angle, projected on a plane across.
+    seen: f64,
+}
+
+impl Cap {
+    fn of_sphere(light: &SphereLight, x: DVec3) -> Self {
+        let to = light.sphere.center - x;
+        let reach = (light.sphere.radius / to.length()).min(1.0);
+        Self {
+            radiance: light.radiance,
+            w: to.normalize_or_zero(),
+            reach,
+            seen: PI * reach * reach,
+        }
+    }
+
+    fn of_disk(light: &DiskLight, x: DVec3) -> Self {
+        let to = light.disk.center - x;
+        let (w, reach) = (to.normalize_or_zero(), light.disk.radius / to.length());
+        Self {
+            radiance: light.emission.radiance,
+            w,
+            reach,
+            seen: PI * reach * reach * light.disk.normal.dot(w).abs(),
+        }
+    }
+
+    /// A sun, or the half of a sky above the horizon of `n`.
+    fn of_sky(light: &Sky, n: DVec3) -> Self {
+        let (w, reach) = match light.emission {
+            SkyEmission::Sun {
+                direction,
+                half_angle,
+                ..
+            } => (direction, half_angle.min(1.0)),
+            SkyEmission::Constant(_) | SkyEmission::Image(_) => (n, 1.0),
+        };
+        Self {
+            radiance: light.mean(),
+            w,
+            reach,
+            seen: light.solid_angle().min(PI),
         }
     }
 }

@@ -193,6 +193,9 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &Light) {
         Light::Sphere(s) => ("sphere", s.sphere.area(), 0.0),
         Light::Disk(d) => ("disk", d.disk.area(), 0.0),
         Light::Cylinder(c) => ("cylinder", c.cylinder.area(), 0.0),
+        Light::Point(_) => ("point", 0.0, 0.0),
+        Light::Distant(_) => ("distant", 0.0, 0.0),
+        Light::Sky(_) => ("sky", 0.0, 0.0),
     };
     let group = groups.entry(name).or_default();
     group.lights += 1;

@@ -9,10 +9,10 @@ use crate::draw::lines::Use;
 use crate::streams::Samples;
 use crate::view::{Shape, View};
 use crate::visible::Visible;
-use crate::{EmissionTexture, KnownOver, Lines, Of, Query, WorkCounters};
+use crate::{EmissionTexture, KnownOver, Lines, Of, Query, ShadingPoint, WorkCounters};
 use linelit_bsdf::{ClosedForm, Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
-use linelit_lights::{LineDensity, LineFamily, LineSample, LineSetup, NoTexture, Surface};
+use linelit_lights::{Beam, LineDensity, LineFamily, LineSample, LineSetup, NoTexture, Surface};
 use linelit_shading::quadrature::Model;
 use linelit_visibility::ShaftClass;
 use lines::LineMemory;
@@ -43,6 +43,10 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     let mut plane = None;
     let light = match known {
         KnownOver::Nothing => DVec3::ZERO,
+        KnownOver::Ray => match &view.shape {
+            Shape::Beam(of) => beam(query.point, of, visible),
+            _ => return None,
+        },
         KnownOver::Lines {
             lines: options,
             count,
@@ -68,35 +72,59 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             emitted * over.light
         }
         KnownOver::Region(of) => {
-            if let Shape::Segment(line) = view.shape {
-                visible.lines(&[*line], &mut lines.visible);
-                counts.count_lines(&lines.visible, 1);
-                let (parts, point) = (lines.visible.line(0), query.point);
-                let sum = match of {
-                    Of::Quadrature => segment::by_quadrature(line, point, parts, Model::Cylinder),
-                    Of::Reflection | Of::Cosines => segment::closed(view, line, &form()?, parts),
-                };
-                let light = emitted * sum;
-                return Some(KnownLight { light, plane });
-            }
-            let diffuse = form()?.diffuse.value();
-            let shaft = visible.shaft()?;
-            let irradiance = match view.shape {
-                Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder)?,
-                Shape::Sphere(_) | Shape::Disk(_) => {
-                    disk::irradiance(view, query.skip, shaft, region)?
-                }
-                _ if shaft.class() == ShaftClass::Empty => {
-                    // In this order, which the last bits of the product depend on.
-                    let light = emitted * (diffuse * region::whole(view));
-                    return Some(KnownLight { light, plane });
-                }
-                _ => region::irradiance(view, shaft, region)?,
-            };
-            emitted * diffuse * irradiance
+            let (lines, region) = (&mut *lines, &mut *region);
+            reflected_of_region(query, view, *of, visible, (lines, region, counts))?
         }
     };
     Some(KnownLight { light, plane })
+}
+
+/// The light over the visible region of a light whose integral the reflection has: of a segment, or
+/// of a diffuse surface.
+fn reflected_of_region<R: Reflection, T>(
+    query: &Query<'_, R, T>,
+    view: &View<'_>,
+    of: Of,
+    visible: &mut Visible<'_>,
+    (lines, region, counts): (&mut LineMemory, &mut RegionMemory, &mut WorkCounters),
+) -> Option<DVec3> {
+    let form = || query.point.known().closed_form();
+    let (emitted, _) = view.emitted();
+    if let Shape::Segment(line) = view.shape {
+        visible.lines(&[*line], &mut lines.visible);
+        counts.count_lines(&lines.visible, 1);
+        let (parts, point) = (lines.visible.line(0), query.point);
+        let sum = match of {
+            Of::Quadrature => segment::by_quadrature(line, point, parts, Model::Cylinder),
+            Of::Reflection | Of::Cosines => segment::closed(view, line, &form()?, parts),
+        };
+        return Some(emitted * sum);
+    }
+    let diffuse = form()?.diffuse.value();
+    let shaft = visible.shaft()?;
+    let irradiance = match view.shape {
+        Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder)?,
+        Shape::Sphere(_) | Shape::Disk(_) => disk::irradiance(view, query.skip, shaft, region)?,
+        _ if shaft.class() == ShaftClass::Empty => {
+            // In this order, which the last bits of the product depend on.
+            return Some(emitted * (diffuse * region::whole(view)));
+        }
+        _ => region::irradiance(view, shaft, region)?,
+    };
+    Some(emitted * diffuse * irradiance)
+}
+
+/// The light of a source without size, by one shadow ray where it lights the point.
+pub(crate) fn beam<R: Reflection>(
+    point: &ShadingPoint<R>,
+    beam: &Beam,
+    visible: &mut Visible<'_>,
+) -> DVec3 {
+    let light = point.reflected(beam.irradiance, beam.direction);
+    if light == DVec3::ZERO || visible.points(&[beam.to_light]) == 0 {
+        return DVec3::ZERO;
+    }
+    light
 }
 
 /// Draws lines on a polygon, or along the axis of a cylinder, whose integrals are known.

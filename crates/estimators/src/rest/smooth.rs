@@ -80,7 +80,7 @@ impl<'a> Smooth<'a> {
                 out.extend(points.map(|point| through(&across, point)));
             }
             Surface::Cylinder(cylinder) => out.extend(points.map(|p| cylinder.across(p))),
-            Surface::Sphere(_) | Surface::Disk(_) => {}
+            Surface::Sphere(_) | Surface::Disk(_) | Surface::Sky(_) => {}
         }
     }
 }

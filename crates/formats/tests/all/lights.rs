@@ -493,8 +493,8 @@ fn disks_remember_what_they_are() {
         let scene = world(&text);
         check_ranges(&scene);
         let found = &scene.round[0];
-        let disk_of = |round: &RoundLight| match round.light {
-            Light::Disk(DiskLight { disk, .. }) => disk,
+        let disk_of = |round: &RoundLight| match &round.light {
+            Light::Disk(DiskLight { disk, .. }) => *disk,
             other => panic!("{other:?} is no disk"),
         };
         let there = disk_of(found);

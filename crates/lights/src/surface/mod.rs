@@ -7,14 +7,14 @@
 /// The code for whichever variant of [`Surface`], [`PointSource`] or [`LineFamily`] the value is.
 macro_rules! of {
     (Surface $value:expr, $one:ident => $code:expr) => {
-        of!(Surface: Polygon Sphere Disk Cylinder; $value, $one => $code)
+        of!(Surface: Polygon Sphere Disk Cylinder Sky; $value, $one => $code)
     };
     (LineFamily $value:expr, $one:ident => $code:expr) => {
         of!(LineFamily: Area Angular Texture Cylinder; $value, $one => $code)
     };
     (PointSource $value:expr, $one:ident => $code:expr) => {
         of!(PointSource: Area Proxy SolidAngle Projected Lobes Texture SphereCap SphereCone
-            SphereProjected DiskArea DiskCone DiskChords DiskLobes CylinderArea CylinderLines;
+            SphereProjected DiskArea DiskCone DiskChords DiskLobes CylinderArea CylinderLines Sky;
             $value, $one => $code)
     };
     ($of:ident: $($variant:ident)+; $value:expr, $one:ident => $code:expr) => {
@@ -34,7 +34,7 @@ pub(crate) mod texture;
 
 pub use disk::around_unit_circle;
 
-use crate::{CylinderView, Disk, Pdf, Sphere, SurfaceMeasure};
+use crate::{CylinderView, Disk, Pdf, SkyView, Sphere, SurfaceMeasure};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::ltc::TransformedCosines;
 use lines::{LineDensity, LineFamily, LineSetup};
@@ -109,6 +109,8 @@ pub enum Surface<'a> {
     Disk(&'a Disk),
     /// The side of a cylinder, as its shading point sees it.
     Cylinder(&'a CylinderView),
+    /// A sky, as its shading point sees it.
+    Sky(&'a SkyView<'a>),
 }
 
 /// A shape as the surface of a light.

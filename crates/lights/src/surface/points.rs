@@ -5,7 +5,7 @@ use super::{LightPoint, Shape, Surface, Viewer};
 use crate::mixture::{DiskLobes, Lobes};
 use crate::{AngularLines, AreaSampler, CylinderArea, CylinderLines, DiskArea, DiskChords};
 use crate::{DiskCone, PointColumns, PointTechnique, PointsOnLines, ProxySampler};
-use crate::{SolidAngleSampler, SphereCap, SphereCone, SphereProjected, SurfaceMeasure};
+use crate::{SkyPoints, SolidAngleSampler, SphereCap, SphereCone, SphereProjected, SurfaceMeasure};
 use linelit_geometry::DVec3;
 
 /// The density of points of a light.
@@ -68,6 +68,8 @@ pub enum PointSource<'t> {
     CylinderArea(CylinderArea),
     /// A cylinder's, on lines along it.
     CylinderLines(CylinderLines),
+    /// A sky's.
+    Sky(SkyPoints<'t>),
 }
 
 /// A variant of [`PointSource`], whose methods these are.

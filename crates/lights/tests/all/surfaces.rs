@@ -116,6 +116,8 @@ pub(crate) fn off(surface: &Surface<'_>, p: DVec3) -> f64 {
                 .max(-height)
                 .max(height - axis.length())
         }
+        // Any direction from the shading point leads to it.
+        Surface::Sky(_) => 0.0,
     }
 }
 
@@ -145,7 +147,7 @@ impl Laws<'_> {
         let size = match surface {
             Surface::Sphere(sphere) => sphere.radius,
             Surface::Cylinder(view) => view.cylinder().radius,
-            Surface::Polygon(_) | Surface::Disk(_) => at.square.sqrt(),
+            Surface::Polygon(_) | Surface::Disk(_) | Surface::Sky(_) => at.square.sqrt(),
         };
         let relative = 64.0 * f64::EPSILON + SLACK / (size * at.cos_light.abs());
         let room = relative * drawn + around.into_iter().fold(0.0, f64::max);

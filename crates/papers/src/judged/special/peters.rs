@@ -114,7 +114,7 @@ pub(super) fn single_precision(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let mut scene = bench.context.library.load("cornell-box-line")?.scene;
     let side = bench.pick(4, 64, 256);
     scene.set_resolution(side, side);
-    let Some(Light::Linear(light)) = scene.lights.first().map(|l| *l.light) else {
+    let Some(Light::Linear(light)) = scene.lights.first().map(|l| &*l.light) else {
         bail!("the room has no linear light");
     };
     // Cut in half, to keep away from the wall.

@@ -1,0 +1,430 @@
+//! Images of all directions, and directions in proportion to them.
+#![allow(
+    clippy::disallowed_types,
+    clippy::disallowed_macros,
+    reason = "tables of an environment, built with it"
+)]
+
+use crate::octahedral::{sphere_to_square, square_to_sphere, wrap_texel};
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
+use core::fmt;
+use linelit_elementary::{acos, atan2};
+use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
+use std::sync::LazyLock;
+
+/// The way in which an image covers the sphere of directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyMapping {
+    /// Columns by longitude, from the x axis towards the y axis; rows by the angle from the z axis,
+    /// which the first row is at (pbrt-v3's environments).
+    Equirectangular,
+    /// The equal-area octahedral map of a square ([`square_to_sphere`]; pbrt-v4's environments).
+    EqualArea,
+}
+
+/// The reason why pixels are no environment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyError {
+    /// The number of pixels is not width × height, or there are none.
+    Count,
+    /// An equal-area map that is not square.
+    NotSquare,
+    /// The pixel of this number is negative, infinite or not a number.
+    Pixel(usize),
+    /// The transform is no rotation, with or without a reflection, to 10⁻⁶.
+    Transform,
+}
+
+impl fmt::Display for SkyError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count => f.write_str("the number of pixels is not width times height"),
+            Self::NotSquare => f.write_str("an equal-area map is square"),
+            Self::Pixel(k) => write!(f, "pixel {k} is negative, infinite or not a number"),
+            Self::Transform => f.write_str("the transform of an environment has to be a rotation"),
+        }
+    }
+}
+
+impl core::error::Error for SkyError {}
+
+/// The radiance of a sky as an image, and a hierarchy by which directions are drawn in proportion
+/// to it: four bytes for each cell of an equal-area map of up to 2048 × 2048 cells, and a third
+/// more for the levels above, beside twelve bytes for each pixel.
+///
+/// Radiance is interpolated between the centres of pixels. Drawing descends the hierarchy from the
+/// whole sphere, at each level into one of four cells; at the top, the choice knows the cosine and
+/// the portal, too. A hundredth of the density is uniform, so that no direction is missed.
+#[derive(Clone, PartialEq)]
+pub struct SkyImage {
+    size: [usize; 2],
+    pixels: Vec<[f32; 3]>,
+    mapping: SkyMapping,
+    /// From directions of the world to those of the image.
+    to_image: DMat3,
+    scale: DVec3,
+    mean: DVec3,
+    /// Levels of 1, 4, 16, … cells, row by row: the mean radiance over the channels.
+    levels: Vec<Vec<f32>>,
+}
+
+impl fmt::Debug for SkyImage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size;
+        write!(f, "SkyImage({width} x {height}, {:?})", self.mapping)
+    }
+}
+
+/// The share of the mean that each cell gets.
+const UNIFORM: f32 = 0.01;
+
+/// The most levels below the whole sphere: 2048 × 2048 cells.
+const DEEPEST: usize = 11;
+
+/// The levels at which the choice knows the cosine.
+const BY_COSINE: usize = 5;
+
+/// The levels at which the choice knows the portal.
+const BY_PORTAL: usize = 8;
+
+/// A bound of the angle between the centre of a cell and its points, times 2^level.
+const REACH: f64 = 3.3;
+
+impl SkyImage {
+    /// An image of `size` columns and rows, first row first, of which `scale` times a pixel is the
+    /// radiance; `to_image` turns directions of the world to those of the mapping.
+    ///
+    /// # Errors
+    /// Where the pixels are no environment, or the transform no rotation.
+    pub fn new(
+        mapping: SkyMapping,
+        size: [usize; 2],
+        pixels: Vec<[f32; 3]>,
+        to_image: DMat3,
+        scale: DVec3,
+    ) -> Result<Self, SkyError> {
+        let [width, height] = size;
+        if pixels.is_empty() || width.checked_mul(height) != Some(pixels.len()) {
+            return Err(SkyError::Count);
+        }
+        if mapping == SkyMapping::EqualArea && width != height {
+            return Err(SkyError::NotSquare);
+        }
+        let is_good = |rgb: &[f32; 3]| rgb.iter().all(|v| *v >= 0.0 && v.is_finite());
+        if let Some(bad) = pixels.iter().position(|rgb| !is_good(rgb)) {
+            return Err(SkyError::Pixel(bad));
+        }
+        let off = to_image.transpose() * to_image - DMat3::IDENTITY;
+        let error = off.to_cols_array().into_iter().map(f64::abs);
+        if !(error.fold(0.0, f64::max) <= 1e-6 && scale.is_finite() && scale.min_element() >= 0.0) {
+            return Err(SkyError::Transform);
+        }
+        let mut image = Self {
+            size,
+            pixels,
+            mapping,
+            to_image,
+            scale,
+            mean: DVec3::ZERO,
+            levels: Vec::new(),
+        };
+        image.build();
+        Ok(image)
+    }
+
+    /// The mean radiance of all directions.
+    #[must_use]
+    pub const fn mean(&self) -> DVec3 {
+        self.mean
+    }
+
+    /// Bytes of pixels and hierarchy.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        let levels = self.levels.iter().map(|level| size_of_val(&level[..]));
+        size_of_val(&self.pixels[..]) + levels.sum::<usize>()
+    }
+
+    /// The radiance from a unit direction of the world.
+    #[must_use]
+    pub fn radiance(&self, w: DVec3) -> DVec3 {
+        self.local_radiance(self.to_image * w)
+    }
+
+    fn local_radiance(&self, w: DVec3) -> DVec3 {
+        let [width, height] = self.size.map(|n| n as f64);
+        let [u, v] = match self.mapping {
+            SkyMapping::EqualArea => sphere_to_square(w),
+            SkyMapping::Equirectangular => {
+                let turn = atan2(w.y, w.x) / TAU;
+                let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+                [turn, acos(w.z.clamp(-1.0, 1.0)) / PI]
+            }
+        };
+        let (x, y) = (u * width - 0.5, v * height - 0.5);
+        let (i, j) = (x.floor(), y.floor());
+        let (a, b) = (x - i, y - j);
+        #[allow(clippy::cast_possible_truncation, reason = "within the image's size")]
+        let (i, j) = (i as isize, j as isize);
+        let row = |j| self.pixel(i, j) * (1.0 - a) + self.pixel(i + 1, j) * a;
+        self.scale * (row(j) * (1.0 - b) + row(j + 1) * b)
+    }
+
+    /// A pixel, or the one that stands for it up to a pixel beyond the border.
+    fn pixel(&self, i: isize, j: isize) -> DVec3 {
+        let [width, height] = self.size.map(usize::cast_signed);
+        let [i, j] = match self.mapping {
+            // Beyond a pole the sphere goes on half a turn away; the row itself is as good.
+            SkyMapping::Equirectangular => {
+                [i.rem_euclid(width), j.clamp(0, height - 1)].map(isize::cast_unsigned)
+            }
+            SkyMapping::EqualArea => wrap_texel([i, j], self.size[0]),
+        };
+        DVec3::from(self.pixels[j * self.size[0] + i].map(f64::from))
+    }
+
+    /// Makes the hierarchy: cells of about a pixel, each the mean of four places.
+    fn build(&mut self) {
+        let wanted = (self.pixels.len() as f64).sqrt();
+        let mut depth = 3;
+        while depth < DEEPEST && ((1_u32 << depth) as f64) < wanted {
+            depth += 1;
+        }
+        let count = 1_usize << depth;
+        let mut finest = vec![0.0_f32; count * count];
+        let mut sum = DVec3::ZERO;
+        for (k, cell) in finest.iter_mut().enumerate() {
+            let corner = [k % count, k / count].map(|c| c as f64);
+            let place = |[a, b]: [f64; 2]| {
+                let at = [corner[0] + a, corner[1] + b].map(|c| c / count as f64);
+                self.local_radiance(square_to_sphere(at))
+            };
+            let places = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+            let mean = places.into_iter().map(place).sum::<DVec3>() * 0.25;
+            sum += mean;
+            #[allow(clippy::cast_possible_truncation, reason = "importance is f32")]
+            let importance = (mean.element_sum() / 3.0) as f32;
+            *cell = importance;
+        }
+        self.mean = sum / (count * count) as f64;
+        #[allow(clippy::cast_possible_truncation, reason = "importance is f32")]
+        let floor = UNIFORM * (self.mean.element_sum() / 3.0) as f32;
+        finest.iter_mut().for_each(|cell| *cell += floor);
+        let mut levels = vec![finest];
+        for level in (0..depth).rev() {
+            let (count, below) = (1_usize << level, &levels[levels.len() - 1]);
+            let cell = |k: usize| {
+                let (i, j) = (2 * (k % count), 2 * (k / count));
+                let at = |a: usize, b: usize| below[(j + b) * 2 * count + i + a];
+                0.25 * (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1))
+            };
+            levels.push((0..count * count).map(cell).collect());
+        }
+        levels.reverse();
+        self.levels = levels;
+    }
+
+    /// Descends from the whole sphere to a cell of the finest level: `second` says, of an axis
+    /// and the share of the first half along it, whether the second half is taken. Gives the cell
+    /// and its probability, zero where there is no cell to take.
+    fn descend(
+        &self,
+        asked: &Asked<'_>,
+        mut second: impl FnMut(usize, f64) -> bool,
+    ) -> ([usize; 2], f64) {
+        let (mut cell, mut probability) = ([0, 0], 1.0);
+        let mut portal = asked.portal;
+        let normal = asked.normal.map(|n| self.to_image * n);
+        for (level, values) in self.levels.iter().enumerate().skip(1) {
+            let count = 1 << level;
+            let mut is_whole = true;
+            let mut weight = |a: usize, b: usize| {
+                let (i, j) = (2 * cell[0] + a, 2 * cell[1] + b);
+                let value = f64::from(values[j * count + i]);
+                let cosine = match normal {
+                    Some(n) if level <= BY_COSINE => about(n.dot(center(level, i, j)), level),
+                    _ => 1.0,
+                };
+                let Some(edges) = portal.filter(|_| level <= BY_PORTAL) else {
+                    return value * cosine;
+                };
+                let w = self.to_image.transpose() * center(level, i, j);
+                let [meets, within] = edges.overlap(w, REACH / count as f64);
+                is_whole &= within;
+                if meets { value * cosine } else { 0.0 }
+            };
+            let weights = [[weight(0, 0), weight(0, 1)], [weight(1, 0), weight(1, 1)]];
+            if is_whole {
+                portal = None;
+            }
+            let columns = weights.map(|[a, b]| a + b);
+            let total = columns[0] + columns[1];
+            if !(total > 0.0) {
+                return (cell, 0.0);
+            }
+            let right = usize::from(second(0, columns[0] / total));
+            let down = usize::from(second(1, weights[right][0] / columns[right]));
+            probability *= weights[right][down] / total;
+            cell = [2 * cell[0] + right, 2 * cell[1] + down];
+        }
+        (cell, probability)
+    }
+
+    /// The cells of the finest level along each side.
+    fn count(&self) -> f64 {
+        (1_u32 << (self.levels.len() - 1)) as f64
+    }
+
+    /// The density per solid angle of a cell of some probability.
+    fn density(&self, probability: f64) -> f64 {
+        probability * self.count() * self.count() / (4.0 * PI)
+    }
+
+    /// A direction from two random numbers, and its density per solid angle; zero where there is
+    /// none.
+    pub(super) fn sample(&self, mut u: [f64; 2], asked: &Asked<'_>) -> (DVec3, f64) {
+        let (cell, probability) = self.descend(asked, |axis, share| {
+            let is_second = u[axis] >= share;
+            u[axis] = fraction(match is_second {
+                true => (u[axis] - share) / (1.0 - share),
+                false => u[axis] / share,
+            });
+            is_second
+        });
+        let at = [0, 1].map(|k| (cell[k] as f64 + u[k]) / self.count());
+        let w = self.to_image.transpose() * square_to_sphere(at);
+        (w, self.density(probability))
+    }
+
+    /// The cell of a direction, and the place in it.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "below the number of cells"
+    )]
+    fn place(&self, w: DVec3) -> [(usize, f64); 2] {
+        sphere_to_square(self.to_image * w).map(|x| {
+            let scaled = below_one(fraction(x)) * self.count();
+            (scaled as usize, scaled.fract())
+        })
+    }
+
+    /// The density per solid angle with which a direction is drawn.
+    pub(super) fn pdf(&self, w: DVec3, asked: &Asked<'_>) -> f64 {
+        let place = self.place(w);
+        let mut bits = [self.levels.len() - 1; 2];
+        let (_, probability) = self.descend(asked, |axis, _| {
+            bits[axis] -= 1;
+            place[axis].0 >> bits[axis] & 1 == 1
+        });
+        self.density(probability)
+    }
+
+    /// The random numbers from which a direction is drawn.
+    pub(super) fn invert(&self, w: DVec3, asked: &Asked<'_>) -> Option<[f64; 2]> {
+        let place = self.place(w);
+        let depth = self.levels.len() - 1;
+        let mut bits = [depth; 2];
+        // The interval of each number that leads to the cell.
+        let mut from = [(0.0, 1.0); 2];
+        let (_, probability) = self.descend(asked, |axis, share| {
+            bits[axis] -= 1;
+            let is_second = place[axis].0 >> bits[axis] & 1 == 1;
+            let (start, length) = &mut from[axis];
+            if is_second {
+                *start += *length * share;
+                *length *= 1.0 - share;
+            } else {
+                *length *= share;
+            }
+            is_second
+        });
+        let number = |axis: usize| {
+            let (start, length) = from[axis];
+            below_one(start + length * place[axis].1)
+        };
+        (probability > 0.0).then(|| [number(0), number(1)])
+    }
+}
+
+/// About the mean of max(0, cos) over a cell of a level whose centre has the cosine `c`, positive
+/// everywhere.
+fn about(c: f64, level: usize) -> f64 {
+    let reach = REACH / (1_u32 << level) as f64;
+    // The mean square of the distance from the centre is about a quarter of the largest.
+    0.5 * (c + (c * c + 0.25 * reach * reach).sqrt())
+}
+
+/// The centres of the cells of the levels that are asked for all the time.
+static CENTERS: LazyLock<Vec<Vec<DVec3>>> = LazyLock::new(|| {
+    let level = |level: usize| {
+        let count = 1_usize << level;
+        (0..count * count)
+            .map(|k| exact_center(level, k % count, k / count))
+            .collect()
+    };
+    (0..=BY_COSINE).map(level).collect()
+});
+
+fn exact_center(level: usize, i: usize, j: usize) -> DVec3 {
+    let count = (1_u32 << level) as f64;
+    square_to_sphere([(i as f64 + 0.5) / count, (j as f64 + 0.5) / count])
+}
+
+/// The direction of the centre of a cell.
+fn center(level: usize, i: usize, j: usize) -> DVec3 {
+    match CENTERS.get(level) {
+        Some(cells) => cells[(j << level) + i],
+        None => exact_center(level, i, j),
+    }
+}
+
+/// What a descent asks of cells beside the image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Asked<'a> {
+    normal: Option<DVec3>,
+    portal: Option<Edges<'a>>,
+}
+
+impl<'a> Asked<'a> {
+    /// In proportion to the cosine with a normal, if there is one, and through a portal as `x`
+    /// sees it.
+    pub(super) fn new(normal: Option<DVec3>, portal: Option<&'a ConvexPolygon>, x: DVec3) -> Self {
+        let portal = portal.map(|portal| Edges { portal, x });
+        Self { normal, portal }
+    }
+}
+
+/// A portal as a shading point sees it.
+#[derive(Clone, Copy, Debug)]
+struct Edges<'a> {
+    portal: &'a ConvexPolygon,
+    x: DVec3,
+}
+
+impl Edges<'_> {
+    /// Whether the directions up to an angle from `w` may meet the portal, and whether they all
+    /// surely do.
+    fn overlap(&self, w: DVec3, angle: f64) -> [bool; 2] {
+        let sine = if angle < FRAC_PI_2 {
+            linelit_elementary::sin(angle)
+        } else {
+            1.0
+        };
+        let corners = self.portal.vertices();
+        let (mut meets, mut within) = (true, sine < 1.0);
+        let mut beside = |normal: DVec3| {
+            let height = normal.normalize_or_zero().dot(w);
+            meets &= height >= -sine || sine >= 1.0;
+            within &= height > sine;
+        };
+        for (k, corner) in corners.iter().enumerate() {
+            let next = corners[(k + 1) % corners.len()];
+            // The corners run clockwise for who looks against the normal, so to the right is in.
+            beside((next - self.x).cross(*corner - self.x));
+        }
+        beside(-self.portal.normal());
+        [meets, within]
+    }
+}

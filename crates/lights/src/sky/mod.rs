@@ -1,0 +1,196 @@
+//! Light from infinity with a solid angle: environments and suns.
+//!
+//! Techniques take the light to be a sphere about the shading point that is larger than the scene:
+//! points of it stand for directions, and densities are per solid angle.
+#![allow(
+    clippy::disallowed_types,
+    reason = "lights share the image of an environment"
+)]
+
+mod image;
+mod points;
+
+pub use image::{SkyError, SkyImage, SkyMapping};
+pub use points::{SkyBy, SkyPoints};
+
+use crate::delta::beyond;
+use crate::surface::{Shape, Viewer};
+use crate::{PointDensity, PointSource, Sphere};
+use core::f64::consts::PI;
+use linelit_elementary::sin;
+use linelit_geometry::{ConvexPolygon, DVec3};
+use std::sync::Arc;
+
+/// Light from all directions of a sky, or from a disk of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sky {
+    /// The radiance by direction.
+    pub emission: SkyEmission,
+    /// An opening outside of which the sky is black. Light passes it from behind: against its
+    /// normal, which points into the room.
+    pub portal: Option<ConvexPolygon>,
+    /// A ball that holds the scene: shadow rays leave it, and the light's power is what enters it.
+    pub scene: Sphere,
+}
+
+/// The radiance of a sky, W/(m² sr), linear RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SkyEmission {
+    /// The same from all directions.
+    Constant(DVec3),
+    /// A disk of one radiance, as a sun is.
+    Sun {
+        /// The unit vector towards its centre.
+        direction: DVec3,
+        /// Half of the angle that it is seen under, in radians: in (0, π/2].
+        half_angle: f64,
+        /// The radiance.
+        radiance: DVec3,
+    },
+    /// An image of all directions.
+    Image(Arc<SkyImage>),
+}
+
+impl Sky {
+    /// The radiance that arrives at `x` from the unit direction `w`, where nothing hides the sky.
+    #[must_use]
+    pub fn radiance(&self, x: DVec3, w: DVec3) -> DVec3 {
+        if !self.shows(x, w) {
+            return DVec3::ZERO;
+        }
+        self.along(w)
+    }
+
+    /// The radiance from a direction of the sun, and through the portal.
+    #[inline]
+    #[must_use]
+    pub fn along(&self, w: DVec3) -> DVec3 {
+        match &self.emission {
+            SkyEmission::Constant(radiance) | SkyEmission::Sun { radiance, .. } => *radiance,
+            SkyEmission::Image(image) => image.radiance(w),
+        }
+    }
+
+    /// Whether the direction is of the sun, and through the portal.
+    fn shows(&self, x: DVec3, w: DVec3) -> bool {
+        let in_sun = match self.emission {
+            SkyEmission::Sun {
+                direction,
+                half_angle,
+                ..
+            } => below_cap(direction, w) <= cap_height(half_angle),
+            _ => true,
+        };
+        let through =
+            |portal: &ConvexPolygon| portal.normal().dot(w) < 0.0 && portal.meets(x, w).is_some();
+        in_sun && self.portal.as_ref().is_none_or(through)
+    }
+
+    /// The mean radiance over the directions that emit: those of a sun, or all.
+    #[must_use]
+    pub fn mean(&self) -> DVec3 {
+        match &self.emission {
+            SkyEmission::Constant(radiance) | SkyEmission::Sun { radiance, .. } => *radiance,
+            SkyEmission::Image(image) => image.mean(),
+        }
+    }
+
+    /// The solid angle of the directions that emit, as if there were no portal.
+    #[must_use]
+    pub fn solid_angle(&self) -> f64 {
+        match self.emission {
+            SkyEmission::Sun { half_angle, .. } => 2.0 * PI * cap_height(half_angle),
+            _ => 4.0 * PI,
+        }
+    }
+
+    /// The power by channel that enters the ball which holds the scene, π R² ∫ L dω in W.
+    pub(crate) fn power(&self) -> DVec3 {
+        let across = PI * self.scene.radius * self.scene.radius;
+        self.mean() * (self.solid_angle() * across)
+    }
+
+    /// Whether light can arrive at `x` above the horizon of the normal `n`.
+    #[must_use]
+    pub fn is_above(&self, x: DVec3, n: DVec3) -> bool {
+        if let Some(portal) = &self.portal {
+            let behind = portal.normal().dot(x - portal.vertices()[0]) > 0.0;
+            return behind && portal.vertices().iter().any(|v| n.dot(*v - x) > 0.0);
+        }
+        match self.emission {
+            SkyEmission::Sun {
+                direction,
+                half_angle,
+                ..
+            } => n.dot(direction) > -sin(half_angle),
+            _ => true,
+        }
+    }
+}
+
+/// 1 − cos of an angle, without cancellation.
+fn cap_height(angle: f64) -> f64 {
+    let half = sin(0.5 * angle);
+    2.0 * half * half
+}
+
+/// 1 − cos of the angle between unit vectors, without cancellation.
+fn below_cap(axis: DVec3, w: DVec3) -> f64 {
+    0.5 * (w - axis).length_squared()
+}
+
+/// A sky as a shading point sees it: a sphere about the point that is larger than the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyView<'a> {
+    sky: &'a Sky,
+    x: DVec3,
+    radius: f64,
+}
+
+impl<'a> SkyView<'a> {
+    /// The sky about `x`.
+    #[must_use]
+    pub fn new(sky: &'a Sky, x: DVec3) -> Self {
+        let radius = beyond(&sky.scene, x);
+        Self { sky, x, radius }
+    }
+
+    /// The point that stands for a direction.
+    fn point(&self, w: DVec3) -> DVec3 {
+        self.x + w * self.radius
+    }
+
+    /// The direction that a point stands for.
+    fn direction(&self, point: DVec3) -> DVec3 {
+        (point - self.x).normalize_or_zero()
+    }
+}
+
+impl Shape for SkyView<'_> {
+    fn normal(&self, point: DVec3) -> DVec3 {
+        -self.direction(point)
+    }
+
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        self.sky.shows(x, direction).then(|| self.point(direction))
+    }
+
+    fn half_width(&self) -> f64 {
+        self.radius
+    }
+
+    /// Skies have no border: that of a sun is as sharp as the light itself.
+    fn border(&self, _: DVec3, _: DVec3, _: impl Fn(f64) -> f64) -> f64 {
+        1.0
+    }
+
+    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
+        let by = match by {
+            PointDensity::ProjectedSolidAngle | PointDensity::Lobes => {
+                SkyBy::Projected(from.normal)
+            }
+            _ => SkyBy::Radiance(from.normal),
+        };
+        PointSource::Sky(SkyPoints::new(*self, by))
+    }
+}

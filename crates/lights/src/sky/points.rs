@@ -1,0 +1,162 @@
+//! Points of a sky, which stand for its directions.
+
+use super::image::{Asked, SkyImage};
+use super::{SkyEmission, SkyView, below_cap, cap_height};
+use crate::density::{Pdf, SolidAngle};
+use crate::surface::Shape;
+use crate::{PointSample, PointTechnique, SolidAngleSampler};
+use core::f64::consts::{FRAC_1_PI, TAU};
+use linelit_elementary::{atan2, sin_cos};
+use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::{DVec3, Frame};
+
+/// The density of directions of a sky. Suns have one, uniform in their solid angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SkyBy {
+    /// In proportion to the radiance, whatever the surface; of a constant sky, uniform over the
+    /// hemisphere about this normal.
+    Radiance(DVec3),
+    /// In proportion to the radiance and, nearly, the cosine with this unit normal.
+    Projected(DVec3),
+}
+
+/// Draws points of a sky for one shading point.
+///
+/// Suns are drawn uniformly in their solid angle, constant skies uniformly over the hemisphere or
+/// in proportion to the cosine, images by a hierarchy ([`SkyImage`](crate::SkyImage)). Behind a
+/// portal a constant sky is drawn uniformly in the portal's solid angle, and an image by the cells
+/// of its hierarchy that the portal shows.
+#[derive(Clone, Debug)]
+pub struct SkyPoints<'a> {
+    view: SkyView<'a>,
+    kind: Kind<'a>,
+}
+
+#[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one for each shading point, on the stack"
+)]
+enum Kind<'a> {
+    /// A cap about an axis of this height, 1 − cos of its half angle; uniform.
+    Cap(Frame, f64),
+    /// A hemisphere about an axis in proportion to the cosine.
+    Cosine(Frame),
+    /// The solid angle of a portal.
+    Portal(SolidAngleSampler),
+    /// An image, in proportion to the cosine with this normal.
+    Image(&'a SkyImage, Option<DVec3>),
+}
+
+impl<'a> SkyPoints<'a> {
+    /// Points for the shading point of a view.
+    #[must_use]
+    pub fn new(view: SkyView<'a>, by: SkyBy) -> Self {
+        let kind = match (&view.sky.emission, &view.sky.portal, by) {
+            (
+                SkyEmission::Sun {
+                    direction,
+                    half_angle,
+                    ..
+                },
+                _,
+                _,
+            ) => Kind::Cap(Frame::from_normal(*direction), cap_height(*half_angle)),
+            (SkyEmission::Image(image), _, SkyBy::Radiance(_)) => Kind::Image(image, None),
+            (SkyEmission::Image(image), _, SkyBy::Projected(n)) => Kind::Image(image, Some(n)),
+            (SkyEmission::Constant(_), Some(portal), _) => {
+                Kind::Portal(SolidAngleSampler::new(portal, view.x))
+            }
+            (SkyEmission::Constant(_), None, SkyBy::Radiance(n)) => {
+                Kind::Cap(Frame::from_normal(n), 1.0)
+            }
+            (SkyEmission::Constant(_), None, SkyBy::Projected(n)) => {
+                Kind::Cosine(Frame::from_normal(n))
+            }
+        };
+        Self { view, kind }
+    }
+
+    /// What drawing from an image asks beside it.
+    fn asked(&self, normal: Option<DVec3>) -> Asked<'a> {
+        Asked::new(normal, self.view.sky.portal.as_ref(), self.view.x)
+    }
+}
+
+/// A direction about the axis of a frame from 1 − cos and the turn in [0, 1).
+fn about(frame: &Frame, height: f64, turn: f64) -> DVec3 {
+    let sine = (height * (2.0 - height)).max(0.0).sqrt();
+    let (s, c) = sin_cos(TAU * turn);
+    frame.to_world(DVec3::new(sine * c, sine * s, 1.0 - height))
+}
+
+/// The turn of a direction about the axis of a frame, in [0, 1).
+fn turn(frame: &Frame, w: DVec3) -> f64 {
+    let local = frame.to_local(w);
+    let turn = atan2(local.y, local.x) / TAU;
+    below_one(if turn < 0.0 { turn + 1.0 } else { turn })
+}
+
+impl PointTechnique for SkyPoints<'_> {
+    type Measure = SolidAngle;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let u = u.map(fraction);
+        let (w, pdf) = match &self.kind {
+            Kind::Cap(frame, height) => {
+                let w = about(frame, height * u[0], u[1]);
+                (w, 1.0 / (TAU * height))
+            }
+            Kind::Cosine(frame) => {
+                // cos² θ is uniform.
+                let sine2 = u[0];
+                let cosine = (1.0 - sine2).sqrt();
+                let w = about(frame, sine2 / (1.0 + cosine), u[1]);
+                (w, cosine * FRAC_1_PI)
+            }
+            Kind::Portal(sampler) => {
+                let sample = sampler.sample(u);
+                let w = (sample.point - self.view.x).normalize_or_zero();
+                (w, sample.pdf.value())
+            }
+            Kind::Image(image, normal) => image.sample(u, &self.asked(*normal)),
+        };
+        PointSample::at(self.view.point(w), Pdf::new(pdf))
+    }
+
+    fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        let w = self.view.direction(point);
+        Pdf::new(match &self.kind {
+            Kind::Cap(frame, height) if below_cap(frame.z, w) <= *height => 1.0 / (TAU * height),
+            Kind::Cap(..) => 0.0,
+            Kind::Cosine(frame) => frame.z.dot(w).max(0.0) * FRAC_1_PI,
+            Kind::Portal(sampler) => {
+                let portal = self.view.sky.portal.as_ref();
+                let at = portal.and_then(|portal| portal.meets(self.view.x, w));
+                return at.map_or(Pdf::ZERO, |at| sampler.pdf(at));
+            }
+            Kind::Image(image, normal) => image.pdf(w, &self.asked(*normal)),
+        })
+    }
+
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        let w = self.view.direction(point);
+        if !self.pdf(point).is_positive() {
+            return None;
+        }
+        match &self.kind {
+            Kind::Cap(frame, height) => {
+                Some([below_one(below_cap(frame.z, w) / height), turn(frame, w)])
+            }
+            Kind::Cosine(frame) => {
+                let sine2 = frame.z.cross(w).length_squared();
+                Some([below_one(sine2), turn(frame, w)])
+            }
+            Kind::Portal(sampler) => {
+                let portal = self.view.sky.portal.as_ref()?;
+                sampler.invert(portal.meets(self.view.x, w)?)
+            }
+            Kind::Image(image, normal) => image.invert(w, &self.asked(*normal)),
+        }
+    }
+}
