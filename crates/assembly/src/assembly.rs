@@ -7,6 +7,7 @@ use crate::options::{LoadOptions, Loaded, Watch};
 use linelit_film::{Decoded, Pixels, decode_alpha, decode_picture};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
+use linelit_lights::Light;
 use linelit_scene::{
     AddError, Alpha, Camera, EmissionSpec, FilmSettings, ImageData, MAX_COORDINATE, MeshData,
     Placement, Projection, SceneBuilder, Texture,
@@ -196,6 +197,12 @@ impl Assembly {
             return self.suspicious("a line without length emits nothing", "left out", at);
         }
         let added = self.builder.add_line(p0, p1, spec);
+        added.map_err(|_| self.too_many_lights(at))
+    }
+
+    /// Adds a light that no shape stands for.
+    pub fn add_light(&mut self, light: Light, at: Location<'_>) -> Result<()> {
+        let added = self.builder.add_light(light);
         added.map_err(|_| self.too_many_lights(at))
     }
 
@@ -415,7 +422,7 @@ impl Assembly {
             let message = "the scene has no shapes";
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         } else if self.builder.light_count() == 0 {
-            let message = "the scene has no area or linear lights";
+            let message = "the scene has no lights";
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         }
         let size = [film.width, film.height];

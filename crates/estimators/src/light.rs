@@ -2,7 +2,9 @@
 
 use crate::{PlanCounters, PointDensity, ShadingPoint};
 use linelit_geometry::{DVec3, Triangle};
-use linelit_lights::{CylinderView, Emission, EmissionTexture, Light, LightPoint, NoTexture};
+use linelit_lights::{
+    CylinderView, Emission, EmissionTexture, Light, LightPoint, NoTexture, Profile,
+};
 use std::ops::Range;
 
 /// A light among the occluders, and statistics of its occlusion.
@@ -14,6 +16,10 @@ pub struct LightSource<'a, T = NoTexture> {
     pub triangles: Range<u32>,
     /// The emission of an area light by position, if it is not the same everywhere.
     pub texture: Option<&'a T>,
+    /// The factor of the emission of a polygon, a disk, a sphere or a cylinder by direction, about
+    /// the normal of the side that emits; none emits alike in all directions. With it nothing is
+    /// known in closed form: points and lines take samples.
+    pub profile: Option<&'a Profile>,
     /// Statistics of its occlusion, by which `hybrid` chooses.
     pub occlusion: OcclusionStats,
 }
@@ -58,6 +64,7 @@ impl<'a> LightSource<'a> {
             light,
             triangles: 0..0,
             texture: None,
+            profile: None,
             occlusion: OcclusionStats::FEW,
         }
     }
@@ -73,10 +80,27 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             return sky.along(at.direction);
         }
         let even = self.light.emission().towards(at.cos_light);
-        match (self.light, self.texture) {
+        let emitted = match (self.light, self.texture) {
             (Light::Area(_), Some(texture)) if even != DVec3::ZERO => texture.radiance(at.point),
             _ => even,
+        };
+        match self.profile {
+            Some(profile) if emitted != DVec3::ZERO => emitted * self.factor(profile, at),
+            _ => emitted,
         }
+    }
+
+    /// The factor of the emission by direction at a point of the surface.
+    fn factor(&self, profile: &Profile, at: &LightPoint) -> f64 {
+        let normal = match self.light {
+            Light::Area(light) => light.polygon.normal(),
+            Light::Disk(light) => light.disk.normal,
+            Light::Sphere(light) => light.sphere.normal(at.point),
+            Light::Cylinder(light) => light.cylinder.normal(at.point),
+            // Lines, points and light from infinity have no side.
+            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => return 1.0,
+        };
+        profile.on_surface(normal * at.cos_light.signum(), -at.direction)
     }
 
     /// A cylinder as the shading point `x` sees it, if the light is one.
@@ -90,6 +114,9 @@ impl<T: EmissionTexture> LightSource<'_, T> {
 
     /// The emission that all points of a flat light have in common; `None` for any other light.
     pub(crate) fn even(&self) -> Option<Emission> {
+        if self.profile.is_some() {
+            return None;
+        }
         match self.light {
             Light::Area(area) if self.texture.is_none() => Some(area.emission),
             Light::Disk(light) => Some(light.emission),

@@ -126,6 +126,15 @@ impl KnownKind {
         ]
     };
 
+    /// Nothing is known, as of light that a profile turns with direction.
+    pub const NOTHING: Self = Self {
+        closed: Closed::Nowhere,
+        has_cosines: false,
+        are_unlike: false,
+        are_wide: false,
+        has_peaks: false,
+    };
+
     /// The knowledge that the reflection at a shading point gives.
     pub fn of<R: Reflection>(point: &ShadingPoint<R>) -> Self {
         let (wo, n) = (point.outgoing, point.normal);
@@ -227,9 +236,13 @@ impl<'a> Facts<'a> {
             Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
         };
         let line = line.map(|line| line.relative_to(query.point.position));
+        let known = match query.light.profile {
+            None => KnownKind::along(query.point, cosines, line),
+            Some(_) => KnownKind::NOTHING,
+        };
         Self {
             light: LightKind::of(query.light),
-            known: KnownKind::along(query.point, cosines, line),
+            known,
             occlusion: &query.light.occlusion,
             samples: query.samples,
             skip: query.skip,

@@ -29,7 +29,11 @@ impl Renderer<'_> {
         let mut pairs = BTreeSet::new();
         over_grid(&self.world, lights, 4 * RAYS, |index, point, _| {
             if !point.bsdf.is_black() {
-                pairs.insert((index, point.material, KnownKind::of(&point.shading)));
+                let known = match lights[index].profile {
+                    None => KnownKind::of(&point.shading),
+                    Some(_) => KnownKind::NOTHING,
+                };
+                pairs.insert((index, point.material, known));
             }
         });
         let mut rows: Vec<PairMethods> = Vec::new();

@@ -5,7 +5,7 @@ use linelit_estimators::{
     EmissionTexture, Estimator, LightSource, OcclusionStats, Technique, Weights,
 };
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{ImportanceImage, Light, TexturedSampler};
+use linelit_lights::{ImportanceImage, Light, Profile, TexturedSampler};
 use linelit_scene::{Scene, SceneLight};
 use linelit_selection::{Discrete, LightTree};
 use std::ops::Range;
@@ -22,6 +22,8 @@ pub struct PlannedLight {
     pub triangles: Range<u32>,
     /// Emission of an area light by position, if not the same everywhere.
     pub texture: Option<PlannedTexture>,
+    /// The factor of the emission of an area light by direction.
+    pub profile: Option<Arc<Profile>>,
     /// The estimator of this light, if it has one of its own.
     pub estimator: Option<Estimator>,
     /// Whether it is sampled for itself where one of the other lights is picked for each sample.
@@ -38,6 +40,7 @@ impl PlannedLight {
             light: &self.light,
             triangles: self.triangles.clone(),
             texture: self.texture.as_ref(),
+            profile: self.profile.as_deref(),
             occlusion: self.occlusion,
         }
     }
@@ -163,6 +166,7 @@ pub(crate) fn emitting(scene: &Scene) -> Vec<PlannedLight> {
             light: Arc::clone(&light.light),
             triangles: light.triangles.clone(),
             texture: texture(light, textured),
+            profile: light.profile.clone(),
             estimator: None,
             is_apart: false,
             occlusion: OcclusionStats::FEW,

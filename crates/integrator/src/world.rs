@@ -4,7 +4,7 @@
 use crate::point::SURFACE_OFFSET;
 use crate::{ShadingPoint, Workspace};
 use linelit_geometry::{DVec3, intervals::Interval};
-use linelit_lights::{Light, Sky};
+use linelit_lights::Sky;
 use linelit_scene::{
     Alpha, AlphaGrid, Bounce, Mesh, RayDifferential, Response, Scene, Surface, Wrap,
 };
@@ -177,10 +177,9 @@ impl<'s> World<'s> {
     fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
         let light = surface.light.map(|i| &self.scene.lights[i as usize]);
         // Lines have no surface to look at; round lights are triangles in a scene.
-        let Some((light, Light::Area(area))) = light.map(|l| (l, &*l.light)) else {
-            return DVec3::ZERO;
-        };
-        light.shown(surface.footprint(), area.polygon.normal().dot(outgoing))
+        light.map_or(DVec3::ZERO, |light| {
+            light.shown(surface.footprint(), outgoing)
+        })
     }
 }
 

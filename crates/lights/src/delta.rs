@@ -1,10 +1,14 @@
 //! Lights without size: points and parallel light. One direction leads to each, so that one shadow
 //! ray answers for it and no point of it can be drawn.
+#![allow(
+    clippy::disallowed_types,
+    reason = "lights share the tables of luminaires"
+)]
 
+use crate::{Profile, Sphere};
 use core::f64::consts::PI;
 use linelit_geometry::DVec3;
-
-use crate::Sphere;
+use std::sync::Arc;
 
 /// A point that emits: a lamp that is small for its distance.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +17,8 @@ pub struct PointLight {
     pub position: DVec3,
     /// Radiant intensity in W/sr, linear RGB.
     pub intensity: DVec3,
+    /// The factor of the intensity by direction: spots, goniometers and IES luminaires.
+    pub profile: Option<Arc<Profile>>,
 }
 
 /// Parallel light, as from a star: the same everywhere.
@@ -47,12 +53,18 @@ impl PointLight {
         let distance = to_light.length();
         let direction = to_light / distance;
         // Divided twice, so that no square overflows or underflows before the intensity is scaled.
-        Beam::new(to_light, direction, self.intensity / distance / distance)
+        let factor = self.profile.as_ref().map_or(1.0, |p| p.factor(-direction));
+        Beam::new(
+            to_light,
+            direction,
+            self.intensity * factor / distance / distance,
+        )
     }
 
-    /// Emitted power by channel, 4π I in W.
+    /// Emitted power by channel, 4π I in W, times the profile's mean.
     pub(crate) fn power(&self) -> DVec3 {
-        self.intensity * (4.0 * PI)
+        let mean = self.profile.as_ref().map_or(1.0, |profile| profile.mean());
+        self.intensity * (4.0 * PI * mean)
     }
 }
 

@@ -38,6 +38,7 @@ mod mixture;
 pub mod octahedral;
 mod pieces;
 mod polygon;
+mod profile;
 #[cfg(feature = "rand")]
 mod random;
 mod round;
@@ -61,6 +62,7 @@ pub use polygon::proxy::ProxySampler;
 pub use polygon::region::RegionSampler;
 pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::transformed::TransformedSampler;
+pub use profile::{Falloff, Profile, ProfileError, ProfileKind, ProfileMap, ProfileTable};
 #[cfg(feature = "rand")]
 pub use random::Random;
 pub use round::along::ChordMeasure;

@@ -6,7 +6,7 @@ use crate::scene::{Mesh, RoundLight, Scene, SceneLight, outward, to_f32, to_f64}
 use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
-use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Sphere};
+use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Profile, Sphere};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -134,6 +134,7 @@ pub struct SceneBuilder {
     light_ranges: Vec<(u32, u32, u32)>,
     pub(crate) round: Vec<RoundLight>,
     emission_maps: Vec<Arc<Texture>>,
+    profiles: Vec<Arc<Profile>>,
     pub(crate) max_triangles: usize,
     /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
     pub max_lights: usize,
@@ -157,6 +158,7 @@ impl SceneBuilder {
             light_ranges: Vec::new(),
             round: Vec::new(),
             emission_maps: Vec::new(),
+            profiles: Vec::new(),
             max_lights: MAX_LIGHTS.min(max_triangles / 4),
             max_triangles: max_triangles.min(u32::MAX as usize / 4),
             work: 0,
@@ -204,6 +206,17 @@ impl SceneBuilder {
     pub fn add_emission_map(&mut self, texture: Arc<Texture>) -> u32 {
         self.emission_maps.push(texture);
         index(self.emission_maps.len() - 1)
+    }
+
+    /// Adds a profile of the emission of shapes and gives its index. It is scaled so that shapes
+    /// keep their power; one that emits nothing above the surface is none.
+    pub fn add_profile(&mut self, profile: Profile) -> Option<u32> {
+        let mean = profile.lambertian_mean();
+        if !(mean > 0.0 && mean.is_finite()) {
+            return None;
+        }
+        self.profiles.push(Arc::new(profile.scaled(1.0 / mean)));
+        Some(index(self.profiles.len() - 1))
     }
 
     /// The number of spheres, disks and cylinders so far that lights stand for ([`Scene::round`]).
@@ -357,7 +370,8 @@ impl SceneBuilder {
                 factor: Arc::clone(&self.emission_maps[map as usize]),
                 coordinates: texture.plane(k),
             });
-            self.push_area_light(polygon, emission, map, start..next)
+            let profile = spec.profile.map(|k| Arc::clone(&self.profiles[k as usize]));
+            self.push_area_light(polygon, emission, map, profile, start..next)
         })?;
         added.lights = self.lights.len() - lights_before;
         Ok(())
@@ -399,6 +413,7 @@ impl SceneBuilder {
         polygon: ConvexPolygon,
         emission: Emission,
         map: Option<EmissionMap>,
+        profile: Option<Arc<Profile>>,
         triangles: Range<usize>,
     ) -> Result<(), AddError> {
         if map.is_some() && emission.radiance == DVec3::ZERO {
@@ -414,6 +429,7 @@ impl SceneBuilder {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles,
             map,
+            profile,
         });
         Ok(())
     }
@@ -448,6 +464,7 @@ impl SceneBuilder {
             light: Arc::new(light),
             triangles: at..at,
             map: None,
+            profile: None,
         });
         Ok(())
     }

@@ -17,6 +17,8 @@ pub struct EmissionSpec {
     pub power: Option<f64>,
     /// A factor over the surface: an index into the builder's list.
     pub map: Option<u32>,
+    /// A factor by direction: an index into the builder's list.
+    pub profile: Option<u32>,
 }
 
 impl EmissionSpec {
@@ -28,6 +30,7 @@ impl EmissionSpec {
             two_sided: false,
             power: None,
             map: None,
+            profile: None,
         }
     }
 

@@ -9,7 +9,7 @@ use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, Emission, Light, Sky, Sphere};
+use linelit_lights::{AreaLight, Emission, Light, Profile, Sky, Sphere};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -55,21 +55,27 @@ pub struct SceneLight {
     pub triangles: Range<u32>,
     /// Emission that varies over an area light; `light` has its mean.
     pub map: Option<EmissionMap>,
+    /// The factor of the emission of an area light by direction; its mean, weighted by the cosine,
+    /// is one.
+    pub profile: Option<Arc<Profile>>,
 }
 
 impl SceneLight {
-    /// Radiance that an area light shows at texture coordinates or over a footprint, towards a
-    /// place on the side that `side` is the sign of (positive: where the polygon's normal points);
-    /// zero for other lights.
-    pub fn shown(&self, at: impl Into<Footprint>, side: f64) -> DVec3 {
+    /// Radiance that an area light shows at texture coordinates or over a footprint, in the unit
+    /// direction `outgoing`; zero for other lights.
+    pub fn shown(&self, at: impl Into<Footprint>, outgoing: DVec3) -> DVec3 {
         let Light::Area(area) = &*self.light else {
             return DVec3::ZERO;
         };
+        let normal = area.polygon.normal();
+        let side = normal.dot(outgoing);
         let mean = area.emission.towards(side);
-        match &self.map {
-            Some(map) if mean != DVec3::ZERO => map.evaluate(at),
-            _ => mean,
+        if mean == DVec3::ZERO {
+            return mean;
         }
+        let radiance = self.map.as_ref().map_or(mean, |map| map.evaluate(at));
+        let factor = |profile: &Arc<Profile>| profile.on_surface(normal * side.signum(), outgoing);
+        radiance * self.profile.as_ref().map_or(1.0, factor)
     }
 }
 
@@ -244,7 +250,8 @@ impl Scene {
         for alpha in &self.alphas {
             alpha.texture.for_each_image(&mut count);
         }
-        images.values().sum()
+        let skies = self.skies().map(Sky::memory);
+        images.values().sum::<usize>() + skies.sum::<usize>()
     }
 
     /// Adds a flat black quad that emits on the side from which its corners run counterclockwise,
@@ -290,6 +297,7 @@ impl Scene {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles: first..first + 2,
             map: None,
+            profile: None,
         });
         true
     }

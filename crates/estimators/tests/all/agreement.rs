@@ -150,6 +150,7 @@ pub(crate) fn means<R: Reflection>(
     seeds: Range<u64>,
 ) -> Welford {
     let source = LightSource {
+        profile: None,
         light,
         texture: texture.as_ref(),
         triangles: 0..0,

@@ -15,6 +15,7 @@ use linelit_visibility::{Occluders, ShaftClass};
 /// A light without a surrounding.
 fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
     LightSource {
+        profile: None,
         light,
         texture: texture.as_ref(),
         triangles: 0..0,

@@ -228,6 +228,7 @@ fn means<R: Reflection + Clone>(
     first_seed: u64,
 ) -> Welford {
     let source = LightSource::<Image> {
+        profile: None,
         light: &scene.light,
         texture: None,
         triangles: 0..0,

@@ -24,6 +24,7 @@ pub(super) struct Lists<'a> {
     pub(super) buffer_views: Vec<Raw<'a>>,
     pub(super) buffers: Vec<Raw<'a>>,
     pub(super) cameras: Vec<Raw<'a>>,
+    pub(super) extensions: HashMap<String, Raw<'a>>,
     pub(super) extensions_required: Vec<Raw<'a>>,
     pub(super) extensions_used: Vec<Raw<'a>>,
     pub(super) images: Vec<Raw<'a>>,

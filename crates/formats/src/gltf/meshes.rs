@@ -90,6 +90,7 @@ impl<'a> Reader<'a> {
                 two_sided: material.two_sided,
                 power: None,
                 map: material.emission_map,
+                profile: None,
             });
             let cutout = match (material.holes, emission) {
                 (Holes::None, _) => None,

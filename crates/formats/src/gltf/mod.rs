@@ -9,6 +9,7 @@
 
 mod buffers;
 mod document;
+mod lights;
 mod materials;
 mod meshes;
 mod textures;
@@ -30,6 +31,7 @@ use textures::Channel;
 /// Extensions that we read.
 const EXTENSIONS: &[&str] = &[
     INSTANCING,
+    lights::LIGHTS,
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
@@ -267,12 +269,8 @@ impl<'a> Reader<'a> {
             if EXTENSIONS.contains(&name.as_str()) || materials::names_extension(&name) {
                 continue;
             }
-            let message = if name == "KHR_lights_punctual" {
-                format!("`{name}`: lights without size are not supported")
-            } else {
-                let name: String = name.chars().take(60).collect();
-                format!("extension `{name}` is not supported")
-            };
+            let name: String = name.chars().take(60).collect();
+            let message = format!("extension `{name}` is not supported");
             self.base.unsupported(message, "left out", doc.at(raw))?;
         }
         let lists = [
@@ -325,6 +323,9 @@ impl<'a> Reader<'a> {
                     Some(instances) => self.place_many(mesh, to_world, instances)?,
                     None => self.place_mesh(mesh, to_world)?,
                 }
+            }
+            if let Some(light) = node.extensions.get(lights::LIGHTS) {
+                self.place_light(light, to_world)?;
             }
             if let Some(camera) = node.camera {
                 let camera = doc.element(List::Cameras, camera, raw, "camera")?;

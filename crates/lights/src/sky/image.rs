@@ -5,10 +5,11 @@
     reason = "tables of an environment, built with it"
 )]
 
-use crate::octahedral::{sphere_to_square, square_to_sphere, wrap_texel};
-use core::f64::consts::{FRAC_PI_2, PI, TAU};
+use crate::octahedral::{sphere_to_square, square_to_sphere};
+use crate::profile::interpolate;
+use core::f64::consts::{FRAC_PI_2, PI};
 use core::fmt;
-use linelit_elementary::{acos, atan2};
+use linelit_elementary::sin;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 use std::sync::LazyLock;
@@ -153,35 +154,26 @@ impl SkyImage {
     }
 
     fn local_radiance(&self, w: DVec3) -> DVec3 {
-        let [width, height] = self.size.map(|n| n as f64);
-        let [u, v] = match self.mapping {
-            SkyMapping::EqualArea => sphere_to_square(w),
-            SkyMapping::Equirectangular => {
-                let turn = atan2(w.y, w.x) / TAU;
-                let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-                [turn, acos(w.z.clamp(-1.0, 1.0)) / PI]
-            }
-        };
-        let (x, y) = (u * width - 0.5, v * height - 0.5);
-        let (i, j) = (x.floor(), y.floor());
-        let (a, b) = (x - i, y - j);
-        #[allow(clippy::cast_possible_truncation, reason = "within the image's size")]
-        let (i, j) = (i as isize, j as isize);
-        let row = |j| self.pixel(i, j) * (1.0 - a) + self.pixel(i + 1, j) * a;
-        self.scale * (row(j) * (1.0 - b) + row(j + 1) * b)
+        let is_octahedral = self.mapping == SkyMapping::EqualArea;
+        let pixel = |k: usize| DVec3::from(self.pixels[k].map(f64::from));
+        self.scale * interpolate(self.size, is_octahedral, w, pixel)
     }
 
-    /// A pixel, or the one that stands for it up to a pixel beyond the border.
-    fn pixel(&self, i: isize, j: isize) -> DVec3 {
-        let [width, height] = self.size.map(usize::cast_signed);
-        let [i, j] = match self.mapping {
-            // Beyond a pole the sphere goes on half a turn away; the row itself is as good.
-            SkyMapping::Equirectangular => {
-                [i.rem_euclid(width), j.clamp(0, height - 1)].map(isize::cast_unsigned)
+    /// The irradiance of a surface with the unit normal `n` that sees all of the sky above it, by
+    /// sums over the finest cells.
+    #[must_use]
+    pub fn irradiance(&self, n: DVec3) -> DVec3 {
+        let count = 1_usize << (self.levels.len() - 1);
+        let cells = (0..count * count).map(|k| {
+            let w = exact_center(self.levels.len() - 1, k % count, k / count);
+            let cosine = (self.to_image * n).dot(w);
+            if cosine > 0.0 {
+                self.local_radiance(w) * cosine
+            } else {
+                DVec3::ZERO
             }
-            SkyMapping::EqualArea => wrap_texel([i, j], self.size[0]),
-        };
-        DVec3::from(self.pixels[j * self.size[0] + i].map(f64::from))
+        });
+        cells.sum::<DVec3>() * (4.0 * PI / (count * count) as f64)
     }
 
     /// Makes the hierarchy: cells of about a pixel, each the mean of four places.
@@ -407,11 +399,7 @@ impl Edges<'_> {
     /// Whether the directions up to an angle from `w` may meet the portal, and whether they all
     /// surely do.
     fn overlap(&self, w: DVec3, angle: f64) -> [bool; 2] {
-        let sine = if angle < FRAC_PI_2 {
-            linelit_elementary::sin(angle)
-        } else {
-            1.0
-        };
+        let sine = if angle < FRAC_PI_2 { sin(angle) } else { 1.0 };
         let corners = self.portal.vertices();
         let (mut meets, mut within) = (true, sine < 1.0);
         let mut beside = |normal: DVec3| {

@@ -110,6 +110,15 @@ impl Sky {
         self.mean() * (self.solid_angle() * across)
     }
 
+    /// Bytes that its image takes.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        match &self.emission {
+            SkyEmission::Constant(_) | SkyEmission::Sun { .. } => 0,
+            SkyEmission::Image(image) => image.memory(),
+        }
+    }
+
     /// Whether light can arrive at `x` above the horizon of the normal `n`.
     #[must_use]
     pub fn is_above(&self, x: DVec3, n: DVec3) -> bool {

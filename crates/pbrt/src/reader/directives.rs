@@ -69,6 +69,7 @@ impl Loader {
             b"WorldEnd" => self.world_end(lexer, token),
             b"Shape" => self.shape(lexer, token),
             b"AreaLightSource" => self.area_light(lexer, token),
+            b"LightSource" => self.light_source(lexer, token),
             b"Material" => self.material(lexer, token),
             b"MakeNamedMaterial" => self.make_named_material(lexer, token),
             b"NamedMaterial" => self.named_material(lexer, token),
@@ -97,13 +98,6 @@ impl Loader {
                 let message = format!("colour space `{}` is not supported", shorten(&name));
                 self.base
                     .unsupported(message, "read as `srgb`", params.at())
-            }
-            "LightSource" => {
-                let (name, params) = self.named_params(lexer, token, "a light type")?;
-                let name = shorten(&name);
-                let what = "is no area light or linear light; it is left out";
-                let message = format!("light source `{name}` {what}");
-                self.base.unsupported(message, "left out", params.at())
             }
             "MakeNamedMedium" => {
                 let (_, params) = self.named_params(lexer, token, "a medium name")?;

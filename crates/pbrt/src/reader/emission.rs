@@ -6,7 +6,8 @@ use super::params::{Param, Params, Type};
 use super::state::Target;
 use crate::color;
 use linelit_assembly::{ErrorKind, Result, shorten};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Frame};
+use linelit_lights::{Profile, ProfileKind};
 use linelit_scene::{EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, Wrap};
 use std::sync::Arc;
 
@@ -48,6 +49,7 @@ impl Loader {
             let label = "must not be negative";
             return Err(params.error(ErrorKind::OutOfRange, "negative radiance", label));
         }
+        let profile = self.emission_profile(&params)?;
         self.warn_unused(&params)?;
         if radiance == DVec3::ZERO {
             self.state.emission = None;
@@ -63,8 +65,33 @@ impl Loader {
             two_sided,
             power,
             map,
+            profile,
         });
         Ok(())
+    }
+
+    /// Our extensions: `focus`, a power of the cosine, and `coneangle` with `conedeltaangle`, the
+    /// cone of a spot, both about the normal. Shapes keep their power.
+    fn emission_profile(&mut self, params: &Params) -> Result<Option<u32>> {
+        let kind = match (params.float("focus")?, params.has("coneangle")) {
+            (None, false) => return Ok(None),
+            (Some(focus), false) if focus >= 0.0 => ProfileKind::CosinePower(focus),
+            (Some(_), false) => {
+                let message = format!("`focus` of {} is negative", params.owner);
+                return Err(params.range_error(&["focus"], message, "must not be negative"));
+            }
+            (None, true) => self.cone(params)?,
+            (Some(_), true) => {
+                let message = format!("{} has both `focus` and `coneangle`", params.owner);
+                return Err(params.range_error(&["focus"], message, "one of them"));
+            }
+        };
+        let profile = Profile::new(kind, Frame::from_normal(DVec3::Z));
+        let added = self.base.builder.add_profile(profile);
+        added.map(Some).ok_or_else(|| {
+            let message = format!("{} emits in no direction", params.owner);
+            params.error(ErrorKind::OutOfRange, message, "its cone is empty")
+        })
     }
 
     /// pbrt-v4's image over the emitter.

@@ -8,6 +8,7 @@ mod cutout;
 mod directives;
 mod emission;
 mod lexer;
+mod lights;
 mod materials;
 mod options;
 mod params;
@@ -183,7 +184,7 @@ impl Loader {
         let (name, token) = self.name(lexer, directive, "a name")?;
         let owner = match what {
             // The owner of the parameters, without the article.
-            "a name" | "a colour space" | "a light type" | "a medium name" => name.clone(),
+            "a name" | "a colour space" | "a medium name" => name.clone(),
             _ => format!("{what} `{}`", shorten(&name)),
         };
         let params = Params::parse(lexer, owner, directive.span.to(token.span))?;

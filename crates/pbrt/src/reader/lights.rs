@@ -1,0 +1,293 @@
+//! Light sources without a shape: points, spots, parallel light and environments.
+
+use super::Loader;
+use super::lexer::{Lexer, Token};
+use super::params::{Params, Type};
+use super::state::Target;
+use linelit_assembly::{ErrorKind, Result, shorten};
+use linelit_geometry::glam::DMat3;
+use linelit_geometry::{ConvexPolygon, DVec3, Frame};
+use linelit_lights::{
+    DistantLight, Falloff, Light, PointLight, Profile, ProfileKind, ProfileMap, Sky, SkyEmission,
+    SkyImage, SkyMapping, Sphere,
+};
+use linelit_scene::{ImageData, LUMINANCE};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The ball of a scene that is not known yet.
+const NO_SCENE: Sphere = Sphere {
+    center: DVec3::ZERO,
+    radius: 0.0,
+};
+
+/// Light types that are left out.
+const LEFT_OUT: [&str; 1] = ["projection"];
+
+/// The light types that are read.
+const TYPES: [&str; 6] = [
+    "point",
+    "spot",
+    "goniometric",
+    "distant",
+    "infinite",
+    "projection",
+];
+
+impl Loader {
+    /// `LightSource "point" …`
+    pub(super) fn light_source(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        self.needs_world(lexer, token)?;
+        let (name, mut params) = self.named_params(lexer, token, "light source")?;
+        if LEFT_OUT.contains(&name.as_str()) {
+            let message = format!("light source `{}` is not supported", shorten(&name));
+            return self.base.unsupported(message, "left out", params.at());
+        }
+        params.add_defaults(&self.state.defaults(Target::Light));
+        params.ignore(&["samples", "nsamples"]);
+        let light = match name.as_str() {
+            "point" | "spot" | "goniometric" => self.point_light(&name, &params)?,
+            "distant" => self.distant_light(&params)?,
+            "infinite" => self.infinite_light(&params)?,
+            _ => return Err(params.unknown("light source", &name, TYPES)),
+        };
+        self.warn_unused(&params)?;
+        match light {
+            Some(light) => self.base.add_light(light, params.at()),
+            None => {
+                let message = format!("{} emits nothing", params.owner);
+                self.base.suspicious(message, "left out", params.at())
+            }
+        }
+    }
+
+    /// A spectrum of a light times its `scale`; not negative.
+    fn light_spectrum(&mut self, params: &Params, name: &'static str) -> Result<DVec3> {
+        let value = self.spectrum(params, name, DVec3::ONE, true)?;
+        let value = value * self.spectrum(params, "scale", DVec3::ONE, false)?;
+        if value.min_element() < 0.0 || !value.is_finite() {
+            let message = format!("`{name}` of {} is negative or not finite", params.owner);
+            return Err(params.error(ErrorKind::OutOfRange, message, "must not be negative"));
+        }
+        Ok(value)
+    }
+
+    /// A point of the parameters in world space.
+    fn world_point(&self, params: &Params, name: &'static str, usual: DVec3) -> Result<DVec3> {
+        let point = params.fixed::<3>(name, &[Type::Point3])?;
+        let point = point.map_or(usual, DVec3::from_array);
+        let world = self.state.ctm.transform_point3(point);
+        if world.is_finite() {
+            return Ok(world);
+        }
+        let message = format!("`{name}` of {} is not finite", params.owner);
+        Err(params.error(ErrorKind::OutOfRange, message, "after its transform"))
+    }
+
+    /// The unit vector between two points of the parameters in world space.
+    fn world_direction(&self, params: &Params) -> Result<DVec3> {
+        let from = self.world_point(params, "from", DVec3::ZERO)?;
+        let to = self.world_point(params, "to", DVec3::Z)?;
+        (to - from).try_normalize().ok_or_else(|| {
+            let message = format!("`from` and `to` of {} are one point", params.owner);
+            params.error(ErrorKind::OutOfRange, message, "no direction")
+        })
+    }
+
+    fn point_light(&mut self, name: &str, params: &Params) -> Result<Option<Light>> {
+        let intensity = self.light_spectrum(params, "I")?;
+        let power = params.float("power")?.filter(|p| *p > 0.0);
+        let position = self.world_point(params, "from", DVec3::ZERO)?;
+        let profile = match name {
+            "spot" => Some(self.spot(params)?),
+            "goniometric" => self.goniometer(params)?,
+            _ => None,
+        };
+        let mean = profile.as_ref().map_or(1.0, Profile::mean);
+        let factor = power.map_or(1.0, |power| power / (4.0 * PI * mean));
+        let emits = intensity != DVec3::ZERO && mean > 0.0;
+        Ok(emits.then(|| {
+            Light::Point(PointLight {
+                position,
+                intensity: intensity * factor,
+                profile: profile.map(Arc::new),
+            })
+        }))
+    }
+
+    /// The cone of a spot: version 4 smooths its border in the cosine, version 3 by a fourth power.
+    fn spot(&self, params: &Params) -> Result<Profile> {
+        let axis = self.world_direction(params)?;
+        Ok(Profile::new(self.cone(params)?, Frame::from_normal(axis)))
+    }
+
+    /// The cone of `coneangle` and `conedeltaangle`.
+    pub(super) fn cone(&self, params: &Params) -> Result<ProfileKind> {
+        let total = params.float_or("coneangle", 30.0)?;
+        let delta = params.float_or("conedeltaangle", 5.0)?;
+        if !(0.0..=180.0).contains(&total) || !(delta >= 0.0) {
+            let message = format!("the cone of {} has no such angle", params.owner);
+            let label = "`coneangle` is between 0 and 180, `conedeltaangle` not negative";
+            return Err(params.range_error(&["coneangle", "conedeltaangle"], message, label));
+        }
+        let cosine = |degrees: f64| linelit_elementary::cos(degrees.to_radians());
+        let (cos_outer, cos_inner) = (cosine(total), cosine((total - delta).max(0.0)));
+        let falloff = match self.view.is_v4 {
+            true => Falloff::Smooth,
+            false => Falloff::Quartic,
+        };
+        Ok(ProfileKind::Cone {
+            cos_inner,
+            cos_outer,
+            falloff,
+        })
+    }
+
+    /// The image of a goniometer, over directions of the light's space.
+    fn goniometer(&mut self, params: &Params) -> Result<Option<Profile>> {
+        let Some((data, mapping)) = self.directions_image(params)? else {
+            return Ok(None);
+        };
+        let grey = data.to_luminance();
+        let values = pixels(&grey).map(|[v, ..]| v).collect();
+        let size = [grey.width() as usize, grey.height() as usize];
+        let map = match mapping {
+            SkyMapping::EqualArea => ProfileMap::octahedral(size[0], values),
+            SkyMapping::Equirectangular => ProfileMap::equirectangular(size, values),
+        };
+        let map = map.map_err(|why| {
+            let message = format!("the image of {}: {why}", params.owner);
+            params.error(ErrorKind::OutOfRange, message, "")
+        })?;
+        let [x, y, z] = self.rotation(params)?;
+        // In version 3 the goniometer's axis is y, in version 4 z.
+        let frame = match mapping {
+            SkyMapping::EqualArea => Frame { x, y, z },
+            SkyMapping::Equirectangular => Frame { x, y: z, z: y },
+        };
+        Ok(Some(Profile::new(ProfileKind::Map(Arc::new(map)), frame)))
+    }
+
+    fn distant_light(&mut self, params: &Params) -> Result<Option<Light>> {
+        let mut irradiance = self.light_spectrum(params, "L")?;
+        if let Some(lux) = params.float("illuminance")?.filter(|lux| *lux > 0.0) {
+            irradiance *= lux;
+        }
+        let direction = -self.world_direction(params)?;
+        Ok(
+            (irradiance != DVec3::ZERO).then_some(Light::Distant(DistantLight {
+                direction,
+                irradiance,
+                scene: NO_SCENE,
+            })),
+        )
+    }
+
+    fn infinite_light(&mut self, params: &Params) -> Result<Option<Light>> {
+        let mut radiance = self.light_spectrum(params, "L")?;
+        let illuminance = params.float("illuminance")?.filter(|lux| *lux > 0.0);
+        let portal = self.portal(params)?;
+        let image = self.directions_image(params)?;
+        let emission = match image {
+            None => {
+                radiance *= illuminance.map_or(1.0, |lux| lux / PI);
+                SkyEmission::Constant(radiance)
+            }
+            Some((data, mapping)) => {
+                let [x, y, z] = self.rotation(params)?;
+                let size = [data.width() as usize, data.height() as usize];
+                let to_image = DMat3::from_cols(x, y, z).transpose();
+                let image = |scale: DVec3| {
+                    let pixels = pixels(&data).collect();
+                    SkyImage::new(mapping, size, pixels, to_image, scale).map_err(|why| {
+                        let message = format!("the image of {}: {why}", params.owner);
+                        params.error(ErrorKind::OutOfRange, message, "")
+                    })
+                };
+                let mut sky = image(radiance)?;
+                if let Some(lux) = illuminance {
+                    // As in pbrt-v4: that of the upper half of the image.
+                    let upper = sky.irradiance(z).dot(LUMINANCE);
+                    sky = image(radiance * if upper > 0.0 { lux / upper } else { 0.0 })?;
+                }
+                radiance = sky.mean();
+                SkyEmission::Image(Arc::new(sky))
+            }
+        };
+        Ok((radiance != DVec3::ZERO).then_some(Light::Sky(Sky {
+            emission,
+            portal,
+            scene: NO_SCENE,
+        })))
+    }
+
+    /// The portal of an environment: four corners.
+    fn portal(&self, params: &Params) -> Result<Option<ConvexPolygon>> {
+        let Some(corners) = params.fixed::<12>("portal", &[Type::Point3])? else {
+            return Ok(None);
+        };
+        let to_world = self.state.ctm;
+        let corner = |c: &[f64; 3]| to_world.transform_point3(DVec3::from_array(*c));
+        let corners: Vec<DVec3> = corners.as_chunks::<3>().0.iter().map(corner).collect();
+        let polygon = ConvexPolygon::try_new(&corners).map_err(|why| {
+            let message = format!("the portal of {}: {why}", params.owner);
+            params.error(
+                ErrorKind::OutOfRange,
+                message,
+                "no flat convex quadrilateral",
+            )
+        })?;
+        Ok(Some(polygon))
+    }
+
+    /// The image of a light by direction, if it names one: `filename` of version 4, by the
+    /// equal-area map, or `mapname` of version 3, by angles.
+    fn directions_image(
+        &mut self,
+        params: &Params,
+    ) -> Result<Option<(Arc<ImageData>, SkyMapping)>> {
+        let (param, mapping) = match (params.text("filename")?, params.text("mapname")?) {
+            (Some(param), _) => (param, SkyMapping::EqualArea),
+            (None, Some(param)) => (param, SkyMapping::Equirectangular),
+            (None, None) => return Ok(None),
+        };
+        let data = self
+            .base
+            .image(&param.strings()[0], true, param.at_value(0))?;
+        let Some(data) = data else {
+            return Ok(None);
+        };
+        if mapping == SkyMapping::EqualArea && data.width() != data.height() {
+            let (width, height) = (data.width(), data.height());
+            let message = format!("an equal-area map is square, this is {width} x {height}");
+            let error = param
+                .at_value(0)
+                .error(ErrorKind::OutOfRange, message, "named here");
+            return Err(error.help("`mapname` takes an image by longitude and latitude"));
+        }
+        Ok(Some((data, mapping)))
+    }
+
+    /// The axes of the light's space in the world, of unit length.
+    fn rotation(&self, params: &Params) -> Result<[DVec3; 3]> {
+        let matrix = self.state.ctm.matrix3;
+        let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::normalize_or_zero);
+        let [x, y, z] = axes;
+        let off = x.dot(y).abs().max(y.dot(z).abs()).max(z.dot(x).abs());
+        if off <= 1e-6 && axes.iter().all(|axis| *axis != DVec3::ZERO) {
+            return Ok(axes);
+        }
+        let message = format!("the transform of {} skews directions", params.owner);
+        let label = "expected rotations and scales along the axes";
+        Err(params.error(ErrorKind::BadTransform, message, label))
+    }
+}
+
+/// The linear values of an image, row by row.
+#[allow(clippy::cast_possible_truncation, reason = "images are f32")]
+fn pixels(image: &ImageData) -> impl Iterator<Item = [f32; 3]> {
+    let size = [image.width(), image.height()];
+    (0..size[1]).flat_map(move |y| {
+        (0..size[0]).map(move |x| image.pixel(x, y).to_array().map(|v| v as f32))
+    })
+}
