@@ -15,6 +15,7 @@ mod regions;
 mod robust;
 mod round;
 mod shapes;
+mod skies;
 mod solid_angle;
 mod surfaces;
 mod textures;

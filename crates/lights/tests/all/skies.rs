@@ -1,0 +1,610 @@
+//! Lights without size and skies: laws of their points, profiles, radiance, hostile input.
+
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
+use linelit_lights::octahedral::{sphere_to_square, square_to_sphere};
+use linelit_lights::{
+    Beam, DistantLight, Falloff, Light, PointDensity, PointLight, PointTechnique, Profile,
+    ProfileError, ProfileKind, ProfileMap, ProfileTable, Shape, Sky, SkyBy, SkyEmission, SkyError,
+    SkyImage, SkyMapping, SkyPoints, SkyView, Sphere, Viewer,
+};
+use linelit_testkit::cases::cases;
+use linelit_testkit::chi2::{chi2_test, sidak};
+use linelit_testkit::laws::{Surface, Technique};
+use linelit_testkit::quadrature::gauss_legendre;
+use linelit_testkit::rng::SplitMix64;
+use linelit_testkit::strategies::{hostile, hostile_unit, hostile_vector};
+use proptest::prelude::*;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::sync::Arc;
+
+const X: DVec3 = DVec3::new(1.0, -2.0, 0.5);
+const SCENE: Sphere = Sphere {
+    center: DVec3::new(0.0, 1.0, 0.0),
+    radius: 10.0,
+};
+
+fn sky(emission: SkyEmission, portal: Option<ConvexPolygon>) -> Sky {
+    Sky {
+        emission,
+        portal,
+        scene: SCENE,
+    }
+}
+
+fn sun(direction: DVec3, half_angle: f64) -> SkyEmission {
+    SkyEmission::Sun {
+        direction: direction.normalize(),
+        half_angle,
+        radiance: DVec3::splat(7.0),
+    }
+}
+
+/// A rotation that leaves no axis alone.
+fn turned() -> DMat3 {
+    DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1)
+}
+
+/// Pixels: random, with a third of them black; or black but for one.
+fn pixels(count: usize, one: Option<usize>) -> Vec<[f32; 3]> {
+    let mut rng = SplitMix64::new(3);
+    let mut value = |k: usize| match one {
+        Some(bright) => f32::from(u8::from(k == bright)) * 1e3,
+        None => (rng.in_range(-0.5, 1.0).max(0.0) * 4.0) as f32,
+    };
+    (0..count).map(|k| [value(k), value(k), value(k)]).collect()
+}
+
+fn image(mapping: SkyMapping, size: [usize; 2], one: Option<usize>) -> SkyEmission {
+    let pixels = pixels(size[0] * size[1], one);
+    let image = SkyImage::new(mapping, size, pixels, turned(), DVec3::new(1.0, 2.0, 0.5));
+    SkyEmission::Image(Arc::new(image.expect("good pixels")))
+}
+
+/// Directions about an axis up to 1 − cos = `height`, as a surface of points of a view.
+fn cap(
+    axis: DVec3,
+    height: f64,
+    view: &SkyView<'_>,
+) -> Surface<impl Fn([f64; 2]) -> ([f64; 3], f64), impl Fn([f64; 3]) -> Option<[f64; 2]>> {
+    let frame = Frame::from_normal(axis);
+    let far = view.meets(X, axis).expect("the axis shows").distance(X);
+    Surface {
+        place: move |[a, b]: [f64; 2]| {
+            let down = height * a;
+            let sine = (down * (2.0 - down)).sqrt();
+            let (s, c) = (TAU * b).sin_cos();
+            let w = frame.to_world(DVec3::new(sine * c, sine * s, 1.0 - down));
+            ((X + w * far).to_array(), TAU * height)
+        },
+        locate: move |p: [f64; 3]| {
+            let w = (DVec3::from(p) - X).normalize();
+            let local = frame.to_local(w);
+            let down = 0.5 * (w - axis).length_squared() / height;
+            let turn = (local.y.atan2(local.x) / TAU).rem_euclid(1.0);
+            (down <= 1.0 + 1e-9).then(|| [down.min(1.0), turn])
+        },
+        seams: Vec::new(),
+    }
+}
+
+/// Suns are uniform in their caps, constant skies in the hemisphere or by the cosine: χ² of a
+/// million samples, the integral, the Jacobian, and there and back.
+#[test]
+fn caps_follow_the_laws() {
+    let n = DVec3::new(0.48, -0.6, 0.64);
+    let constant = sky(SkyEmission::Constant(DVec3::ONE), None);
+    let radiance = SkyBy::Radiance(n);
+    let angles = [1e-4, 0.004_65, 0.3, FRAC_PI_2];
+    let suns = angles.map(|half| sky(sun(DVec3::new(-1.0, 0.5, 2.0), half), None));
+    let hemispheres = [(&constant, radiance), (&constant, SkyBy::Projected(n))];
+    let all = suns.iter().map(|sky| (sky, radiance)).chain(hemispheres);
+    for (sky, by) in all {
+        let (axis, height) = match sky.emission {
+            SkyEmission::Sun {
+                direction,
+                half_angle,
+                ..
+            } => (direction, 2.0 * (0.5 * half_angle).sin().powi(2)),
+            _ => (n, 1.0),
+        };
+        let view = SkyView::new(sky, X);
+        let points = SkyPoints::new(view, by);
+        let far = view.meets(X, axis).expect("the axis shows").distance(X);
+        // A place is rounded to ε of the coordinates, which are `far`; of the cosine c at the
+        // horizon, c² is known to ε and c to ε/2c.
+        let at_horizon = if matches!(by, SkyBy::Projected(_)) {
+            1e3
+        } else {
+            8.0
+        };
+        let resolution = at_horizon * f64::EPSILON * far;
+        Technique::new(format!("{:?} {by:?}", sky.emission))
+            .samples(1_000_000)
+            .alpha(sidak(1e-4, 6))
+            .resolution(resolution)
+            // A cap of 10⁻⁴ has densities that its places, at 10⁻¹², tell to 10⁻⁴.
+            .density(if height < 1e-6 { 1e-3 } else { 1e-6 })
+            .check_2d(
+                &cap(axis, height, &view),
+                |u| points.sample(u).point.to_array(),
+                |p| points.pdf(DVec3::from(p)).value(),
+                |p| points.invert(DVec3::from(p)),
+            );
+    }
+}
+
+/// A histogram of samples over n × n equal areas of the sphere against the mean density at
+/// `fine`² places of each.
+fn histogram(points: &SkyPoints<'_>, [n, fine]: [usize; 2], samples: usize, alpha: f64) -> f64 {
+    let mut observed = vec![0_u64; n * n + 1];
+    let mut rng = SplitMix64::new(11);
+    let view = |w: DVec3| X + w * 50.0;
+    for _ in 0..samples {
+        let u = [rng.next_f64(), rng.next_f64()];
+        let sample = points.sample(u);
+        if !sample.pdf.is_positive() {
+            observed[n * n] += 1;
+            continue;
+        }
+        let w = (sample.point - X).normalize();
+        // The density that it was drawn with is the one that it has.
+        let pdf = points.pdf(sample.point).value();
+        assert!(
+            (pdf / sample.pdf.value() - 1.0).abs() < 1e-6,
+            "{pdf} {sample:?}"
+        );
+        let back = points.invert(sample.point).expect("a positive density");
+        let again = (points.sample(back).point - X).normalize();
+        assert!(again.distance(w) < 1e-9, "{u:?} {back:?}");
+        // Bins are those of the image, turned as it is.
+        let [i, j] = sphere_to_square(turned() * w).map(|c| ((c * n as f64) as usize).min(n - 1));
+        observed[j * n + i] += 1;
+    }
+    let mut total = 0.0;
+    let share = |k: usize| -> f64 {
+        let at = |a: usize, b: usize| {
+            let c = [(k % n) * fine + a, (k / n) * fine + b];
+            let c = c.map(|c| (c as f64 + 0.5) / (n * fine) as f64);
+            points
+                .pdf(view(turned().transpose() * square_to_sphere(c)))
+                .value()
+        };
+        let sum: f64 = (0..fine * fine).map(|p| at(p % fine, p / fine)).sum();
+        sum * 4.0 * PI / ((n * n * fine * fine) as f64)
+    };
+    let mut expected: Vec<f64> = (0..n * n).map(share).collect();
+    total += expected.iter().sum::<f64>();
+    expected.push((1.0 - total).max(0.0));
+    let expected: Vec<f64> = expected.iter().map(|e| e * samples as f64).collect();
+    let result = chi2_test(&observed, &expected, 8.0);
+    assert!(result.p_value > alpha, "{result:?}");
+    total
+}
+
+/// Images: the density is constant in the cells of the hierarchy, 8 × 8 to 64 × 64 here, so that
+/// the means over bins are exact; it integrates to one.
+#[test]
+fn images_follow_the_laws() {
+    let n = DVec3::new(0.48, -0.6, 0.64);
+    let images = [
+        (SkyMapping::Equirectangular, [40, 23], None),
+        (SkyMapping::Equirectangular, [64, 32], Some(700)),
+        (SkyMapping::EqualArea, [33, 33], None),
+        (SkyMapping::EqualArea, [1, 1], None),
+        (SkyMapping::Equirectangular, [1, 1], Some(0)),
+    ];
+    for (mapping, size, one) in images {
+        let sky = sky(image(mapping, size, one), None);
+        for by in [SkyBy::Radiance(n), SkyBy::Projected(n)] {
+            let points = SkyPoints::new(SkyView::new(&sky, X), by);
+            let total = histogram(&points, [16, 4], 200_000, sidak(1e-4, 10));
+            assert!((total - 1.0).abs() < 1e-6, "{total} {size:?} {by:?}");
+        }
+    }
+}
+
+/// A million samples of one image.
+#[test]
+fn a_million_directions_of_an_image() {
+    let sky = sky(image(SkyMapping::EqualArea, [64, 64], None), None);
+    let by = SkyBy::Projected(DVec3::Z);
+    let points = SkyPoints::new(SkyView::new(&sky, X), by);
+    histogram(&points, [64, 1], 1_000_000, 1e-4);
+}
+
+fn portal(center: DVec3, size: f64) -> ConvexPolygon {
+    // It faces the shading point.
+    let frame = Frame::from_normal((X - center).normalize());
+    let (a, b) = (frame.x * size, frame.y * (0.6 * size));
+    ConvexPolygon::parallelogram(center - a - b, a * 2.0, b * 2.0).expect("flat")
+}
+
+/// Behind a portal directions of positive density are those through it, and cells that the portal
+/// cuts lose what falls beside it.
+#[test]
+fn portals_show_a_part_of_the_sky() {
+    for size in [0.05, 0.7, 3.0] {
+        let portal = portal(X + DVec3::new(1.0, 2.0, 1.5), size);
+        for emission in [
+            SkyEmission::Constant(DVec3::ONE),
+            image(SkyMapping::EqualArea, [32, 32], None),
+        ] {
+            let is_image = matches!(emission, SkyEmission::Image(_));
+            let sky = sky(emission, Some(portal));
+            let view = SkyView::new(&sky, X);
+            let points = SkyPoints::new(view, SkyBy::Projected(DVec3::Z));
+            let mut rng = SplitMix64::new(7);
+            // Every direction through the portal has a density.
+            let corners = portal.vertices();
+            let edges = [corners[1] - corners[0], corners[3] - corners[0]];
+            for _ in 0..10_000 {
+                let [a, b] = [rng.next_f64(), rng.next_f64()];
+                let through = corners[0] + edges[0] * a + edges[1] * b;
+                let w = (through - X).normalize();
+                let at = view.meets(X, w).expect("through the portal");
+                assert!(points.pdf(at).is_positive(), "{w} {size}");
+                assert_eq!(sky.radiance(X, w), sky.along(w));
+                assert_eq!(sky.radiance(X, -w), DVec3::ZERO);
+            }
+            if is_image {
+                let lost = histogram(&points, [64, 2], 50_000, sidak(1e-4, 3));
+                assert!(lost < 1.0 + 1e-3, "{lost}");
+            }
+        }
+    }
+    // From behind, nothing is seen.
+    let behind = portal(X + DVec3::Y, 1.0);
+    let corners = behind.vertices();
+    let away = ConvexPolygon::try_new(&[corners[3], corners[2], corners[1], corners[0]]);
+    let sky = sky(SkyEmission::Constant(DVec3::ONE), away.ok());
+    assert!(!sky.is_above(X, DVec3::Y));
+    assert_eq!(sky.radiance(X, DVec3::Y), DVec3::ZERO);
+}
+
+/// The mean of an image is its power's, and what is drawn in proportion to it has the same
+/// estimate everywhere: radiance over density, within the floor of a hundredth.
+#[test]
+fn images_are_drawn_in_proportion() {
+    let sky = sky(image(SkyMapping::EqualArea, [8, 8], None), None);
+    let SkyEmission::Image(picture) = &sky.emission else {
+        unreachable!("an image")
+    };
+    let points = SkyPoints::new(SkyView::new(&sky, X), SkyBy::Radiance(DVec3::Z));
+    let mut rng = SplitMix64::new(5);
+    let count = 200_000;
+    let sum: f64 = (0..count)
+        .map(|_| {
+            let sample = points.sample([rng.next_f64(), rng.next_f64()]);
+            let w = (sample.point - X).normalize();
+            picture.radiance(w).element_sum() / 3.0 / sample.pdf.value()
+        })
+        .sum();
+    let want = sky.mean().element_sum() / 3.0 * sky.solid_angle();
+    // 4 × 4 places of a pixel tell its mean to 2 %, samples to 1 % / √(2 · 10⁵) and less.
+    assert!(
+        (sum / f64::from(count) / want - 1.0).abs() < 0.02,
+        "{sum} {want}"
+    );
+    assert!(picture.memory() >= 8 * 8 * 12 && sky.memory() == picture.memory());
+    // A sphere of the scene's size is lit by as much.
+    let power = Light::Sky(sky.clone()).power();
+    assert!((power / (PI * 100.0 * want) - 1.0).abs() < 1e-12);
+}
+
+/// Where things lie: pbrt's longitude and latitude, and its octahedral map; the seam of longitude
+/// and the poles are continuous.
+#[test]
+fn orientations_are_those_of_pbrt() {
+    let of = |mapping, size: [usize; 2], bright: usize| {
+        let mut pixels = vec![[0.0; 3]; size[0] * size[1]];
+        pixels[bright] = [1.0, 2.0, 3.0];
+        SkyImage::new(mapping, size, pixels, DMat3::IDENTITY, DVec3::ONE).unwrap()
+    };
+    // Column 1 of 4 is at longitude 3π/4, row 0 of 2 at π/4 from z.
+    let image = of(SkyMapping::Equirectangular, [4, 2], 1);
+    let (s, c) = (3.0 * FRAC_PI_4).sin_cos();
+    let w = DVec3::new(FRAC_PI_4.sin() * c, FRAC_PI_4.sin() * s, FRAC_PI_4.cos());
+    assert!(image.radiance(w).distance(DVec3::new(1.0, 2.0, 3.0)) < 1e-12);
+    assert!(image.radiance(-w).length() < 1e-12);
+    // The first and the last column meet at x > 0, y = 0.
+    let image = of(SkyMapping::Equirectangular, [4, 1], 0);
+    let near = |y: f64| image.radiance(DVec3::new(1.0, y, 0.0).normalize()).x;
+    assert!((near(1e-9) - 0.5).abs() < 1e-8 && (near(-1e-9) - 0.5).abs() < 1e-8);
+    // Row 1, column 2 of 4: the octahedral place (0.625, 0.375).
+    let image = of(SkyMapping::EqualArea, [4, 4], 4 + 2);
+    let w = square_to_sphere([0.625, 0.375]);
+    assert!((image.radiance(w).x - 1.0).abs() < 1e-12);
+    // The irradiance of a uniform image is π L.
+    let even = vec![[2.0; 3]; 64];
+    let even = SkyImage::new(SkyMapping::EqualArea, [8, 8], even, turned(), DVec3::ONE).unwrap();
+    let irradiance = even.irradiance(DVec3::new(0.6, 0.0, 0.8)).x;
+    // Cells that the horizon cuts: 8 · 8 cells, 24 of them there.
+    assert!((irradiance / TAU - 1.0).abs() < 0.02, "{irradiance}");
+}
+
+#[test]
+fn images_that_are_none_are_refused() {
+    let new = |size, pixels: Vec<[f32; 3]>, matrix, scale| {
+        SkyImage::new(SkyMapping::EqualArea, size, pixels, matrix, scale)
+    };
+    let (one, id) = (DVec3::ONE, DMat3::IDENTITY);
+    let of = |error: SkyError| error.to_string();
+    let count = new([2, 2], vec![[1.0; 3]; 3], id, one).unwrap_err();
+    assert_eq!(count, SkyError::Count);
+    assert_eq!(new([0, 0], vec![], id, one).unwrap_err(), SkyError::Count);
+    let flat = new([2, 1], vec![[1.0; 3]; 2], id, one).unwrap_err();
+    assert_eq!(of(flat), "an equal-area map is square");
+    for bad in [f32::NAN, -1.0, f32::INFINITY] {
+        let pixels = vec![[1.0; 3], [1.0, bad, 1.0], [1.0; 3], [1.0; 3]];
+        assert_eq!(
+            new([2, 2], pixels, id, one).unwrap_err(),
+            SkyError::Pixel(1)
+        );
+    }
+    let skewed = DMat3::from_cols(DVec3::X, DVec3::new(0.1, 1.0, 0.0), DVec3::Z);
+    let skewed = new([1, 1], vec![[1.0; 3]], skewed, one).unwrap_err();
+    assert_eq!(skewed, SkyError::Transform);
+    let black = new([1, 1], vec![[0.0; 3]], id, one).unwrap();
+    let black = sky(SkyEmission::Image(Arc::new(black)), None);
+    assert_eq!(Light::Sky(black.clone()).power(), 0.0);
+    let points = SkyPoints::new(SkyView::new(&black, X), SkyBy::Radiance(DVec3::Z));
+    assert!(!points.sample([0.5, 0.5]).pdf.is_positive());
+}
+
+/// Intensity over the square of the distance, and the same everywhere.
+#[test]
+fn beams_are_what_arrives() {
+    let lamp = PointLight {
+        position: DVec3::new(0.0, 3.0, 4.0),
+        intensity: DVec3::new(5.0, 10.0, 15.0),
+        profile: None,
+    };
+    let Beam {
+        to_light,
+        direction,
+        irradiance,
+    } = lamp.beam(DVec3::ZERO).unwrap();
+    assert_eq!(to_light, lamp.position);
+    assert!(direction.distance(DVec3::new(0.0, 0.6, 0.8)) < 1e-15);
+    assert!(irradiance.distance(DVec3::new(0.2, 0.4, 0.6)) < 1e-15);
+    assert!(lamp.beam(lamp.position).is_none());
+    assert!((Light::Point(lamp).power() - 40.0 * PI).abs() < 1e-12);
+    let far = DistantLight {
+        direction: DVec3::Y,
+        irradiance: DVec3::splat(3.0),
+        scene: SCENE,
+    };
+    let mut light = Light::Distant(far);
+    let beam = light.beam(X).unwrap();
+    assert_eq!(
+        (beam.direction, beam.irradiance),
+        (DVec3::Y, DVec3::splat(3.0))
+    );
+    // Beyond the scene, whatever way the margins take.
+    let end = X + beam.to_light * (1.0 - 1e-3);
+    assert!(end.distance(SCENE.center) > SCENE.radius);
+    assert!((light.power() - 300.0 * PI).abs() < 1e-9);
+    light.set_scene(Sphere {
+        radius: 0.0,
+        ..SCENE
+    });
+    assert_eq!(light.power(), 0.0);
+    assert!(light.beam(X).is_some());
+}
+
+fn profiles() -> Vec<(&'static str, ProfileKind)> {
+    let cone = |inner: f64, outer: f64, falloff| ProfileKind::Cone {
+        cos_inner: inner.cos(),
+        cos_outer: outer.cos(),
+        falloff,
+    };
+    vec![
+        ("smooth", cone(0.3, 0.7, Falloff::Smooth)),
+        ("quartic", cone(0.2, 1.3, Falloff::Quartic)),
+        ("quadratic", cone(0.0, 1.9, Falloff::Quadratic)),
+        ("wide", cone(1.8, 3.0, Falloff::Smooth)),
+        ("step", cone(0.5, 0.5, Falloff::Smooth)),
+        ("all", cone(PI, PI, Falloff::Smooth)),
+        ("cosine", ProfileKind::CosinePower(1.0)),
+        ("even", ProfileKind::CosinePower(0.0)),
+        ("narrow", ProfileKind::CosinePower(50.5)),
+    ]
+}
+
+/// Means in closed form are those of quadrature between the cones.
+#[test]
+fn means_of_profiles() {
+    let frame = Frame::from_normal(DVec3::new(0.6, 0.0, 0.8));
+    let nodes = gauss_legendre(64);
+    for (name, kind) in profiles() {
+        let knots = match kind {
+            ProfileKind::Cone {
+                cos_inner,
+                cos_outer,
+                ..
+            } => vec![-1.0, cos_outer, 0.0, cos_inner, 1.0],
+            _ => vec![-1.0, 0.0, 1.0],
+        };
+        let mut knots = knots;
+        knots.sort_by(f64::total_cmp);
+        let profile = Profile::new(kind, frame);
+        let integral = |weight: &dyn Fn(f64) -> f64| -> f64 {
+            let piece = |pair: &[f64]| {
+                nodes.integrate(pair[0], pair[1], |c| {
+                    let sine = ((1.0 - c) * (1.0 + c)).max(0.0).sqrt();
+                    let w = frame.to_world(DVec3::new(sine, 0.0, c));
+                    profile.factor(w) * weight(c)
+                })
+            };
+            knots.windows(2).map(piece).sum()
+        };
+        let (mean, lambert) = (integral(&|_| 0.5), integral(&|c| 2.0 * c.max(0.0)));
+        // 64 nodes of polynomials, and of cos^50.5: to rounding of the directions next to the pole.
+        assert!((profile.mean() - mean).abs() < 1e-6, "{name}: {mean}");
+        assert!(
+            (profile.lambertian_mean() - lambert).abs() < 1e-6,
+            "{name}: {lambert}"
+        );
+        let twice = profile.clone().scaled(2.0);
+        assert!((twice.mean() - 2.0 * profile.mean()).abs() < 1e-15);
+        let w = frame.to_world(DVec3::new(0.28, 0.0, 0.96));
+        assert_eq!(twice.factor(w), 2.0 * profile.factor(w));
+        // About another normal the same cosine has the same factor.
+        let on = profile.on_surface(DVec3::Y, DVec3::new(0.28, 0.96, 0.0));
+        assert!((on - profile.factor(w)).abs() < 1e-12, "{name}");
+    }
+}
+
+/// Tables: what stands in them at their angles, between them the mean, zero beyond, on around the
+/// axis; images of one value are one.
+#[test]
+fn tables_and_maps() {
+    let degrees = |d: &[f64]| d.iter().map(|d| d.to_radians()).collect::<Vec<_>>();
+    let table = ProfileTable::new(
+        degrees(&[0.0, 45.0, 90.0]),
+        degrees(&[0.0, 90.0, 180.0, 270.0]),
+        vec![8.0, 4.0, 0.0, 8.0, 2.0, 0.0, 8.0, 4.0, 0.0, 8.0, 6.0, 0.0],
+    );
+    let table = ProfileKind::Table(Arc::new(table.unwrap()));
+    let world = Frame {
+        x: DVec3::X,
+        y: DVec3::Y,
+        z: DVec3::Z,
+    };
+    let profile = Profile::new(table, world);
+    let at = |theta: f64, phi: f64| {
+        let (theta, phi) = (theta.to_radians(), phi.to_radians());
+        let (s, c) = theta.sin_cos();
+        profile.factor(DVec3::new(s * phi.cos(), s * phi.sin(), c))
+    };
+    let known = [
+        (0.0, 10.0, 8.0),
+        (45.0, 0.0, 4.0),
+        (45.0, 90.0, 2.0),
+        (45.0, 45.0, 3.0),
+        (45.0, 315.0, 5.0),
+        (22.5, 90.0, 5.0),
+        (89.0, 90.0, 2.0 / 45.0),
+        (91.0, 0.0, 0.0),
+        (180.0, 0.0, 0.0),
+    ];
+    for (theta, phi, want) in known {
+        assert!(
+            (at(theta, phi) - want).abs() < 1e-9,
+            "{theta} {phi}: {}",
+            at(theta, phi)
+        );
+    }
+    // One value everywhere.
+    let map = ProfileMap::octahedral(2, vec![3.0; 4]).unwrap();
+    let map = Profile::new(ProfileKind::Map(Arc::new(map)), world);
+    // The midpoint rule of 450 rows errs by (π/450)²/24 of the integral.
+    assert!((map.mean() - 3.0).abs() < 1e-5, "{}", map.mean());
+    assert!(
+        (map.lambertian_mean() - 3.0).abs() < 1e-4,
+        "{}",
+        map.lambertian_mean()
+    );
+    let map = ProfileMap::equirectangular([4, 2], vec![1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    let map = Profile::new(ProfileKind::Map(Arc::new(map.unwrap())), world);
+    assert_eq!((map.factor(DVec3::Z), map.factor(DVec3::NEG_Z)), (1.0, 0.0));
+    // Refused.
+    let new =
+        |v: &[f64], h: &[f64], n: usize| ProfileTable::new(degrees(v), degrees(h), vec![1.0; n]);
+    assert_eq!(
+        new(&[0.0, 90.0], &[0.0], 3).unwrap_err(),
+        ProfileError::Count
+    );
+    assert_eq!(new(&[], &[0.0], 0).unwrap_err(), ProfileError::Count);
+    assert_eq!(
+        new(&[0.0, 90.0, 90.0], &[0.0], 3).unwrap_err(),
+        ProfileError::Angle(2)
+    );
+    assert_eq!(
+        new(&[0.0, 190.0], &[0.0], 2).unwrap_err(),
+        ProfileError::Angle(1)
+    );
+    assert_eq!(
+        new(&[f64::NAN], &[0.0], 1).unwrap_err(),
+        ProfileError::Angle(0)
+    );
+    let negative = ProfileMap::octahedral(1, vec![-1.0]).unwrap_err();
+    assert_eq!(negative, ProfileError::Value(0));
+    assert!(ProfileMap::equirectangular([2, 2], vec![1.0]).is_err());
+}
+
+/// A bound of the angle between a cell's centre and its points.
+#[test]
+fn portals_never_lose_a_cell() {
+    // Portals of all sizes: whatever direction through them has a positive density, at any of
+    // ten thousand places, of images of one level to eight.
+    let mut rng = SplitMix64::new(9);
+    for round in 0..40 {
+        let side = 1 << (round % 7);
+        let emission = image(SkyMapping::EqualArea, [side; 2], None);
+        let center =
+            X + square_to_sphere([rng.next_f64(), rng.next_f64()]) * rng.in_range(0.3, 4.0);
+        let size = 10f64.powf(rng.in_range(-3.0, 1.0));
+        let portal = portal(center, size);
+        let sky = sky(emission, Some(portal));
+        let view = SkyView::new(&sky, X);
+        let points = SkyPoints::new(view, SkyBy::Radiance(DVec3::Z));
+        let corners = portal.vertices();
+        for _ in 0..300 {
+            let [a, b] = [rng.next_f64(), rng.next_f64()];
+            let place = corners[0] + (corners[1] - corners[0]) * a + (corners[3] - corners[0]) * b;
+            let w = (place - X).normalize();
+            let Some(at) = view.meets(X, w) else { continue };
+            assert!(points.pdf(at).is_positive(), "{round} {w}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(cases(400)))]
+
+    /// Whatever the numbers: finite densities, points that are there, factors that are numbers.
+    #[test]
+    fn hostile_numbers(
+        x in hostile_vector(), n in hostile_vector(), at in hostile_vector(),
+        scene in hostile_vector(), radius in hostile(), angle in hostile(),
+        u in [hostile_unit(), hostile_unit()], kind in 0..5usize,
+    ) {
+        let [x, n, at, center] = [x, n, at, scene].map(DVec3::from);
+        let emission = match kind {
+            0 => SkyEmission::Constant(DVec3::ONE),
+            1 => SkyEmission::Sun { direction: n, half_angle: angle, radiance: DVec3::ONE },
+            2 => image(SkyMapping::EqualArea, [4, 4], None),
+            _ => image(SkyMapping::Equirectangular, [4, 2], Some(3)),
+        };
+        let portal = (kind > 2).then(|| portal(DVec3::new(2.0, 3.0, 4.0), 1.0));
+        let sky = Sky { emission, portal, scene: Sphere { center, radius } };
+        let view = SkyView::new(&sky, x);
+        for by in [SkyBy::Radiance(n), SkyBy::Projected(n)] {
+            let points = SkyPoints::new(view, by);
+            let sample = points.sample(u);
+            prop_assert!(sample.pdf.value() >= 0.0 && sample.pdf.value().is_finite());
+            prop_assert!(points.pdf(at).value() >= 0.0);
+            prop_assert!(points.invert(at).is_none_or(|u| u.iter().all(|u| (0.0..1.0).contains(u))));
+        }
+        let viewer = Viewer { position: x, normal: n, geometric_normal: n, cosines: None };
+        let source = view.points(PointDensity::Area, &viewer);
+        prop_assert!(source.density(&linelit_lights::LightPoint::new(at, x, &linelit_lights::Surface::Sky(&view))) >= 0.0);
+        let _ = (sky.is_above(x, n), sky.radiance(x, n), sky.solid_angle(), sky.mean());
+        let lamp = PointLight { position: at, intensity: DVec3::splat(radius), profile: None };
+        for light in [
+            Light::Point(lamp.clone()),
+            Light::Distant(DistantLight { direction: n, irradiance: at, scene: sky.scene }),
+        ] {
+            prop_assert!(light.power() >= 0.0);
+            if let Some(beam) = light.beam(x) {
+                prop_assert!(beam.irradiance.is_finite() && beam.irradiance.min_element() >= 0.0);
+                prop_assert!(beam.to_light.is_finite());
+            }
+        }
+        for (_, kind) in profiles() {
+            let factor = Profile::new(kind, Frame::from_normal(DVec3::Z)).factor(n);
+            prop_assert!(factor >= 0.0 && factor.is_finite());
+        }
+    }
+}
