@@ -11,4 +11,5 @@ mod nasty;
 mod penumbrae;
 mod round;
 mod sides;
+mod skies;
 mod text;

@@ -25,7 +25,8 @@ pub enum SkyBy {
 /// Suns are drawn uniformly in their solid angle, constant skies uniformly over the hemisphere or
 /// in proportion to the cosine, images by a hierarchy ([`SkyImage`](crate::SkyImage)). Behind a
 /// portal a constant sky is drawn uniformly in the portal's solid angle, and an image by the cells
-/// of its hierarchy that the portal shows.
+/// of its hierarchy that the portal shows; what of those is beside the portal has the density zero,
+/// so that the density integrates to less than one.
 #[derive(Clone, Debug)]
 pub struct SkyPoints<'a> {
     view: SkyView<'a>,
@@ -77,6 +78,11 @@ impl<'a> SkyPoints<'a> {
         Self { view, kind }
     }
 
+    /// Whether a direction of an image is through the portal, beside which cells reach.
+    fn shows(&self, w: DVec3) -> bool {
+        self.view.sky.portal.is_none() || self.view.sky.shows(self.view.x, w)
+    }
+
     /// What drawing from an image asks beside it.
     fn asked(&self, normal: Option<DVec3>) -> Asked<'a> {
         Asked::new(normal, self.view.sky.portal.as_ref(), self.view.x)
@@ -119,7 +125,10 @@ impl PointTechnique for SkyPoints<'_> {
                 let w = (sample.point - self.view.x).normalize_or_zero();
                 (w, sample.pdf.value())
             }
-            Kind::Image(image, normal) => image.sample(u, &self.asked(*normal)),
+            Kind::Image(image, normal) => {
+                let (w, pdf) = image.sample(u, &self.asked(*normal));
+                (w, if self.shows(w) { pdf } else { 0.0 })
+            }
         };
         PointSample::at(self.view.point(w), Pdf::new(pdf))
     }
@@ -135,7 +144,8 @@ impl PointTechnique for SkyPoints<'_> {
                 let at = portal.and_then(|portal| portal.meets(self.view.x, w));
                 return at.map_or(Pdf::ZERO, |at| sampler.pdf(at));
             }
-            Kind::Image(image, normal) => image.pdf(w, &self.asked(*normal)),
+            Kind::Image(image, normal) if self.shows(w) => image.pdf(w, &self.asked(*normal)),
+            Kind::Image(..) => 0.0,
         })
     }
 
