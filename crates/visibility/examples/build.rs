@@ -7,14 +7,15 @@
 //!
 //! SCENE is a scene file or the name of a built-in scene; 1,2 threads and 5 rounds unless told. The
 //! program that cargo leaves in `target/release/examples/build` needs nothing but the scene. For
-//! each number of threads, for rays alone and with what shafts need, it prints the least and the
+//! each number of threads, for rays alone and with what shafts need, with the feature `obvhs` over
+//! either tree, it prints the least and the
 //! median of the seconds that building takes on the wall, the same of the processor's seconds
 //! (Linux), the bytes of a triangle, and a hash of the whole hierarchy.
 
 #![allow(clippy::print_stdout, reason = "what it is for")]
 
 use linelit_scenes::Library;
-use linelit_visibility::Occluders;
+use linelit_visibility::{BuildOptions, Builder, Occluders};
 use std::fmt::{self, Write as _};
 use std::time::Instant;
 
@@ -54,16 +55,22 @@ fn main() {
     let rounds = args.next().map_or(5, |n| n.parse().expect(usage));
     let scene = Library::default().load(&scene).expect("a scene").scene;
     println!("{} triangles", scene.triangles.len());
-    type Build = fn(&[[f32; 3]], &[[u32; 3]]) -> Occluders;
-    let kinds: [(&str, Build); 2] = [
-        ("rays", Occluders::build_for_rays),
-        ("shafts", Occluders::build),
+    let kinds: &[(&str, bool, Builder)] = &[
+        ("rays", true, Builder::Own),
+        ("shafts", false, Builder::Own),
+        #[cfg(feature = "obvhs")]
+        ("rays, by obvhs", true, Builder::Obvhs),
+        #[cfg(feature = "obvhs")]
+        ("shafts, by obvhs", false, Builder::Obvhs),
     ];
     for threads in threads.split(',') {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.parse().expect(usage));
         let pool = pool.build().expect("threads");
-        for (kind, build) in kinds {
-            let build = || pool.install(|| build(&scene.positions, &scene.triangles));
+        for &(kind, for_rays, builder) in kinds {
+            let options = BuildOptions { for_rays, builder };
+            let build = || {
+                pool.install(|| Occluders::build_with(&scene.positions, &scene.triangles, options))
+            };
             let (mut wall, mut cpu) = (Vec::new(), Vec::new());
             for _ in 0..rounds {
                 let (start, before) = (Instant::now(), cpu_seconds());

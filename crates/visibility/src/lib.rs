@@ -96,6 +96,7 @@ mod surfaces;
 mod walk;
 
 pub use between::Between;
+pub use build::{BuildOptions, Builder};
 pub use counters::Counters;
 pub use holes::alpha::{AlphaCutoff, AlphaError, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap};
 pub use holes::filter::{AnyFilter, Filter, SharedFilter};

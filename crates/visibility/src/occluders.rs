@@ -1,7 +1,7 @@
 //! The occluders of a scene: triangles under a hierarchy of boxes.
 
 use crate::{
-    build::{self, Bounds, Geometry},
+    build::{self, Bounds, BuildOptions, Geometry},
     bvh::{Bvh, largest_inverse_at},
     holes::{Holes, filter::SharedFilter},
     node::{Child, Node},
@@ -28,8 +28,7 @@ pub struct Occluders {
     left_out: usize,
     out_of_range: usize,
     pub(crate) holes: Option<Arc<Holes>>,
-    /// Whether only rays are expected.
-    for_rays: bool,
+    options: BuildOptions,
 }
 
 impl Occluders {
@@ -60,9 +59,7 @@ impl Occluders {
     /// If there are more than 2²⁸ leaves, which takes as many triangles at least.
     #[must_use]
     pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let mut occluders = Self::default();
-        occluders.refit(positions, triangles);
-        occluders
+        Self::build_with(positions, triangles, BuildOptions::default())
     }
 
     /// Builds the hierarchy for rays alone, without what shafts know of closed and fine meshes: a
@@ -74,8 +71,22 @@ impl Occluders {
     /// agree up to rounding.
     #[must_use]
     pub fn build_for_rays(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let mut occluders = Self {
+        let options = BuildOptions {
             for_rays: true,
+            ..BuildOptions::default()
+        };
+        Self::build_with(positions, triangles, options)
+    }
+
+    /// Builds the hierarchy as `options` tell.
+    #[must_use]
+    pub fn build_with(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        options: BuildOptions,
+    ) -> Self {
+        let mut occluders = Self {
+            options,
             ..Self::default()
         };
         occluders.refit(positions, triangles);
@@ -121,9 +132,9 @@ impl Occluders {
         }
         if let Some(hierarchy) = Arc::get_mut(&mut bvh.hierarchy) {
             if same {
-                build::refit(&geometry, &kept, !self.for_rays, hierarchy);
+                build::refit(&geometry, &kept, !self.options.for_rays, hierarchy);
             } else {
-                *hierarchy = build::build(&geometry, &kept, !self.for_rays);
+                *hierarchy = build::build(&geometry, &kept, self.options);
             }
         }
         bvh.origin = DVec3::from(origin.map(f64::from));

@@ -6,6 +6,8 @@
 mod binary;
 mod collapse;
 mod order;
+#[cfg(feature = "obvhs")]
+mod ploc;
 mod refit;
 mod reinsert;
 mod split;
@@ -18,6 +20,7 @@ use crate::{
     pool,
     surfaces::Surfaces,
 };
+use binary::Binary;
 pub(crate) use binary::{Bounds, least, most};
 use linelit_simd::Simd;
 pub(crate) use refit::refit;
@@ -152,18 +155,53 @@ fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
     references
 }
 
-/// Builds the hierarchy over the triangles that `kept` has; `for_shafts`, with what is of use to
-/// shafts alone.
+/// Says who grows the binary tree that a hierarchy is made of. Rays and lines get the same answers
+/// from either; what may depend on the tree is told at [`Occluders::refit`](crate::Occluders::refit).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Builder {
+    /// Our own builder splits triangles from the root on, in all threads.
+    #[default]
+    Own,
+    /// obvhs joins triangles by locally ordered clustering, in one thread. Our own takes its place
+    /// where its tree is deeper than four times the logarithm of the number of triangles: where
+    /// they are nested in each other, of which it makes a list, in quadratic time.
+    #[cfg(feature = "obvhs")]
+    Obvhs,
+}
+
+/// Tells how a hierarchy is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// Makes it for rays alone, as [`Occluders::build_for_rays`](crate::Occluders::build_for_rays) does.
+    pub for_rays: bool,
+    /// Names who grows the tree.
+    pub builder: Builder,
+}
+
+impl Builder {
+    fn grow(self, references: &mut [Reference], extent: f32) -> Vec<Binary> {
+        let tree = match self {
+            Self::Own => None,
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs => ploc::grow(references, extent),
+        };
+        tree.unwrap_or_else(|| split::grow(references, extent))
+    }
+}
+
+/// Builds the hierarchy over the triangles that `kept` has; unless it is for rays alone, with what
+/// is of use to shafts.
 ///
 /// That is made with the rest, not when a shaft first asks: it needs the caller's triangles, marks
 /// nodes, and takes all threads, which whoever waits for it within a pool may not have.
-pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], for_shafts: bool) -> Hierarchy {
+pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOptions) -> Hierarchy {
     let mut references = references(geometry, kept);
     if references.is_empty() {
         return Hierarchy::default();
     }
     let small = references.len() < SMALL;
-    let tree = split::grow(&mut references, geometry.extent);
+    let tree = options.builder.grow(&mut references, geometry.extent);
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
     // Both together take little more memory than the tree took with the boxes.
@@ -178,7 +216,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], for_shafts: bool) ->
                 ..Hierarchy::default()
             }
         },
-        || for_shafts.then(|| ClosedMeshes::find(geometry, kept)),
+        || (!options.for_rays).then(|| ClosedMeshes::find(geometry, kept)),
     );
     if let Some(closed) = closed {
         hierarchy.serve_shafts(geometry, closed);

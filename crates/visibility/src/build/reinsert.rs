@@ -17,7 +17,7 @@ const PASSES: usize = 2;
 const MOST_VISITS: u32 = 512;
 
 /// Levels of a tree, in logarithms of its nodes, beyond which nothing is put.
-const LEVELS: u32 = 4;
+pub(super) const LEVELS: u32 = 4;
 
 /// Subtrees at which the top of a large tree ends that is improved by itself.
 const TOP: usize = 1 << 14;

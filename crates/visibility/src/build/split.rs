@@ -42,7 +42,7 @@ impl Reference {
     }
 
     /// The tree of this one.
-    fn node(&self) -> Binary {
+    pub(super) fn node(&self) -> Binary {
         Binary {
             bounds: Bounds {
                 lo: self.lo.truncate().to_array(),
@@ -102,7 +102,7 @@ pub(super) fn grow(references: &mut [Reference], extent: f32) -> Vec<Binary> {
 }
 
 /// The power of two that brings coordinates near one, so that squares are within `f32`.
-fn unit(extent: f32) -> f32 {
+pub(super) fn unit(extent: f32) -> f32 {
     let exponent = extent.to_bits() >> 23;
     f32::from_bits(254_u32.saturating_sub(exponent).clamp(1, 254) << 23)
 }

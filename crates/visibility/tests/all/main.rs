@@ -15,5 +15,7 @@ mod laws;
 mod leaks;
 mod limits;
 mod margins;
+#[cfg(feature = "obvhs")]
+mod obvhs;
 mod refit;
 mod silhouettes;
