@@ -13,3 +13,4 @@ mod limits;
 mod memory;
 mod parameters;
 mod pbrt;
+mod shapeless;

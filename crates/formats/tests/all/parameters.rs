@@ -74,7 +74,9 @@ fn said(row: &Row, parameter: &str) -> Result<Vec<String>, String> {
     );
     let text = match row.directive.as_str() {
         "Camera" => format!("Film \"rgb\" {directive} {world}"),
-        "Material" | "AreaLightSource" => format!("{camera} {world} {directive} {square}"),
+        "Material" | "AreaLightSource" | "LightSource" => {
+            format!("{camera} {world} {directive} {square}")
+        }
         _ => format!("{directive} {camera} {world}"),
     };
     match from_pbrt_str(&text, "table.pbrt", &LoadOptions::default()) {

@@ -73,15 +73,17 @@ impl Loader {
     /// Our extensions: `focus`, a power of the cosine, and `coneangle` with `conedeltaangle`, the
     /// cone of a spot, both about the normal. Shapes keep their power.
     fn emission_profile(&mut self, params: &Params) -> Result<Option<u32>> {
-        let kind = match (params.float("focus")?, params.has("coneangle")) {
-            (None, false) => return Ok(None),
-            (Some(focus), false) if focus >= 0.0 => ProfileKind::CosinePower(focus),
-            (Some(_), false) => {
+        // The cone asks for this one itself.
+        params.ignore(&["conedeltaangle"]);
+        let kind = match (params.float("focus")?, params.float("coneangle")?) {
+            (None, None) => return Ok(None),
+            (Some(focus), None) if focus >= 0.0 => ProfileKind::CosinePower(focus),
+            (Some(_), None) => {
                 let message = format!("`focus` of {} is negative", params.owner);
                 return Err(params.range_error(&["focus"], message, "must not be negative"));
             }
-            (None, true) => self.cone(params)?,
-            (Some(_), true) => {
+            (None, Some(_)) => self.cone(params)?,
+            (Some(_), Some(_)) => {
                 let message = format!("{} has both `focus` and `coneangle`", params.owner);
                 return Err(params.range_error(&["focus"], message, "one of them"));
             }

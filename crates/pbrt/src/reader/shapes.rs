@@ -139,6 +139,11 @@ impl Loader {
             let message = "a line without `AreaLightSource` is nothing";
             return self.base.suspicious(message, "left out", params.at());
         };
+        if emission.profile.is_some() {
+            let message = "a line has no normal that its light could turn with";
+            self.base
+                .unsupported(message, "emits alike in all directions", params.at())?;
+        }
         if emission.map.is_some() {
             let message = "a line has no place for an image";
             if emission.power.is_some() {

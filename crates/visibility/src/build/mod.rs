@@ -156,7 +156,8 @@ fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
 }
 
 /// Says who grows the binary tree that a hierarchy is made of. Rays and lines get the same answers
-/// from either; what may depend on the tree is told at [`Occluders::refit`](crate::Occluders::refit).
+/// from either; what may depend on the tree is told at
+/// [`Occluders::refit`](crate::Occluders::refit).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Builder {
@@ -173,7 +174,8 @@ pub enum Builder {
 /// Tells how a hierarchy is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
-    /// Makes it for rays alone, as [`Occluders::build_for_rays`](crate::Occluders::build_for_rays) does.
+    /// Makes it for rays alone, as
+    /// [`Occluders::build_for_rays`](crate::Occluders::build_for_rays) does.
     pub for_rays: bool,
     /// Names who grows the tree.
     pub builder: Builder,

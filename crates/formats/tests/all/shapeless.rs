@@ -1,0 +1,302 @@
+//! Lights without a shape: pbrt's light sources and glTF's punctual lights.
+
+use crate::common::{load, world, write_tga};
+use linelit_formats::{LoadOptions, from_pbrt_str};
+use linelit_geometry::DVec3;
+use linelit_lights::{DistantLight, Light, PointLight, Sky, SkyEmission};
+use linelit_scene::Scene;
+use linelit_testkit::folder::Folder;
+use std::f64::consts::PI;
+
+fn point(scene: &Scene) -> &PointLight {
+    match &*scene.lights[0].light {
+        Light::Point(light) => light,
+        other => panic!("{other:?} is no point"),
+    }
+}
+
+fn distant(scene: &Scene) -> &DistantLight {
+    match &*scene.lights[0].light {
+        Light::Distant(light) => light,
+        other => panic!("{other:?} is not distant"),
+    }
+}
+
+fn sky(scene: &Scene) -> &Sky {
+    match &*scene.lights[0].light {
+        Light::Sky(light) => light,
+        other => panic!("{other:?} is no sky"),
+    }
+}
+
+fn near(got: DVec3, want: DVec3) {
+    assert!(
+        got.distance(want) <= 1e-12 * want.length().max(1.0),
+        "{got} is not {want}"
+    );
+}
+
+const SQUARE: &str = "Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0 4 0 0 0 4 0 4 4 0 ]\n";
+
+#[test]
+fn points_stand_where_the_transform_says() {
+    let scene = world(
+        "Translate 1 2 3 Scale 2 2 2 LightSource \"point\" \"rgb I\" [ 1 2 3 ] \"float scale\" 2 \
+         \"point3 from\" [ 1 0 0 ]",
+    );
+    let light = point(&scene);
+    near(light.position, DVec3::new(3.0, 2.0, 3.0));
+    near(light.intensity, DVec3::new(2.0, 4.0, 6.0));
+    assert!(light.profile.is_none());
+    // Power is that of a unit I: 4π W/sr of it, or the cone's share.
+    for text in [
+        "\"point\"",
+        "\"spot\" \"point3 to\" [ 1 0 0 ]",
+        "\"spot\" \"float coneangle\" 60 \"float conedeltaangle\" 60",
+    ] {
+        let scene = world(&format!("LightSource {text} \"float power\" 100"));
+        let power = scene.lights[0].light.power();
+        assert!((power / 100.0 - 1.0).abs() < 1e-12, "{text}: {power}");
+    }
+}
+
+/// Half way between the cones in the cosine: smoothstep says a half in version 4, the fourth power
+/// 1/16 in version 3.
+#[test]
+fn spots_end_as_the_version_says() {
+    let spot = "LightSource \"spot\" \"float coneangle\" 60 \"float conedeltaangle\" 60 \
+                \"point from\" [ 0 0 0 ] \"point to\" [ 0 2 0 ] \"rgb I\" [ 8 8 8 ]";
+    let camera = "Camera \"perspective\"\nWorldBegin\n";
+    for (film, factor) in [("Film \"rgb\"", 0.5), ("Film \"image\"", 1.0 / 16.0)] {
+        let scene = load(&format!("{film} {camera} {spot}")).scene;
+        let light = point(&scene);
+        let w = DVec3::new((1.0 - 0.75 * 0.75_f64).sqrt(), 0.75, 0.0);
+        let beam = light.beam(w * 2.0).expect("lit");
+        near(beam.irradiance, DVec3::splat(8.0 * factor / 4.0));
+        assert!(light.beam(DVec3::new(2.0, 0.9, 0.0)).is_none());
+        near(light.beam(DVec3::Y).unwrap().irradiance, DVec3::splat(8.0));
+    }
+}
+
+#[test]
+fn distant_light_knows_the_scene() {
+    let text = format!(
+        "{SQUARE} AttributeBegin Rotate 90 0 0 1 LightSource \"distant\" \"rgb L\" [ 1 1 1 ] \
+         \"float illuminance\" 3 \"point3 from\" [ 1 0 1 ] \"point3 to\" [ 0 0 0 ] AttributeEnd"
+    );
+    let scene = world(&text);
+    let light = distant(&scene);
+    near(light.direction, DVec3::new(0.0, 1.0, 1.0).normalize());
+    near(light.irradiance, DVec3::splat(3.0));
+    near(light.scene.center, DVec3::new(2.0, 2.0, 0.0));
+    assert!((light.scene.radius - 8f64.sqrt()).abs() < 1e-12);
+    assert!((scene.lights[0].light.power() - 24.0 * PI).abs() < 1e-9);
+    // A scene of nothing else.
+    let scene = world("LightSource \"distant\" LightSource \"infinite\"");
+    assert_eq!((scene.lights.len(), distant(&scene).scene.radius), (2, 0.0));
+}
+
+#[test]
+fn environments_are_skies() {
+    let scene = world(&format!(
+        "{SQUARE} LightSource \"infinite\" \"rgb L\" [ 1 2 3 ] \"float illuminance\" 6"
+    ));
+    near(sky(&scene).mean(), DVec3::new(1.0, 2.0, 3.0) * (6.0 / PI));
+    assert!(sky(&scene).portal.is_none());
+    // An image by longitude and latitude: green at longitude 3π/4, turned by 90° about z.
+    let folder = Folder::new("environments");
+    let path = folder.join("sky.tga");
+    let mut pixels = [[0, 0, 0]; 8];
+    pixels[1] = [0, 255, 0];
+    write_tga(&path, [4, 2], &pixels);
+    let name = path.display();
+    let text = format!(
+        "{SQUARE} Rotate 90 0 0 1 LightSource \"infinite\" \"string mapname\" \"{name}\" \
+         \"rgb L\" [ 2 2 2 ]"
+    );
+    let scene = world(&text);
+    let along = |longitude: f64| {
+        let (s, c) = longitude.sin_cos();
+        sky(&scene).along(DVec3::new(c, s, 1.0).normalize())
+    };
+    near(along(1.25 * PI), DVec3::new(0.0, 2.0, 0.0));
+    near(along(0.25 * PI), DVec3::ZERO);
+    assert!(scene.texture_memory() > 8 * 12);
+    // The equal-area map of version 4 is square.
+    let wrong = format!(
+        "Camera \"perspective\" WorldBegin {SQUARE} LightSource \"infinite\" \"string filename\" \"{name}\""
+    );
+    let options = LoadOptions {
+        root: linelit_formats::Root::Anywhere,
+        ..LoadOptions::default()
+    };
+    let error = from_pbrt_str(&wrong, "a.pbrt", &options)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("square, this is 4 x 2") && error.contains("mapname"),
+        "{error}"
+    );
+    // Through a portal.
+    let scene = world(&format!(
+        "{SQUARE} LightSource \"infinite\" \"point3 portal\" [ 0 0 5 0 1 5 1 1 5 1 0 5 ]"
+    ));
+    let portal = sky(&scene).portal.as_ref().expect("a portal");
+    assert!(portal.normal().z < 0.0);
+    assert!(matches!(sky(&scene).emission, SkyEmission::Constant(_)));
+}
+
+#[test]
+fn what_is_no_light_is_an_error_at_its_place() {
+    for (text, part) in [
+        ("\"spot\" \"float coneangle\" 200", "no such angle"),
+        ("\"spot\" \"float coneangle\" -1", "no such angle"),
+        ("\"spot\" \"float conedeltaangle\" -1", "no such angle"),
+        ("\"spot\" \"point3 to\" [ 0 0 0 ]", "are one point"),
+        ("\"distant\" \"point3 from\" [ 0 0 1 ]", "are one point"),
+        ("\"point\" \"rgb I\" [ 1 -1 1 ]", "negative"),
+        (
+            "\"infinite\" \"point3 portal\" [ 0 0 0 ]",
+            "takes 12 values",
+        ),
+        (
+            "\"infinite\" \"point3 portal\" [ 0 0 0 1 0 0 1 1 1 0 1 0 ]",
+            "the portal of",
+        ),
+        ("\"lamp\"", "unknown light source `lamp`"),
+    ] {
+        let text = format!("Camera \"perspective\"\nWorldBegin\nLightSource {text}\n");
+        let error = from_pbrt_str(&text, "a.pbrt", &LoadOptions::default());
+        let error = error.expect_err(part).to_string();
+        assert!(
+            error.contains(part) && error.contains("a.pbrt:3"),
+            "{error}"
+        );
+    }
+    for (text, part) in [
+        (
+            "LightSource \"projection\"",
+            "`projection` is not supported",
+        ),
+        ("LightSource \"point\" \"rgb I\" [ 0 0 0 ]", "emits nothing"),
+        (
+            "LightSource \"spot\" \"float coneangle\" 0",
+            "emits nothing",
+        ),
+        (
+            "LightSource \"point\" \"float power\" 0 \"bool bogus\" true",
+            "no parameter `bogus`",
+        ),
+        (
+            "AreaLightSource \"diffuse\" \"float focus\" 3 Shape \"line\" \"point p0\" [ 0 0 1 ] \"point p1\" [ 1 0 1 ]",
+            "no normal",
+        ),
+    ] {
+        let loaded = load(&format!(
+            "Camera \"perspective\"\nWorldBegin\n{SQUARE}{text}\n"
+        ));
+        let said = loaded.warnings.iter().any(|w| w.message().contains(part));
+        assert!(said, "{part}: {:?}", loaded.warnings);
+    }
+    for text in [
+        "\"float focus\" -1",
+        "\"float focus\" 1 \"float coneangle\" 3",
+    ] {
+        let text =
+            format!("Camera \"perspective\"\nWorldBegin\nAreaLightSource \"diffuse\" {text}\n");
+        assert!(from_pbrt_str(&text, "a.pbrt", &LoadOptions::default()).is_err());
+    }
+}
+
+/// A focus turns a shape's light with direction and keeps its power.
+#[test]
+fn shapes_have_a_focus() {
+    let shape = "Shape \"disk\" \"float radius\" 2";
+    let area = |parameters: &str| {
+        world(&format!(
+            "AreaLightSource \"diffuse\" \"float power\" 50 {parameters} {shape}"
+        ))
+    };
+    let (even, focus) = (area(""), area("\"float focus\" 4"));
+    for (a, b) in even.lights.iter().zip(&focus.lights) {
+        assert_eq!(a.light.power(), b.light.power());
+        let profile = b.profile.as_ref().expect("a profile");
+        assert!((profile.lambertian_mean() - 1.0).abs() < 1e-12);
+        // (4 + 2)/2 cos⁴ of the even radiance is seen.
+        let Light::Area(light) = &*b.light else {
+            panic!("facets");
+        };
+        let n = light.polygon.normal();
+        let uv = linelit_geometry::DVec2::ZERO;
+        near(b.shown(uv, n), a.shown(uv, n) * 3.0);
+        near(b.shown(uv, -n), DVec3::ZERO);
+    }
+    assert_eq!(focus.round.len(), 1);
+}
+
+#[cfg(feature = "gltf")]
+fn gltf(light: &str, node: &str) -> Result<linelit_formats::Loaded, String> {
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "extensionsUsed": [ "KHR_lights_punctual" ],
+        "extensionsRequired": [ "KHR_lights_punctual" ],
+        "extensions": {{ "KHR_lights_punctual": {{ "lights": [ {light} ] }} }},
+        "nodes": [ {{ {node} "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }} ] }}"#
+    );
+    linelit_formats::from_bytes(
+        linelit_formats::Format::Gltf,
+        text.as_bytes(),
+        "a.gltf",
+        &LoadOptions::default(),
+    )
+    .map_err(|e| e.to_string())
+}
+
+#[cfg(feature = "gltf")]
+#[test]
+fn punctual_lights_of_gltf() {
+    let turned = r#""translation": [ 1, 2, 3 ], "rotation": [ 0, 0.7071067811865476, 0, 0.7071067811865476 ],"#;
+    let light = r#"{ "type": "point", "color": [ 1, 0.5, 0 ], "intensity": 20 }"#;
+    let loaded = gltf(light, turned).unwrap();
+    near(point(&loaded.scene).position, DVec3::new(1.0, 2.0, 3.0));
+    near(point(&loaded.scene).intensity, DVec3::new(20.0, 10.0, 0.0));
+    // −z turned by 90° about y is −x.
+    let loaded = gltf(r#"{ "type": "directional", "intensity": 3 }"#, turned).unwrap();
+    near(distant(&loaded.scene).direction, DVec3::X);
+    near(distant(&loaded.scene).irradiance, DVec3::splat(3.0));
+    // The square of the place between the cosines: cos = 0.75 of 1 and 0.5.
+    let light = r#"{ "type": "spot", "spot": { "outerConeAngle": 1.0471975511965976 } }"#;
+    let loaded = gltf(light, "").unwrap();
+    let w = DVec3::new((1.0 - 0.75 * 0.75_f64).sqrt(), 0.0, -0.75);
+    near(
+        point(&loaded.scene).beam(w).unwrap().irradiance,
+        DVec3::splat(0.25),
+    );
+    let ranged = gltf(r#"{ "type": "point", "range": 5 }"#, "").unwrap();
+    assert!(
+        ranged
+            .warnings
+            .iter()
+            .any(|w| w.message().contains("`range`"))
+    );
+    let dark = gltf(r#"{ "type": "point", "intensity": 0 }"#, "").unwrap();
+    assert!(dark.scene.lights.is_empty());
+    for (light, part) in [
+        (r#"{ "type": "area" }"#, "`type` of a light"),
+        (
+            r#"{ "type": "point", "intensity": -1 }"#,
+            "`intensity` of a light",
+        ),
+        (
+            r#"{ "type": "point", "color": [ 1, -1, 0 ] }"#,
+            "`color` of a light",
+        ),
+        (
+            r#"{ "type": "spot", "spot": { "innerConeAngle": 2 } }"#,
+            "`spot` of a light",
+        ),
+        ("", "number 0 of `lights`"),
+    ] {
+        let error = gltf(light, "").unwrap_err();
+        assert!(error.contains(part), "{error}");
+    }
+}
