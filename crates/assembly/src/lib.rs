@@ -6,6 +6,7 @@ mod assembly;
 mod diagnostics;
 mod framing;
 mod gzip;
+pub mod ies;
 mod options;
 pub mod ply;
 mod polygon;
@@ -19,4 +20,7 @@ pub use options::{LoadOptions, Loaded, Root, Watch};
 pub use polygon::triangulate;
 
 // What public signatures name, so that one dependency is enough.
-pub use {linelit_film as film, linelit_geometry as geometry, linelit_scene as scene};
+pub use {
+    linelit_film as film, linelit_geometry as geometry, linelit_lights as lights,
+    linelit_scene as scene,
+};

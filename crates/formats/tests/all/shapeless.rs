@@ -219,7 +219,7 @@ fn shapes_have_a_focus() {
     };
     let (even, focus) = (area(""), area("\"float focus\" 4"));
     for (a, b) in even.lights.iter().zip(&focus.lights) {
-        assert_eq!(a.light.power(), b.light.power());
+        assert_eq!(a.light.power().to_bits(), b.light.power().to_bits());
         let profile = b.profile.as_ref().expect("a profile");
         assert!((profile.lambertian_mean() - 1.0).abs() < 1e-12);
         // (4 + 2)/2 cos⁴ of the even radiance is seen.
@@ -232,6 +232,107 @@ fn shapes_have_a_focus() {
         near(b.shown(uv, -n), DVec3::ZERO);
     }
     assert_eq!(focus.round.len(), 1);
+}
+
+const IES: &str = "IESNA:LM-63-2002\n[TEST] none\nTILT=NONE\n1 1000 2 3 2 1 2 0 0 0\n1.5 1 50\n\
+                   0 45 90\n0 90\n100 60 0\n100,20 0\n";
+
+/// A quadrant of an IES file: factors of multiplier and ballast, mirrored twice, along `to`.
+#[test]
+fn ies_files_are_luminaires() {
+    let folder = Folder::new("ies");
+    let path = folder.join("lamp.ies");
+    std::fs::write(&path, IES).unwrap();
+    let name = path.display();
+    let scene = world(&format!(
+        "LightSource \"point\" \"point3 to\" [ 0 0 -1 ] \"string iesfile\" \"{name}\" \"rgb I\" [ 1 1 1 ]"
+    ));
+    let light = point(&scene);
+    let at = |theta: f64, phi: f64| {
+        let (theta, phi) = (theta.to_radians(), phi.to_radians());
+        let w = DVec3::new(
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            -theta.cos(),
+        );
+        light.beam(w).map_or(0.0, |beam| beam.irradiance.x)
+    };
+    for (theta, phi, want) in [
+        (0.0, 0.0, 300.0),
+        (45.0, 0.0, 180.0),
+        (45.0, 90.0, 60.0),
+        (45.0, 180.0, 180.0),
+        (45.0, 270.0, 60.0),
+        (45.0, 45.0, 120.0),
+        (45.0, 135.0, 120.0),
+        (45.0, 315.0, 120.0),
+        (22.5, 0.0, 240.0),
+        (100.0, 0.0, 0.0),
+    ] {
+        // Candela are stored as f32.
+        assert!(
+            (at(theta, phi) - want).abs() < 1e-4,
+            "{theta} {phi}: {}",
+            at(theta, phi)
+        );
+    }
+    let scene = world(&format!(
+        "AreaLightSource \"diffuse\" \"string iesfile\" \"{name}\" Shape \"disk\""
+    ));
+    assert!(scene.lights.iter().all(|light| light.profile.is_some()));
+}
+
+/// Whatever is wrong with an IES file is told with its place; cut at any byte, too.
+#[test]
+fn broken_ies_files_are_refused() {
+    let folder = Folder::new("broken-ies");
+    let path = folder.join("lamp.ies");
+    let name = path.display();
+    let tilted = IES.replace("TILT=NONE", "TILT=INCLUDE\n1\n2\n0 90\n1 .8");
+    let bad = [
+        (IES.replace("1000 2 3", "1000 2 4"), "an intensity"),
+        (IES.replace("2 3 2 1 2", "2 3 2 3 2"), "types A and B"),
+        (IES.replace("0 45 90", "0 95 90"), "does not ascend"),
+        (IES.replace("\n0 90\n", "\n10 90\n"), "expected 0, 0 to 90"),
+        (IES.replace("\n0 90\n", "\n0 0\n"), "do not ascend"),
+        (IES.replace("100,20", "100,-20"), "negative"),
+        (IES.replace("100,20", "100,many"), "`many`, not a number"),
+        (
+            IES.replace("2 3 2 1 2", "2 3e9 2 1 2"),
+            "vertical angles is 3000000000",
+        ),
+        (IES.replace("TILT=NONE", "TILT=lamp.tlt"), "another file"),
+        (IES.replace("TILT=NONE", ""), "no IES file"),
+    ];
+    let load_with = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        let options = LoadOptions {
+            root: linelit_formats::Root::Anywhere,
+            ..LoadOptions::default()
+        };
+        let scene = format!(
+            "Camera \"perspective\"\nWorldBegin\n{SQUARE}LightSource \"point\" \"string iesfile\" \"{name}\"\n"
+        );
+        from_pbrt_str(&scene, "a.pbrt", &options)
+    };
+    for (text, part) in &bad {
+        let error = load_with(text).expect_err(part).to_string();
+        assert!(
+            error.contains(part) && error.contains("lamp.ies:"),
+            "{part}: {error}"
+        );
+    }
+    let warned = load_with(&tilted).unwrap().warnings;
+    assert!(
+        warned.iter().any(|w| w.message().contains("tilted lamp")),
+        "{warned:?}"
+    );
+    // Cut at any byte it is refused, or whole but for the last number's digits.
+    for end in 0..IES.len() {
+        if let Ok(loaded) = load_with(&IES[..end]) {
+            assert!(end >= IES.len() - 2, "{end}: {:?}", loaded.warnings);
+        }
+    }
 }
 
 #[cfg(feature = "gltf")]

@@ -70,24 +70,32 @@ impl Loader {
         Ok(())
     }
 
-    /// Our extensions: `focus`, a power of the cosine, and `coneangle` with `conedeltaangle`, the
-    /// cone of a spot, both about the normal. Shapes keep their power.
+    /// Our extensions, about the normal: `focus`, a power of the cosine; `coneangle` with
+    /// `conedeltaangle`, the cone of a spot; `iesfile`. Shapes keep their power.
     fn emission_profile(&mut self, params: &Params) -> Result<Option<u32>> {
         // The cone asks for this one itself.
         params.ignore(&["conedeltaangle"]);
-        let kind = match (params.float("focus")?, params.float("coneangle")?) {
-            (None, None) => return Ok(None),
-            (Some(focus), None) if focus >= 0.0 => ProfileKind::CosinePower(focus),
-            (Some(_), None) => {
+        let cone = params
+            .float("coneangle")?
+            .map(|_| self.cone(params))
+            .transpose()?;
+        let mut kinds = [cone, self.ies(params)?, None];
+        if let Some(focus) = params.float("focus")? {
+            if focus < 0.0 {
                 let message = format!("`focus` of {} is negative", params.owner);
                 return Err(params.range_error(&["focus"], message, "must not be negative"));
             }
-            (None, Some(_)) => self.cone(params)?,
-            (Some(_), Some(_)) => {
-                let message = format!("{} has both `focus` and `coneangle`", params.owner);
-                return Err(params.range_error(&["focus"], message, "one of them"));
-            }
+            kinds[2] = Some(ProfileKind::CosinePower(focus));
+        }
+        let mut kinds = kinds.into_iter().flatten();
+        let Some(kind) = kinds.next() else {
+            return Ok(None);
         };
+        if kinds.next().is_some() {
+            let owner = &params.owner;
+            let message = format!("{owner} has several of `focus`, `coneangle` and `iesfile`");
+            return Err(params.error(ErrorKind::OutOfRange, message, "one of them"));
+        }
         let profile = Profile::new(kind, Frame::from_normal(DVec3::Z));
         let added = self.base.builder.add_profile(profile);
         added.map(Some).ok_or_else(|| {

@@ -4,7 +4,7 @@ use super::Loader;
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
-use linelit_assembly::{ErrorKind, Result, shorten};
+use linelit_assembly::{ErrorKind, Result, Source, ies, shorten};
 use linelit_geometry::glam::DMat3;
 use linelit_geometry::{ConvexPolygon, DVec3, Frame};
 use linelit_lights::{
@@ -101,7 +101,7 @@ impl Loader {
         let profile = match name {
             "spot" => Some(self.spot(params)?),
             "goniometric" => self.goniometer(params)?,
-            _ => None,
+            _ => self.luminaire(params)?,
         };
         let mean = profile.as_ref().map_or(1.0, Profile::mean);
         let factor = power.map_or(1.0, |power| power / (4.0 * PI * mean));
@@ -141,6 +141,25 @@ impl Loader {
             cos_outer,
             falloff,
         })
+    }
+
+    /// Our extension: the IES file of a point, about its direction from `from` to `to`.
+    fn luminaire(&mut self, params: &Params) -> Result<Option<Profile>> {
+        let axis = self.world_direction(params)?;
+        let tangent = self.state.ctm.transform_vector3(DVec3::X);
+        let frame = Frame::from_normal_and_tangent(axis, tangent);
+        Ok(self.ies(params)?.map(|kind| Profile::new(kind, frame)))
+    }
+
+    /// The table of an IES file, if `iesfile` names one.
+    pub(super) fn ies(&mut self, params: &Params) -> Result<Option<ProfileKind>> {
+        let Some(param) = params.text("iesfile")? else {
+            return Ok(None);
+        };
+        let file = self.base.open(&param.strings()[0], param.at_value(0))?;
+        let source = Source::new(file.path, file.bytes);
+        let table = ies::read(&source, &mut self.base.warnings)?;
+        Ok(Some(ProfileKind::Table(Arc::new(table))))
     }
 
     /// The image of a goniometer, over directions of the light's space.

@@ -1,0 +1,205 @@
+//! Photometric files of luminaires: IESNA LM-63 of 1986, 1991, 1995 and 2002, type C.
+
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, Warnings, shorten};
+use linelit_lights::{ProfileError, ProfileTable};
+
+/// A number of the file.
+#[derive(Clone, Copy)]
+struct Number {
+    value: f64,
+    span: Span,
+}
+
+/// The numbers behind the header, one after the other.
+struct Numbers<'a> {
+    source: &'a Source,
+    at: usize,
+}
+
+impl Numbers<'_> {
+    fn next(&mut self, what: &str) -> Result<Number> {
+        let bytes = self.source.bytes();
+        let is_blank = |b: &u8| b.is_ascii_whitespace() || *b == b',';
+        let rest = &bytes[self.at..];
+        let Some(start) = rest.iter().position(|b| !is_blank(b)) else {
+            let message = format!("the IES file ends before {what}");
+            let end = bytes.len();
+            let at = Span::new(end.saturating_sub(1), end);
+            return Err(self.source.error(ErrorKind::Truncated, message, at, ""));
+        };
+        let start = self.at + start;
+        let length = bytes[start..].iter().position(is_blank);
+        let span = Span::new(start, length.map_or(bytes.len(), |n| start + n));
+        self.at = span.end;
+        let text = self.source.text(span);
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Number { value, span }),
+            _ => {
+                let message = format!("{what} is `{}`, not a number", shorten(&text));
+                Err(self.source.error(ErrorKind::Syntax, message, span, ""))
+            }
+        }
+    }
+
+    /// A count from `least` on, of what takes at least two bytes of the file each.
+    fn count(&mut self, what: &str, least: f64) -> Result<usize> {
+        let Number { value, span } = self.next(what)?;
+        let most = (self.source.bytes().len() / 2) as f64;
+        if value.fract() != 0.0 || !(value >= least && value <= most) {
+            let message = format!("{what} is {value}");
+            return Err(self.source.error(ErrorKind::OutOfRange, message, span, ""));
+        }
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between zero and the length of the file"
+        )]
+        let count = value as usize;
+        Ok(count)
+    }
+
+    fn list(&mut self, count: usize, what: &str) -> Result<Vec<Number>> {
+        (0..count).map(|_| self.next(what)).collect()
+    }
+}
+
+/// Reads the intensities of a luminaire in candela, times lamps' multiplier and ballast factor.
+///
+/// Angles are in the profile's frame: vertical ones from its axis, which the luminaire shines
+/// along, horizontal ones from its x axis. What the file leaves to symmetry is filled in. The size
+/// of the luminous opening is not read: the luminaire is a point or the shape that it is given to.
+///
+/// # Errors
+/// Where the file is cut short or not of the format, is of types A or B, counts or angles do not
+/// fit, or an intensity is negative; with the place. Factors of a tilted lamp are warned about.
+pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
+    let mut numbers = Numbers {
+        source,
+        at: tilt(source, warnings)?,
+    };
+    numbers.next("the number of lamps")?;
+    numbers.next("the lumens of a lamp")?;
+    let multiplier = numbers.next("the multiplier")?;
+    let rows = numbers.count("the number of vertical angles", 1.0)?;
+    let columns = numbers.count("the number of horizontal angles", 1.0)?;
+    let kind = numbers.next("the photometric type")?;
+    if (kind.value - 1.0).abs() > 0.0 {
+        let message = "photometry of types A and B is not supported";
+        let label = "expected 1, type C";
+        return Err(source.error(ErrorKind::Unsupported, message, kind.span, label));
+    }
+    for what in ["the units", "the width", "the length", "the height"] {
+        numbers.next(what)?;
+    }
+    let ballast = numbers.next("the ballast factor")?;
+    numbers.next("the ballast-lamp factor")?;
+    numbers.next("the input watts")?;
+    let vertical = numbers.list(rows, "a vertical angle")?;
+    let horizontal = numbers.list(columns, "a horizontal angle")?;
+    let factor = multiplier.value * ballast.value;
+    let mut candela = Vec::with_capacity(columns);
+    for _ in 0..columns {
+        candela.push(numbers.list(rows, "an intensity")?);
+    }
+    let order = unfolded(source, &horizontal)?;
+    let values = order.iter().flat_map(|(_, column)| &candela[*column]);
+    #[allow(clippy::cast_possible_truncation, reason = "profiles are f32")]
+    let values = values.map(|n| (n.value * factor) as f32).collect();
+    let radians = |degrees: f64| degrees.to_radians();
+    let table = ProfileTable::new(
+        vertical.iter().map(|n| radians(n.value)).collect(),
+        order.iter().map(|(degrees, _)| radians(*degrees)).collect(),
+        values,
+    );
+    table.map_err(|why| {
+        let span = match why {
+            ProfileError::Angle(k) => vertical.get(k).map(|n| n.span),
+            ProfileError::Value(k) => order
+                .get(k / rows)
+                .map(|(_, column)| candela[*column][k % rows].span),
+            ProfileError::Count => None,
+        };
+        let span = span.unwrap_or(vertical[0].span);
+        source.error(
+            ErrorKind::OutOfRange,
+            format!("in the IES file, {why}"),
+            span,
+            "",
+        )
+    })
+}
+
+/// The end of the line of the lamp's tilt and, if they are in the file, of its factors.
+fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
+    let bytes = source.bytes();
+    let mut start = 0;
+    while start < bytes.len() {
+        let line = bytes[start..].iter().position(|b| *b == b'\n');
+        let end = line.map_or(bytes.len(), |n| start + n + 1);
+        let span = Span::new(start, end);
+        let text = source.text(span);
+        start = end;
+        let Some(tilt) = text.trim().strip_prefix("TILT=") else {
+            continue;
+        };
+        let mut numbers = Numbers { source, at: end };
+        match tilt.trim() {
+            "NONE" => {}
+            "INCLUDE" => {
+                numbers.next("the lamp's geometry")?;
+                let count = numbers.count("the number of tilts", 0.0)?;
+                numbers.list(count, "an angle of tilt")?;
+                numbers.list(count, "a factor of tilt")?;
+                let place = |e: SceneError| e.at(source.at(span), "left out");
+                let message = "the factors of a tilted lamp are not supported";
+                warnings.warn(ErrorKind::Unsupported, message, place)?;
+            }
+            other => {
+                let message = format!("the tilt of another file, `{}`", shorten(other));
+                return Err(source.error(ErrorKind::Unsupported, message, span, ""));
+            }
+        }
+        return Ok(numbers.at);
+    }
+    let message = "no IES file: it has no line that begins with `TILT=`";
+    Err(source.error(
+        ErrorKind::Syntax,
+        message,
+        Span::new(0, bytes.len().min(1)),
+        "",
+    ))
+}
+
+/// Horizontal angles in [0, 360) degrees in ascending order, each with the column that it has,
+/// where symmetry repeats columns.
+fn unfolded(source: &Source, angles: &[Number]) -> Result<Vec<(f64, usize)>> {
+    let (first, last) = (angles[0], angles[angles.len() - 1]);
+    let ascend = |pair: &&[Number]| pair[1].value <= pair[0].value;
+    if let Some(pair) = angles.windows(2).find(ascend) {
+        let message = "the horizontal angles of an IES file do not ascend";
+        return Err(source.error(ErrorKind::OutOfRange, message, pair[1].span, ""));
+    }
+    // Planes of symmetry: about each, an angle a has the column of 2 m − a.
+    let mirrors: &[f64] = match (first.value, last.value) {
+        (0.0, 0.0) | (0.0, 360.0) => &[],
+        (0.0, 90.0) => &[90.0, 180.0],
+        (0.0, 180.0) => &[180.0],
+        (90.0, 270.0) => &[270.0],
+        _ => {
+            let message = format!("horizontal angles from {} to {}", first.value, last.value);
+            let label = "expected 0, 0 to 90, 0 to 180, 90 to 270 or 0 to 360";
+            return Err(source.error(ErrorKind::OutOfRange, message, last.span, label));
+        }
+    };
+    let mut all: Vec<(f64, usize)> = angles.iter().map(|n| n.value).zip(0..).collect();
+    for mirror in mirrors {
+        let again: Vec<_> = all.iter().map(|(a, k)| (2.0 * mirror - a, *k)).collect();
+        all.extend(again);
+    }
+    for (angle, _) in &mut all {
+        *angle = angle.rem_euclid(360.0);
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by(|a, b| a.0 <= b.0);
+    Ok(all)
+}
