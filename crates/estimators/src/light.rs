@@ -152,6 +152,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
     /// that emits. Where not, every estimator gives zero. Counts why not.
     pub fn reaches<R>(&self, point: &ShadingPoint<R>, counters: &mut PlanCounters) -> bool {
         let (x, cylinder) = (point.position, self.cylinder(point.position));
+        let beam = self.light.beam(x);
         counters.point_lights += 1;
         let faces = match self.light {
             Light::Area(light) => light.faces(x, 0.0),
@@ -159,7 +160,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             Light::Sphere(light) => light.sphere.center.distance(x) > light.sphere.radius,
             Light::Disk(light) => light.faces(x, 0.0),
             Light::Cylinder(_) => cylinder.is_some(),
-            Light::Point(_) | Light::Distant(_) => self.light.beam(x).is_some(),
+            Light::Point(_) | Light::Distant(_) => beam.is_some(),
             Light::Sky(_) => true,
         };
         if !faces {
@@ -174,8 +175,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             // Their samplers ask for the horizon themselves.
             Light::Sphere(_) | Light::Disk(_) => true,
             Light::Cylinder(_) => cylinder.is_some_and(|view| view.heights(n)[1] > 0.0),
-            Light::Point(light) => n.dot(light.position - x) > 0.0,
-            Light::Distant(light) => n.dot(light.direction) > 0.0,
+            Light::Point(_) | Light::Distant(_) => beam.is_some_and(|b| n.dot(b.direction) > 0.0),
             Light::Sky(sky) => sky.is_above(x, n),
         };
         let above = is_above(point.geometric_normal) && is_above(point.normal);

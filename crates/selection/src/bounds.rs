@@ -31,11 +31,14 @@ pub(crate) struct LightBounds {
     spread: f64,
     /// (sin, cos) of the half angle.
     cone: (f64, f64),
-    /// Whether all are lines, spheres or cylinders, which shine in all directions.
+    /// Whether all are lines, spheres, cylinders or points, which shine in all directions.
     around: bool,
     /// Whether some are at infinity, so that a box tells nothing of them.
     endless: bool,
-    /// Whether some are spheres, disks or cylinders, which touch their box only to rounding.
+    /// Whether some are points, whose profile may send nothing in a direction.
+    dim: bool,
+    /// Whether some are spheres, disks, cylinders or points, whose heights are found otherwise than
+    /// their box's.
     round: bool,
     pub(crate) power: f64,
     /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided
@@ -164,9 +167,10 @@ impl LightBounds {
                 Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) | Light::Point(_)
             ),
             endless: matches!(light, Light::Distant(_) | Light::Sky(_)),
+            dim: matches!(light, Light::Point(_)),
             round: matches!(
                 light,
-                Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_)
+                Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Point(_)
             ),
             power: power.min(LARGEST),
             mean,
@@ -190,6 +194,7 @@ impl LightBounds {
             cone: sin_cos(spread),
             around: self.around && other.around,
             endless: self.endless || other.endless,
+            dim: self.dim || other.dim,
             round: self.round || other.round,
             power,
             mean: self.mean * a + other.mean * b,
@@ -256,7 +261,7 @@ impl LightBounds {
         if sum(a.max(b)) <= -slack {
             return Reach::None;
         }
-        let above = sum(a.min(b)) > slack;
+        let above = sum(a.min(b)) > slack && !self.dim;
         if self.around {
             return if above { Reach::All } else { Reach::Unknown };
         }

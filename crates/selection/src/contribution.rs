@@ -73,8 +73,9 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
             let heights = [axis.p0, axis.p1].map(|p| n.dot(p - x));
             heights.iter().any(|h| *h > 0.0 || h + rise > 0.0)
         }
-        Light::Point(l) => l.beam(x).is_some() && n.dot(l.position - x) > 0.0,
-        Light::Distant(l) => l.beam(x).is_some() && n.dot(l.direction) > 0.0,
+        Light::Point(_) | Light::Distant(_) => light
+            .beam(x)
+            .is_some_and(|beam| n.dot(beam.direction) > 0.0),
         Light::Sky(l) => l.is_above(x, n),
     }
 }
@@ -126,9 +127,12 @@ pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3
 
 /// The light of a source without size.
 fn from_beam(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
-    light.beam(at.position).map_or(0.0, |beam| {
-        (beam.irradiance * (at.reflected)(beam.direction)).element_sum() / 3.0
-    })
+    match light.beam(at.position) {
+        Some(beam) if at.normal.dot(beam.direction) > 0.0 => {
+            (beam.irradiance * (at.reflected)(beam.direction)).element_sum() / 3.0
+        }
+        _ => 0.0,
+    }
 }
 
 /// The estimate from a random direction of a sky.

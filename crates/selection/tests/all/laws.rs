@@ -3,8 +3,8 @@
 
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
 use linelit_lights::{
-    AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere,
-    SphereLight,
+    AreaLight, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission, Light,
+    LinearLight, PointLight, Sky, SkyEmission, Sphere, SphereLight,
 };
 use linelit_selection::{Discrete, Estimated, LightTree, can_contribute, diffuse};
 use linelit_testkit::cases::cases;
@@ -58,7 +58,7 @@ fn light(
             },
             radiance,
         }),
-        _ => Light::Disk(DiskLight {
+        5 => Light::Disk(DiskLight {
             disk: Disk {
                 center: at,
                 normal,
@@ -66,7 +66,33 @@ fn light(
             },
             emission,
         }),
+        _ => return Some(without_size(kind, at, normal, size, radiance)),
     })
+}
+
+/// A point, parallel light, or a sky about a ball.
+fn without_size(kind: u8, at: DVec3, normal: DVec3, size: f64, radiance: DVec3) -> Light {
+    let scene = Sphere {
+        center: at,
+        radius: size,
+    };
+    match kind {
+        6 => Light::Point(PointLight {
+            position: at,
+            intensity: radiance,
+            profile: None,
+        }),
+        7 => Light::Distant(DistantLight {
+            direction: normal,
+            irradiance: radiance,
+            scene,
+        }),
+        _ => Light::Sky(Sky {
+            emission: SkyEmission::Constant(radiance),
+            portal: None,
+            scene,
+        }),
+    }
 }
 
 /// Places on a lattice, so that lights and points lie in one plane and on one another, or anywhere.
@@ -91,7 +117,7 @@ fn direction() -> impl Strategy<Value = DVec3> {
 
 prop_compose! {
     fn lamp()(
-        kind in 0u8..6,
+        kind in 0u8..9,
         at in place(),
         normal in direction(),
         size in (-6..=0i32).prop_map(|e| 4f64.powi(e)),
@@ -116,7 +142,7 @@ fn hostile() -> impl Strategy<Value = Vec<Light>> {
         ]
     };
     let one = (
-        0u8..6,
+        0u8..9,
         place(),
         direction(),
         (magnitude(), magnitude(), magnitude()),
