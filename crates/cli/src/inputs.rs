@@ -1,11 +1,11 @@
 //! Scenes of plans: read, and held to what they were when the plan was made.
 
 use crate::args::ReadArgs;
-use anyhow::{Context as _, Result};
-use linelit_formats::Watch;
+use anyhow::{Context as _, Result, bail};
+use linelit_formats::{Loaded, Watch};
 use linelit_plan::{Folder, Input, InputFile, Plan, Unit};
 use linelit_scene::Scene;
-use linelit_scenes::Place;
+use linelit_scenes::{Library, Place};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -42,8 +42,27 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// Reads a scene.
+    /// Reads a scene for a study, which measures lights of its own.
+    ///
+    /// # Errors
+    /// As [`Sources::load`], and if the scene has no light.
+    pub fn load_to_measure(&self, name: &str) -> Result<Scene> {
+        self.load_by(name, |_, loaded| match loaded.scene.lights.is_empty() {
+            true => bail!("`{name}` has no lights, and a study measures those of the file"),
+            false => Ok(loaded),
+        })
+    }
+
+    /// Reads a scene; one without lights gets a square beside the camera.
     pub fn load(&self, name: &str) -> Result<Scene> {
+        self.load_by(name, |library, loaded| library.lit(loaded, name))
+    }
+
+    fn load_by(
+        &self,
+        name: &str,
+        lit: impl Fn(&Library, Loaded) -> Result<Loaded>,
+    ) -> Result<Scene> {
         let seen: Arc<Mutex<Files>> = Arc::default();
         let (told, pack) = (Arc::clone(&seen), self.pack);
         let mut library = self.read.library();
@@ -57,7 +76,7 @@ impl<'a> Sources<'a> {
                 seen.0.push(file);
             }
         });
-        let scene = library.load_lit(name)?.scene;
+        let scene = lit(&library, library.load(name)?)?.scene;
         let (files, packed) = std::mem::take(&mut *locked(&seen));
         let input = Input {
             name: whole_path(name)?,

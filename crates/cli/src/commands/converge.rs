@@ -64,7 +64,7 @@ fn converge(
     let start = Instant::now();
     let path = folder.temporary(args.fresh)?;
     let sources = Sources::new(&args.common.read, false);
-    let load = |name: &str| sources.load(name);
+    let load = |name: &str| sources.load_to_measure(name);
     let mut record = spec.record(command());
     let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
     let end = spec.time_budget.and_then(budget);

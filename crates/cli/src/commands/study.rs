@@ -211,7 +211,7 @@ pub(super) fn make(args: &PlanConvergeArgs) -> Result<Packed> {
     check_scenes(&spec.scenes, &args.read)?;
     apply_flags(&mut spec, &args.study);
     let sources = Sources::new(&args.read, args.planned.pack);
-    let load = |name: &str| sources.load(name);
+    let load = |name: &str| sources.load_to_measure(name);
     pool_of(0)?.install(|| with_work(&spec, &load, |work| plan(&args.study, work, &sources)))
 }
 

@@ -268,7 +268,7 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
 }
 
 #[test]
-fn a_file_without_lights_is_lit_for_studies_too() {
+fn a_file_without_lights_is_lit_for_pictures_and_refused_by_studies() {
     let dir = folder("unlit");
     let (file, empty) = (dir.join("dark.obj"), dir.join("empty.pbrt"));
     fs::write(
@@ -277,16 +277,25 @@ fn a_file_without_lights_is_lit_for_studies_too() {
     )
     .unwrap();
     fs::write(&empty, "WorldBegin\n").unwrap();
-    let out = dir.join("out");
-    let output = linelit(&[&small_study(path(&file), &out)[..], &["--json"]].concat());
+    let picture = dir.join("dark.exr");
+    let output = linelit(&[
+        "render",
+        path(&file),
+        "-o",
+        path(&picture),
+        "--resolution",
+        "8x8",
+    ]);
     let said = text(&output.stderr);
     assert!(output.status.success(), "{said}");
     assert!(said.contains("has no lights: it is lit by"), "{said}");
-    let study: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let rows = study["rows"].as_array().unwrap();
-    assert!(rows.iter().any(|r| r["mse"].as_f64().unwrap() > 0.0));
-
-    let output = linelit(&small_study(path(&empty), &out));
-    assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains("has no lights"));
+    for scene in [&file, &empty] {
+        let output = linelit(&small_study(path(scene), &dir.join("out")));
+        assert_eq!(output.status.code(), Some(1));
+        let said = text(&output.stderr);
+        assert!(
+            said.contains("a study measures those of the file"),
+            "{said}"
+        );
+    }
 }

@@ -109,7 +109,7 @@ fn methods_are_listed_without_a_scene() {
     for line in [
         format!("line-analytic\n  polygon, cylinder; {DIFFUSE}: {over} where nothing is between, else {along}\n"),
         format!("  line; {DIFFUSE}, {LOBES}: {over}\n"),
-        "point-bsdf\n  polygon, textured polygon, sphere, disk, cylinder; any reflection: 16 points as `point-bsdf`, a shadow ray each\n".to_owned(),
+        "point-bsdf\n  polygon, textured polygon, sphere, disk, cylinder, sky; any reflection: 16 points as `point-bsdf`, a shadow ray each\n".to_owned(),
     ] {
         assert!(text.contains(&line), "{line}\n{text}");
     }
