@@ -17,6 +17,7 @@ mod own_renderer;
 mod responses;
 mod rows;
 mod selection;
+mod skies;
 mod splits;
 mod textures;
 mod weights;
