@@ -63,7 +63,7 @@ impl Numbers<'_> {
     }
 }
 
-/// Reads the intensities of a luminaire in candela, times lamps' multiplier and ballast factor.
+/// Reads the intensities of a luminaire in candela, times the multiplier and both ballast factors.
 ///
 /// Angles are in the profile's frame: vertical ones from its axis, which the luminaire shines
 /// along, horizontal ones from its x axis. What the file leaves to symmetry is filled in. The size
@@ -92,11 +92,11 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
         numbers.next(what)?;
     }
     let ballast = numbers.next("the ballast factor")?;
-    numbers.next("the ballast-lamp factor")?;
+    let lamp = numbers.next("the ballast-lamp factor")?;
     numbers.next("the input watts")?;
     let vertical = numbers.list(rows, "a vertical angle")?;
     let horizontal = numbers.list(columns, "a horizontal angle")?;
-    let factor = multiplier.value * ballast.value;
+    let factor = multiplier.value * ballast.value * lamp.value;
     let mut candela = Vec::with_capacity(columns);
     for _ in 0..columns {
         candela.push(numbers.list(rows, "an intensity")?);

@@ -35,7 +35,7 @@ pub enum ProfileKind {
         /// The function.
         falloff: Falloff,
     },
-    /// max(0, cos θ) to a power ≥ 0 (`UsdLux`'s `shaping:focus`).
+    /// max(0, cos θ) to a power; one below zero, or no number, counts as zero (`UsdLux`'s `shaping:focus`).
     CosinePower(f64),
     /// A table of angles, as IES files have it.
     Table(Arc<ProfileTable>),
@@ -126,7 +126,7 @@ impl Profile {
                 }
             }
             ProfileKind::CosinePower(power) => match frame.z.dot(w) {
-                c if c > 0.0 => pow(c, *power),
+                c if c > 0.0 => pow(c, power.max(0.0)),
                 _ => 0.0,
             },
             ProfileKind::Table(table) => table.at(frame.to_local(w)),
@@ -180,7 +180,10 @@ impl Profile {
                 let sum = terms.map(|(k, n)| k * (flat * moment(n) + rise * moment(n + 1)));
                 whole + height * sum.sum::<f64>()
             }
-            ProfileKind::CosinePower(power) => one / (power + 1.0) + slope / (power + 2.0),
+            ProfileKind::CosinePower(power) => {
+                let power = power.max(0.0);
+                one / (power + 1.0) + slope / (power + 2.0)
+            }
             ProfileKind::Table(table) => numeric(
                 |w| table.at(w),
                 |c| if c > lowest { one + slope * c } else { 0.0 },

@@ -257,6 +257,7 @@ fn skies_agree_with_brute_force() {
         sky(octahedral(), None),
         sky(octahedral(), Some(portal)),
         sky(SkyEmission::Constant(DVec3::ONE), Some(portal)),
+        sky(sun(0.9), Some(portal)),
     ];
     let rough = reflections();
     let surfaces = [

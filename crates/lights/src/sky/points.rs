@@ -25,8 +25,8 @@ pub enum SkyBy {
 /// Suns are drawn uniformly in their solid angle, constant skies uniformly over the hemisphere or
 /// in proportion to the cosine, images by a hierarchy ([`SkyImage`](crate::SkyImage)). Behind a
 /// portal a constant sky is drawn uniformly in the portal's solid angle, and an image by the cells
-/// of its hierarchy that the portal shows; what of those is beside the portal has the density zero,
-/// so that the density integrates to less than one.
+/// of its hierarchy that the portal shows; what of those, or of a sun, is beside the portal has the
+/// density zero, so that the density integrates to less than one.
 #[derive(Clone, Debug)]
 pub struct SkyPoints<'a> {
     view: SkyView<'a>,
@@ -78,7 +78,8 @@ impl<'a> SkyPoints<'a> {
         Self { view, kind }
     }
 
-    /// Whether a direction of an image is through the portal, beside which cells reach.
+    /// Whether a direction is through the portal, if there is one: suns and cells of images reach
+    /// beside it, and nothing is seen from behind.
     fn shows(&self, w: DVec3) -> bool {
         self.view.sky.portal.is_none() || self.view.sky.shows(self.view.x, w)
     }
@@ -125,16 +126,17 @@ impl PointTechnique for SkyPoints<'_> {
                 let w = (sample.point - self.view.x).normalize_or_zero();
                 (w, sample.pdf.value())
             }
-            Kind::Image(image, normal) => {
-                let (w, pdf) = image.sample(u, &self.asked(*normal));
-                (w, if self.shows(w) { pdf } else { 0.0 })
-            }
+            Kind::Image(image, normal) => image.sample(u, &self.asked(*normal)),
         };
+        let pdf = if self.shows(w) { pdf } else { 0.0 };
         PointSample::at(self.view.point(w), Pdf::new(pdf))
     }
 
     fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
         let w = self.view.direction(point);
+        if !self.shows(w) {
+            return Pdf::ZERO;
+        }
         Pdf::new(match &self.kind {
             Kind::Cap(frame, height) if below_cap(frame.z, w) <= *height => 1.0 / (TAU * height),
             Kind::Cap(..) => 0.0,
@@ -144,8 +146,7 @@ impl PointTechnique for SkyPoints<'_> {
                 let at = portal.and_then(|portal| portal.meets(self.view.x, w));
                 return at.map_or(Pdf::ZERO, |at| sampler.pdf(at));
             }
-            Kind::Image(image, normal) if self.shows(w) => image.pdf(w, &self.asked(*normal)),
-            Kind::Image(..) => 0.0,
+            Kind::Image(image, normal) => image.pdf(w, &self.asked(*normal)),
         })
     }
 
