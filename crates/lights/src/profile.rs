@@ -35,7 +35,8 @@ pub enum ProfileKind {
         /// The function.
         falloff: Falloff,
     },
-    /// max(0, cos θ) to a power; one below zero, or no number, counts as zero (`UsdLux`'s `shaping:focus`).
+    /// max(0, cos θ) to a power (`UsdLux`'s `shaping:focus`); one below zero, or no number, counts
+    /// as zero.
     CosinePower(f64),
     /// A table of angles, as IES files have it.
     Table(Arc<ProfileTable>),
