@@ -7,9 +7,9 @@
 
 use crate::octahedral::{sphere_to_square, square_to_sphere};
 use crate::profile::interpolate;
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use core::fmt;
-use linelit_elementary::sin;
+use linelit_elementary::{sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 use std::sync::LazyLock;
@@ -177,7 +177,8 @@ impl SkyImage {
         cells.sum::<DVec3>() * (4.0 * PI / (count * count) as f64)
     }
 
-    /// Makes the hierarchy: cells of about a pixel, each the mean of four places.
+    /// Makes the hierarchy: cells of about a pixel, each the mean of four places, or of the pixels
+    /// in it where these are so small that places miss some.
     fn build(&mut self) {
         let wanted = (self.pixels.len() as f64).sqrt();
         let mut depth = 3;
@@ -185,8 +186,7 @@ impl SkyImage {
             depth += 1;
         }
         let count = 1_usize << depth;
-        let mut finest = vec![0.0_f32; count * count];
-        let mut sum = DVec3::ZERO;
+        let mut finest = self.small_pixels(count);
         for (k, cell) in finest.iter_mut().enumerate() {
             let corner = [k % count, k / count].map(|c| c as f64);
             let place = |[a, b]: [f64; 2]| {
@@ -195,12 +195,10 @@ impl SkyImage {
             };
             let places = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
             let mean = places.into_iter().map(place).sum::<DVec3>() * 0.25;
-            sum += mean;
             #[allow(clippy::cast_possible_truncation, reason = "importance is f32")]
             let importance = (mean.element_sum() / 3.0) as f32;
-            *cell = importance;
+            *cell = cell.max(importance);
         }
-        self.mean = sum / (count * count) as f64;
         #[allow(clippy::cast_possible_truncation, reason = "importance is f32")]
         let floor = UNIFORM * (self.mean.element_sum() / 3.0) as f32;
         finest.iter_mut().for_each(|cell| *cell += floor);
@@ -216,6 +214,51 @@ impl SkyImage {
         }
         levels.reverse();
         self.levels = levels;
+    }
+
+    /// Of a level of count × count cells, the mean radiance of pixels below a quarter of a cell, as
+    /// next to the poles. Sets the mean of all.
+    fn small_pixels(&mut self, count: usize) -> Vec<f32> {
+        let mut cells = vec![0.0_f32; count * count];
+        let [width, height] = self.size;
+        let mut sum = DVec3::ZERO;
+        for (k, pixel) in self.pixels.iter().enumerate() {
+            let [u, v] =
+                [(k % width, width), (k / width, height)].map(|(i, n)| (i as f64 + 0.5) / n as f64);
+            let (sin_theta, cos_theta) = sin_cos(PI * v);
+            // The share of the sphere.
+            let share = match self.mapping {
+                SkyMapping::EqualArea => 1.0 / self.pixels.len() as f64,
+                SkyMapping::Equirectangular => {
+                    sin_theta * sin(FRAC_PI_2 / height as f64) / width as f64
+                }
+            };
+            let radiance = self.scale * DVec3::from(pixel.map(f64::from));
+            sum += radiance * share;
+            let in_cell = share * (count * count) as f64;
+            if radiance == DVec3::ZERO || in_cell >= 0.25 {
+                continue;
+            }
+            let at = match self.mapping {
+                SkyMapping::EqualArea => [u, v],
+                SkyMapping::Equirectangular => {
+                    let (s, c) = sin_cos(TAU * u);
+                    sphere_to_square(DVec3::new(sin_theta * c, sin_theta * s, cos_theta))
+                }
+            };
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "below the number of cells, and importance is f32"
+            )]
+            let ([i, j], importance) = (
+                at.map(|x| (below_one(x) * count as f64) as usize),
+                (radiance.element_sum() / 3.0 * in_cell) as f32,
+            );
+            cells[j * count + i] += importance;
+        }
+        self.mean = sum;
+        cells
     }
 
     /// Descends from the whole sphere to a cell of the finest level: `second` says, of an axis

@@ -278,6 +278,94 @@ fn portals_show_a_part_of_the_sky() {
     assert_eq!(sky.radiance(X, DVec3::Y), DVec3::ZERO);
 }
 
+/// Points of any sky have a density where it shows, and none beside a portal or from behind it: a
+/// sun that the portal cuts, one beside it, and a portal that faces away.
+#[test]
+fn no_point_is_beside_a_portal() {
+    let towards = DVec3::new(1.0, 2.0, 1.5);
+    let facing = portal(X + towards, 0.7);
+    let emissions = [
+        sun(towards, 0.5),
+        sun(towards, 0.05),
+        sun(-towards, 0.5),
+        SkyEmission::Constant(DVec3::ONE),
+        image(SkyMapping::Equirectangular, [16, 8], None),
+    ];
+    for (k, emission) in emissions.into_iter().enumerate() {
+        for (faces, portal) in [(true, facing), (false, facing.flipped())] {
+            let sky = sky(emission.clone(), Some(portal));
+            for by in [SkyBy::Radiance(DVec3::Z), SkyBy::Projected(DVec3::Z)] {
+                let points = SkyPoints::new(SkyView::new(&sky, X), by);
+                let mut rng = SplitMix64::new(13);
+                let mut drawn = 0;
+                for _ in 0..2000 {
+                    let sample = points.sample([rng.next_f64(), rng.next_f64()]);
+                    let w = (sample.point - X).normalize();
+                    let shows = sky.radiance(X, w) != DVec3::ZERO;
+                    let pdf = points.pdf(sample.point);
+                    // Black parts of the image are drawn, too.
+                    assert!(
+                        shows || k == 4 || !sample.pdf.is_positive(),
+                        "{k} {w} {faces}"
+                    );
+                    assert_eq!(
+                        sample.pdf.is_positive(),
+                        pdf.is_positive(),
+                        "{k} {w} {faces}"
+                    );
+                    drawn += u32::from(pdf.is_positive());
+                }
+                assert_eq!(drawn > 20, faces && k != 2, "{k} {faces}: {drawn}");
+            }
+        }
+    }
+}
+
+/// One bright pixel of an image is drawn wherever it is, next to the poles as well, where pixels
+/// are smaller than the cells that densities know.
+#[test]
+fn bright_pixels_are_found_at_the_poles() {
+    let size = [512, 256];
+    for row in [0, 1, 100, 255] {
+        for column in [0, 77, 300] {
+            let bright = row * size[0] + column;
+            let SkyEmission::Image(picture) =
+                image(SkyMapping::Equirectangular, size, Some(bright))
+            else {
+                unreachable!("an image")
+            };
+            let (turn, down) = (
+                (column as f64 + 0.5) / size[0] as f64 * TAU,
+                (row as f64 + 0.5) / size[1] as f64 * PI,
+            );
+            let local = DVec3::new(down.sin() * turn.cos(), down.sin() * turn.sin(), down.cos());
+            let w = turned().transpose() * local;
+            let there = picture.radiance(w).element_sum() / 3.0;
+            assert!((there / (1e3 * 3.5 / 3.0) - 1.0).abs() < 1e-6, "{there}");
+            let sky = sky(SkyEmission::Image(Arc::clone(&picture)), None);
+            let view = SkyView::new(&sky, X);
+            let points = SkyPoints::new(view, SkyBy::Radiance(DVec3::Z));
+            let at = view.meets(X, w).expect("a direction");
+            assert!(points.pdf(at).is_positive(), "{row} {column}");
+            // A direction of the pixel weighs as much as its cell is larger, of 512² cells; twice
+            // that for what interpolation gives to cells beside it, and a quarter for the places.
+            let whole = picture.mean().element_sum() / 3.0 * 4.0 * PI;
+            let weight = there / points.pdf(at).value() / whole;
+            let solid_angle = TAU / size[0] as f64 * 2.0 * down.sin() * (0.5 * PI / 256.0).sin();
+            let larger = 4.0 * PI / f64::from(1 << 18) / solid_angle;
+            assert!(
+                weight < 2.5 * larger.max(1.0),
+                "{row} {column}: {weight} {larger}"
+            );
+            // The mean is that of the pixel's solid angle.
+            assert!(
+                (whole / (there * solid_angle) - 1.0).abs() < 1e-6,
+                "{whole}"
+            );
+        }
+    }
+}
+
 /// The mean of an image is its power's, and what is drawn in proportion to it has the same
 /// estimate everywhere: radiance over density, within the floor of a hundredth.
 #[test]
