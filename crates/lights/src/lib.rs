@@ -1,5 +1,5 @@
-//! Area and linear lights, with `sample`, `pdf` and `invert` for every sampling technique, and line
-//! parametrisations.
+//! Area and linear lights, points and skies, with `sample`, `pdf` and `invert` for every sampling
+//! technique, and line parametrisations.
 //!
 //! A technique is set up once per light and shading point and then takes any number of random
 //! numbers: it never allocates (but for images and regions), never fails and never panics.

@@ -31,6 +31,7 @@ fn every_public_function_is_called_with_hostile_numbers() {
     let tests = concat!(
         include_str!("hostile.rs"),
         include_str!("octahedral.rs"),
+        include_str!("profiles.rs"),
         include_str!("round/hostile.rs"),
         include_str!("shapes.rs"),
         include_str!("skies.rs"),

@@ -10,6 +10,7 @@ mod linear;
 mod next_to_the_plane;
 mod octahedral;
 mod precise;
+mod profiles;
 mod reference;
 mod regions;
 mod robust;
