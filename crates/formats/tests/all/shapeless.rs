@@ -48,6 +48,9 @@ fn points_stand_where_the_transform_says() {
     near(light.position, DVec3::new(3.0, 2.0, 3.0));
     near(light.intensity, DVec3::new(2.0, 4.0, 6.0));
     assert!(light.profile.is_none());
+    // One that stands where directions of others lead by default.
+    let scene = world("LightSource \"point\" \"point3 from\" [ 0 0 1 ]");
+    near(point(&scene).position, DVec3::Z);
     // Power is that of a unit I: 4π W/sr of it, or the cone's share.
     for text in [
         "\"point\"",

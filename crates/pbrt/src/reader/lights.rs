@@ -145,10 +145,15 @@ impl Loader {
 
     /// Our extension: the IES file of a point, about its direction from `from` to `to`.
     fn luminaire(&mut self, params: &Params) -> Result<Option<Profile>> {
+        let Some(kind) = self.ies(params)? else {
+            // A plain point has no direction, and may stand where `to` is.
+            params.ignore(&["to"]);
+            return Ok(None);
+        };
         let axis = self.world_direction(params)?;
         let tangent = self.state.ctm.transform_vector3(DVec3::X);
         let frame = Frame::from_normal_and_tangent(axis, tangent);
-        Ok(self.ies(params)?.map(|kind| Profile::new(kind, frame)))
+        Ok(Some(Profile::new(kind, frame)))
     }
 
     /// The table of an IES file, if `iesfile` names one.
