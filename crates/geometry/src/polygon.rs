@@ -4,7 +4,7 @@ use crate::{DMat3, DVec3, PlaneFrame, Vector3, predicates};
 use linelit_elementary::atan2;
 use std::fmt;
 
-/// The most vertices that [`ConvexPolygon::try_new`] takes.
+/// The most vertices that [`ConvexPolygon::new`] takes.
 pub const MAX_VERTICES: usize = 16;
 
 /// How far a vertex may stand off the plane or inside the hull, relative to the size of the
@@ -35,7 +35,7 @@ const fn pow2(e: i64) -> f64 {
 /// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise about its
 /// normal, held in place (no heap).
 ///
-/// The vertices lie in one plane to the rounding of `f64`: [`ConvexPolygon::try_new`] projects
+/// The vertices lie in one plane to the rounding of `f64`: [`ConvexPolygon::new`] projects
 /// what is planar only to the precision of a model file.
 #[derive(Clone, Copy)]
 pub struct ConvexPolygon {
@@ -101,11 +101,11 @@ impl PartialEq for ConvexPolygon {
 impl<V: Vector3, const N: usize> TryFrom<[V; N]> for ConvexPolygon {
     type Error = PolygonError;
 
-    /// [`ConvexPolygon::try_new`] of anyone's vectors; does not compile for numbers of vertices
+    /// [`ConvexPolygon::new`] of anyone's vectors; does not compile for numbers of vertices
     /// that no polygon has.
     fn try_from(points: [V; N]) -> Result<Self, PolygonError> {
         const { assert!(3 <= N && N <= MAX_VERTICES, "3 to MAX_VERTICES vertices") };
-        Self::try_new(&points.map(V::dvec3))
+        Self::new(&points.map(V::dvec3))
     }
 }
 
@@ -128,11 +128,19 @@ impl ConvexPolygon {
     ///
     /// # Errors
     /// See [`PolygonError`].
-    pub fn try_new(points: &[DVec3]) -> Result<Self, PolygonError> {
+    pub fn new<V: Vector3 + Copy>(points: &[V]) -> Result<Self, PolygonError> {
         let n = points.len();
         if !(3..=MAX_VERTICES).contains(&n) {
             return Err(PolygonError::Count(n));
         }
+        let mut room = [DVec3::ZERO; MAX_VERTICES];
+        for (to, from) in room.iter_mut().zip(points) {
+            *to = from.dvec3();
+        }
+        Self::from_points(&room[..n])
+    }
+
+    fn from_points(points: &[DVec3]) -> Result<Self, PolygonError> {
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             return Err(PolygonError::NotFinite(i));
         }
@@ -169,7 +177,7 @@ impl ConvexPolygon {
         b: impl Vector3,
         c: impl Vector3,
     ) -> Result<Self, PolygonError> {
-        Self::try_new(&[a.dvec3(), b.dvec3(), c.dvec3()])
+        Self::new(&[a.dvec3(), b.dvec3(), c.dvec3()])
     }
 
     /// The parallelogram `o`, `o + u`, `o + u + v`, `o + v`, with the normal along `u × v`.
@@ -182,12 +190,12 @@ impl ConvexPolygon {
         v: impl Vector3,
     ) -> Result<Self, PolygonError> {
         let (o, u, v) = (o.dvec3(), u.dvec3(), v.dvec3());
-        Self::try_new(&[o, o + u, o + u + v, o + v])
+        Self::new(&[o, o + u, o + u + v, o + v])
     }
 
     /// The image of the polygon relative to a point under a linear map, which is convex and flat as
     /// the polygon is, but for rounding; `None` where it is beyond the range of
-    /// [`ConvexPolygon::try_new`], or no wider than rounding.
+    /// [`ConvexPolygon::new`], or no wider than rounding.
     ///
     /// ```
     /// use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
@@ -390,7 +398,7 @@ impl ConvexPolygon {
 
     /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` where nothing is left, or
     /// nothing wider than rounding: the new corners are computed to lie on edges, and the part has
-    /// the area of [`ConvexPolygon::try_new`] or none.
+    /// the area of [`ConvexPolygon::new`] or none.
     ///
     /// A corner is added at most; when 8 clips of a polygon of [`MAX_VERTICES`] have filled
     /// [`ConvexPolygon::CAPACITY`], corners beyond it are dropped.
@@ -459,7 +467,7 @@ mod tests {
     #[test]
     fn regular_polygons_have_their_area_and_centroid() {
         for n in 3..=MAX_VERTICES {
-            let p = ConvexPolygon::try_new(&regular(n, 2.0)).unwrap();
+            let p = ConvexPolygon::new(&regular(n, 2.0)).unwrap();
             #[allow(clippy::cast_precision_loss, reason = "small counts")]
             let want = 2.0 * n as f64 * (std::f64::consts::TAU / n as f64).sin();
             // n additions of terms of the size of the result
@@ -475,9 +483,9 @@ mod tests {
         let z = DVec3::ZERO;
         let (x, y) = (DVec3::X, DVec3::Y);
         let nan = DVec3::splat(f64::NAN);
-        assert_eq!(ConvexPolygon::try_new(&[z, x]), Err(E::Count(2)));
-        assert_eq!(ConvexPolygon::try_new(&[z, x, nan]), Err(E::NotFinite(2)));
-        assert_eq!(ConvexPolygon::try_new(&[z, x, 2.0 * x]), Err(E::Degenerate));
+        assert_eq!(ConvexPolygon::new(&[z, x]), Err(E::Count(2)));
+        assert_eq!(ConvexPolygon::new(&[z, x, nan]), Err(E::NotFinite(2)));
+        assert_eq!(ConvexPolygon::new(&[z, x, 2.0 * x]), Err(E::Degenerate));
         let dart = [
             z,
             DVec3::new(1.0, 0.4, 0.0),
@@ -485,21 +493,12 @@ mod tests {
             DVec3::new(-1.0, 0.4, 0.0),
         ];
         let dart = [dart[0], dart[1], DVec3::new(0.0, 0.2, 0.0), dart[3]];
-        assert!(matches!(
-            ConvexPolygon::try_new(&dart),
-            Err(E::NotConvex(_))
-        ));
+        assert!(matches!(ConvexPolygon::new(&dart), Err(E::NotConvex(_))));
         let bent = [z, x, x + y, y + 0.01 * DVec3::Z];
-        assert!(matches!(
-            ConvexPolygon::try_new(&bent),
-            Err(E::NotPlanar(_))
-        ));
+        assert!(matches!(ConvexPolygon::new(&bent), Err(E::NotPlanar(_))));
         let star: Vec<_> = regular(5, 1.0);
         let star = [star[0], star[2], star[4], star[1], star[3]];
-        assert!(matches!(
-            ConvexPolygon::try_new(&star),
-            Err(E::NotConvex(_))
-        ));
+        assert!(matches!(ConvexPolygon::new(&star), Err(E::NotConvex(_))));
         // A sliver with a spike four times as long, no wider than the tolerance: found by hostile
         // properties, its centroid outside.
         let spike = [
@@ -509,15 +508,12 @@ mod tests {
             z,
             DVec3::new(32.0, 1.0, 0.001_953_125),
         ];
-        assert!(matches!(
-            ConvexPolygon::try_new(&spike),
-            Err(E::NotConvex(_))
-        ));
+        assert!(matches!(ConvexPolygon::new(&spike), Err(E::NotConvex(_))));
     }
 
     #[test]
     fn clipping_splits_the_area() {
-        let p = ConvexPolygon::try_new(&regular(7, 1.0)).unwrap();
+        let p = ConvexPolygon::new(&regular(7, 1.0)).unwrap();
         let direction = DVec3::new(0.6, -0.8, 0.1);
         let point = DVec3::new(0.1, 0.2, 1.0);
         let kept = p.clip(point, direction).unwrap();
@@ -540,7 +536,7 @@ mod tests {
         // flattening moves each vertex by the rounding of its height
         let tol = 8.0 * f64::EPSILON;
         assert!((po - o).length() < tol && (pu - u).length() < tol && (pv - v).length() < tol);
-        let q = ConvexPolygon::try_new(&regular(5, 1.0)[..4]).unwrap();
+        let q = ConvexPolygon::new(&regular(5, 1.0)[..4]).unwrap();
         assert!(q.as_parallelogram().is_none());
         assert!((p.flipped().normal() + p.normal()).length() < tol);
     }

@@ -3,7 +3,7 @@
 //! A quad light reaches the renderer as two triangles. Sampled as one polygon it needs one
 //! technique instead of two, and its lines do not end at the diagonal. Triangles are merged when
 //! they share edges, lie in one plane to the rounding of their `f32` vertices (which
-//! [`ConvexPolygon::try_new`] judges), face the same way, emit the same, and their union is convex.
+//! [`ConvexPolygon::new`] judges), face the same way, emit the same, and their union is convex.
 //! If the union of a whole connected plane patch is convex it becomes one polygon; otherwise
 //! neighbours are merged greedily as long as the result stays convex (after Hertel and Mehlhorn).
 
@@ -78,7 +78,7 @@ pub(crate) fn merge<E>(
 
 fn single(facets: &[Facet], k: usize) -> Group {
     Group {
-        polygon: ConvexPolygon::try_new(&facets[k].corners),
+        polygon: ConvexPolygon::new(&facets[k].corners),
         facets: vec![k],
     }
 }
@@ -167,7 +167,7 @@ impl Topology {
         if points.len() > MAX_VERTICES {
             return None;
         }
-        let polygon = ConvexPolygon::try_new(&snapped(&points)).ok()?;
+        let polygon = ConvexPolygon::new(&snapped(&points)).ok()?;
         let area: f64 = patch.iter().map(|k| facets[*k].area()).sum();
         let cross: DVec3 = patch.iter().map(|k| facets[*k].cross).sum();
         // Overlaps and folds would make the sum of areas larger than the outline's.

@@ -266,7 +266,7 @@ impl Scene {
         radiance: impl FnOnce(f64) -> DVec3,
     ) -> bool {
         let corners = corners.map(to_f32);
-        let Ok(polygon) = ConvexPolygon::try_new(&corners.map(to_f64)) else {
+        let Ok(polygon) = ConvexPolygon::new(&corners.map(to_f64)) else {
             return false;
         };
         let emission = Emission::one_sided(radiance(polygon.area()));

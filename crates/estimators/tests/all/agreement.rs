@@ -501,7 +501,7 @@ fn points_at_the_foot_of_a_light_receive_nothing_or_half_a_space() {
         // As a file has it: rounded to f32, which leaves the plane a few 1e-8 aside.
         let at = |x: f64, z: f64| (turn * DVec3::new(x, 0.25, z)).as_vec3().as_dvec3();
         let corners = [at(-0.5, 0.0), at(0.5, 0.0), at(0.5, 1.0), at(-0.5, 1.0)];
-        let polygon = ConvexPolygon::try_new(&corners).expect("a square");
+        let polygon = ConvexPolygon::new(&corners).expect("a square");
         let disk = Disk {
             center: at(0.0, 0.25),
             normal: polygon.normal(),

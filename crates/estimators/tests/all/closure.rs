@@ -79,7 +79,7 @@ fn sum_of_view_factors(room: &Room, occluders: &Occluders, at: DVec3, normal: DV
     let mut buffers = Buffers::default();
     let mut sum = 0.0;
     for (k, id) in (0..room.triangles.len()).zip(0_u32..) {
-        let Ok(polygon) = ConvexPolygon::try_new(&room.corners(k)) else {
+        let Ok(polygon) = ConvexPolygon::new(&room.corners(k)) else {
             continue;
         };
         let light = Light::Area(AreaLight {

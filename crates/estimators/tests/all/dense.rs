@@ -287,7 +287,7 @@ fn error_at(
     if !sets[0].shaft(query, &mut Scratch::new()).is_dense() {
         return None;
     }
-    let polygon = ConvexPolygon::try_new(corners).expect("a light");
+    let polygon = ConvexPolygon::new(corners).expect("a light");
     let emission = Emission::one_sided(DVec3::ONE);
     let area = Light::Area(AreaLight { polygon, emission });
     let got = exact(what, sets, &area, x, buffers);
@@ -376,7 +376,7 @@ fn light_past_fine_meshes_at_random() {
 #[test]
 fn combinations_past_silhouettes_are_right() {
     let corners = &lights()[0];
-    let polygon = ConvexPolygon::try_new(corners).expect("a light");
+    let polygon = ConvexPolygon::new(corners).expect("a light");
     let emission = Emission::one_sided(DVec3::ONE);
     let light = Light::Area(AreaLight { polygon, emission });
     let x = DVec3::new(0.12, 0.09, 0.0);

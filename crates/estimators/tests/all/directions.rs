@@ -16,7 +16,7 @@ fn light(corners: &[[f64; 2]]) -> Light {
         .iter()
         .map(|c| DVec3::new(c[0], c[1], 2.0))
         .collect();
-    let polygon = ConvexPolygon::try_new(&corners).expect("convex");
+    let polygon = ConvexPolygon::new(&corners).expect("convex");
     Light::Area(AreaLight {
         polygon,
         emission: Emission::one_sided(DVec3::ONE),

@@ -103,7 +103,7 @@ fn light(rng: &mut SplitMix64) -> Light {
             turns.sort_by(f64::total_cmp);
             let corner = |t: &f64| center + (a * t.cos() + b * (flat * t.sin())) * (0.5 * size);
             let corners: Vec<DVec3> = turns.iter().map(corner).collect();
-            match ConvexPolygon::try_new(&corners) {
+            match ConvexPolygon::new(&corners) {
                 Ok(polygon) => Light::Area(AreaLight { polygon, emission }),
                 Err(_) => light(rng),
             }

@@ -241,7 +241,7 @@ fn skies_agree_with_brute_force() {
         ([0.5, 3.0], [-2.0, 1.0], 2.0),
     ]);
     let corner = DVec3::new(-1.0, -1.5, 2.5);
-    let portal = ConvexPolygon::try_new(&[
+    let portal = ConvexPolygon::new(&[
         corner,
         corner + 3.0 * DVec3::Y,
         corner + 3.0 * DVec3::Y + 2.0 * DVec3::X,
@@ -319,7 +319,7 @@ fn a_bright_pixel_is_drawn() {
 
 /// A polygon and a disk that emit from both sides, a sphere and a cylinder.
 fn shapes() -> [Light; 4] {
-    let quad = ConvexPolygon::try_new(&[
+    let quad = ConvexPolygon::new(&[
         DVec3::new(-0.4, -0.3, 1.5),
         DVec3::new(-0.4, 0.6, 1.5),
         DVec3::new(0.7, 0.6, 1.6),

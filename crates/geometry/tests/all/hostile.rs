@@ -66,10 +66,10 @@ proptest! {
         let _ = ConvexPolygon::triangle(points[0], points[1], points[2]).map(|p| sound(&p));
         // Anyone's vectors are the same numbers.
         let three = [points[0], points[1], points[2]];
-        prop_assert_eq!(ConvexPolygon::try_from(three.map(|p| p.to_array())), ConvexPolygon::try_new(&three));
+        prop_assert_eq!(ConvexPolygon::try_from(three.map(|p| p.to_array())), ConvexPolygon::new(&three));
         let ends = Segment::from([three[0], three[1]]);
         prop_assert!(ends.p0.dvec3().to_array().map(f64::to_bits) == three[0].to_array().map(f64::to_bits));
-        let Ok(polygon) = ConvexPolygon::try_new(&points[..count]) else {
+        let Ok(polygon) = ConvexPolygon::new(&points[..count]) else {
             return Ok(());
         };
         sound(&polygon)?;
@@ -345,7 +345,7 @@ fn rounding_gives_no_area() {
         let on_line = a + (b - a) * t;
         for points in [[a, b, on_line], [on_line, b, a]] {
             assert_eq!(
-                ConvexPolygon::try_new(&points),
+                ConvexPolygon::new(&points),
                 Err(PolygonError::Degenerate),
                 "{points:?}"
             );
@@ -397,18 +397,18 @@ fn bends_are_told_from_rounding() {
             for bend in [0.3, 0.02] {
                 assert!(
                     matches!(
-                        ConvexPolygon::try_new(&quad(bend)),
+                        ConvexPolygon::new(&quad(bend)),
                         Err(PolygonError::NotPlanar(_))
                     ),
                     "{bend} at {offset}"
                 );
             }
-            assert!(ConvexPolygon::try_new(&quad(0.0)).is_ok());
+            assert!(ConvexPolygon::new(&quad(0.0)).is_ok());
             // As a model file holds it, up to a thousand sizes from the origin.
             #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
             let rounded = quad(0.0).map(|p| vector(p.to_array().map(|c| f64::from(c as f32))));
             if offset < 1e3 && (1e-30..1e30).contains(&scale) {
-                assert!(ConvexPolygon::try_new(&rounded).is_ok(), "{scale} {offset}");
+                assert!(ConvexPolygon::new(&rounded).is_ok(), "{scale} {offset}");
             }
         }
     }
@@ -418,10 +418,10 @@ fn bends_are_told_from_rounding() {
 #[test]
 fn scales_are_right_or_refused_with_the_reason() {
     let points = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.0, 0.5, 2.0]].map(vector);
-    let one = ConvexPolygon::try_new(&points).unwrap();
+    let one = ConvexPolygon::new(&points).unwrap();
     for e in -466..=466 {
         let scale = 2f64.powi(e);
-        match ConvexPolygon::try_new(&points.map(|p| p * scale)) {
+        match ConvexPolygon::new(&points.map(|p| p * scale)) {
             Ok(p) => {
                 assert_eq!(
                     p.area().to_bits(),
@@ -449,7 +449,7 @@ fn scales_are_right_or_refused_with_the_reason() {
     );
     let tiny = points.map(|p| p * 1e-100);
     assert_eq!(
-        ConvexPolygon::try_new(&tiny).unwrap_err().to_string(),
+        ConvexPolygon::new(&tiny).unwrap_err().to_string(),
         "the polygon is smaller than 6.2e-61"
     );
 }

@@ -91,7 +91,7 @@ proptest! {
     #[test]
     fn clipped_polygons_end_at_the_border(angle in 0.0..6.3f64, at in -0.9..0.9f64, tilt in -1.0..1.0f64) {
         let corners: Vec<DVec3> = (0..7).map(|k| { let (s, c) = (0.9 * f64::from(k)).sin_cos(); DVec3::new(c, s, 1.0) }).collect();
-        let polygon = ConvexPolygon::try_new(&corners).expect("a polygon");
+        let polygon = ConvexPolygon::new(&corners).expect("a polygon");
         let direction = DVec3::new(angle.cos(), angle.sin(), tilt);
         let point = DVec3::new(at * angle.cos(), at * angle.sin(), 1.0);
         let Some(kept) = polygon.clip(point, direction) else { return Ok(()) };
@@ -130,7 +130,7 @@ proptest! {
         // Exactly in a plane of one coordinate.
         let height = 10f64.powf(exponent);
         let corners = [(-1.0, -0.5), (1.0, -0.75), (0.25, 1.0)].map(|(u, v)| DVec3::new(u, v, 0.0));
-        let polygon = ConvexPolygon::try_new(&corners).expect("a triangle");
+        let polygon = ConvexPolygon::new(&corners).expect("a triangle");
         let x = DVec3::new(foot[0], foot[1], -height);
         let close = CloseLines::new(&polygon, angle, x, DVec3::Z).expect("all of it is above");
         assert_close!(close.height, height, rel = 16.0 * EPS, "{x}");
@@ -147,7 +147,7 @@ proptest! {
     /// is one of the three sides of every other triangle at least.
     #[test]
     fn diameters_are_twice_the_largest_distance_from_the_first_corner(corners in prop::array::uniform3(vector())) {
-        let Ok(polygon) = ConvexPolygon::try_new(&corners) else { return Ok(()) };
+        let Ok(polygon) = ConvexPolygon::new(&corners) else { return Ok(()) };
         let [a, b, c] = corners;
         let from_first = a.distance(b).max(a.distance(c));
         assert_close!(polygon.diameter(), 2.0 * from_first, rel = 4.0 * EPS, "{corners:?}");

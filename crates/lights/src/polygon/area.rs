@@ -207,7 +207,7 @@ pub(crate) mod tests {
             let vertices: Vec<DVec3> = (0..corners).map(at).collect();
             let polygon = match round % 4 {
                 0 => ConvexPolygon::parallelogram(o, a, b),
-                _ => ConvexPolygon::try_new(&vertices),
+                _ => ConvexPolygon::new(&vertices),
             };
             let polygon = polygon.expect("a polygon");
             out.extend([x, o, o + 0.3 * a, x * 1e6].map(|x| (polygon, x)));

@@ -245,7 +245,7 @@ mod tests {
                 continue;
             };
             for scale in [1.0, 1e-3, 1e70, 1e-70, 1e140] {
-                let Ok(polygon) = ConvexPolygon::try_new(&[a, b, c, d].map(|v| v * scale)) else {
+                let Ok(polygon) = ConvexPolygon::new(&[a, b, c, d].map(|v| v * scale)) else {
                     continue;
                 };
                 let at_once = SolidAngleSampler::new(&polygon, x * scale);

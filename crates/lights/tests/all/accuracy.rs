@@ -410,7 +410,7 @@ pub(crate) fn near_the_plane(cases: u64) -> Vec<Row> {
         while (plain.len() as u64) < cases {
             let z = rng.log(f64::from(exponents[0]), f64::from(exponents[1]));
             let corners = triangle_about(foot, z, &mut rng);
-            let Ok(polygon) = ConvexPolygon::try_new(&corners) else {
+            let Ok(polygon) = ConvexPolygon::new(&corners) else {
                 continue;
             };
             // The polygon's own corners: moved onto its plane.

@@ -49,7 +49,7 @@ fn no_light_is_lost_next_to_the_plane() {
             }
             let z = 10f64.powi(e);
             let corners = accuracy::triangle_about(foot, z, &mut rng);
-            let light = ConvexPolygon::try_new(&corners).unwrap();
+            let light = ConvexPolygon::new(&corners).unwrap();
             let n = rng.direction();
             let n = DVec3::new(n.x, n.y, 0.2 + n.z.abs()).normalize();
             let want = precise::precise_irradiance(light.vertices(), DVec3::ZERO, n);

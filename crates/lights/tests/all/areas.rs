@@ -27,7 +27,7 @@ fn powers_are_of_areas() {
             radiance,
             two_sided,
         };
-        let polygon = ConvexPolygon::try_new(&corners).expect("a triangle");
+        let polygon = ConvexPolygon::new(&corners).expect("a triangle");
         let disk = Disk {
             center,
             normal,
@@ -122,7 +122,7 @@ fn sampled_lines_have_the_density_of_their_offset() {
 
 fn triangle() -> ConvexPolygon {
     let corners = [[-1.0, -0.5, 1.5], [1.25, -0.75, 1.25], [0.5, 1.0, 2.0]].map(DVec3::from);
-    ConvexPolygon::try_new(&corners).expect("a triangle")
+    ConvexPolygon::new(&corners).expect("a triangle")
 }
 
 /// Offsets that are linear in their angle between a light's corners are a choice, of which samples

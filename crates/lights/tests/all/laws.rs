@@ -24,7 +24,7 @@ struct Case {
 
 fn polygon(points: &[[f64; 3]]) -> ConvexPolygon {
     let points: Vec<_> = points.iter().map(|p| DVec3::from(*p)).collect();
-    ConvexPolygon::try_new(&points).expect("a polygon")
+    ConvexPolygon::new(&points).expect("a polygon")
 }
 
 /// Regular pentagon, stretched.
@@ -35,7 +35,7 @@ fn pentagon(center: DVec3, size: f64) -> ConvexPolygon {
             center + DVec3::new(c, 0.6 * s, 0.3 * c) * size
         })
         .collect();
-    ConvexPolygon::try_new(&points).expect("a polygon")
+    ConvexPolygon::new(&points).expect("a polygon")
 }
 
 #[allow(clippy::too_many_lines, reason = "one case after the other")]

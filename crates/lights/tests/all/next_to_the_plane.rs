@@ -71,7 +71,7 @@ fn seen(tilted: bool) -> impl Strategy<Value = Seen> {
             let corners = corners.map(|c| c + moved);
             let n = if n.dot(normal) > 0.0 { -n } else { n };
             Some(Seen {
-                light: ConvexPolygon::try_new(&corners).ok()?,
+                light: ConvexPolygon::new(&corners).ok()?,
                 x: if tilted { x + moved } else { z * normal },
                 n: (n - 0.2 * normal).normalize(),
                 angle,
@@ -125,7 +125,7 @@ fn the_total_does_not_know_the_rounded_normal() {
         [2.6813361881541677, 0.19497014694029302, -2.476929623442324],
     ];
     let seen = Seen {
-        light: ConvexPolygon::try_new(&corners.map(DVec3::from)).unwrap(),
+        light: ConvexPolygon::new(&corners.map(DVec3::from)).unwrap(),
         x: DVec3::new(0.22054492921353241, 1.5321253738763765, -1.5393830644109083),
         n: DVec3::new(
             -0.10943685360195948,

@@ -131,7 +131,7 @@ fn on_plane(points: &[(f64, f64)], z: f64) -> ConvexPolygon {
     // u → x, y → y, and the first edge does not matter: angles are given to the polygon's own
     // frame.
     let points: Vec<_> = points.iter().map(|&(u, y)| DVec3::new(u, y, z)).collect();
-    ConvexPolygon::try_new(&points).expect("a polygon")
+    ConvexPolygon::new(&points).expect("a polygon")
 }
 
 /// The angle that makes the lines run along +y.
@@ -167,7 +167,7 @@ pub(crate) fn polygons(file: &str) -> Rows {
             .map(DVec3::from_array)
             .collect();
         let (tag, n) = (case.tag(), point(case, "n"));
-        let Ok(polygon) = ConvexPolygon::try_new(&points) else {
+        let Ok(polygon) = ConvexPolygon::new(&points) else {
             continue;
         };
         // The vertices are planar to a few ε of their coordinates only, and the polygon is

@@ -43,7 +43,7 @@ impl Part {
     fn area_within(&self, [low, high]: [[f64; 2]; 2]) -> f64 {
         let flat = |[p, q]: [f64; 2]| DVec3::new(p, q, 0.0);
         let corners: Vec<DVec3> = self.corners.iter().map(|c| flat(*c)).collect();
-        let mut polygon = ConvexPolygon::try_new(&corners).ok();
+        let mut polygon = ConvexPolygon::new(&corners).ok();
         for (at, normal) in [
             (low, DVec3::X),
             (low, DVec3::Y),

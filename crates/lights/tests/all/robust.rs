@@ -18,7 +18,7 @@ fn an_inversion_stays_below_one() {
         [-1.096_271_925_636_526_8, 0.0, 0.0],
     ]
     .map(DVec3::from);
-    let polygon = ConvexPolygon::try_new(&p).unwrap();
+    let polygon = ConvexPolygon::new(&p).unwrap();
     let x = DVec3::new(1.0, 1.0, 0.267_296_250_953_152_57);
     let n = DVec3::new(-0.58359, 0.26780, 0.76662);
     let angle = -4.276_739_165_001_764;
@@ -90,7 +90,7 @@ fn slivers_have_no_lines() {
         ),
     ];
     assert_eq!(
-        ConvexPolygon::try_new(&p),
+        ConvexPolygon::new(&p),
         Err(linelit_geometry::PolygonError::Degenerate)
     );
 }
@@ -101,7 +101,7 @@ fn samplers_are_right_at_every_scale_of_a_polygon() {
     let corners = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.0, 0.5, 2.0]].map(DVec3::from);
     let n = DVec3::new(0.0, 0.6, 0.8);
     let values = |scale: f64| -> Option<[f64; 5]> {
-        let polygon = ConvexPolygon::try_new(&corners.map(|p| p * scale)).ok()?;
+        let polygon = ConvexPolygon::new(&corners.map(|p| p * scale)).ok()?;
         let solid = SolidAngleSampler::new(&polygon, DVec3::ZERO);
         let by = AngularLines::by_projected_solid_angle(&polygon, 0.3, DVec3::ZERO, n);
         let point = solid.sample([0.3, 0.6]).point / scale;
@@ -131,7 +131,7 @@ fn samplers_are_right_at_every_scale_of_a_polygon() {
     assert!(held >= 120, "{held}");
     // A value known from elsewhere.
     let up = |scale: f64| {
-        let polygon = ConvexPolygon::try_new(&corners.map(|p| p * scale)).unwrap();
+        let polygon = ConvexPolygon::new(&corners.map(|p| p * scale)).unwrap();
         AngularLines::by_projected_solid_angle(&polygon, 0.0, DVec3::ZERO, DVec3::Z).total()
     };
     assert!((up(1e59) / up(1.0) - 1.0).abs() < 1e-14);
@@ -171,7 +171,7 @@ fn next_to_the_plane() {
     for e in [-10, -12, -16, -100, -300] {
         let z = 10f64.powi(e);
         let corners = [[1.0, 0.0, z], [-0.5, 0.75, z], [-0.5, -0.75, z]].map(DVec3::from);
-        let light = ConvexPolygon::try_new(&corners).unwrap();
+        let light = ConvexPolygon::new(&corners).unwrap();
         let by = AngularLines::by_projected_solid_angle(&light, 0.3, DVec3::ZERO, n);
         let drawn = by.point(&by.sample(0.5), &[Interval::UNIT], 0.5);
         // From 1e-14 on, points of the light are rounded to other directions than drawn, perhaps

@@ -138,7 +138,7 @@ fn lobes_on_a_part_see_all_of_it() {
     }
     // What is beyond a line through two edges.
     let corners = [[0.25, 0.0], [1.0, 0.0], [1.0, 1.0], [0.75, 1.0]];
-    let part = ConvexPolygon::try_new(&corners.map(|[p, q]| DVec3::new(2.0 * p, q, 1.0)));
+    let part = ConvexPolygon::new(&corners.map(|[p, q]| DVec3::new(2.0 * p, q, 1.0)));
     let part = part.expect("a part");
     let mut region = RegionSampler::default();
     let sides = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]);

@@ -253,7 +253,7 @@ impl Loader {
         let to_world = self.state.ctm;
         let corner = |c: &[f64; 3]| to_world.transform_point3(DVec3::from_array(*c));
         let corners: Vec<DVec3> = corners.as_chunks::<3>().0.iter().map(corner).collect();
-        let polygon = ConvexPolygon::try_new(&corners).map_err(|why| {
+        let polygon = ConvexPolygon::new(&corners).map_err(|why| {
             let message = format!("the portal of {}: {why}", params.owner);
             params.error(
                 ErrorKind::OutOfRange,

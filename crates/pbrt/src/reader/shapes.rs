@@ -394,7 +394,7 @@ fn line(params: &Params) -> Result<Geometry> {
 /// as it says of vertices that are too far away.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
     use PolygonError::{Count, NotConvex, NotPlanar};
-    let polygon = ConvexPolygon::try_new(&[p00, p10, p11, p01]);
+    let polygon = ConvexPolygon::new(&[p00, p10, p11, p01]);
     !matches!(polygon, Err(Count(_) | NotPlanar(_) | NotConvex(_)))
 }
 

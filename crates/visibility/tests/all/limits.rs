@@ -53,7 +53,7 @@ proptest! {
         let mut rng = SplitMix64::new(seed);
         // All of it beyond the wall: a parallelogram reaches 1.7 from where it is put.
         let whole = light(&mut rng, corners, DVec3::new(0.0, 0.0, 1.9), 0.8);
-        let mut polygon = ConvexPolygon::try_new(&whole).unwrap();
+        let mut polygon = ConvexPolygon::new(&whole).unwrap();
         for _ in 0..cuts {
             // Near a corner, so that it adds one.
             let v = polygon.vertices();
@@ -168,7 +168,7 @@ proptest! {
     ) {
         let mut rng = SplitMix64::new(seed);
         let whole = light(&mut rng, corners, DVec3::ZERO, 0.8);
-        let polygon = ConvexPolygon::try_new(&whole).unwrap();
+        let polygon = ConvexPolygon::new(&whole).unwrap();
         let v = polygon.vertices();
         let away = if inside { DVec3::ZERO } else { (v[0] - polygon.centroid()) * 2.0 };
         let point = polygon.centroid() + away + polygon.normal() * above;
