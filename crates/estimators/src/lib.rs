@@ -25,6 +25,7 @@ mod technique;
 mod text;
 mod view;
 mod visible;
+mod visible_region;
 
 pub use counters::{PlanCounters, SegmentCounters, WorkCounters};
 pub use estimate::{Buffers, estimate};
@@ -35,13 +36,14 @@ pub use method::Weighted;
 pub use method::{Ask, Between, Closed, Facts, KnownKind, KnownOver, LightKind, Method, Of, Rest};
 pub use occlusion::OcclusionProbe;
 pub use options::ParseEstimatorError;
-pub use point::ShadingPoint;
+pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use query::Query;
 pub use reference::brute_force;
 pub use streams::{RandomNumbers, Stream};
 pub use technique::{ExactOptions, Integration, LinearHeuristic, LinearOptions};
 pub use technique::{LineBy, LineControl, LineDirection, Lines, Pieces};
 pub use technique::{PointBy, PointDensity, Points, Technique};
+pub use visible_region::{Measure, VisibleRegion};
 
 // What queries are made of, so that one dependency is enough.
 pub use {

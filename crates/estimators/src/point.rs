@@ -4,6 +4,15 @@ use linelit_bsdf::{Bsdf, Known, Reflection};
 use linelit_geometry::{DVec3, Vector3, predicates};
 use linelit_lights::Viewer;
 
+/// The distance by which a shading point is lifted off its surface, relative to its largest
+/// coordinate plus the size of its triangle: 2⁻⁴⁶, which is 128 units of `f64` roundoff.
+///
+/// A point that is interpolated between the corners in `f64` lies within 10 units of the triangle's
+/// plane: products, sums and weights that add up to one but for rounding take 8, the coordinates
+/// that visibility is asked in 2. The rest keeps the triangle itself from hiding any light above
+/// its horizon: the signed volume that tells the point's side is rounded too.
+pub const SURFACE_OFFSET: f64 = 128.0 * 0.5 * f64::EPSILON;
+
 /// A point of a surface with its reflection and the direction to its viewer.
 ///
 /// `R` is the reflection: [`Bsdf`] or any type that implements [`Reflection`]. All vectors are in

@@ -14,12 +14,12 @@ mod workspace;
 mod world;
 
 pub use linelit_estimators::{
-    Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,
+    Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SURFACE_OFFSET, SegmentCounters,
 };
 pub use methods::PairMethods;
 pub use picture::Window;
 pub use plan::{Plan, PlannedLight, PlannedTexture};
-pub use point::{SURFACE_OFFSET, ShadingPoint};
+pub use point::ShadingPoint;
 pub use renderer::Renderer;
 pub use settings::{LightChoice, Settings, Spheres};
 pub use workspace::{Counts, Workspace};

@@ -1,8 +1,8 @@
 //! The occluders of a scene, with the holes of its meshes: those that views meet, those that hide
 //! lights, and the surfaces there.
 
-use crate::point::SURFACE_OFFSET;
 use crate::{ShadingPoint, Workspace};
+use linelit_estimators::SURFACE_OFFSET;
 use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::Sky;
 use linelit_scene::{

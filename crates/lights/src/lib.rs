@@ -28,6 +28,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod construct;
 mod delta;
 mod density;
 mod image;

@@ -3,30 +3,59 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod builder;
+mod direct;
+mod error;
+mod prepare;
+
+pub use builder::SceneBuilder;
+pub use direct::Scene;
+pub use error::Error;
+pub use linelit_estimators::{Estimator, Measure};
+pub use linelit_lights::Light;
+
+#[doc(inline)]
 #[cfg(feature = "pbrt")]
 pub use linelit_assembly as assembly;
+#[doc(inline)]
 pub use linelit_bsdf as bsdf;
+#[doc(inline)]
 pub use linelit_estimators as estimators;
+#[doc(inline)]
 #[cfg(feature = "render")]
 pub use linelit_film as film;
+#[doc(inline)]
 #[cfg(feature = "formats")]
 pub use linelit_formats as formats;
+#[doc(inline)]
 pub use linelit_geometry as geometry;
+#[doc(inline)]
 #[cfg(feature = "render")]
 pub use linelit_integrator as integrator;
+#[doc(inline)]
 pub use linelit_lights as lights;
+#[doc(inline)]
 pub use linelit_mis as mis;
+#[doc(inline)]
 #[cfg(feature = "pbrt")]
 pub use linelit_pbrt as pbrt;
+#[doc(inline)]
 pub use linelit_penumbra as penumbra;
+#[doc(inline)]
 pub use linelit_samplers as samplers;
+#[doc(inline)]
 #[cfg(any(feature = "render", feature = "pbrt"))]
 pub use linelit_scene as scene;
+#[doc(inline)]
 pub use linelit_selection as selection;
+#[doc(inline)]
 pub use linelit_shading as shading;
+#[doc(inline)]
 pub use linelit_simd as simd;
+#[doc(inline)]
 #[cfg(feature = "study")]
 pub use linelit_study as study;
+#[doc(inline)]
 pub use linelit_visibility as visibility;
 
 /// The example of the project's page, run as a test.

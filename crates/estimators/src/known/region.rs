@@ -191,7 +191,7 @@ impl Sums<'_> {
 }
 
 /// The visible part of a polygon, by its boundary.
-struct Seen<'a> {
+pub(crate) struct Seen<'a> {
     /// The light's corners above the surface, in its plane.
     light: &'a [Point],
     pieces: &'a [BoundaryEdge],
@@ -200,6 +200,19 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
+    /// The part of a polygon within a boundary, both in a plane's coordinates.
+    pub(crate) const fn within(
+        light: &'a [Point],
+        pieces: &'a [BoundaryEdge],
+        plane: [DVec3; 3],
+    ) -> Self {
+        Self {
+            light,
+            pieces,
+            plane,
+        }
+    }
+
     /// `None` if the shaft keeps nothing of what is in between.
     fn new(
         at: &Receiver,
@@ -244,7 +257,7 @@ impl<'a> Seen<'a> {
 
     /// The sum of an integral over triangles relative to the shading point, which with their signs
     /// make up what is visible.
-    fn triangles(&self, mut integral: impl FnMut(&[DVec3; 3]) -> f64) -> f64 {
+    pub(crate) fn triangles(&self, mut integral: impl FnMut(&[DVec3; 3]) -> f64) -> f64 {
         let Some(&apex) = self.light.first() else {
             return 0.0;
         };

@@ -1,0 +1,164 @@
+//! Lights from plain numbers.
+
+use crate::{
+    AreaLight, Disk, DiskLight, DistantLight, Emission, Light, LinearLight, PointLight, Sky,
+    SkyEmission, Sphere, SphereLight,
+};
+use linelit_geometry::{ConvexPolygon, DVec3, PolygonError, Segment, Vector3, predicates};
+
+/// The ball of a scene that is not known yet ([`Light::set_scene`]).
+const NO_SCENE: Sphere = Sphere {
+    center: DVec3::ZERO,
+    radius: 0.0,
+};
+
+/// Lights from plain numbers, in linear RGB. Those with two sides emit from the one that their
+/// normal points to ([`Light::two_sided`] makes both emit).
+impl Light {
+    /// A convex polygon of a radiance in W/(m² sr). Its corners run counter-clockwise as seen from
+    /// the side that emits.
+    ///
+    /// ```
+    /// use linelit_lights::Light;
+    /// let light = Light::polygon(&[[0.0; 3], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]], [5.0; 3])?;
+    /// assert!((light.power() - std::f64::consts::PI * 0.5 * 5.0).abs() < 1e-12);
+    /// # Ok::<(), linelit_geometry::PolygonError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`ConvexPolygon::new`]: 3 to 16 finite corners that make a flat, convex polygon.
+    pub fn polygon(
+        corners: &[impl Vector3 + Copy],
+        radiance: impl Vector3,
+    ) -> Result<Self, PolygonError> {
+        Ok(Self::Area(AreaLight {
+            polygon: ConvexPolygon::new(corners)?,
+            emission: Emission::one_sided(radiance.dvec3()),
+        }))
+    }
+
+    /// The parallelogram `corner`, `corner + u`, `corner + u + v`, `corner + v` of a radiance in
+    /// W/(m² sr), which emits along `u × v`.
+    ///
+    /// # Errors
+    /// Those of [`ConvexPolygon::parallelogram`].
+    pub fn rectangle(
+        corner: impl Vector3,
+        u: impl Vector3,
+        v: impl Vector3,
+        radiance: impl Vector3,
+    ) -> Result<Self, PolygonError> {
+        Ok(Self::Area(AreaLight {
+            polygon: ConvexPolygon::parallelogram(corner, u, v)?,
+            emission: Emission::one_sided(radiance.dvec3()),
+        }))
+    }
+
+    /// A disk of a radiance in W/(m² sr), which emits along its normal, of any length but zero.
+    #[must_use]
+    pub fn disk(
+        center: impl Vector3,
+        normal: impl Vector3,
+        radius: f64,
+        radiance: impl Vector3,
+    ) -> Self {
+        Self::Disk(DiskLight {
+            disk: Disk {
+                center: center.dvec3(),
+                normal: unit(normal),
+                radius,
+            },
+            emission: Emission::one_sided(radiance.dvec3()),
+        })
+    }
+
+    /// A sphere of a radiance in W/(m² sr), which emits outwards.
+    #[must_use]
+    pub fn sphere(center: impl Vector3, radius: f64, radiance: impl Vector3) -> Self {
+        Self::Sphere(SphereLight {
+            sphere: Sphere {
+                center: center.dvec3(),
+                radius,
+            },
+            radiance: radiance.dvec3(),
+        })
+    }
+
+    /// A linear light between two points: a cylinder so thin that only its radiance times its
+    /// radius counts, in W/(m sr).
+    #[must_use]
+    pub fn line(from: impl Vector3, to: impl Vector3, radiance_radius: impl Vector3) -> Self {
+        Self::Linear(LinearLight {
+            segment: Segment::new(from.dvec3(), to.dvec3()),
+            radiance_radius: radiance_radius.dvec3(),
+        })
+    }
+
+    /// A point of an intensity in W/sr, the same in all directions.
+    #[must_use]
+    pub fn point(position: impl Vector3, intensity: impl Vector3) -> Self {
+        Self::Point(PointLight {
+            position: position.dvec3(),
+            intensity: intensity.dvec3(),
+            profile: None,
+        })
+    }
+
+    /// Parallel light from a direction, of any length but zero, that points towards the light. The
+    /// irradiance, in W/m², is that of a surface which faces it.
+    #[must_use]
+    pub fn distant(direction: impl Vector3, irradiance: impl Vector3) -> Self {
+        Self::Distant(DistantLight {
+            direction: unit(direction),
+            irradiance: irradiance.dvec3(),
+            scene: NO_SCENE,
+        })
+    }
+
+    /// A sky of a radiance in W/(m² sr), the same in all directions.
+    #[must_use]
+    pub fn sky(radiance: impl Vector3) -> Self {
+        let emission = SkyEmission::Constant(radiance.dvec3());
+        Self::from(emission)
+    }
+
+    /// A sun: a disk at infinity of a radiance in W/(m² sr), around a direction of any length but
+    /// zero that points towards it. `half_angle` is half of the angle that it is seen under, in
+    /// radians, above 0 and up to π/2.
+    #[must_use]
+    pub fn sun(direction: impl Vector3, half_angle: f64, radiance: impl Vector3) -> Self {
+        let (direction, radiance) = (unit(direction), radiance.dvec3());
+        Self::from(SkyEmission::Sun {
+            direction,
+            half_angle,
+            radiance,
+        })
+    }
+
+    /// The same light with both sides emitting, of a polygon or a disk; others have one side.
+    #[must_use]
+    pub fn two_sided(mut self) -> Self {
+        match &mut self {
+            Self::Area(l) => l.emission.two_sided = true,
+            Self::Disk(l) => l.emission.two_sided = true,
+            Self::Linear(_) | Self::Sphere(_) | Self::Cylinder(_) => {}
+            Self::Point(_) | Self::Distant(_) | Self::Sky(_) => {}
+        }
+        self
+    }
+}
+
+impl From<SkyEmission> for Light {
+    fn from(emission: SkyEmission) -> Self {
+        Self::Sky(Sky {
+            emission,
+            portal: None,
+            scene: NO_SCENE,
+        })
+    }
+}
+
+/// The unit vector along `v`; zero of zero.
+fn unit(v: impl Vector3) -> DVec3 {
+    predicates::normalize(v.dvec3()).unwrap_or(DVec3::ZERO)
+}

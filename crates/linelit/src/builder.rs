@@ -1,0 +1,255 @@
+//! Scenes from slices.
+
+use crate::{Error, Scene};
+use linelit_estimators::{Estimator, Integration, OcclusionStats, Technique};
+use linelit_geometry::{DVec3, Margins, Vector3};
+use linelit_lights::{Light, Profile, SkyEmission, Sphere};
+use linelit_samplers::SamplerKind;
+use linelit_visibility::Occluders;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The largest coordinate of vertices, lights and points.
+pub(crate) const LARGEST: f64 = (1_u64 << 60) as f64;
+
+/// A light of a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct SceneLight {
+    pub light: Light,
+    pub triangles: Range<u32>,
+    pub profile: Option<Arc<Profile>>,
+    pub occlusion: OcclusionStats,
+}
+
+/// The settings of a scene's queries.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settings {
+    pub estimator: Estimator,
+    pub sampler: SamplerKind,
+    pub samples: u32,
+    pub seed: u64,
+    pub offset: Option<f64>,
+    pub margins: Margins,
+}
+
+/// Builds a [`Scene`] from slices of vertices and triangles, lights and settings.
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct SceneBuilder<'a> {
+    positions: &'a [[f32; 3]],
+    triangles: &'a [[u32; 3]],
+    lights: Vec<SceneLight>,
+    settings: Settings,
+}
+
+impl<'a> SceneBuilder<'a> {
+    pub(crate) fn new(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> Self {
+        let settings = Settings {
+            estimator: Estimator::hybrid(),
+            sampler: SamplerKind::Auto,
+            samples: 16,
+            seed: 0,
+            offset: None,
+            margins: Margins::DEFAULT,
+        };
+        Self {
+            positions,
+            triangles,
+            lights: Vec::new(),
+            settings,
+        }
+    }
+
+    /// Adds a light; the first has number 0. Lights hide nothing by themselves. Where a light is a
+    /// part of the mesh, [`SceneBuilder::light_of`] says which triangles are its own; those that
+    /// lie in the plane of a flat light never hide it.
+    pub fn light(self, light: impl Into<Light>) -> Self {
+        self.light_of(light, 0..0)
+    }
+
+    /// Adds a light whose own triangles, by their numbers, do not hide it.
+    pub fn light_of(mut self, light: impl Into<Light>, triangles: Range<u32>) -> Self {
+        self.lights.push(SceneLight {
+            light: light.into(),
+            triangles,
+            profile: None,
+            occlusion: OcclusionStats::FEW,
+        });
+        self
+    }
+
+    /// Has the light that was added last emit by a profile, about the normal of the side that
+    /// emits. It is for polygons, disks, spheres and cylinders; points hold their own.
+    pub fn profile(mut self, profile: Arc<Profile>) -> Self {
+        if let Some(last) = self.lights.last_mut() {
+            last.profile = Some(profile);
+        }
+        self
+    }
+
+    /// The estimator; [`Estimator::hybrid`] if none is set. [`Estimator::exact`] gives irradiance
+    /// without noise, and is refused for lights where it would have some ([`Error::NotExact`]).
+    pub const fn method(mut self, estimator: Estimator) -> Self {
+        self.settings.estimator = estimator;
+        self
+    }
+
+    /// The number of samples for each point and light, 16 if none is set. What has a closed form
+    /// takes none.
+    pub const fn samples(mut self, samples: u32) -> Self {
+        self.settings.samples = if samples == 0 { 1 } else { samples };
+        self
+    }
+
+    /// The sampling pattern.
+    pub const fn sampler(mut self, sampler: SamplerKind) -> Self {
+        self.settings.sampler = sampler;
+        self
+    }
+
+    /// The seed; two seeds give independent estimates.
+    pub const fn seed(mut self, seed: u64) -> Self {
+        self.settings.seed = seed;
+        self
+    }
+
+    /// The distance by which points are lifted off their surface, along the normal. If none is
+    /// set it is 2⁻⁴⁶ of the coordinates, which is for points computed in `f64`: points computed
+    /// in `f32` on slanted triangles need some 10⁻⁶ of the coordinates, or the triangle may hide
+    /// the light from its own points.
+    pub const fn surface_offset(mut self, offset: f64) -> Self {
+        self.settings.offset = Some(offset);
+        self
+    }
+
+    /// The distances from a point and from a light within which triangles hide nothing, as
+    /// fractions of the way; [`Margins::DEFAULT`] if none are set.
+    pub const fn margins(mut self, margins: Margins) -> Self {
+        self.settings.margins = margins;
+        self
+    }
+
+    /// Checks everything, builds the hierarchy on all threads of the rayon pool, and sends queries
+    /// from points on the triangles to each of the first 16 polygons among the lights, by which
+    /// `hybrid` chooses its method. ([`Scene::prepare`] takes other points.)
+    ///
+    /// # Errors
+    /// The first vertex, triangle or light that is not valid. Triangles without area are valid, and
+    /// hide nothing.
+    pub fn build(self) -> Result<Scene, Error> {
+        let Self {
+            positions,
+            triangles,
+            mut lights,
+            settings,
+        } = self;
+        let is_valid = |p: &[f32; 3]| p.iter().all(|&x| f64::from(x).abs() <= LARGEST);
+        if let Some(i) = positions.iter().position(|p| !is_valid(p)) {
+            return Err(Error::Vertex(i));
+        }
+        let exists = |&vertex: &u32| (vertex as usize) < positions.len();
+        for (i, triangle) in triangles.iter().enumerate() {
+            if let Some(&vertex) = triangle.iter().find(|v| !exists(v)) {
+                return Err(Error::Triangle {
+                    triangle: i,
+                    vertex,
+                    vertices: positions.len(),
+                });
+            }
+        }
+        let ball = ball_around(positions);
+        for (i, light) in lights.iter_mut().enumerate() {
+            light.light.set_scene(ball);
+            let Range { start, end } = light.triangles;
+            if start > end || end as usize > triangles.len() {
+                return Err(Error::LightTriangles(i));
+            }
+            if !is_light(&light.light) {
+                return Err(Error::Light(i));
+            }
+            if is_exact(&settings.estimator) && !light.is_exact() {
+                return Err(Error::NotExact(i));
+            }
+        }
+        let mut scene = Scene {
+            occluders: Occluders::build(positions, triangles),
+            lights,
+            settings,
+            reach: ball.center.abs().max_element() + ball.radius,
+        };
+        scene.prepare_on_surfaces(positions, triangles);
+        Ok(scene)
+    }
+}
+
+impl SceneLight {
+    /// Whether `exact` gives its light without noise, on a diffuse surface.
+    pub(crate) const fn is_exact(&self) -> bool {
+        match &self.light {
+            Light::Area(_) => self.profile.is_none(),
+            Light::Linear(_) | Light::Point(_) | Light::Distant(_) => true,
+            Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Sky(_) => false,
+        }
+    }
+}
+
+/// Whether an estimator promises light without noise.
+pub(crate) fn is_exact(estimator: &Estimator) -> bool {
+    let by = match estimator.alone() {
+        Some(Technique::Lines(lines)) => lines.integration,
+        Some(Technique::Points(_)) | None => None,
+    };
+    matches!(by, Some(Integration::Exact(_)))
+}
+
+/// The smallest ball around the box around all positions.
+fn ball_around(positions: &[[f32; 3]]) -> Sphere {
+    let mut all = positions.iter().map(|p| p.dvec3());
+    let first = all.next().unwrap_or(DVec3::ZERO);
+    let (low, high) = all.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
+    let center = 0.5 * (low + high);
+    Sphere {
+        center,
+        radius: center.distance(high),
+    }
+}
+
+/// Whether the numbers of a light are finite, its emission is not negative, and its shape has a
+/// size and a direction.
+fn is_light(light: &Light) -> bool {
+    let emission = light.emission().radiance;
+    let is_place = |p: DVec3| p.abs().cmple(DVec3::splat(LARGEST)).all();
+    let is_size = |r: f64| r > 0.0 && r <= LARGEST;
+    let emits = emission.is_finite() && emission.min_element() >= 0.0;
+    emits
+        && match light {
+            Light::Area(l) => l.polygon.vertices().iter().all(|&v| is_place(v)),
+            Light::Linear(l) => {
+                let ends = [l.segment.p0, l.segment.p1];
+                ends.into_iter().all(is_place) && l.segment.length() > 0.0
+            }
+            Light::Sphere(l) => is_place(l.sphere.center) && is_size(l.sphere.radius),
+            Light::Disk(l) => {
+                let disk = &l.disk;
+                is_place(disk.center) && is_size(disk.radius) && disk.normal.is_normalized()
+            }
+            Light::Cylinder(l) => {
+                let axis = &l.cylinder.axis;
+                let is_axis = [axis.p0, axis.p1].into_iter().all(is_place);
+                is_axis && axis.length() > 0.0 && is_size(l.cylinder.radius)
+            }
+            Light::Point(l) => is_place(l.position),
+            Light::Distant(l) => l.direction.is_normalized(),
+            Light::Sky(l) => match &l.emission {
+                SkyEmission::Constant(_) | SkyEmission::Image(_) => true,
+                SkyEmission::Sun {
+                    direction,
+                    half_angle,
+                    ..
+                } => {
+                    let is_angle = *half_angle > 0.0 && *half_angle <= std::f64::consts::FRAC_PI_2;
+                    direction.is_normalized() && is_angle
+                }
+            },
+        }
+}

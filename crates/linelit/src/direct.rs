@@ -1,0 +1,421 @@
+//! Direct light at points, in one call.
+
+use crate::Error;
+use crate::builder::{LARGEST, SceneBuilder, SceneLight, Settings};
+use linelit_bsdf::{Bsdf, Lambert};
+use linelit_estimators::{Buffers, LightSource, Measure, Query};
+use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, VisibleRegion, estimate};
+use linelit_geometry::{DVec3, Segment, Vector3, predicates};
+use linelit_lights::{Beam, Light};
+use linelit_shading::cylinder;
+use linelit_visibility::{LightCorners, Occluders, ShaftQuery, VisibleLines};
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// The reflection of all light alike: its radiance is the irradiance over π.
+pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
+
+/// Triangles and lights, of which points ask how much light reaches them.
+///
+/// ```
+/// use linelit::{Scene, lights::Light};
+/// // A lamp of one square metre, two metres up, and a triangle that hides a part of it.
+/// let lamp = Light::rectangle([-0.5, -0.5, 2.0], [0., 1., 0.], [1., 0., 0.], [10.0; 3])?;
+/// let positions = [[-0.2, -0.1, 1.0], [0.25, -0.05, 1.0], [0.0, 0.2, 1.1]];
+/// let scene = Scene::builder(&positions, &[[0, 1, 2]]).light(lamp).build()?;
+/// let [irradiance, ..] = scene.irradiance([0.0; 3], [0.0, 0.0, 1.0])?;
+/// assert!((irradiance - 1.738_571).abs() < 1e-6, "{irradiance}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Every answer is a function of the scene, the seed and the point alone: neither the order of the
+/// points, nor their division into calls, nor the number of threads changes a bit. The random
+/// numbers of a point are named by the bits of its position and normal; [`Scene::with_seed`] gives
+/// independent ones. A scene is cheap to clone, as clones share the hierarchy.
+///
+/// Lengths are in any unit, and radiance is, too: irradiance then comes in π units of it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub(crate) occluders: Occluders,
+    pub(crate) lights: Vec<SceneLight>,
+    pub(crate) settings: Settings,
+    /// The largest coordinate of its triangles.
+    pub(crate) reach: f64,
+}
+
+/// The memory of a thread.
+#[derive(Debug, Default)]
+struct Memory {
+    buffers: Buffers,
+    region: VisibleRegion,
+    lines: VisibleLines,
+}
+
+thread_local! {
+    static MEMORY: RefCell<Memory> = RefCell::default();
+}
+
+impl Scene {
+    /// Begins a scene of triangles, each three numbers of vertices. Either side hides light.
+    pub fn builder<'a>(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> SceneBuilder<'a> {
+        SceneBuilder::new(positions, triangles)
+    }
+
+    /// The same scene with other random numbers: two seeds give independent estimates.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut scene = self.clone();
+        scene.settings.seed = seed;
+        scene
+    }
+
+    /// The triangles.
+    #[must_use]
+    pub const fn occluders(&self) -> &Occluders {
+        &self.occluders
+    }
+
+    /// The irradiance at a point of a surface, in W/m² by channel, of all lights and past all
+    /// triangles. The normal may be of any length but zero.
+    ///
+    /// # Errors
+    /// A point that is not finite, or a normal that has no direction.
+    pub fn irradiance(&self, point: impl Vector3, normal: impl Vector3) -> Result<[f64; 3], Error> {
+        let point = self.point(0, point.dvec3(), normal.dvec3(), None, WHITE)?;
+        Ok((self.light(&point) * PI).to_array())
+    }
+
+    /// The irradiance at each of many points, on all threads of the rayon pool.
+    ///
+    /// # Errors
+    /// Slices of different lengths; the first point or normal that is not valid. `out` then holds
+    /// any values.
+    pub fn irradiances<V: Vector3 + Copy + Sync>(
+        &self,
+        points: &[V],
+        normals: &[V],
+        out: &mut [[f64; 3]],
+    ) -> Result<(), Error> {
+        same_length("normals", points, normals)?;
+        same_length("results", points, out)?;
+        over(out, |i| {
+            let point = self.point(i, points[i].dvec3(), normals[i].dvec3(), None, WHITE)?;
+            Ok((self.light(&point) * PI).to_array())
+        })
+    }
+
+    /// The radiance that a point of a surface reflects in the direction `outgoing`, in W/(m² sr)
+    /// by channel, of the direct light of all lights.
+    ///
+    /// # Errors
+    /// A point that is not finite; a normal or a direction to the viewer that is none.
+    pub fn radiance(
+        &self,
+        point: impl Vector3,
+        normal: impl Vector3,
+        bsdf: &Bsdf,
+        outgoing: impl Vector3,
+    ) -> Result<[f64; 3], Error> {
+        let (point, normal, outgoing) = (point.dvec3(), normal.dvec3(), outgoing.dvec3());
+        let point = self.point(0, point, normal, Some(outgoing), bsdf.clone())?;
+        Ok(self.light(&point).to_array())
+    }
+
+    /// The radiance that many points reflect, each by a reflection of its own, on all threads.
+    ///
+    /// # Errors
+    /// Those of [`Scene::radiance`], with the number of the point, and slices of different lengths.
+    pub fn radiances<V: Vector3 + Copy + Sync>(
+        &self,
+        points: &[V],
+        normals: &[V],
+        bsdfs: &[Bsdf],
+        outgoing: &[V],
+        out: &mut [[f64; 3]],
+    ) -> Result<(), Error> {
+        same_length("normals", points, normals)?;
+        same_length("reflections", points, bsdfs)?;
+        same_length("outgoing directions", points, outgoing)?;
+        same_length("results", points, out)?;
+        over(out, |i| {
+            let to_viewer = Some(outgoing[i].dvec3());
+            let (point, normal) = (points[i].dvec3(), normals[i].dvec3());
+            let point = self.point(i, point, normal, to_viewer, bsdfs[i].clone())?;
+            Ok(self.light(&point).to_array())
+        })
+    }
+
+    /// The share of a light, by its number, that a point sees past all triangles, between 0 and 1:
+    /// exact but for rounding. The sides of the light do not matter. It is NaN where the whole
+    /// light measures nothing: for a point in its plane, or a light below the horizon of the normal
+    /// of [`Measure::Cosine`].
+    ///
+    /// # Errors
+    /// A point or normal that is not valid, a light that does not exist, and [`Error::NotExact`]
+    /// for one that is neither a polygon, a line, a point nor parallel light, and for the solid
+    /// angle of a line.
+    pub fn visible_fraction(
+        &self,
+        point: impl Vector3,
+        light: usize,
+        measure: Measure,
+    ) -> Result<f64, Error> {
+        self.fraction(0, point.dvec3(), light, measure)
+    }
+
+    /// The share of a light that each of many points sees, on all threads.
+    ///
+    /// # Errors
+    /// Those of [`Scene::visible_fraction`], with the number of the point.
+    pub fn visible_fractions<V: Vector3 + Copy + Sync>(
+        &self,
+        points: &[V],
+        light: usize,
+        measure: Measure,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        same_length("results", points, out)?;
+        over(out, |i| self.fraction(i, points[i].dvec3(), light, measure))
+    }
+
+    /// The visible part of a polygon, by its number among the lights, as rings of corners: those
+    /// around it run counter-clockwise as the point sees them, those around holes clockwise.
+    ///
+    /// # Errors
+    /// A point that is not finite, a light that does not exist or is no polygon.
+    pub fn visible_polygons(
+        &self,
+        point: impl Vector3,
+        light: usize,
+    ) -> Result<Vec<Vec<[f64; 3]>>, Error> {
+        let point = check_point(0, point.dvec3())?;
+        let scene_light = self.light_number(light)?;
+        let Light::Area(area) = &scene_light.light else {
+            return Err(Error::NotExact(light));
+        };
+        let query = self.shaft(point, &area.polygon, &scene_light.triangles);
+        MEMORY.with_borrow_mut(|memory| {
+            let (region, scratch) = (&mut memory.region, &mut memory.buffers.scratch);
+            region.find(&self.occluders, query, scratch);
+            let ring = |ring: Vec<DVec3>| ring.into_iter().map(|p| p.to_array()).collect();
+            Ok(region.rings().into_iter().map(ring).collect())
+        })
+    }
+
+    /// A shading point that is lifted off its surface; without a direction to the viewer, as seen
+    /// along the normal.
+    pub(crate) fn point(
+        &self,
+        i: usize,
+        point: DVec3,
+        normal: DVec3,
+        outgoing: Option<DVec3>,
+        bsdf: Bsdf,
+    ) -> Result<ShadingPoint, Error> {
+        let point = check_point(i, point)?;
+        let normal = predicates::normalize(normal).ok_or(Error::Normal(i))?;
+        let outgoing = match outgoing {
+            None => normal,
+            Some(outgoing) => predicates::normalize(outgoing).ok_or(Error::Outgoing(i))?,
+        };
+        let largest = point.abs().max_element() + self.reach;
+        let offset = self.settings.offset.unwrap_or(SURFACE_OFFSET * largest);
+        let position = point + normal * offset;
+        Ok(ShadingPoint::new(position, normal, outgoing, bsdf))
+    }
+
+    /// The radiance of a point, summed over the lights.
+    fn light(&self, point: &ShadingPoint) -> DVec3 {
+        let Settings { sampler, seed, .. } = self.settings;
+        let pixel = key(point);
+        MEMORY.with_borrow_mut(|memory| {
+            let buffers = &mut memory.buffers;
+            let lights = (0..).zip(&self.lights);
+            let each = lights.map(|(k, light)| {
+                let (source, estimator) = (light.source(), &self.settings.estimator);
+                if !source.reaches(point, &mut buffers.counts.plan) {
+                    return DVec3::ZERO;
+                }
+                let numbers = RandomNumbers::new(sampler, seed, pixel, k);
+                let samples = self.settings.samples;
+                let mut query =
+                    Query::new(&self.occluders, &source, point, estimator, numbers, samples);
+                query.margins = self.settings.margins;
+                estimate(&query, buffers)
+            });
+            each.sum()
+        })
+    }
+
+    fn fraction(
+        &self,
+        i: usize,
+        point: DVec3,
+        light: usize,
+        measure: Measure,
+    ) -> Result<f64, Error> {
+        let point = check_point(i, point)?;
+        let measure = match measure {
+            Measure::Cosine(n) => {
+                Measure::Cosine(predicates::normalize(n).ok_or(Error::Normal(i))?)
+            }
+            measure => measure,
+        };
+        let scene_light = self.light_number(light)?;
+        let own = &scene_light.triangles;
+        MEMORY.with_borrow_mut(|memory| match (&scene_light.light, measure) {
+            (Light::Area(area), _) => {
+                let query = self.shaft(point, &area.polygon, own);
+                let scratch = &mut memory.buffers.scratch;
+                memory.region.find(&self.occluders, query, scratch);
+                Ok(memory.region.fraction(measure))
+            }
+            (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
+                Ok(self.of_line(point, &line.segment, own, measure, memory))
+            }
+            (shape @ (Light::Point(_) | Light::Distant(_)), _) => {
+                let beam = shape.beam(point).ok_or(Error::Point(i))?;
+                Ok(self.of_beam(point, &beam, own, measure, memory))
+            }
+            (Light::Linear(_) | Light::Sphere(_) | Light::Disk(_), _)
+            | (Light::Cylinder(_) | Light::Sky(_), _) => Err(Error::NotExact(light)),
+        })
+    }
+
+    /// The visible share of a line.
+    fn of_line(
+        &self,
+        point: DVec3,
+        line: &Segment,
+        own: &Range<u32>,
+        measure: Measure,
+        memory: &mut Memory,
+    ) -> f64 {
+        let ends = [line.p0, line.p1];
+        let query = self.shaft(point, &ends, own);
+        let mut shaft = self.occluders.shaft(query, &mut memory.buffers.scratch);
+        shaft.visible(&[*line], &mut memory.lines);
+        let Measure::Cosine(n) = measure else {
+            return memory.lines.fraction(0);
+        };
+        let along = |lo: f64, hi: f64| {
+            let piece = line.piece(lo, hi).relative_to(point);
+            cylinder::irradiance(piece.p0, piece.p1, n)
+        };
+        let visible = memory.lines.line(0).iter();
+        let visible: f64 = visible.map(|part| along(part.lo, part.hi)).sum();
+        let whole = along(0.0, 1.0);
+        match whole > 0.0 {
+            true => (visible / whole).min(1.0),
+            false => f64::NAN,
+        }
+    }
+
+    /// The visible share of a light without size: all or nothing.
+    fn of_beam(
+        &self,
+        point: DVec3,
+        beam: &Beam,
+        own: &Range<u32>,
+        measure: Measure,
+        memory: &mut Memory,
+    ) -> f64 {
+        if let Measure::Cosine(n) = measure
+            && n.dot(beam.direction) <= 0.0
+        {
+            return f64::NAN;
+        }
+        let rays = [beam.to_light];
+        let fan = (self.occluders).shadow_rays(point, &rays, self.settings.margins);
+        let hidden = (self.occluders).any_hits(&fan, own, &mut memory.buffers.scratch);
+        if hidden == 0 { 1.0 } else { 0.0 }
+    }
+
+    /// The question for a light's visible part.
+    fn shaft<'a>(
+        &self,
+        point: DVec3,
+        light: impl Into<LightCorners<'a>>,
+        own: &Range<u32>,
+    ) -> ShaftQuery<'a> {
+        ShaftQuery {
+            margins: self.settings.margins,
+            ..ShaftQuery::new(point, light).excluding(own.clone())
+        }
+    }
+
+    fn light_number(&self, light: usize) -> Result<&SceneLight, Error> {
+        let lights = self.lights.len();
+        self.lights
+            .get(light)
+            .ok_or(Error::NoLight { light, lights })
+    }
+}
+
+impl SceneLight {
+    pub(crate) fn source(&self) -> LightSource<'_> {
+        LightSource {
+            triangles: self.triangles.clone(),
+            profile: self.profile.as_deref(),
+            occlusion: self.occlusion,
+            ..LightSource::new(&self.light)
+        }
+    }
+}
+
+/// Fills a slice on all threads; of several errors, the one of the first point.
+fn over<T: Send>(
+    out: &mut [T],
+    value: impl Fn(usize) -> Result<T, Error> + Sync,
+) -> Result<(), Error> {
+    let chunks = out.par_chunks_mut(CHUNK).enumerate();
+    let first_error = chunks.filter_map(|(k, chunk)| {
+        let numbers = k * CHUNK..;
+        let mut each = numbers.zip(chunk).map(|(i, out)| {
+            *out = value(i)?;
+            Ok(())
+        });
+        each.find_map(|done: Result<(), Error>| done.err())
+    });
+    first_error.find_first(|_| true).map_or(Ok(()), Err)
+}
+
+/// Points that a thread takes at once.
+const CHUNK: usize = 64;
+
+pub(crate) fn same_length<A, B>(of: &'static str, points: &[A], other: &[B]) -> Result<(), Error> {
+    let (points, found) = (points.len(), other.len());
+    match points == found {
+        true => Ok(()),
+        false => Err(Error::Length { of, points, found }),
+    }
+}
+
+/// The point of this number, if it is one.
+fn check_point(i: usize, point: DVec3) -> Result<DVec3, Error> {
+    let is_valid = point.is_finite() && point.abs().max_element() <= LARGEST;
+    is_valid.then_some(point).ok_or(Error::Point(i))
+}
+
+/// The name of a point's random numbers: a hash of the bits of its position and normal.
+fn key(point: &ShadingPoint) -> [u32; 2] {
+    let numbers = point
+        .position
+        .to_array()
+        .into_iter()
+        .chain(point.normal.to_array());
+    let hash = numbers.fold(0_u64, |hash, x| {
+        // The finalizer of SplitMix64; zero and minus zero are one place.
+        let mut z = hash
+            .wrapping_add((x + 0.0).to_bits())
+            .wrapping_add(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    });
+    #[allow(clippy::cast_possible_truncation, reason = "both halves")]
+    let halves = [hash as u32, (hash >> 32) as u32];
+    halves
+}

@@ -1,0 +1,85 @@
+//! Reasons why a scene or a query is refused.
+
+use std::fmt;
+
+/// The reason why [`Scene`](crate::Scene) refuses what it was given; nothing has changed then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// The vertex of this number is NaN, infinite or beyond 2⁶⁰.
+    Vertex(usize),
+    /// The triangle of this number names a vertex that does not exist.
+    Triangle {
+        /// The number of the triangle.
+        triangle: usize,
+        /// The vertex that it names.
+        vertex: u32,
+        /// The number of vertices.
+        vertices: usize,
+    },
+    /// The light of this number has an emission, a place, a size or a direction that no light has.
+    Light(usize),
+    /// The scene has no light of this number.
+    NoLight {
+        /// The number that was asked for.
+        light: usize,
+        /// The number of lights.
+        lights: usize,
+    },
+    /// The triangles of the light of this number are not all among the scene's.
+    LightTriangles(usize),
+    /// The method gives the light of this number with noise, or the question has no exact answer
+    /// for it: it is no polygon, line, point or parallel light, or emits a profile.
+    NotExact(usize),
+    /// The point of this number is NaN, infinite or beyond 2⁶⁰.
+    Point(usize),
+    /// The normal of the point of this number is zero, NaN or infinite.
+    Normal(usize),
+    /// The direction to the viewer of the point of this number is zero, NaN or infinite.
+    Outgoing(usize),
+    /// A slice has another length than the points.
+    Length {
+        /// What the slice holds.
+        of: &'static str,
+        /// The number of points.
+        points: usize,
+        /// The length of the slice.
+        found: usize,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Vertex(i) => write!(f, "vertex {i} is not finite, or beyond 2^60"),
+            Self::Triangle {
+                triangle,
+                vertex,
+                vertices,
+            } => write!(
+                f,
+                "triangle {triangle} has vertex {vertex}, but there are {vertices} vertices"
+            ),
+            Self::Light(i) => write!(
+                f,
+                "light {i} has an emission, a place, a size or a direction that no light has"
+            ),
+            Self::NoLight { light, lights } => {
+                write!(f, "there is no light {light}; the scene has {lights}")
+            }
+            Self::LightTriangles(i) => write!(f, "the triangles of light {i} do not exist"),
+            Self::NotExact(i) => write!(
+                f,
+                "light {i} has no exact answer: polygons, lines, points and parallel light without \
+                 a profile have; `hybrid` takes all lights"
+            ),
+            Self::Point(i) => write!(f, "point {i} is not finite, or beyond 2^60"),
+            Self::Normal(i) => write!(f, "normal {i} is zero or not finite"),
+            Self::Outgoing(i) => write!(f, "outgoing direction {i} is zero or not finite"),
+            Self::Length { of, points, found } => {
+                write!(f, "{found} {of} for {points} points")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Error {}

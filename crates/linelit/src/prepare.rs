@@ -1,0 +1,98 @@
+//! What `hybrid` knows of lights before anything is asked.
+
+use crate::direct::{WHITE, same_length};
+use crate::{Error, Scene};
+use linelit_estimators::{Buffers, Estimator, OcclusionProbe, Query, RandomNumbers, ShadingPoint};
+use linelit_geometry::Vector3;
+use linelit_lights::Light;
+use linelit_samplers::{Sampler, SamplerKind};
+
+/// The most lights that are looked at beforehand.
+const MOST_LIGHTS: usize = 16;
+/// Points that each light is looked at from, and those for the direction of lines.
+const POINTS: [u32; 2] = [64, 256];
+impl Scene {
+    /// Looks at the lights from these points, by which `hybrid` chooses its method: in place of
+    /// points on the triangles, which the scene took when it was built. Some hundred points in the
+    /// places that matter will do. Answers keep their mean, whatever the points are.
+    ///
+    /// # Errors
+    /// Slices of different lengths; the first point or normal that is not valid.
+    pub fn prepare<V: Vector3 + Copy>(&mut self, points: &[V], normals: &[V]) -> Result<(), Error> {
+        same_length("normals", points, normals)?;
+        let mut places = Vec::with_capacity(points.len());
+        for (i, (point, normal)) in points.iter().zip(normals).enumerate() {
+            places.push(self.point(i, point.dvec3(), normal.dvec3(), None, WHITE)?);
+        }
+        self.look_from(&[places.clone(), places]);
+        Ok(())
+    }
+
+    /// Looks at the lights from points spread evenly over the triangles.
+    pub(crate) fn prepare_on_surfaces(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
+        let has_areas = self
+            .lights
+            .iter()
+            .any(|l| matches!(l.light, Light::Area(_)));
+        if !has_areas || self.lights.len() > MOST_LIGHTS {
+            return;
+        }
+        let corners = |t: &[u32; 3]| t.map(|i| positions[i as usize].dvec3());
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = corners(t);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let mut sums: Vec<f64> = Vec::with_capacity(triangles.len());
+        let mut total = 0.0;
+        for triangle in triangles {
+            total += area(triangle);
+            sums.push(total);
+        }
+        let places = POINTS.map(|count| -> Vec<ShadingPoint> {
+            let points = Sampler::new(SamplerKind::Sobol, 0).points([0, 0], 0, count);
+            let place = |i: u32| {
+                let u = (f64::from(i) + 0.5) / f64::from(count);
+                let triangle = triangles.get(sums.partition_point(|&sum| sum < u * total))?;
+                let ([a, b, c], [s, t]) = (corners(triangle), points.get_2d(i));
+                let root = s.sqrt();
+                let point = a * (1.0 - root) + (b * (1.0 - t) + c * t) * root;
+                Some((point, (b - a).cross(c - a)))
+            };
+            // A light may be on either side of a triangle.
+            let sides = (0..count)
+                .filter_map(place)
+                .flat_map(|(p, n)| [(p, n), (p, -n)]);
+            let lifted = sides.filter_map(|(p, n)| self.point(0, p, n, None, WHITE).ok());
+            lifted.collect()
+        });
+        self.look_from(&places);
+    }
+
+    /// Looks at the polygons from points, and from points for the direction of lines.
+    fn look_from(&mut self, places: &[Vec<ShadingPoint>; 2]) {
+        let estimator = Estimator::hybrid();
+        let mut buffers = Buffers::default();
+        for k in 0..self.lights.len().min(MOST_LIGHTS) {
+            let light = &self.lights[k];
+            let Light::Area(area) = &light.light else {
+                continue;
+            };
+            let (source, mut probe) = (light.source(), OcclusionProbe::default());
+            for (places, along_lines) in places.iter().zip([false, true]) {
+                for point in places {
+                    if !source.reaches(point, &mut buffers.counts.plan) {
+                        continue;
+                    }
+                    let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], 0);
+                    let query = Query::new(&self.occluders, &source, point, &estimator, numbers, 1);
+                    if along_lines {
+                        probe.look_along_lines(&query, area, &mut buffers);
+                    } else {
+                        probe.look(&query, area, &mut buffers);
+                    }
+                }
+            }
+            self.lights[k].occlusion = probe.stats();
+        }
+    }
+}
