@@ -59,7 +59,7 @@ fn lines(c: &mut Criterion) {
             b.iter(|| {
                 black_box(&input)
                     .iter()
-                    .map(|s| ribbon::irradiance(s.p0, s.p1, n))
+                    .map(|s| ribbon::line_integral(s.p0, s.p1, n))
                     .sum::<f64>()
             });
         });

@@ -20,7 +20,7 @@ const FEW: usize = 2;
 /// Coordinates of segments in rounds.
 type Column = [[f64; LANES]];
 
-/// [`ribbon::irradiance`] of each segment (relative to the shading point), into `out`; the shorter
+/// [`ribbon::line_integral`] of each segment (relative to the shading point), into `out`; the shorter
 /// of the two slices counts.
 ///
 /// ```
@@ -31,7 +31,7 @@ type Column = [[f64; LANES]];
 ///     .collect();
 /// let mut out = vec![0.0; segments.len()];
 /// batch::ribbons(&segments, DVec3::Z, &mut out);
-/// assert_eq!(out[7], ribbon::irradiance(segments[7].p0, segments[7].p1, DVec3::Z));
+/// assert_eq!(out[7], ribbon::line_integral(segments[7].p0, segments[7].p1, DVec3::Z));
 /// ```
 pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
     by(Isa::best(), segments, n, out);
@@ -124,7 +124,7 @@ mod tests {
 
     /// On every instruction set that this machine has.
     fn compare(segments: &[Segment], n: DVec3) {
-        let one = |s: &Segment| ribbon::irradiance(s.p0, s.p1, n).to_bits();
+        let one = |s: &Segment| ribbon::line_integral(s.p0, s.p1, n).to_bits();
         let want: Vec<u64> = segments.iter().map(one).collect();
         for set in InstructionSet::ALL {
             let mut out = vec![-1.0; segments.len()];

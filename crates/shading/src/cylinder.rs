@@ -30,7 +30,7 @@ use std::f64::consts::PI;
 /// with the symbols of [`ribbon`](crate::ribbon); sin δ comes from an exact cross product where the
 /// line points at the shading point.
 ///
-/// **Domain**: as [`ribbon::irradiance`](crate::ribbon::irradiance).
+/// **Domain**: as [`ribbon::line_integral`](crate::ribbon::line_integral).
 ///
 /// **Error**: below 1e-13 relative (`docs/accuracy.md`).
 ///

@@ -150,7 +150,7 @@ impl<L: Lanes> Products<L> {
     }
 }
 
-/// [`ribbon::irradiance`](crate::ribbon::irradiance) and whether the conditions held.
+/// [`ribbon::line_integral`](crate::ribbon::line_integral) and whether the conditions held.
 #[inline(always)]
 pub(crate) fn ribbon<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
     let segment = measure(l, p0, p1, n);

@@ -50,7 +50,7 @@ pub fn normalisation(k: f64) -> f64 {
 /// use linelit_shading::{phong, ribbon};
 /// let (p0, p1) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let diffuse = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 0.0); // exponent 0
-/// assert!((diffuse / ribbon::irradiance(p0, p1, DVec3::Z) - 1.0).abs() < 1e-14);
+/// assert!((diffuse / ribbon::line_integral(p0, p1, DVec3::Z) - 1.0).abs() < 1e-14);
 /// ```
 #[inline]
 #[must_use]

@@ -155,7 +155,7 @@ pub enum Model {
 /// let (p0, p1, n) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0), DVec3::Z);
 /// let one = |_| DVec3::ONE;
 /// let e = quadrature::line(p0, p1, n, quadrature::Model::Ribbon, one, 1e-12, 1000);
-/// assert!((e.value.x / ribbon::irradiance(p0, p1, n) - 1.0).abs() < 1e-12);
+/// assert!((e.value.x / ribbon::line_integral(p0, p1, n) - 1.0).abs() < 1e-12);
 /// ```
 #[must_use]
 pub fn line(

@@ -45,19 +45,19 @@ use std::f64::consts::PI;
 /// // A line of a light that faces down, one and a half above the point.
 /// let (p0, p1, down) = (DVec3::new(-1.0, 0.0, 1.5), DVec3::new(1.0, 0.0, 1.5), -DVec3::Z);
 /// let height = ribbon::emitter(p0, p1, down, Sides::One);
-/// let irradiance = height * ribbon::irradiance(p0, p1, DVec3::Z);
+/// let irradiance = height * ribbon::line_integral(p0, p1, DVec3::Z);
 /// assert_eq!(height, 1.5);
 /// assert!((irradiance - 0.699_694_043_390_686).abs() < 1e-15);
 /// ```
 #[inline]
 #[must_use]
-pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+pub fn line_integral(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let (a, b, up) = (p0.to_array(), p1.to_array(), n.to_array());
     let (value, held) = fast_path::ribbon(One, a, b, up);
     if held { value } else { robust(a, b, up) }
 }
 
-/// [`irradiance`] for every other segment.
+/// [`line_integral`] for every other segment.
 #[inline(always)]
 pub(crate) fn robust(p0: Point, p1: Point, n: Point) -> f64 {
     let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
@@ -80,9 +80,9 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 
 /// `∫ max(0, n·p) w(p)/|p|⁴ dt` along a ribbon whose width w changes linearly from `widths[0]` at
 /// `p0` to `widths[1]` at `p1`, neither negative: a piece of a thin triangle, where lines meet in a
-/// point of the light. [`irradiance`] with both widths one, to rounding.
+/// point of the light. [`line_integral`] with both widths one, to rounding.
 ///
-/// **Formula**: with the symbols of [`irradiance`], after clipping to the horizon,
+/// **Formula**: with the symbols of [`line_integral`], after clipping to the horizon,
 ///
 /// ```text
 /// I = l/(2 r0² r1²) · [ G (c0 w0 r1/r0 + c1 w1 r0/r1) + (1 − G cos δ) (c0 w1 + c1 w0) ]
@@ -101,7 +101,7 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 /// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::ribbon;
 /// let (p0, p1) = (DVec3::new(-1.0, 0.0, 1.5), DVec3::new(1.0, 0.0, 1.5));
-/// let even = ribbon::irradiance(p0, p1, DVec3::Z);
+/// let even = ribbon::line_integral(p0, p1, DVec3::Z);
 /// // A thin triangle has half the area, and looks the same from either end.
 /// let thin = ribbon::tapered(p0, p1, DVec3::Z, [0.0, 1.0]);
 /// assert!((thin / even - 0.5).abs() < 1e-15);
@@ -175,7 +175,7 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
 pub fn reflected(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, sides: Sides, albedo: f64) -> f64 {
     let height = emitter(p0, p1, m, sides);
     if height > 0.0 {
-        nonnegative(albedo * std::f64::consts::FRAC_1_PI * height * irradiance(p0, p1, n))
+        nonnegative(albedo * std::f64::consts::FRAC_1_PI * height * line_integral(p0, p1, n))
     } else {
         0.0
     }

@@ -28,7 +28,7 @@ const DEPTH: f64 = 40.0;
 /// use linelit_shading::{ribbon, spherical_gaussian};
 /// let (p0, p1) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let flat = spherical_gaussian::ribbon(p0, p1, DVec3::Z, DVec3::X, 0.0);
-/// assert!((flat / ribbon::irradiance(p0, p1, DVec3::Z) - 1.0).abs() < 1e-14);
+/// assert!((flat / ribbon::line_integral(p0, p1, DVec3::Z) - 1.0).abs() < 1e-14);
 /// ```
 #[must_use]
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {

@@ -58,7 +58,7 @@ fn main() {
         black_box(
             black_box(&input)
                 .iter()
-                .map(|s| ribbon::irradiance(s.p0, s.p1, n))
+                .map(|s| ribbon::line_integral(s.p0, s.p1, n))
                 .sum::<f64>(),
         );
     });

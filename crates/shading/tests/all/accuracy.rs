@@ -160,8 +160,8 @@ type Oracle = fn([f64; 3], [f64; 3], [f64; 3]) -> Dd;
 pub(crate) fn lines(count: usize) -> Vec<Row> {
     let functions: [(&str, Integral, Integral, Oracle); 2] = [
         (
-            "ribbon::irradiance",
-            ribbon::irradiance,
+            "ribbon::line_integral",
+            ribbon::line_integral,
             naive::ribbon,
             oracle::ribbon,
         ),

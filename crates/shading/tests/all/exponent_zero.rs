@@ -58,7 +58,7 @@ proptest! {
         let both = |f: &dyn Fn(DVec3) -> f64| f(r) + f(-r);
         // The lobes' published goal.
         let line = 1e-10;
-        assert_close!(both(&|r| phong::ribbon(p0, p1, n, r, 0.0)), ribbon::irradiance(p0, p1, n), rel = line, "ribbon");
+        assert_close!(both(&|r| phong::ribbon(p0, p1, n, r, 0.0)), ribbon::line_integral(p0, p1, n), rel = line, "ribbon");
         assert_close!(both(&|r| phong::cylinder(p0, p1, n, r, 0.0)), cylinder::irradiance(p0, p1, n), rel = line, "cylinder");
     }
 

@@ -152,7 +152,7 @@ const MODELS: [Model; 2] = [Model::Ribbon, Model::Cylinder];
 fn along_lines(source: &mut Source, wrong: &mut Wrong) {
     let [p0, p1, n, m, axis] = source.vectors();
     let (k, albedo, tolerance) = (source.number(), source.number(), source.number());
-    wrong.light("ribbon", ribbon::irradiance(p0, p1, n));
+    wrong.light("ribbon", ribbon::line_integral(p0, p1, n));
     wrong.light("cylinder", cylinder::irradiance(p0, p1, n));
     wrong.light("cylinder::solid_angle", cylinder::solid_angle(p0, p1));
     for sides in [Sides::One, Sides::Both] {

@@ -12,7 +12,7 @@ use proptest::test_runner::FileFailurePersistence;
 type Integral = fn(DVec3, DVec3, DVec3) -> f64;
 
 const MODELS: [(&str, Integral); 2] = [
-    ("ribbon", ribbon::irradiance),
+    ("ribbon", ribbon::line_integral),
     ("cylinder", cylinder::irradiance),
 ];
 
@@ -79,7 +79,7 @@ proptest! {
         // Ends of parts are rounded, which moves the distance of the line by ε over its closeness.
         laws::Integral::new("ribbon").tolerance(LINE + 64.0 * f64::EPSILON / closeness).check_1d(
             [0.0, 1.0],
-            |a, b| ribbon::irradiance(line.at(a), line.at(b), n),
+            |a, b| ribbon::line_integral(line.at(a), line.at(b), n),
             |t| {
                 let p = line.at(t);
                 n.dot(p) / p.length().powi(4) * length
@@ -169,7 +169,7 @@ proptest! {
         // The corners are rounded, and with them the width, from both sides.
         let rounding = 8.0 * f64::EPSILON * p0.length().max(p1.length()) / width;
         let tolerance = second_order + rounding;
-        let want = ribbon::irradiance(p0, p1, n) * height * width;
+        let want = ribbon::line_integral(p0, p1, n) * height * width;
         assert_close!(polygon::irradiance(&strip, n), want, rel = tolerance, "diffuse");
     }
 
@@ -249,7 +249,7 @@ proptest! {
         prop_assume!(closeness > 1e-3 && grazing > 1e-3);
         // Rotated vectors are rounded: relative to what the line would be facing both.
         let tolerance = 4e-11 + 128.0 * f64::EPSILON * (k + 1.0) / closeness / grazing;
-        let scale = ribbon::irradiance(p0, p1, n) + ribbon::irradiance(p0, p1, -n);
+        let scale = ribbon::line_integral(p0, p1, n) + ribbon::line_integral(p0, p1, -n);
         let one = phong::ribbon(p0, p1, n, r, k);
         assert_close!(phong::ribbon(m * p0, m * p1, m * n, m * r, k), one, rel = tolerance, scale = scale, "turned, exponent {k}");
         assert_close!(phong::ribbon(p1, p0, n, r, k), one, rel = tolerance, scale = scale, "turned around, exponent {k}");
@@ -259,7 +259,7 @@ proptest! {
     fn exponent_zero_is_diffuse(p0 in point(), p1 in point(), n in unit()) {
         // With the lobe's axis along the normal its horizon is the receiver's.
         let tolerance = 1e-11;
-        assert_close!(phong::ribbon(p0, p1, n, n, 0.0), ribbon::irradiance(p0, p1, n), rel = tolerance, "ribbon: the bound of the lobes");
+        assert_close!(phong::ribbon(p0, p1, n, n, 0.0), ribbon::line_integral(p0, p1, n), rel = tolerance, "ribbon: the bound of the lobes");
         assert_close!(phong::cylinder(p0, p1, n, n, 0.0), cylinder::irradiance(p0, p1, n), rel = tolerance, "cylinder");
     }
 }
@@ -280,7 +280,7 @@ fn a_long_line_is_an_infinite_line() {
         );
         let want = std::f64::consts::FRAC_PI_2 / (h * h);
         assert_close!(
-            ribbon::irradiance(a, b, DVec3::Z),
+            ribbon::line_integral(a, b, DVec3::Z),
             want,
             rel = gap,
             "ribbon"
@@ -295,7 +295,7 @@ fn a_distant_line_is_a_point() {
         let (a, b) = (DVec3::new(-0.5, 0.0, r), DVec3::new(0.5, 0.0, r));
         let gap = 2.0 / (r * r) + LINE;
         assert_close!(
-            ribbon::irradiance(a, b, n),
+            ribbon::line_integral(a, b, n),
             n.z / r.powi(3),
             rel = gap,
             "ribbon: n.p/r^4"

@@ -167,7 +167,7 @@ proptest! {
         let line = Line::new(a, b);
         let h = line.distance.to_f64();
         let (value, error) = line.integral(&[n], &[n], |s| s.cosine(n) / s.distance().powi(3));
-        compare("ribbon", &input, ribbon::irradiance(a, b, n), DIFFUSE, (value, error));
+        compare("ribbon", &input, ribbon::line_integral(a, b, n), DIFFUSE, (value, error));
         compare("cylinder", &input, cylinder::irradiance(a, b, n), DIFFUSE, (2.0 * h * value, 2.0 * h * error));
         let solid = line.integral(&[], &[], |s| 2.0 * h / s.distance().powi(3));
         compare("solid_angle", &input, cylinder::solid_angle(a, b), DIFFUSE, solid);
@@ -293,7 +293,7 @@ proptest! {
             let tolerance = DIFFUSE + 8.0 * f64::EPSILON * (k + 8.0) / (n.dot(d).min(axis.dot(d)));
             assert_close!(got, want, rel = tolerance, "{name} {d} {n} {axis} {k}");
         };
-        close("ribbon", ribbon::irradiance(a, b, n), cosine * narrow);
+        close("ribbon", ribbon::line_integral(a, b, n), cosine * narrow);
         close("phong::ribbon", phong::ribbon(a, b, n, axis, k), power * cosine * narrow);
         close("spherical_gaussian::ribbon", spherical_gaussian::ribbon(a, b, n, axis, k), gaussian * cosine * narrow);
         let own = |model| quadrature::line(a, b, n, model, |w| DVec3::splat(1.0 + w.x), 1e-10, 1000).value.x;
@@ -318,7 +318,7 @@ fn phong_is_normalised_with_the_cosine() {
 fn lines_without_length_are_dark() {
     for p in [DVec3::Z, DVec3::ZERO, DVec3::new(1e-300, 1e300, 0.5)] {
         for value in [
-            ribbon::irradiance(p, p, DVec3::Z),
+            ribbon::line_integral(p, p, DVec3::Z),
             cylinder::irradiance(p, p, DVec3::Z),
             cylinder::solid_angle(p, p),
             phong::ribbon(p, p, DVec3::Z, DVec3::Z, 3.0),

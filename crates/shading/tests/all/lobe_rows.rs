@@ -220,7 +220,8 @@ pub(crate) fn quadratures(count: usize) -> Vec<Row> {
             let Some(want) = lobe_oracle::phong(&rule, p, q, m, w, k) else {
                 continue;
             };
-            let flat = linelit_shading::ribbon::irradiance(a, b, frame.z) * axis.length().powf(k);
+            let flat =
+                linelit_shading::ribbon::line_integral(a, b, frame.z) * axis.length().powf(k);
             if want.ribbon <= 1e-3 * flat {
                 continue;
             }

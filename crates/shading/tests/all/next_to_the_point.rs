@@ -167,9 +167,9 @@ proptest! {
             assert_close!(got, want, rel = 2e-11, "{name} at {d:e}: {near} {far} {n}");
         }
         let [a, b] = ends(d);
-        let wide = ribbon::irradiance(a, b, n);
+        let wide = ribbon::line_integral(a, b, n);
         let [a, b] = ends(first);
-        let want = ribbon::irradiance(a, b, n) * first * first;
+        let want = ribbon::line_integral(a, b, n) * first * first;
         if exponent < 150.0 {
             assert_close!(wide * d * d, want, rel = 2e-11, "ribbon at {d:e}: {near} {far} {n}");
         } else if exponent > 160.0 {

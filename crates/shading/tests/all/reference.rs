@@ -148,9 +148,9 @@ fn diffuse(report: &mut Report, file: &str, case: &Case) {
         vec3(case, "m"),
     );
     // Every cosine is formed accurately relative to itself, so no scale is needed.
-    let got = ribbon::irradiance(p0, p1, n);
+    let got = ribbon::line_integral(p0, p1, n);
     report.add(file, "I_clip", case, case.error("I_clip", got, 0.0), LINE);
-    let below = ribbon::irradiance(p0, p1, -n);
+    let below = ribbon::line_integral(p0, p1, -n);
     // Scale of the signed integral: its two parts, which may cancel.
     report.add(
         file,
@@ -190,7 +190,7 @@ fn models(report: &mut Report, file: &str, case: &Case) {
         std::f64::consts::PI,
     );
     // The emitter's factor carries the rounding of m; see `diffuse`.
-    let scale = p0.length().min(p1.length()) * ribbon::irradiance(p0, p1, n);
+    let scale = p0.length().min(p1.length()) * ribbon::line_integral(p0, p1, n);
     report.add(file, "ribbon", case, case.error("ribbon", got, scale), LINE);
 }
 
