@@ -11,7 +11,7 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use core::fmt;
 use linelit_elementary::{sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
+use linelit_geometry::{DMat3, DVec3};
 use std::sync::LazyLock;
 
 /// The way in which an image covers the sphere of directions.
@@ -55,8 +55,8 @@ impl core::error::Error for SkyError {}
 /// more for the levels above, beside twelve bytes for each pixel.
 ///
 /// Radiance is interpolated between the centres of pixels. Drawing descends the hierarchy from the
-/// whole sphere, at each level into one of four cells; at the top, the choice knows the cosine and
-/// the portal, too. A hundredth of the density is uniform, so that no direction is missed.
+/// whole sphere, at each level into one of four cells; at the top, the choice knows the cosine,
+/// too. A hundredth of the density is uniform, so that no direction is missed.
 #[derive(Clone, PartialEq)]
 pub struct SkyImage {
     size: [usize; 2],
@@ -85,9 +85,6 @@ const DEEPEST: usize = 11;
 
 /// The levels at which the choice knows the cosine.
 const BY_COSINE: usize = 5;
-
-/// The levels at which the choice knows the portal.
-const BY_PORTAL: usize = 8;
 
 /// A bound of the angle between the centre of a cell and its points, times 2^level: it is π at
 /// level 1, 4.283 at level 8, and tends to 4.297.
@@ -166,7 +163,7 @@ impl SkyImage {
     pub fn irradiance(&self, n: DVec3) -> DVec3 {
         let count = 1_usize << (self.levels.len() - 1);
         let cells = (0..count * count).map(|k| {
-            let w = exact_center(self.levels.len() - 1, k % count, k / count);
+            let w = center(self.levels.len() - 1, k % count, k / count);
             let cosine = (self.to_image * n).dot(w);
             if cosine > 0.0 {
                 self.local_radiance(w) * cosine
@@ -266,34 +263,24 @@ impl SkyImage {
     /// and its probability, zero where there is no cell to take.
     fn descend(
         &self,
-        asked: &Asked<'_>,
+        normal: Option<DVec3>,
         mut second: impl FnMut(usize, f64) -> bool,
     ) -> ([usize; 2], f64) {
         let (mut cell, mut probability) = ([0, 0], 1.0);
-        let mut portal = asked.portal;
-        let normal = asked.normal.map(|n| self.to_image * n);
+        let normal = normal.map(|n| self.to_image * n);
         for (level, values) in self.levels.iter().enumerate().skip(1) {
             let count = 1 << level;
-            let mut is_whole = true;
-            let mut weight = |a: usize, b: usize| {
+            let weight = |a: usize, b: usize| {
                 let (i, j) = (2 * cell[0] + a, 2 * cell[1] + b);
                 let value = f64::from(values[j * count + i]);
-                let cosine = match normal {
-                    Some(n) if level <= BY_COSINE => about(n.dot(center(level, i, j)), level),
-                    _ => 1.0,
-                };
-                let Some(edges) = portal.filter(|_| level <= BY_PORTAL) else {
-                    return value * cosine;
-                };
-                let w = self.to_image.transpose() * center(level, i, j);
-                let [meets, within] = edges.overlap(w, REACH / count as f64);
-                is_whole &= within;
-                if meets { value * cosine } else { 0.0 }
+                match normal {
+                    Some(n) if level <= BY_COSINE => {
+                        value * about(n.dot(CENTERS[level][j * count + i]), level)
+                    }
+                    _ => value,
+                }
             };
             let weights = [[weight(0, 0), weight(0, 1)], [weight(1, 0), weight(1, 1)]];
-            if is_whole {
-                portal = None;
-            }
             let columns = weights.map(|[a, b]| a + b);
             let total = columns[0] + columns[1];
             if !(total > 0.0) {
@@ -319,8 +306,8 @@ impl SkyImage {
 
     /// A direction from two random numbers, and its density per solid angle; zero where there is
     /// none.
-    pub(super) fn sample(&self, mut u: [f64; 2], asked: &Asked<'_>) -> (DVec3, f64) {
-        let (cell, probability) = self.descend(asked, |axis, share| {
+    pub(super) fn sample(&self, mut u: [f64; 2], normal: Option<DVec3>) -> (DVec3, f64) {
+        let (cell, probability) = self.descend(normal, |axis, share| {
             let is_second = u[axis] >= share;
             u[axis] = fraction(match is_second {
                 true => (u[axis] - share) / (1.0 - share),
@@ -347,10 +334,10 @@ impl SkyImage {
     }
 
     /// The density per solid angle with which a direction is drawn.
-    pub(super) fn pdf(&self, w: DVec3, asked: &Asked<'_>) -> f64 {
+    pub(super) fn pdf(&self, w: DVec3, normal: Option<DVec3>) -> f64 {
         let place = self.place(w);
         let mut bits = [self.levels.len() - 1; 2];
-        let (_, probability) = self.descend(asked, |axis, _| {
+        let (_, probability) = self.descend(normal, |axis, _| {
             bits[axis] -= 1;
             place[axis].0 >> bits[axis] & 1 == 1
         });
@@ -358,13 +345,13 @@ impl SkyImage {
     }
 
     /// The random numbers from which a direction is drawn.
-    pub(super) fn invert(&self, w: DVec3, asked: &Asked<'_>) -> Option<[f64; 2]> {
+    pub(super) fn invert(&self, w: DVec3, normal: Option<DVec3>) -> Option<[f64; 2]> {
         let place = self.place(w);
         let depth = self.levels.len() - 1;
         let mut bits = [depth; 2];
         // The interval of each number that leads to the cell.
         let mut from = [(0.0, 1.0); 2];
-        let (_, probability) = self.descend(asked, |axis, share| {
+        let (_, probability) = self.descend(normal, |axis, share| {
             bits[axis] -= 1;
             let is_second = place[axis].0 >> bits[axis] & 1 == 1;
             let (start, length) = &mut from[axis];
@@ -397,66 +384,14 @@ static CENTERS: LazyLock<Vec<Vec<DVec3>>> = LazyLock::new(|| {
     let level = |level: usize| {
         let count = 1_usize << level;
         (0..count * count)
-            .map(|k| exact_center(level, k % count, k / count))
+            .map(|k| center(level, k % count, k / count))
             .collect()
     };
     (0..=BY_COSINE).map(level).collect()
 });
 
-fn exact_center(level: usize, i: usize, j: usize) -> DVec3 {
-    let count = (1_u32 << level) as f64;
-    square_to_sphere([(i as f64 + 0.5) / count, (j as f64 + 0.5) / count])
-}
-
 /// The direction of the centre of a cell.
 fn center(level: usize, i: usize, j: usize) -> DVec3 {
-    match CENTERS.get(level) {
-        Some(cells) => cells[(j << level) + i],
-        None => exact_center(level, i, j),
-    }
-}
-
-/// What a descent asks of cells beside the image.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Asked<'a> {
-    normal: Option<DVec3>,
-    portal: Option<Edges<'a>>,
-}
-
-impl<'a> Asked<'a> {
-    /// In proportion to the cosine with a normal, if there is one, and through a portal as `x`
-    /// sees it.
-    pub(super) fn new(normal: Option<DVec3>, portal: Option<&'a ConvexPolygon>, x: DVec3) -> Self {
-        let portal = portal.map(|portal| Edges { portal, x });
-        Self { normal, portal }
-    }
-}
-
-/// A portal as a shading point sees it.
-#[derive(Clone, Copy, Debug)]
-struct Edges<'a> {
-    portal: &'a ConvexPolygon,
-    x: DVec3,
-}
-
-impl Edges<'_> {
-    /// Whether the directions up to an angle from `w` may meet the portal, and whether they all
-    /// surely do.
-    fn overlap(&self, w: DVec3, angle: f64) -> [bool; 2] {
-        let sine = if angle < FRAC_PI_2 { sin(angle) } else { 1.0 };
-        let corners = self.portal.vertices();
-        let (mut meets, mut within) = (true, sine < 1.0);
-        let mut beside = |normal: DVec3| {
-            let height = normal.normalize_or_zero().dot(w);
-            meets &= height >= -sine || sine >= 1.0;
-            within &= height > sine;
-        };
-        for (k, corner) in corners.iter().enumerate() {
-            let next = corners[(k + 1) % corners.len()];
-            // The corners run clockwise for who looks against the normal, so to the right is in.
-            beside((next - self.x).cross(*corner - self.x));
-        }
-        beside(-self.portal.normal());
-        [meets, within]
-    }
+    let count = (1_u32 << level) as f64;
+    square_to_sphere([(i as f64 + 0.5) / count, (j as f64 + 0.5) / count])
 }

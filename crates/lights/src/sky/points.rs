@@ -1,6 +1,6 @@
 //! Points of a sky, which stand for its directions.
 
-use super::image::{Asked, SkyImage};
+use super::image::SkyImage;
 use super::{SkyEmission, SkyView, below_cap, cap_height};
 use crate::density::{Pdf, SolidAngle};
 use crate::surface::Shape;
@@ -24,9 +24,10 @@ pub enum SkyBy {
 ///
 /// Suns are drawn uniformly in their solid angle, constant skies uniformly over the hemisphere or
 /// in proportion to the cosine, images by a hierarchy ([`SkyImage`](crate::SkyImage)). Behind a
-/// portal a constant sky is drawn uniformly in the portal's solid angle, and an image by the cells
-/// of its hierarchy that the portal shows; what of those, or of a sun, is beside the portal has the
-/// density zero, so that the density integrates to less than one.
+/// portal a constant sky is drawn uniformly in the portal's solid angle; so is one half of the
+/// draws from an image, and the other half by the image, for what is bright and seen through the
+/// portal. What of an image or a sun is beside the portal has the density zero, so that the density
+/// integrates to less than one.
 #[derive(Clone, Debug)]
 pub struct SkyPoints<'a> {
     view: SkyView<'a>,
@@ -47,6 +48,8 @@ enum Kind<'a> {
     Portal(SolidAngleSampler),
     /// An image, in proportion to the cosine with this normal.
     Image(&'a SkyImage, Option<DVec3>),
+    /// The same and the solid angle of a portal, a half of the draws each.
+    Shown(&'a SkyImage, Option<DVec3>, SolidAngleSampler),
 }
 
 impl<'a> SkyPoints<'a> {
@@ -63,8 +66,17 @@ impl<'a> SkyPoints<'a> {
                 _,
                 _,
             ) => Kind::Cap(Frame::from_normal(*direction), cap_height(*half_angle)),
-            (SkyEmission::Image(image), _, SkyBy::Radiance(_)) => Kind::Image(image, None),
-            (SkyEmission::Image(image), _, SkyBy::Projected(n)) => Kind::Image(image, Some(n)),
+            (SkyEmission::Image(image), portal, by) => {
+                let normal = match by {
+                    SkyBy::Radiance(_) => None,
+                    SkyBy::Projected(n) => Some(n),
+                };
+                let portal = portal.map(|portal| SolidAngleSampler::new(&portal, view.x));
+                match portal.filter(|sampler| density(sampler) > 0.0) {
+                    Some(sampler) => Kind::Shown(image, normal, sampler),
+                    None => Kind::Image(image, normal),
+                }
+            }
             (SkyEmission::Constant(_), Some(portal), _) => {
                 Kind::Portal(SolidAngleSampler::new(portal, view.x))
             }
@@ -84,10 +96,20 @@ impl<'a> SkyPoints<'a> {
         self.view.sky.portal.is_none() || self.view.sky.shows(self.view.x, w)
     }
 
-    /// What drawing from an image asks beside it.
-    fn asked(&self, normal: Option<DVec3>) -> Asked<'a> {
-        Asked::new(normal, self.view.sky.portal.as_ref(), self.view.x)
+    /// A direction in the solid angle of a portal.
+    fn through(&self, sampler: &SolidAngleSampler, u: [f64; 2]) -> DVec3 {
+        self.view.direction(sampler.sample(u).point)
     }
+
+    /// The random numbers of a direction in the solid angle of the portal.
+    fn back(&self, sampler: &SolidAngleSampler, w: DVec3) -> Option<[f64; 2]> {
+        sampler.invert(sampler.polygon().meets(self.view.x, w)?)
+    }
+}
+
+/// The density in the solid angle of a portal.
+fn density(sampler: &SolidAngleSampler) -> f64 {
+    sampler.pdf(sampler.polygon().vertices()[0]).value()
 }
 
 /// A direction about the axis of a frame from 1 − cos and the turn in [0, 1).
@@ -121,12 +143,16 @@ impl PointTechnique for SkyPoints<'_> {
                 let w = about(frame, sine2 / (1.0 + cosine), u[1]);
                 (w, cosine * FRAC_1_PI)
             }
-            Kind::Portal(sampler) => {
-                let sample = sampler.sample(u);
-                let w = (sample.point - self.view.x).normalize_or_zero();
-                (w, sample.pdf.value())
+            Kind::Portal(sampler) => (self.through(sampler, u), density(sampler)),
+            Kind::Image(image, normal) => image.sample(u, *normal),
+            Kind::Shown(image, normal, sampler) if u[0] < 0.5 => {
+                let w = self.through(sampler, [2.0 * u[0], u[1]]);
+                (w, 0.5 * (density(sampler) + image.pdf(w, *normal)))
             }
-            Kind::Image(image, normal) => image.sample(u, &self.asked(*normal)),
+            Kind::Shown(image, normal, sampler) => {
+                let (w, pdf) = image.sample([2.0 * u[0] - 1.0, u[1]], *normal);
+                (w, 0.5 * (density(sampler) + pdf))
+            }
         };
         let pdf = if self.shows(w) { pdf } else { 0.0 };
         PointSample::at(self.view.point(w), Pdf::new(pdf))
@@ -141,12 +167,9 @@ impl PointTechnique for SkyPoints<'_> {
             Kind::Cap(frame, height) if below_cap(frame.z, w) <= *height => 1.0 / (TAU * height),
             Kind::Cap(..) => 0.0,
             Kind::Cosine(frame) => frame.z.dot(w).max(0.0) * FRAC_1_PI,
-            Kind::Portal(sampler) => {
-                let portal = self.view.sky.portal.as_ref();
-                let at = portal.and_then(|portal| portal.meets(self.view.x, w));
-                return at.map_or(Pdf::ZERO, |at| sampler.pdf(at));
-            }
-            Kind::Image(image, normal) => image.pdf(w, &self.asked(*normal)),
+            Kind::Portal(sampler) => density(sampler),
+            Kind::Image(image, normal) => image.pdf(w, *normal),
+            Kind::Shown(image, normal, sampler) => 0.5 * (density(sampler) + image.pdf(w, *normal)),
         })
     }
 
@@ -163,11 +186,12 @@ impl PointTechnique for SkyPoints<'_> {
                 let sine2 = frame.z.cross(w).length_squared();
                 Some([below_one(sine2), turn(frame, w)])
             }
-            Kind::Portal(sampler) => {
-                let portal = self.view.sky.portal.as_ref()?;
-                sampler.invert(portal.meets(self.view.x, w)?)
+            Kind::Portal(sampler) => self.back(sampler, w),
+            Kind::Image(image, normal) => image.invert(w, *normal),
+            Kind::Shown(_, _, sampler) => {
+                let [a, b] = self.back(sampler, w)?;
+                Some([0.5 * a, b])
             }
-            Kind::Image(image, normal) => image.invert(w, &self.asked(*normal)),
         }
     }
 }

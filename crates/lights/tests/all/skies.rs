@@ -21,6 +21,7 @@ use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::laws::{Surface, Technique};
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::strategies::{hostile, hostile_unit, hostile_vector};
+use linelit_testkit::ztest::{Welford, critical_z};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
@@ -233,49 +234,117 @@ fn portal(center: DVec3, size: f64) -> ConvexPolygon {
     ConvexPolygon::parallelogram(center - a - b, a * 2.0, b * 2.0).expect("flat")
 }
 
-/// Behind a portal directions of positive density are those through it, and cells that the portal
-/// cuts lose what falls beside it.
+/// Portals that face the shading point: large, small, grazing, and next to a point.
+fn portals() -> [ConvexPolygon; 5] {
+    let toward = DVec3::new(1.0, 2.0, 1.5).normalize();
+    let grazing = |far: f64| {
+        let frame = Frame::from_normal(-toward);
+        let edges = [frame.x + frame.z * 14.0, frame.y].map(|e| e.normalize());
+        let corner = X + toward * far - (edges[0] + edges[1]) * 0.5;
+        ConvexPolygon::parallelogram(corner, edges[0], edges[1]).expect("flat")
+    };
+    [
+        portal(X + toward, 3.0),
+        portal(X + toward * 2.7, 0.7),
+        portal(X + toward * 2.7, 0.05),
+        portal(X + toward * 2.7, 1e-5),
+        grazing(2.7),
+    ]
+}
+
+/// Parts of a portal along each side, and places of each part along each side.
+const PARTS: usize = 6;
+const PLACES: usize = 128;
+
+/// The samples of a million that the density sends to each part of a rectangular portal, by sums
+/// over its places, and the red light over the places.
+fn through_parts(points: &SkyPoints<'_>, sky: &Sky, portal: &ConvexPolygon) -> (Vec<f64>, Welford) {
+    let view = SkyView::new(sky, X);
+    let corners = portal.vertices();
+    let edges = [corners[1] - corners[0], corners[3] - corners[0]];
+    let across = edges[0].cross(edges[1]);
+    let count = PARTS * PLACES;
+    let (mut expected, mut light) = (vec![0.0; PARTS * PARTS], Welford::default());
+    for (i, j) in (0..count * count).map(|k| (k % count, k / count)) {
+        let [a, b] = [i, j].map(|c| (c as f64 + 0.5) / count as f64);
+        let to = corners[0] + edges[0] * a + edges[1] * b - X;
+        let w = to.normalize();
+        let at = view.meets(X, w).expect("through the portal");
+        let solid_angle = across.dot(w).abs() / to.length_squared();
+        let share = points.pdf(at).value() * solid_angle / (count * count) as f64;
+        expected[j / PLACES * PARTS + i / PLACES] += share * 1e6;
+        light.push(sky.radiance(X, w).x * w.z * solid_angle);
+    }
+    (expected, light)
+}
+
+/// Counts of a million samples in the parts of portals, and of those that do not pass, against the
+/// density; the half that is uniform passes. The light that the samples tell of is that by places
+/// of the portal.
 #[test]
-fn portals_show_a_part_of_the_sky() {
-    for size in [0.05, 0.7, 3.0] {
-        let portal = portal(X + DVec3::new(1.0, 2.0, 1.5), size);
-        for emission in [
-            SkyEmission::Constant(DVec3::ONE),
-            image(SkyMapping::EqualArea, [32, 32], None),
-        ] {
-            let sky = sky(emission, Some(portal));
-            let view = SkyView::new(&sky, X);
-            let points = SkyPoints::new(view, SkyBy::Projected(DVec3::Z));
-            let mut rng = SplitMix64::new(7);
-            // Every direction through the portal has a density.
+fn portals_follow_the_laws() {
+    let n = DVec3::Z;
+    let even = image(SkyMapping::EqualArea, [8, 8], None);
+    let bright = image(SkyMapping::Equirectangular, [8, 4], Some(2));
+    let images = [(even, SkyBy::Projected(n)), (bright, SkyBy::Radiance(n))];
+    let level = sidak(1e-4, 2 * portals().len() * images.len());
+    for (k, portal) in portals().into_iter().enumerate() {
+        for (emission, by) in &images {
+            let sky = sky(emission.clone(), Some(portal));
+            let points = SkyPoints::new(SkyView::new(&sky, X), *by);
+            let (mut expected, light) = through_parts(&points, &sky, &portal);
             let corners = portal.vertices();
             let edges = [corners[1] - corners[0], corners[3] - corners[0]];
-            for _ in 0..10_000 {
-                let [a, b] = [rng.next_f64(), rng.next_f64()];
-                let through = corners[0] + edges[0] * a + edges[1] * b;
-                let w = (through - X).normalize();
-                let at = view.meets(X, w).expect("through the portal");
-                assert!(points.pdf(at).is_positive(), "{w} {size}");
-                assert_eq!(sky.radiance(X, w), sky.along(w));
-                assert_eq!(sky.radiance(X, -w), DVec3::ZERO);
-            }
-            // What is drawn is through the portal, or has no density.
-            for _ in 0..20_000 {
-                let sample = points.sample([rng.next_f64(), rng.next_f64()]);
-                if sample.pdf.is_positive() {
-                    let w = hold(&points, &sample);
-                    assert!(view.meets(X, w).is_some());
+            let mut observed = vec![0_u64; PARTS * PARTS + 1];
+            let mut drawn = Welford::default();
+            let mut rng = SplitMix64::new(7);
+            for round in 0..1_000_000 {
+                let u = [rng.next_f64(), rng.next_f64()];
+                let sample = points.sample(u);
+                if !sample.pdf.is_positive() {
+                    assert!(u[0] >= 0.5, "portal {k} {by:?}: {u:?}");
+                    observed[PARTS * PARTS] += 1;
+                    drawn.push(0.0);
+                    continue;
                 }
+                if round % 16 == 0 {
+                    hold(&points, &sample);
+                }
+                let w = (sample.point - X).normalize();
+                let to = portal.meets(X, w).expect("through the portal") - corners[0];
+                let [a, b] = edges.map(|e| to.dot(e) / e.length_squared());
+                let [i, j] = [a, b].map(|c| ((c * PARTS as f64) as usize).min(PARTS - 1));
+                observed[j * PARTS + i] += 1;
+                drawn.push(sky.radiance(X, w).x * w.z / sample.pdf.value());
             }
+            expected.push(1e6 - expected.iter().sum::<f64>());
+            let result = chi2_test(&observed, &expected, 8.0);
+            assert!(result.p_value > level, "portal {k} {by:?}: {result:?}");
+            let z = drawn.z_score(light.mean());
+            assert!(z.abs() < critical_z(level), "portal {k} {by:?}: {z}");
         }
     }
-    // From behind, nothing is seen.
-    let behind = portal(X + DVec3::Y, 1.0);
-    let corners = behind.vertices();
-    let away = ConvexPolygon::new(&[corners[3], corners[2], corners[1], corners[0]]);
-    let sky = sky(SkyEmission::Constant(DVec3::ONE), away.ok());
-    assert!(!sky.is_above(X, DVec3::Y));
-    assert_eq!(sky.radiance(X, DVec3::Y), DVec3::ZERO);
+}
+
+/// A portal that faces away or is seen from its plane shows nothing.
+#[test]
+fn portals_show_nothing_from_behind() {
+    let aside = ConvexPolygon::parallelogram(X + DVec3::Y, DVec3::Y, DVec3::X).expect("flat");
+    for portal in portals()
+        .map(|p| p.flipped())
+        .into_iter()
+        .chain([aside, aside.flipped()])
+    {
+        let sky = sky(image(SkyMapping::EqualArea, [8, 8], None), Some(portal));
+        assert!(!sky.is_above(X, DVec3::Y));
+        let points = SkyPoints::new(SkyView::new(&sky, X), SkyBy::Projected(DVec3::Z));
+        let mut rng = SplitMix64::new(5);
+        for _ in 0..1000 {
+            let sample = points.sample([rng.next_f64(), rng.next_f64()]);
+            assert!(!sample.pdf.is_positive() && points.invert(sample.point).is_none());
+            assert_eq!(sky.radiance(X, (sample.point - X).normalize()), DVec3::ZERO);
+        }
+    }
 }
 
 /// Points of any sky have a density where it shows, and none beside a portal or from behind it: a
@@ -495,31 +564,6 @@ fn beams_are_what_arrives() {
     });
     assert_eq!(light.power().to_bits(), 0);
     assert!(light.beam(X).is_some());
-}
-
-/// Whatever its size and place, all directions through a portal have a density.
-#[test]
-fn portals_never_lose_a_cell() {
-    let mut rng = SplitMix64::new(9);
-    for round in 0..40 {
-        let side = 1 << (round % 7);
-        let emission = image(SkyMapping::EqualArea, [side; 2], None);
-        let center =
-            X + square_to_sphere([rng.next_f64(), rng.next_f64()]) * rng.in_range(0.3, 4.0);
-        let size = 10f64.powf(rng.in_range(-3.0, 1.0));
-        let portal = portal(center, size);
-        let sky = sky(emission, Some(portal));
-        let view = SkyView::new(&sky, X);
-        let points = SkyPoints::new(view, SkyBy::Radiance(DVec3::Z));
-        let corners = portal.vertices();
-        for _ in 0..300 {
-            let [a, b] = [rng.next_f64(), rng.next_f64()];
-            let place = corners[0] + (corners[1] - corners[0]) * a + (corners[3] - corners[0]) * b;
-            let w = (place - X).normalize();
-            let Some(at) = view.meets(X, w) else { continue };
-            assert!(points.pdf(at).is_positive(), "{round} {w}");
-        }
-    }
 }
 
 proptest! {
