@@ -66,7 +66,8 @@ pub struct SkyImage {
     to_image: DMat3,
     scale: DVec3,
     mean: DVec3,
-    /// Levels of 1, 4, 16, … cells, row by row: the mean radiance over the channels.
+    /// Levels of 1, 4, 16, … cells, row by row: the mean radiance over the channels, as a share of
+    /// the brightest pixel's.
     levels: Vec<Vec<f32>>,
 }
 
@@ -157,6 +158,11 @@ impl SkyImage {
         self.scale * interpolate(self.size, is_octahedral, w, pixel)
     }
 
+    /// The radiance of a pixel.
+    fn scaled(&self, pixel: [f32; 3]) -> DVec3 {
+        self.scale * DVec3::from(pixel.map(f64::from))
+    }
+
     /// The irradiance of a surface with the unit normal `n` that sees all of the sky above it, by
     /// sums over the finest cells.
     #[must_use]
@@ -183,7 +189,13 @@ impl SkyImage {
             depth += 1;
         }
         let count = 1_usize << depth;
-        let mut finest = self.small_pixels(count);
+        let all = self
+            .pixels
+            .iter()
+            .map(|rgb| self.scaled(*rgb).element_sum());
+        // Black images have no share.
+        let brightest = all.fold(f64::MIN_POSITIVE, f64::max);
+        let mut finest = self.small_pixels(count, brightest);
         for (k, cell) in finest.iter_mut().enumerate() {
             let corner = [k % count, k / count].map(|c| c as f64);
             let place = |[a, b]: [f64; 2]| {
@@ -193,11 +205,11 @@ impl SkyImage {
             let places = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
             let mean = places.into_iter().map(place).sum::<DVec3>() * 0.25;
             #[allow(clippy::cast_possible_truncation, reason = "importance is f32")]
-            let importance = (mean.element_sum() / 3.0) as f32;
+            let importance = (mean.element_sum() / brightest) as f32;
             *cell = cell.max(importance);
         }
         #[allow(clippy::cast_possible_truncation, reason = "importance is f32")]
-        let floor = UNIFORM * (self.mean.element_sum() / 3.0) as f32;
+        let floor = UNIFORM * (self.mean.element_sum() / brightest) as f32;
         finest.iter_mut().for_each(|cell| *cell += floor);
         let mut levels = vec![finest];
         for level in (0..depth).rev() {
@@ -214,8 +226,8 @@ impl SkyImage {
     }
 
     /// Of a level of count × count cells, the mean radiance of pixels below a quarter of a cell, as
-    /// next to the poles. Sets the mean of all.
-    fn small_pixels(&mut self, count: usize) -> Vec<f32> {
+    /// next to the poles, as a share of the brightest's. Sets the mean of all.
+    fn small_pixels(&mut self, count: usize, brightest: f64) -> Vec<f32> {
         let mut cells = vec![0.0_f32; count * count];
         let [width, height] = self.size;
         let mut sum = DVec3::ZERO;
@@ -230,7 +242,7 @@ impl SkyImage {
                     sin_theta * sin(FRAC_PI_2 / height as f64) / width as f64
                 }
             };
-            let radiance = self.scale * DVec3::from(pixel.map(f64::from));
+            let radiance = self.scaled(*pixel);
             sum += radiance * share;
             let in_cell = share * (count * count) as f64;
             if radiance == DVec3::ZERO || in_cell >= 0.25 {
@@ -250,7 +262,7 @@ impl SkyImage {
             )]
             let ([i, j], importance) = (
                 at.map(|x| (below_one(x) * count as f64) as usize),
-                (radiance.element_sum() / 3.0 * in_cell) as f32,
+                (radiance.element_sum() / brightest * in_cell) as f32,
             );
             cells[j * count + i] += importance;
         }

@@ -465,6 +465,28 @@ fn images_are_drawn_in_proportion() {
     assert!((power / (PI * 100.0 * want) - 1.0).abs() < 1e-12);
 }
 
+/// The units of radiance do not matter, even far beyond those of `f32`.
+#[test]
+fn images_of_any_scale_are_drawn_alike() {
+    let drawn = |scale: f64| {
+        let pixels = pixels(32 * 16, None);
+        let image = SkyImage::new(
+            SkyMapping::Equirectangular,
+            [32, 16],
+            pixels,
+            turned(),
+            DVec3::new(1.0, 2.0, 0.5) * scale,
+        );
+        let sky = sky(SkyEmission::Image(Arc::new(image.unwrap())), None);
+        let points = SkyPoints::new(SkyView::new(&sky, X), SkyBy::Radiance(DVec3::Z));
+        [[0.2, 0.3], [0.5, 0.9], [0.8, 0.6]].map(|u| points.sample(u))
+    };
+    for exponent in [-700, -150, -100, 100, 150, 700] {
+        // Powers of two change no digits.
+        assert_eq!(drawn(f64::from(2).powi(exponent)), drawn(1.0), "{exponent}");
+    }
+}
+
 /// Where things lie: pbrt's longitude and latitude, and its octahedral map; the seam of longitude
 /// and the poles are continuous.
 #[test]
