@@ -6,15 +6,17 @@ use crate::agreement::{Image, Opaque, gaussians, materials};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
 use linelit_estimators::{Buffers, LightSource, OcclusionStats, Query};
 use linelit_estimators::{Estimator, RandomNumbers, ShadingPoint, Technique, estimate};
-use linelit_geometry::{ConvexPolygon, DVec3, Segment};
-use linelit_lights::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission};
-use linelit_lights::{Light, LinearLight, Sphere, SphereLight};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
+use linelit_lights::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission};
+use linelit_lights::{Falloff, Light, LinearLight, PointLight, Profile, ProfileKind, Sky};
+use linelit_lights::{SkyEmission, SkyImage, SkyMapping, Sphere, SphereLight};
 use linelit_samplers::SamplerKind;
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::ztest::{Welford, t_p_value, z_score};
 use linelit_visibility::Occluders;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Independent estimates of each, and samples of an estimate.
 const TRIALS: u32 = 64;
@@ -57,6 +59,59 @@ fn above(rng: &mut SplitMix64, n: DVec3) -> DVec3 {
     }
 }
 
+/// A ball that holds what is seen.
+const SCENE: Sphere = Sphere {
+    center: DVec3::ZERO,
+    radius: 10.0,
+};
+
+/// A spot about an axis, with a sharp edge or a soft one.
+fn spot(rng: &mut SplitMix64, axis: DVec3) -> Arc<Profile> {
+    let cos_outer = rng.in_range(-0.5, 0.95);
+    let cos_inner = cos_outer + [0.0, 0.04][rng.index(2)];
+    let falloff = [Falloff::Smooth, Falloff::Quartic][rng.index(2)];
+    let cone = ProfileKind::Cone {
+        cos_inner,
+        cos_outer,
+        falloff,
+    };
+    Arc::new(Profile::new(cone, Frame::from_normal(axis)))
+}
+
+/// A constant sky, a sun as large as a light of a size at a center, or an image, behind a portal of
+/// that size or none.
+fn sky(rng: &mut SplitMix64, center: DVec3, size: f64) -> Sky {
+    let emission = match rng.index(3) {
+        0 => SkyEmission::Constant(DVec3::ONE),
+        1 => SkyEmission::Sun {
+            direction: center.normalize(),
+            half_angle: 0.5 * size / center.length(),
+            radiance: DVec3::ONE,
+        },
+        _ => {
+            let (mapping, size) = match rng.index(2) {
+                0 => (SkyMapping::EqualArea, [8, 8]),
+                _ => (SkyMapping::Equirectangular, [9, 4]),
+            };
+            let pixel = |_| [(); 3].map(|()| [0.0, 0.5, 2.0][rng.index(3)]);
+            let pixels = (0..size[0] * size[1]).map(pixel).collect();
+            let turn = DMat3::from_axis_angle(rng.direction(), 1.0);
+            let image = SkyImage::new(mapping, size, pixels, turn, DVec3::ONE);
+            SkyEmission::Image(Arc::new(image.expect("good pixels")))
+        }
+    };
+    let portal = (rng.index(2) == 0).then(|| {
+        let frame = Frame::from_normal((0.8 * rng.direction() - center.normalize()).normalize());
+        let (a, b) = (frame.x * size, frame.y * (size * rng.in_range(0.1, 1.0)));
+        ConvexPolygon::parallelogram(center - (a + b) * 0.5, a, b).expect("flat")
+    });
+    Sky {
+        emission,
+        portal,
+        scene: SCENE,
+    }
+}
+
 /// A light of a random kind, seen from the origin above z = 0, of a size up to twice its distance.
 fn light(rng: &mut SplitMix64) -> Light {
     let center = above(rng, DVec3::Z) * rng.in_range(0.5, 3.0);
@@ -67,7 +122,18 @@ fn light(rng: &mut SplitMix64) -> Light {
         radiance: DVec3::ONE,
         two_sided,
     };
-    match rng.index(6) {
+    match rng.index(9) {
+        6 => Light::Point(PointLight {
+            position: center,
+            intensity: DVec3::ONE,
+            profile: (rng.index(2) == 0).then(|| spot(rng, -center.normalize())),
+        }),
+        7 => Light::Distant(DistantLight {
+            direction: center.normalize(),
+            irradiance: DVec3::ONE,
+            scene: SCENE,
+        }),
+        8 => Light::Sky(sky(rng, center, size)),
         0 => Light::Sphere(SphereLight {
             sphere: Sphere {
                 center,
@@ -130,9 +196,20 @@ fn place(light: &Light) -> (DVec3, [DVec3; 2], f64) {
             [DVec3::X, DVec3::Y],
             l.cylinder.axis.length(),
         ),
-        Light::Point(_) | Light::Distant(_) | Light::Sky(_) => {
-            unreachable!("the lights of this test have a surface")
-        }
+        Light::Point(l) => (l.position, [DVec3::X, DVec3::Y], 0.3),
+        Light::Distant(l) => (l.direction, [DVec3::X, DVec3::Y], 0.3),
+        Light::Sky(sky) => match (&sky.portal, &sky.emission) {
+            (Some(portal), _) => {
+                let v = portal.vertices();
+                (
+                    (v[0] + v[2]) * 0.5,
+                    [v[1] - v[0], v[3] - v[0]],
+                    v[0].distance(v[1]),
+                )
+            }
+            (None, SkyEmission::Sun { direction, .. }) => (*direction, [DVec3::X, DVec3::Y], 0.3),
+            (None, _) => (DVec3::Z, [DVec3::X, DVec3::Y], 0.5),
+        },
     }
 }
 

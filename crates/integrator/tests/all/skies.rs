@@ -1,9 +1,12 @@
 //! Skies in pictures: behind what cameras and mirrors see, and hidden with the lights.
 
 use crate::common::load;
-use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
+use linelit_geometry::{DMat3, DVec3};
+use linelit_integrator::{Estimator, LightChoice, Renderer, Settings, Window, Workspace};
+use linelit_lights::{Light, Sky, SkyEmission, SkyImage, SkyMapping};
 use linelit_scene::Scene;
+use linelit_testkit::ztest::critical_z;
+use std::sync::Arc;
 
 fn scene(world: &str) -> Scene {
     let view = "LookAt 0 0 0  0 0 1  0 1 0 Camera \"perspective\" \"float fov\" 40\n\
@@ -61,4 +64,97 @@ fn mirrors_show_the_sky_and_walls_are_lit() {
     let sunny = middle(&scene(&format!("{SUN}{matte}{wall}")), |_| {});
     let want = DVec3::splat(2.0 * 0.5 * std::f64::consts::FRAC_1_PI);
     assert!(sunny.distance(want) < 1e-12, "{sunny}");
+}
+
+/// All bits of a picture of 8 × 8 pixels, by so many threads.
+fn bits(scene: &Scene, settings: &Settings, threads: usize) -> Vec<[u32; 3]> {
+    let window = Window {
+        columns: 0..8,
+        rows: 0..8,
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let renderer = Renderer::new(scene);
+    let draw = || renderer.picture(settings, &window, || ()).0;
+    let pixels = pool.expect("threads").install(draw);
+    pixels.iter().map(|v| v.map(f32::to_bits)).collect()
+}
+
+/// Light of the scene's first light from a sun of half a radian.
+fn sunlit(scene: &mut Scene) {
+    let Light::Sky(sky) = &*scene.lights[0].light else {
+        panic!("a sky");
+    };
+    let emission = SkyEmission::Sun {
+        direction: DVec3::NEG_Z,
+        half_angle: 0.5,
+        radiance: DVec3::new(1.0, 2.0, 3.0),
+    };
+    let sun = Sky {
+        emission,
+        ..sky.clone()
+    };
+    scene.lights[0].light = Arc::new(Light::Sky(sun));
+}
+
+#[test]
+fn pictures_do_not_depend_on_threads() {
+    let spot = "LightSource \"spot\" \"point3 from\" [ 1 1 0 ] \"point3 to\" [ 0 0 2 ]\n";
+    let balls = "Shape \"sphere\" \"float radius\" .5 Translate 0 0 2\n\
+        Shape \"quad\" \"point o\" [ -9 -9 1 ] \"vector u\" [ 18 0 0 ] \"vector v\" [ 0 18 0 ]\n";
+    let mut scene = scene(&format!("{SKY}{SKY}{SUN}{spot}Translate 0 0 1.5\n{balls}"));
+    sunlit(&mut scene);
+    let Light::Sky(sky) = &*scene.lights[1].light else {
+        panic!("a sky");
+    };
+    let pixels = (0..128_u8).map(|k| [f32::from(k % 7), 1.0, 2.0]).collect();
+    let size = [16, 8];
+    let mapping = SkyMapping::Equirectangular;
+    let image = SkyImage::new(mapping, size, pixels, DMat3::IDENTITY, DVec3::ONE);
+    let image = Sky {
+        emission: SkyEmission::Image(Arc::new(image.expect("good pixels"))),
+        ..sky.clone()
+    };
+    scene.lights[1].light = Arc::new(Light::Sky(image));
+    for lights in [
+        LightChoice::All,
+        LightChoice::Tree,
+        LightChoice::Estimate,
+        LightChoice::Exact,
+    ] {
+        let settings = Settings {
+            lights,
+            pixel_samples: 2,
+            ..Settings::default()
+        };
+        let one = bits(&scene, &settings, 1);
+        assert!(one.iter().flatten().any(|v| *v > 0), "{lights:?}");
+        assert_eq!(one, bits(&scene, &settings, 2), "{lights:?}");
+        assert_eq!(one, bits(&scene, &settings, 7), "{lights:?}");
+    }
+}
+
+/// Nothing but a sky is the sky in all pixels, and one triangle before a sun has its irradiance,
+/// π L sin² 0.5.
+#[test]
+fn a_sky_alone_and_a_triangle_in_the_sun() {
+    let settings = Settings::default();
+    let alone = bits(&scene(SKY), &settings, 1);
+    assert!(
+        alone
+            .iter()
+            .all(|v| *v == [1.0_f32, 2.0, 3.0].map(f32::to_bits))
+    );
+    let triangle = "Material \"matte\" \"rgb Kd\" [ .5 .5 .5 ]\n\
+        Shape \"trianglemesh\" \"point P\" [ -9 -9 2 9 -9 2 0 9 2 ] \"integer indices\" [ 0 1 2 ]\n";
+    let mut lit = scene(&format!("{SKY}{triangle}"));
+    sunlit(&mut lit);
+    let samples = 256;
+    let got = middle(&lit, |s| s.samples = samples);
+    let want = DVec3::new(1.0, 2.0, 3.0) * (0.5 * 0.5_f64.sin().powi(2));
+    // Cosines within the sun are in [0.877, 1], so that their deviation is below 0.062 of them.
+    let bound = critical_z(1e-4) * 0.062 / 0.877 / f64::from(samples).sqrt();
+    assert!(
+        (got / want - DVec3::ONE).abs().max_element() < bound,
+        "{got} {want}"
+    );
 }
