@@ -142,18 +142,9 @@ impl<'e, 'f> Choice<'e, 'f> {
     fn sky(&self) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let weighted = |with_bsdf| {
-            let weights = match estimator.weights() {
-                Weights::Alone => Weights::Balance,
-                weights => weights,
-            };
-            let weighted = Weighted {
-                parts: estimator.parts(),
-                with_bsdf,
-                integrals: Some(PointDensity::ProjectedSolidAngle),
-                weights,
-                samples: facts.samples,
-            };
-            Method::sampled(Rest::Weighted(weighted), Ask::Rays)
+            let integrals = Some(PointDensity::ProjectedSolidAngle);
+            let rest = self.weighted(with_bsdf, integrals, facts.samples);
+            Method::sampled(rest, Ask::Rays)
         };
         match estimator.alone() {
             Some(Technique::Points(points)) => Method::points(points.by, facts.samples, Ask::Rays),
@@ -193,17 +184,25 @@ impl<'e, 'f> Choice<'e, 'f> {
             Instead::Points(times) if is_textured => (Some(PointDensity::Area), times),
             Instead::Points(times) => (Some(PointDensity::Lobes), times),
         };
-        let weighted = Weighted {
-            parts: estimator.parts(),
-            with_bsdf: self.wants_bsdf(),
-            integrals,
-            weights: match estimator.weights() {
-                Weights::Alone => Weights::Balance,
-                weights => weights,
-            },
-            samples: facts.samples.saturating_mul(times),
+        let samples = facts.samples.saturating_mul(times);
+        let rest = self.weighted(self.wants_bsdf(), integrals, samples);
+        Method::new(known, rest, facts.ask)
+    }
+
+    /// Its techniques, weighted; a technique alone and what stands beside it by the balance
+    /// heuristic.
+    fn weighted(&self, with_bsdf: bool, integrals: Option<PointDensity>, samples: u32) -> Rest<'e> {
+        let weights = match self.estimator.weights() {
+            Weights::Alone => Weights::Balance,
+            weights => weights,
         };
-        Method::new(known, Rest::Weighted(weighted), facts.ask)
+        Rest::Weighted(Weighted {
+            parts: self.estimator.parts(),
+            with_bsdf,
+            integrals,
+            weights,
+            samples,
+        })
     }
 }
 
