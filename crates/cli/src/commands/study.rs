@@ -14,7 +14,7 @@ use linelit_papers::{Study, default_study, studies, study, takes_scene};
 use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
 use linelit_scenes::Place;
-use linelit_study::report::Exhibits;
+use linelit_study::report::{Exhibits, Verdict};
 use linelit_study::scene_study::{PlannedUnit, SceneUnit, StudySpec, Work, with_work};
 use linelit_study::tables::{GalleryRow, SlopeRow, StudyRecord};
 use rayon::ThreadPool;
@@ -365,6 +365,7 @@ pub(super) fn write(
     if json {
         write!(out, "{}", record.to_json()?)?;
     } else {
+        print_verdicts(record, out)?;
         print_slopes(&record.slopes, out)?;
         print_gallery(&record.gallery, out)?;
         let seconds = record.seconds;
@@ -377,6 +378,25 @@ pub(super) fn write(
 pub(super) fn quoted(words: impl Iterator<Item = String>) -> String {
     let words: Vec<String> = words.map(|word| units::quoted(&word)).collect();
     words.join(" ")
+}
+
+/// The errors and times that the report begins with.
+fn print_verdicts(record: &StudyRecord, out: &mut Output) -> Result<(), OutputError> {
+    for verdict in Verdict::all(record) {
+        let [scene, lines, error, time, points, theirs, ratio, exact] = verdict.cells();
+        writeln!(out, "{scene}: {lines} have an RMSE of {error} in {time}")?;
+        match &verdict.points {
+            Some(_) => writeln!(
+                out,
+                "  {points} take {theirs} for it, {ratio} times as long"
+            )?,
+            None => writeln!(out, "  no number of points that was measured reaches it")?,
+        }
+        if verdict.exact.is_some() {
+            writeln!(out, "  no noise at all in {exact}")?;
+        }
+    }
+    Ok(())
 }
 
 fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError> {

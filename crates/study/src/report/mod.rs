@@ -9,9 +9,11 @@
 mod comparison;
 mod page;
 mod study;
+mod verdict;
 
 pub use comparison::{Comparison, Named};
 pub use study::{Exhibits, plot_files};
+pub use verdict::Verdict;
 
 pub use crate::plots::scientific;
 use crate::tables::{commit, cpu_name};

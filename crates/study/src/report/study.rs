@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, scientific};
+use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, Verdict, scientific};
 use crate::plots::{self, Palette, interval, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 use linelit_elementary::pow;
@@ -35,6 +35,15 @@ impl Report {
                 ..section(timed, scene, &palette)
             })
             .collect();
+        let verdicts = Verdict::all(timed);
+        if !verdicts.is_empty() {
+            let first = Section {
+                title: "In short".to_owned(),
+                tables: vec![Verdict::table(&verdicts)],
+                ..Section::default()
+            };
+            sections.insert(0, first);
+        }
         for other in processors.iter().skip(1) {
             sections.extend(times_on(record, other, &palette));
         }

@@ -1,0 +1,103 @@
+//! What a study says first: what points cost for the error of lines.
+
+use super::{Cell, Table, scientific};
+use crate::plots::{seconds, short};
+use crate::tables::{ResultRow, StudyRecord};
+
+/// The samples of lines whose error others are held to, unless all counts are smaller.
+const LINES: u32 = 16;
+
+/// The best lines of a scene at one number of samples, and what reaches their error else.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The scene.
+    pub scene: String,
+    /// The lines' estimator and pattern.
+    pub estimator: String,
+    /// Their number of samples.
+    pub samples: u32,
+    /// Their root mean squared error.
+    pub error: f64,
+    /// Processor seconds of a trial by them.
+    pub time: f64,
+    /// The best points: their estimator, and processor seconds to the same error; `None` if none
+    /// of their numbers of samples reaches it.
+    pub points: Option<(String, f64)>,
+    /// Processor seconds of the fastest estimator without noise.
+    pub exact: Option<f64>,
+}
+
+impl Verdict {
+    /// One for each scene that has lines with noise beside points.
+    #[must_use]
+    pub fn all(record: &StudyRecord) -> Vec<Self> {
+        let scenes = record.scenes.iter();
+        scenes.filter_map(|s| Self::of(record, &s.scene)).collect()
+    }
+
+    fn of(record: &StudyRecord, scene: &str) -> Option<Self> {
+        let rows = || record.rows.iter().filter(|row| row.scene == scene);
+        let is_points = |row: &&ResultRow| row.estimator.starts_with("point");
+        let is_noisy = |row: &&ResultRow| !row.is_noiseless() && row.mse > 0.0;
+        let lines = || rows().filter(|row| !is_points(row)).filter(is_noisy);
+        let most = lines()
+            .map(|row| row.samples)
+            .filter(|n| *n <= LINES)
+            .max()?;
+        let best = lines().filter(|row| row.samples == most && row.cpu_seconds > 0.0);
+        let best = best.min_by(|a, b| {
+            let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
+            cost(a).total_cmp(&cost(b))
+        })?;
+        let error = best.mse.sqrt();
+        let points = rows().filter(is_points);
+        let reached = points.filter_map(|row| {
+            let time = record.time_to(row, error)?;
+            Some((format!("{} ({})", row.estimator, row.sampler), time))
+        });
+        let noiseless = rows().filter(|row| row.is_noiseless() && row.cpu_seconds > 0.0);
+        Some(Self {
+            scene: scene.to_owned(),
+            estimator: format!("{} ({})", best.estimator, best.sampler),
+            samples: most,
+            error,
+            time: best.cpu_seconds,
+            points: reached.min_by(|a, b| a.1.total_cmp(&b.1)),
+            exact: noiseless.map(|row| row.cpu_seconds).reduce(f64::min),
+        })
+    }
+
+    /// The names of [`Verdict::cells`].
+    pub const COLUMNS: &'static str =
+        "scene,lines,RMSE,their time,best points,time to that RMSE,ratio,no noise in";
+
+    /// The verdict in words and numbers.
+    #[must_use]
+    pub fn cells(&self) -> [String; 8] {
+        let dash = || "–".to_owned();
+        let (points, time, ratio) = match &self.points {
+            Some((name, time)) => (name.clone(), seconds(*time), short(time / self.time)),
+            None => ("not reached".to_owned(), dash(), dash()),
+        };
+        [
+            self.scene.clone(),
+            format!("{} × {}", self.samples, self.estimator),
+            scientific(self.error),
+            seconds(self.time),
+            points,
+            time,
+            ratio,
+            self.exact.map_or_else(dash, seconds),
+        ]
+    }
+
+    /// A table of all of them, and a sentence.
+    pub(super) fn table(all: &[Self]) -> Table {
+        let rows = all
+            .iter()
+            .map(|verdict| verdict.cells().map(Cell::text).to_vec());
+        let caption = "What the best points take to reach the error of the best lines. A ratio above one \
+             says that lines are faster; below one, that points are.";
+        Table::new(caption, Self::COLUMNS.split(','), rows)
+    }
+}
