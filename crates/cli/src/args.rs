@@ -26,9 +26,12 @@ pub use study::{ConvergeArgs, PlanConvergeArgs, StudyArgs};
 #[error("{0}")]
 pub struct UsageError(pub String);
 
+/// The version and the commit that the program was built from.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("LINELIT_COMMIT"), ")");
+
 /// Direct light with line samples, and studies of how fast it converges.
 #[derive(Debug, Parser)]
-#[command(name = "linelit", version, about)]
+#[command(name = "linelit", version = VERSION, about)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -193,8 +196,8 @@ pub struct SceneArgs {
 pub struct RenderArgs {
     /// Scene file, or the name of a built-in scene (`linelit list scenes`).
     pub scene: String,
-    /// Image to write: .exr (linear, with metadata) or .png.
-    #[arg(short, long, value_parser = path_ending(&["exr", "png"]))]
+    /// Image to write: .exr (linear, with metadata), .pfm (linear) or .png.
+    #[arg(short, long, value_parser = path_ending(&["exr", "pfm", "png"]))]
     pub output: PathBuf,
     /// The picture.
     #[command(flatten)]

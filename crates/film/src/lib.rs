@@ -67,4 +67,5 @@ pub use flip::Flip;
 pub use image::Image;
 pub use moments::Moments;
 pub use openexr::decode as decode_exr;
+pub use pfm::encode_pfm;
 pub use tiles::{Tile, tiles};

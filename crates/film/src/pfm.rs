@@ -1,6 +1,6 @@
 //! Portable float maps: a text header and raw 32-bit rows from bottom to top.
 
-use crate::{FormatError, Image};
+use crate::{FilmError, FormatError, Image};
 
 const FORMAT: &str = "PFM";
 
@@ -55,6 +55,26 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
         })
         .collect();
     Ok(Image { width, height, rgb })
+}
+
+/// The bytes of a colour PFM file: linear values, little-endian, rows from bottom to top.
+///
+/// ```
+/// use linelit_film::{Image, encode_pfm};
+/// let image = Image { width: 1, height: 1, rgb: vec![[0.25, 0.5, 1.0]] };
+/// assert_eq!(Image::from_bytes(&encode_pfm(&image)?, 1 << 10).unwrap(), image);
+/// # Ok::<(), linelit_film::FilmError>(())
+/// ```
+///
+/// # Errors
+/// [`FilmError::Invalid`] for a picture without pixels, or with another number of them.
+pub fn encode_pfm(image: &Image) -> Result<Vec<u8>, FilmError> {
+    image.check()?;
+    let mut bytes = format!("PF\n{} {}\n-1.0\n", image.width, image.height).into_bytes();
+    for row in image.rgb.chunks_exact(image.width as usize).rev() {
+        bytes.extend(row.iter().flatten().flat_map(|value| value.to_le_bytes()));
+    }
+    Ok(bytes)
 }
 
 struct Header<'a> {

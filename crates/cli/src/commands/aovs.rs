@@ -35,8 +35,8 @@ pub(super) fn wants_surfaces(aovs: &[Aov]) -> bool {
 }
 
 /// That the file can hold the layers, and that there is something to be known.
-pub(super) fn check(args: &PictureArgs, is_png: bool) -> Result<(), UsageError> {
-    if is_png && !args.aovs.is_empty() {
+pub(super) fn check(args: &PictureArgs, is_plain: bool) -> Result<(), UsageError> {
+    if is_plain && !args.aovs.is_empty() {
         return Err(UsageError("--aovs are layers of EXR files".to_owned()));
     }
     if args.aovs.contains(&Aov::Variance) && args.pixel_samples < 2 && args.trials < 2 {

@@ -245,14 +245,17 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
         );
         row("materials", text)?;
     }
-    row(
-        "the plan skips",
-        format!("{} lights that emit nothing", info.plan.dark_lights),
-    )?;
     let [width, height] = info.plan.pixels;
-    row("", format!("and through {width} x {height} pixels:"))?;
-    for (what, count) in info.plan.counts.iter().filter(|(_, n)| **n > 0) {
-        row(&count.to_string(), (*what).to_owned())?;
+    row("looked at", format!("through {width} x {height} pixels:"))?;
+    let is_total = |what: &str| what == "shading points" || what == "(point, light) pairs";
+    let counted = info.plan.counts.iter().filter(|(_, n)| **n > 0);
+    let (totals, skipped): (Vec<_>, Vec<_>) = counted.partition(|(what, _)| is_total(what));
+    let line = |(what, count): (&&str, &u64)| (count.to_string(), (*what).to_owned());
+    let dark = format!("{} lights that emit nothing, and:", info.plan.dark_lights);
+    let dark = ("the plan skips".to_owned(), dark);
+    let rows = totals.into_iter().map(line).chain([dark]);
+    for (name, text) in rows.chain(skipped.into_iter().map(line)) {
+        row(&name, text)?;
     }
     row(
         "warnings",

@@ -337,15 +337,21 @@ impl Picture {
     /// Puts the parts of a plan together, and writes the image.
     pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
         let Some(path) = &args.output else {
-            let text = "merging a picture writes an image: -o IMAGE.exr or IMAGE.png";
+            let text = "merging a picture writes an image: -o IMAGE.exr, .pfm or .png";
             return Err(UsageError(text.to_owned()).into());
         };
-        if !path.extension().is_some_and(|e| e == "exr" || e == "png") {
-            let text = format!("{}: the name must end in .exr or .png", path.display());
+        if !["exr", "pfm", "png"]
+            .iter()
+            .any(|ending| render::ends_in(path, ending))
+        {
+            let text = format!(
+                "{}: the name must end in .exr, .pfm or .png",
+                path.display()
+            );
             return Err(UsageError(text).into());
         }
         render::check_file(&args.file, path)?;
-        aovs::check(&self.args, render::is_png(path))?;
+        aovs::check(&self.args, !render::ends_in(path, "exr"))?;
         linelit_film::check_writable(path)?;
         let (rendered, counted) = self.gather(folder)?;
         let scene = &self.scene;

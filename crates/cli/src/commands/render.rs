@@ -27,7 +27,7 @@ const LONG: f64 = 30.0;
 /// Renders a scene to an image.
 pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     check_file(&args.file, &args.output)?;
-    aovs::check(&args.picture, is_png(&args.output))?;
+    aovs::check(&args.picture, !ends_in(&args.output, "exr"))?;
     // Before the work, lest that be lost.
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
@@ -76,6 +76,14 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         writeln!(out, "{}", Value::from(result))?;
     } else if args.explain {
         explain(&renderer, &args.picture.settings(), &counts, times, out)?;
+    } else {
+        let [width, height] = ["width", "height"].map(|name| &result[name]);
+        let [rays, lines] = ["rays", "line_queries"].map(|name| &result[name]);
+        let (path, seconds) = (args.output.display(), times.iter().sum::<f64>());
+        writeln!(
+            out,
+            "{path}: {width} x {height} pixels in {seconds:.1} s, {rays} rays, {lines} lines"
+        )?;
     }
     Ok(())
 }
@@ -125,12 +133,12 @@ fn beside(picture: &Path, what: &str) -> PathBuf {
 /// That the flags of a file are for files of its format.
 pub(super) fn check_file(args: &ImageArgs, path: &Path) -> Result<(), UsageError> {
     let contradiction = |text: &str| Err(UsageError(text.to_owned()));
-    if args.compression.is_some() && is_png(path) {
+    if args.compression.is_some() && !ends_in(path, "exr") {
         return contradiction("--compression is for EXR files");
     }
     if (args.exposure.abs() > 0.0 || args.tone_curve != ToneCurve::Clip) && !is_png(path) {
         return contradiction(
-            "--exposure and --tone-curve are for PNG files: EXR files hold radiance",
+            "--exposure and --tone-curve are for PNG files: others hold radiance",
         );
     }
     Ok(())
@@ -174,7 +182,12 @@ pub(super) fn renderer<'s>(scene: &'s Scene, args: &PictureArgs) -> Result<Rende
 }
 
 pub(super) fn is_png(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "png")
+    ends_in(path, "png")
+}
+
+/// Whether a file's name has this ending.
+pub(super) fn ends_in(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|e| e == ending)
 }
 
 /// Takes the image, whose memory the file's text needs.
@@ -196,6 +209,10 @@ pub(super) fn write(
                 linelit_film::write_png(path, &shown, Exposure::default())?;
             }
         }
+        return Ok(());
+    }
+    if ends_in(path, "pfm") {
+        linelit_film::write_atomically(path, &linelit_film::encode_pfm(image)?)?;
         return Ok(());
     }
     let mut document = Document::new(image.width, image.height);
@@ -242,6 +259,14 @@ fn explain(
         writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;
     }
     write!(out, "{}", counts.plan)?;
+    let plan = &counts.plan;
+    let settled = plan.facing_away + plan.below_horizon + plan.hidden;
+    let closed = plan.closed_form + plan.exact_penumbrae;
+    let sampled = plan.point_lights.saturating_sub(settled + closed);
+    writeln!(
+        out,
+        "{sampled:>14}  all other pairs: sampled by lines or points"
+    )?;
     let (visibility, segments) = (&counts.visibility, &counts.segments);
     let dense = visibility.dense_shafts;
     for (count, what) in [
