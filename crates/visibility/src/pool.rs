@@ -40,7 +40,7 @@ pub(crate) fn collect<T: Send>(
     }
 }
 
-/// What `f` makes of stretches of at most `size` numbers below `count`, in order.
+/// Applies `f` to stretches of at most `size` numbers below `count`; results are in order.
 pub(crate) fn stretches<T: Send>(
     count: usize,
     size: usize,
@@ -50,8 +50,8 @@ pub(crate) fn stretches<T: Send>(
     collect(count.div_ceil(size), 1, &stretch)
 }
 
-/// What `f` makes of stretches of at most `size` items, with the index of the first of each, in
-/// order.
+/// Applies `f` to stretches of at most `size` items, with the index of the first of each, and
+/// returns the results in order.
 pub(crate) fn stretches_of<T: Send, R: Send>(
     items: &mut [T],
     size: usize,

@@ -266,7 +266,7 @@ fn explain(
     )
 }
 
-/// What is said of a picture that was written, with the numbers of [`counted`].
+/// Returns the JSON report of a picture that was written, with the numbers of [`counted`].
 pub(super) fn picture_json(
     scene: &str,
     output: &Path,

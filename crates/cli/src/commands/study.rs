@@ -136,7 +136,7 @@ pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
     first(&scenes.join(" "), BUILT_IN, &of_files(read))
 }
 
-/// What the flags change of a study.
+/// Applies the flags of the command line to a study.
 pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
     if args.smallest {
         spec.shrink();

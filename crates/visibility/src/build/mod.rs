@@ -29,8 +29,8 @@ use split::Reference;
 /// Cost of testing a leaf, in tests of a node; `docs/decisions/003-growing-the-hierarchy.md`.
 const LEAF_COST: f64 = 1.2;
 
-/// The same in scenes of fewer than [`SMALL`] triangles. There it makes no difference to speed;
-/// fuller leaves keep such scenes below a hundred bytes a triangle.
+/// The leaf cost in scenes of fewer than [`SMALL`] triangles. There it makes no difference to
+/// speed; fuller leaves keep such scenes below a hundred bytes a triangle.
 const LEAF_COST_SMALL: f64 = LEAF_COST / 2.0;
 
 /// Triangles of a small scene; of as many leaves (3 MB) the caches hold everything, so that asking

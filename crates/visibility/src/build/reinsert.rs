@@ -36,7 +36,7 @@ struct Tree<'a> {
     heights: Vec<u16>,
     /// Levels that the tree may have: so many that searching and moving take n log n.
     most_levels: u32,
-    /// For the search: places to look at, with what would be gained above them.
+    /// The stack of the search: nodes to look at, with the gain above them.
     todo: Vec<(f64, u32)>,
 }
 

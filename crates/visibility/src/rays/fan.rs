@@ -236,9 +236,9 @@ pub(crate) struct Tests {
     near_room: f64,
 }
 
-/// For each of eight triangles with corners a, b, c relative to the origin: the rows of b × c,
-/// c × a and a × b, with the sign that makes T = a·(b × c) positive; then T, the room of the edge
-/// functions, and that of T, negative where its sign is not certain.
+/// The terms of eight triangles with corners a, b, c relative to the origin: the rows of b × c, c ×
+/// a and a × b, with the sign that makes T = a·(b × c) positive; then T, the error bound of the
+/// edge functions, and that of T, negative where its sign is not certain.
 type Prepared = Lanes<[[f64; 8]; 12]>;
 
 impl Tests {

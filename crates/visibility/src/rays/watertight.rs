@@ -36,8 +36,8 @@ impl WatertightRay {
         }
     }
 
-    /// Where the ray's line meets the triangle: the distance in units of the direction and the
-    /// barycentric coordinates of vertices 1 and 2.
+    /// Intersects the ray's line with the triangle: returns the distance in units of the direction
+    /// and the barycentric coordinates of vertices 1 and 2.
     #[inline(always)]
     pub(crate) fn intersect(&self, triangle: &[[f32; 3]; 3]) -> Option<(f64, [f64; 2])> {
         let sz = self.shear[2];

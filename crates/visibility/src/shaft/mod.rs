@@ -234,9 +234,9 @@ impl Shaft<'_> {
         self.in_front()
     }
 
-    /// The same of those triangles alone that belong to no fine mesh; what is
-    /// [behind](Self::behind) are such, too. What the fine meshes hide follows from their
-    /// [silhouettes](Self::silhouettes). `None` where those are not known.
+    /// Returns the images of [`front`](Self::front) for those triangles alone that belong to no
+    /// fine mesh, as [`behind`](Self::behind) then does too. What fine meshes hide follows from
+    /// their [silhouettes](Self::silhouettes). `None` where those are not known.
     pub fn loose_front(&mut self) -> Option<Images<'_>> {
         if !self.has_silhouettes() {
             return None;
@@ -314,8 +314,8 @@ impl Shaft<'_> {
         &self.scratch.counters
     }
 
-    /// How far triangles may reach from the shading point: rounding of their corners, and of where
-    /// a ray meets them, goes by that.
+    /// Returns how far triangles may reach from the shading point: the rounding errors of their
+    /// corners, and of where a ray meets them, are proportional to it.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.occluders.bvh.reach(self.point())
