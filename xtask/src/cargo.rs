@@ -12,7 +12,7 @@ pub(crate) fn root() -> PathBuf {
         .map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }
 
-/// Where cargo leaves what it builds.
+/// Returns the folder where cargo puts its output.
 pub(crate) fn target() -> PathBuf {
     let folder = std::env::var_os("CARGO_TARGET_DIR");
     folder.map_or_else(|| root().join("target"), PathBuf::from)

@@ -152,7 +152,7 @@ struct Sampled<'a, R, T> {
     view: &'a View<'a>,
     /// The transformed cosines of the reflection, if they are known and asked for.
     cosines: Option<&'a TransformedCosines>,
-    /// Their integral, if it is taken.
+    /// The integral of the known part, if there is one.
     known: Option<KnownLight>,
     /// The region that it is over.
     region: &'a RegionMemory,

@@ -30,7 +30,7 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct Figure {
     name: String,
-    /// What it shows, in a line.
+    /// The content of the figure, in a line.
     about: String,
     /// Processor seconds.
     seconds: f64,

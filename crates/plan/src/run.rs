@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fmt, thread};
 
-/// How a process takes part in a plan.
+/// The options of a process that takes part in a plan.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
     /// The share of the units that is its own.
@@ -154,7 +154,7 @@ struct Runner<'a> {
     folder: &'a Folder,
     options: &'a Run<'a>,
     work: Work<'a>,
-    /// Of each unit, held by the thread that computes it: whether it was counted.
+    /// The flags, held by the thread that computes the unit, of whether each unit was counted.
     counted: Vec<Mutex<bool>>,
     failed: Mutex<Option<PlanError>>,
     ran: Mutex<Ran>,

@@ -300,8 +300,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns how the view's direction and the normal change by pixel, if the ray has
-    /// differentials.
+    /// Returns how the view's direction and normal change by pixel, if the ray has differentials.
     fn changes(&self) -> Option<[Change; 2]> {
         let beside = self.beside?;
         let turned = self.normal.dot(self.surface.shading_normal) < 0.0;

@@ -44,9 +44,9 @@ use linelit_lights::Light;
 /// A light that has been chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picked {
-    /// Which light.
+    /// The index of the light.
     pub index: usize,
-    /// Its probability α > 0.
+    /// The probability α > 0 of the light.
     pub probability: f64,
     /// The random number stretched back to [0, 1).
     pub rest: f64,
@@ -102,7 +102,7 @@ impl Discrete {
         Self::new(&vec![1.0; n])
     }
 
-    /// By emitted power; `None` if nothing emits.
+    /// Creates the distribution by emitted power; `None` if nothing emits.
     #[must_use]
     pub fn by_power(lights: &[Light]) -> Option<Self> {
         let weights: Vec<f64> = lights.iter().map(Light::power).collect();

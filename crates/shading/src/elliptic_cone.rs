@@ -60,7 +60,7 @@ pub struct PartOfCone<'a> {
     first: Option<DVec3>,
 }
 
-/// What of the rim is above the horizon.
+/// The part of the rim above the horizon.
 #[derive(Clone, Copy, Debug)]
 enum Above {
     None,

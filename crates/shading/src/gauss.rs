@@ -33,7 +33,7 @@ pub(crate) const NODE: [f64; NODES] = [
     0.9975936099985107,
 ];
 
-/// Their weights; they add up to one.
+/// The weights of the nodes; they add up to one.
 pub(crate) const WEIGHT: [f64; NODES] = [
     0.0061706148999936,
     0.014265694314466832,
@@ -84,7 +84,7 @@ pub(crate) const FEW_NODES: [f64; FEW] = [
     0.994700467495825,
 ];
 
-/// Their weights; they add up to one.
+/// The weights of the few nodes; they add up to one.
 pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
     0.013576229705877048,
     0.031126761969323947,

@@ -46,7 +46,7 @@ pub(super) fn lints(house: &House) -> Vec<String> {
     problems
 }
 
-/// In the path of a pixel `Result` comes only from constructors (`try_…`, or returning
+/// Checks that in the path of a pixel `Result` comes only from constructors (`try_…`, or returning
 /// `Result<Self, _>`) and from reading names (`FromStr`).
 pub(super) fn fallibility(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
@@ -70,7 +70,7 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
     problems
 }
 
-/// What a line of any Rust file does not say, and why.
+/// Checks the lines of all Rust files for forbidden text, and says why.
 pub(super) fn lines(house: &House) -> Vec<String> {
     let ignored = |line: &str| {
         let line = line.trim_start();

@@ -8,13 +8,13 @@ use linelit_mis::{OptimalSystem, balance, clamped_optimal, optimal_contribution}
 /// One number for each technique.
 type Techniques = [f64; MOST_TECHNIQUES];
 
-/// What pulls the coefficients towards the balance heuristic, in samples for each technique
+/// The strength of the regularization towards the balance heuristic, in samples for each technique
 /// (measured in [`OptimalSystem::damped_alphas`]).
 const DAMPING: f64 = 3.0;
 
-/// What the optimal weights add to the sum by the balance heuristic of two rounds of samples, each
-/// by the coefficients α of the other (Kondapaneni et al. 2019, eqs. 10–14); `expected` are the
-/// samples of each technique in a round.
+/// Returns the difference between optimal weights and the balance heuristic, summed over two rounds
+/// of samples, each by the coefficients α of the other (Kondapaneni et al. 2019, eqs. 10–14);
+/// `expected` are the samples of each technique in a round.
 ///
 /// α from the samples that they weight would be biased. By those of independent samples, and by the
 /// numbers of samples that techniques have had, what the optimal weights say of a round is an
@@ -59,8 +59,8 @@ fn free(alphas: &[Techniques; 3], counts: &Techniques, sample: &Sample) -> DVec3
     DVec3::from_array([0, 1, 2].map(|c| optimal_contribution(&alphas[c], counts, ps, 0.0, i)))
 }
 
-/// The same by weights between none and all: the optimal ones where α ≥ 0 and Σ α_k p_k ≤ f, which
-/// is what they are if techniques sample parts of the light.
+/// Returns a sample's difference by weights clamped to [0, 1]: the optimal ones where α ≥ 0 and Σ
+/// α_k p_k ≤ f, as they are if techniques sample parts of the light.
 fn clamped(alphas: &[Techniques; 3], counts: &Techniques, sample: &Sample) -> DVec3 {
     let (ps, i) = (&sample.densities, sample.technique);
     let mut parts = [0.0; MOST_TECHNIQUES];

@@ -140,7 +140,7 @@ impl<S> Design<S> {
         }
     }
 
-    /// What is measured: all methods with the least samples first.
+    /// Returns the cells to measure: all methods with the least samples first.
     pub fn cells(&self) -> impl ExactSizeIterator<Item = (&Method<S>, u32)> {
         let count = self.methods.len();
         let cell = move |k| (&self.methods[k % count], self.samples[k / count]);

@@ -7,7 +7,7 @@ use crate::plots::{self, Palette, interval, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 use linelit_elementary::pow;
 
-/// What a page shows beside the numbers of its record.
+/// The parts of a page beside the numbers of its record.
 #[derive(Clone, Debug, Default)]
 pub struct Exhibits {
     /// Pictures, by the scenes' short names.
@@ -60,7 +60,7 @@ fn palette(record: &StudyRecord) -> Palette {
     Palette::new(record.rows.iter().map(|row| row.estimator.as_str()))
 }
 
-/// What was timed on a processor that is not the one of most measurements.
+/// Returns the section of times measured on a processor that did not time most of the study.
 fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<Section> {
     let mut own = record.timed_on(processor);
     own.rows.retain(|row| row.processor == processor);

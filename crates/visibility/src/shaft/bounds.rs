@@ -58,8 +58,7 @@ const F32: [f64; 2] = [1e-30, 1e36];
 /// Places in units of the light: images of triangles as far as this are off by half of it.
 const LIGHTS: [f64; 2] = [1e-30, 1e15];
 
-/// The range of coordinates where a sum of six products of three (of twice them) is finite in
-/// `f32`.
+/// The range of coordinates for which sums of six products of three are finite in `f32`.
 const CUBES: [f64; 2] = [0.0, 4e11];
 
 #[allow(

@@ -41,8 +41,7 @@ const EDGE_ON: f64 = 1e-5;
 /// The least W of what is before the shading point, without a margin there: 1 ÷ it is finite.
 const LEAST: f64 = 1e-300;
 
-/// The least distance of the shading point from the light's plane for [`Sides`], relative to the
-/// size of both: nearer the plane, lines and points are tested one by one.
+/// The least distance from the light's plane, relative to all sizes, for [`Sides`].
 const TOO_EDGE_ON: f64 = 1e-12;
 
 /// The part of the (p, q) plane that holds the light.

@@ -247,8 +247,7 @@ impl Crossings {
     }
 
     /// Returns the hidden parts of a gap, given whether its [middle](Gap::middle) is visible: if it
-    /// is, stretches with as few layers as the middle are visible; if not, all of the gap is
-    /// hidden.
+    /// is, stretches with as few layers are visible, too; if not, all of the gap is hidden.
     pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
         let Gap {
             layers, stretches, ..
