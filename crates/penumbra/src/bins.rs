@@ -5,7 +5,7 @@ use super::orient::Point;
 /// Bins along each axis: a few hundred boxes on a light do not want more.
 const BINS: usize = 16;
 
-/// The number of boxes from which bins are four times as many.
+/// The number of boxes from which there are four times as many bins.
 const MANY: usize = 256;
 
 /// The number of boxes up to which all are tested: most penumbrae have no more, and filling bins

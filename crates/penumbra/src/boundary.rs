@@ -208,7 +208,7 @@ impl Penumbra {
     }
 
     /// Returns the number of edges, of triangles and silhouettes, that the last boundary had to
-    /// follow: its time is proportional to it.
+    /// follow, which its time is proportional to.
     #[must_use]
     pub fn edge_count(&self) -> usize {
         self.sides.len().saturating_sub(self.light.len())

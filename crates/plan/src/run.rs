@@ -154,7 +154,7 @@ struct Runner<'a> {
     folder: &'a Folder,
     options: &'a Run<'a>,
     work: Work<'a>,
-    /// The flags, held by the thread that computes the unit, of whether each unit was counted.
+    /// A flag for each unit, locked by the thread that computes it: whether it was counted.
     counted: Vec<Mutex<bool>>,
     failed: Mutex<Option<PlanError>>,
     ran: Mutex<Ran>,

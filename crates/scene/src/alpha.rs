@@ -5,7 +5,7 @@ use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
 
 /// A mask that says which points of a surface exist: those where a texture's value is not below a
-/// cutoff. There is nothing between opaque and not there.
+/// cutoff. Nothing is partly transparent.
 #[derive(Clone, Debug)]
 pub struct Alpha {
     /// A number over the surface.

@@ -48,7 +48,7 @@ pub(crate) struct LightBounds {
     normal: DVec3,
 }
 
-/// The position and direction of one light.
+/// The extent of one light, and of the directions in which it shines.
 struct Extent {
     bounds: (DVec3, DVec3),
     mean: DVec3,

@@ -9,9 +9,9 @@ use linelit_geometry::{DVec3, predicates};
 /// A segment relative to the shading point, clipped to `k·p ≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClippedSegment {
-    /// The start of the visible part.
+    /// The start of the part above the horizon.
     pub p0: DVec3,
-    /// The end of the visible part.
+    /// The end of the part above the horizon.
     pub p1: DVec3,
     /// `k·p0` and `k·p1`: not negative, and exactly zero at an end that was cut.
     pub cosines: [f64; 2],

@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use crate::rng::SplitMix64;
 
-    /// Compares with exp(−x/2) for two degrees of freedom and (1 + x/2)·exp(−x/2) for four.
+    /// Checks exp(−x/2) for two degrees of freedom and (1 + x/2)·exp(−x/2) for four.
     #[test]
     fn survival_closed_forms() {
         for x in [0.1_f64, 1.0, 3.0, 10.0, 50.0, 300.0] {

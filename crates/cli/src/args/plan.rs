@@ -119,7 +119,7 @@ pub enum Script {
 pub struct RunArgs {
     /// Folder of a plan.
     pub plan: PathBuf,
-    /// The shard of this process and their number, from 1/N to N/N; by default from
+    /// The shard of this process and the number of shards, 1/N to N/N; by default from
     /// SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX or AWS_BATCH_JOB_ARRAY_INDEX, or else all.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,

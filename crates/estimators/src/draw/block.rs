@@ -28,7 +28,7 @@ pub(crate) struct PointBlock {
     len: usize,
     /// L f_r cos θ/p_ω.
     contributions: [DVec3; SIZE],
-    /// The data from which points are computed: positions in space.
+    /// The vectors to the points, or the points themselves, as `Target` says.
     targets: [DVec3; SIZE],
     columns: Columns,
 }
@@ -64,7 +64,7 @@ impl PointBlock {
         self.len = 0;
     }
 
-    /// Returns the positions of the points.
+    /// Returns the vectors to the points, or the points themselves.
     pub(crate) fn targets(&self) -> &[DVec3] {
         &self.targets[..self.len]
     }

@@ -156,8 +156,7 @@ impl DiffuseGlossyPair {
         sum
     }
 
-    /// Returns a sample's contribution, of technique `k`: weight times value over density and
-    /// count.
+    /// Returns the contribution of a sample of technique `k`: weight × value / (density × count).
     fn contribution(&self, value: DVec3, pdfs: [f64; 2], k: usize) -> DVec3 {
         let counts = [self.count; 2];
         let by_channel = |c: usize| {

@@ -48,7 +48,7 @@ pub(crate) struct SphericalTriangle {
     rise: f64,
     /// |b| (1 + τ₁²).
     far: f64,
-    /// The vectors a × q and a·q of q = b + λ bc on the outer edge: at λ = 0, and their slopes.
+    /// The products a × q and a·q of q = b + λ bc on the outer edge: at λ = 0, and their slopes.
     cross: [DVec3; 2],
     dot: [f64; 2],
 }

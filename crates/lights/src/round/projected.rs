@@ -77,7 +77,7 @@ pub struct SphereProjected {
 /// A sphere that the horizon cuts.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
-    /// The points where ellipse and circle touch, in units of σ, and where slices end.
+    /// The offsets, in units of σ, where ellipse and circle touch and where slices end.
     touch: f64,
     last: f64,
     /// Integrals of the width from the middle to there.

@@ -41,7 +41,7 @@ struct CameraSettings {
     projection: Projection,
     screen_window: Option<[f64; 4]>,
     frame_aspect_ratio: Option<f64>,
-    /// The time that the shutter is open, and the name of the parameter.
+    /// The time that the shutter is open, and the place in the file that says so.
     shutter: f64,
     place: Option<(Arc<Source>, Span)>,
 }

@@ -5,9 +5,9 @@ use std::ops::{Add, AddAssign, Neg};
 /// Images and layers of surfaces over a place, or how many more there are than over another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Layers {
-    /// The number of other images, which is always known.
+    /// The number of layers of other images, which is always known.
     pub(super) images: i32,
-    /// The number of fine surfaces' images, relative to that at the beginning of the gap.
+    /// The number of layers of fine surfaces; in gaps, relative to the beginning of the gap.
     pub(super) surfaces: i32,
 }
 

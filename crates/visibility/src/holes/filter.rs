@@ -49,10 +49,10 @@ pub trait Filter: Debug + Send + Sync {
     /// Whether a triangle hides what is behind one of its places.
     fn hides(&self, triangle: u32, barycentric: [f64; 2]) -> bool;
 
-    /// Pushes the intervals of a segment between two places of a triangle that hide what is behind
-    /// them to `hidden`, which is empty; 0 is the first place and 1 the second. They may touch and
-    /// overlap and come in any order; parts outside of [0, 1] and intervals that are not a number
-    /// are ignored.
+    /// Pushes to `hidden`, which is empty, the intervals of the segment between two places of a
+    /// triangle that hide what is behind them; 0 is the first place and 1 the second. They may
+    /// touch and overlap and come in any order; what is outside of [0, 1] or not a number is
+    /// ignored.
     fn hides_along(&self, triangle: u32, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>);
 }
 

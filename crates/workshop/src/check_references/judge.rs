@@ -13,7 +13,7 @@ use linelit_visibility::{Ray, Scratch};
 
 /// Lines of the brute-force estimate that decides between two renderers.
 const BRUTE_LINES: u32 = 256;
-/// The number of undecided pixels above which they are not blamed on the other renderer.
+/// The largest number of pixels that brute force decides; with more, the other renderer is right.
 const BRUTE_PIXELS: usize = 60;
 /// The significance level over all pixels and channels of one image.
 const ALPHA: f64 = 0.01;
