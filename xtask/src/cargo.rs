@@ -61,8 +61,8 @@ fn release(verb: &str, package: &str) -> Command {
     run
 }
 
-/// Runs a program or example of a crate in the caller's working folder: `target` is how cargo is
-/// told which.
+/// Runs a program or example of a crate in the caller's working folder: `target` are the
+/// arguments that name it.
 pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     let mut run = release("run", package);
     status(run.args(target).arg("--").args(arguments))

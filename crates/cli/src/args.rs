@@ -55,7 +55,7 @@ pub enum Command {
     /// Plan work for any number of machines: a folder that `run` works off and `merge` reads.
     #[command(after_help = plan::PLAN_EXAMPLES)]
     Plan(PlanArgs),
-    /// Do what is left of a plan, or a shard of it; any number at once, on any machines.
+    /// Do the remaining units of a plan, or a shard of it; any number at once, on any machines.
     #[command(after_help = plan::RUN_EXAMPLES)]
     Run(RunArgs),
     /// Put the parts of a plan together; says what is missing.
@@ -145,8 +145,8 @@ pub struct ReadArgs {
     /// Treat warnings about a scene as errors.
     #[arg(long)]
     pub strict: bool,
-    /// The folder that must hold, itself or below it, the files that a scene names; unless told,
-    /// that of the scene's file.
+    /// The folder that must hold, itself or below it, the files that a scene names; by
+    /// default that of the scene's file.
     #[arg(long, value_name = "DIR", conflicts_with = "allow_outside")]
     pub root: Option<PathBuf>,
     /// Let a scene name files anywhere.

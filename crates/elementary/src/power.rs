@@ -114,7 +114,7 @@ fn raise([a, b]: [f64; 2], y: f64) -> f64 {
     exp_far(high, low)
 }
 
-/// 2^(j/128), and what is left of it relative to that.
+/// 2^(j/128) rounded, and the remainder relative to that.
 static ROOTS: [[f64; 2]; SIZE] = {
     let mut out = [[0.0; 2]; SIZE];
     let mut j = 0;
@@ -143,7 +143,7 @@ fn parts(x: f64, low: f64) -> Parts {
     let r = (x - n * STEP[0]) - (n * STEP[1] - low);
     let shifted = shifted.to_bits();
     let [root, rest] = ROOTS[index(shifted)];
-    // e^r - 1 for |r| < ln 2/255 by Taylor: what is left out is below 6e-19.
+    // e^r - 1 for |r| < ln 2/255 by Taylor: the truncation error is below 6e-19.
     let r2 = r * r;
     let series = r2 * (0.5 + r * (1.0 / 6.0)) + (r2 * r2) * (1.0 / 24.0 + r * (1.0 / 120.0));
     Parts {

@@ -74,7 +74,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         }
         view.above = above.as_ref();
     }
-    // Ask what stands between, and choose the method.
+    // Query the occluders in between, and choose the method.
     let (occluders, ask) = (query.occluders, choice.ask());
     let mut visible = Visible::new(occluders, &view, ask, scratch, &mut counts.plan);
     let mut between = visible.between();

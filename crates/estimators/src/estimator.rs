@@ -165,7 +165,7 @@ impl Estimator {
         Lines::integrated(Integration::Exact(ExactOptions::DEFAULT)).into()
     }
 
-    /// Whichever is cheapest by what stands between.
+    /// Creates the estimator that chooses the cheapest technique by the occluders in between.
     #[must_use]
     pub fn hybrid() -> Self {
         Lines::integrated(Integration::Cheapest).into()

@@ -43,7 +43,7 @@ pub(crate) fn method<'e>(
         Closed::AlongLines | Closed::Nowhere => PointDensity::Lobes.into(),
     };
     let points = count.saturating_mul(POINTS);
-    // Too much stands between to look for all of it: rays, or lines if they are many.
+    // Too many occluders in between to collect them: rays, or lines if they are many.
     let is_dense = facts.occlusion.dense || between.is_dense;
     if is_dense && are_rays_better(facts, count) {
         return Method::points(by, nearest_power_of_two(points), Ask::Rays);

@@ -173,8 +173,8 @@ const DIRECTIONS: usize = 4;
 /// edges, of a quadrilateral those of two edges and the diagonals, of any other light that of the
 /// first edge and those at even angles to it.
 ///
-/// Lines along an edge of a parallelogram all have one length, and what stands between is often
-/// parallel to one of both; no edge of occluders that are aligned with the light is parallel to its
+/// Lines along an edge of a parallelogram all have one length, and occluders are often parallel
+/// to one of both; no edge of occluders that are aligned with the light is parallel to its
 /// diagonals.
 fn directions(light: &ConvexPolygon) -> [f64; DIRECTIONS] {
     let v = light.vertices();

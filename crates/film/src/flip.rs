@@ -102,7 +102,7 @@ impl Flip {
     }
 }
 
-/// The lower differences of colour over [0, p_t], the others over what is left.
+/// The lower differences of colour over [0, p_t], the others over the rest.
 fn pressed(colour: f64, farthest: f64) -> f64 {
     let [at, to] = KNEE;
     let knee = at * farthest;

@@ -434,8 +434,8 @@ impl ConvexPolygon {
     }
 }
 
-/// Whether an area within `size` is none: no wider than what stands off a line by the rounding of
-/// coordinates up to `largest`.
+/// Whether an area within `size` is zero up to rounding: no wider than points are off a line by the
+/// rounding of coordinates up to `largest`.
 fn is_rounding(area: f64, size: f64, largest: f64) -> bool {
     2.0 * area <= COLLINEAR * largest * size
 }

@@ -125,7 +125,7 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
-    /// Adds the samples with f = 0 of which [`OptimalSystem::add`] was not told, by expectation:
+    /// Adds the samples with f = 0 that [`OptimalSystem::add`] did not get, by expectation:
     /// all count as drawn where no other technique draws.
     ///
     /// **Formula.** Σₖ Nₖ Aᵢₖ = ∫ pᵢ is one. What the samples of all techniques, as many as `ns` in

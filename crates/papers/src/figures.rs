@@ -40,7 +40,7 @@ struct Figure {
     drawing: Option<String>,
 }
 
-/// A study of convergence: what is not told is that of [`StudySpec::default`].
+/// A study of convergence: missing settings are those of [`StudySpec::default`].
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct Described {
@@ -63,7 +63,7 @@ struct Described {
     duel: Option<DescribedDuel>,
 }
 
-/// Pictures, by the estimators and samplers of the study if none are told.
+/// Pictures, by the estimators and samplers of the study if none are given.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DescribedGallery {

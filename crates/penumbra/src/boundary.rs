@@ -139,7 +139,7 @@ impl Penumbra {
     }
 
     /// All parts of edges that are on the polygon and past all triangles, on their right at least:
-    /// where triangles or edges that were not told of may matter.
+    /// where triangles or edges that were not passed may matter.
     pub fn outline(&mut self) -> impl Iterator<Item = [Point; 2]> {
         self.find();
         self.stretches.iter()

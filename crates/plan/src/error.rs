@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// An error of whoever computes units.
+/// An error of the function that computes units.
 pub type BoxError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Why a plan could not be made, read, run or merged.

@@ -1,4 +1,4 @@
-//! Doing what is left of a plan.
+//! Computing the remaining units of a plan.
 #![allow(clippy::disallowed_methods, reason = "units are computed on threads")]
 
 use crate::{BoxError, Folder, PlanError, Shard, Unit};
@@ -97,8 +97,8 @@ impl Task<'_> {
     }
 }
 
-/// Does what is left of a plan, or of a shard of it: `work` computes the bytes of a unit's part.
-/// Parts that are there are checked and never computed again; returns when its own units are done.
+/// Computes the remaining units of a plan, or of a shard: `work` computes the bytes of a unit's
+/// part. Existing parts are checked and never computed again; returns when its own units are done.
 ///
 /// Two processes at once may compute the same unit twice, and the later one's part stays: its bytes
 /// must be a function of the plan alone, but for what nobody compares, such as times. `work` is

@@ -16,7 +16,7 @@
 //! let lights = Discrete::new(&[1.0, 0.0, 3.0]).unwrap();
 //! let picked = lights.pick(0.5).unwrap();
 //! assert_eq!((picked.index, picked.probability), (2, 0.75));
-//! // What is left of the random number is fresh: it goes on to place the point.
+//! // The rest of the random number is fresh: it can place the point.
 //! assert!((picked.rest - 1.0 / 3.0).abs() < 1e-15);
 //! ```
 

@@ -61,7 +61,7 @@ const WAITING: usize = 80;
 /// [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when
 /// sampled.
 ///
-/// The tree keeps bounds; the lights themselves stay with whoever has them, and every question
+/// The tree keeps bounds; the lights themselves stay with their owner, and every query
 /// takes `light`, which must give for an index the light that the tree was built over.
 ///
 /// ```

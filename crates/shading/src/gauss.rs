@@ -104,7 +104,7 @@ pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
     0.013576229705877048,
 ];
 
-/// 1/k! from 2! to 13!: what is left out of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
+/// 1/k! from 2! to 13!: the truncation error of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
 const INVERSE_FACTORIALS: [f64; 12] = [
     0.5,
     0.16666666666666666,

@@ -50,8 +50,8 @@ const ANY: f64 = -2.0;
 /// ωᵢ = wᵢ − 1/R² = p/(rᵢ rᵢ₊₁) − (R (dᵢ + dᵢ₊₁) + dᵢ dᵢ₊₁)/(R² rᵢ rᵢ₊₁)
 /// ```
 ///
-/// Where what is left still cancels (slivers, grazing incidence, light seen edge-on), which the
-/// terms' magnitudes tell, a sum over triangles takes over, whose terms are positive:
+/// Where the terms still cancel (slivers, grazing incidence, light seen edge-on), as their
+/// magnitudes show, a sum over triangles takes over, whose terms are positive:
 ///
 /// ```text
 /// E = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ · ½ [(n·â) (1 − G cos R) + (n·ê) G]

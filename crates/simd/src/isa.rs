@@ -97,7 +97,7 @@ fn best() -> u8 {
 #[cold]
 fn find() -> u8 {
     let found = processor() as u8;
-    // Whoever was quicker has found the same, or lowered it.
+    // A quicker thread has found the same, or lowered it.
     match BEST.compare_exchange(0, found, Ordering::Relaxed, Ordering::Relaxed) {
         Ok(_) => found,
         Err(best) => best,

@@ -1,4 +1,4 @@
-//! From what was measured to what is told: the record of a study.
+//! The record of a study: from measurements to reports.
 
 use crate::engine::{CellResult, Method, Results};
 use crate::report::{Exhibits, Report, plot_files};

@@ -71,8 +71,8 @@ pub struct ResultRow {
 }
 
 impl ResultRow {
-    /// Whether trials do not differ but by rounding: what is left of the error is the reference's,
-    /// or bias.
+    /// Whether trials differ by rounding alone: the remaining error is the reference's, or
+    /// bias.
     #[must_use]
     pub fn is_noiseless(&self) -> bool {
         self.trials > 1 && self.variance <= 0.0

@@ -250,7 +250,7 @@ fn by_corners(
     (ends, list)
 }
 
-/// Connects triangles by the sides that belong to two, and tells who is beyond each, as in
+/// Connects triangles by the sides that belong to two, and returns the neighbours, as in
 /// [`FineTriangles::sides`], with [`ONE_SIDED`] where a mesh meets itself turned.
 fn connect(
     ends: &[AtomicU32],

@@ -93,8 +93,8 @@ impl Occluders {
         occluders
     }
 
-    /// Moves the triangles to new positions of their corners: what was given when they were built,
-    /// in the same order. What is left out is as in [`Occluders::build`].
+    /// Moves the triangles to new positions of their corners, with those in the same order as when
+    /// they were built. Triangles are left out as in [`Occluders::build`].
     ///
     /// Answers are those of a fresh [`Occluders::build`], to the bit, but that of a shaft with
     /// nothing hidden it may depend on the tree whether it is known to be empty; where more than

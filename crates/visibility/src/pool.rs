@@ -1,7 +1,7 @@
 //! Sharing out work among the threads of the pool that the caller runs in.
 //!
-//! A library starts no thread: whoever calls it from a thread of a rayon pool gives it that pool's
-//! threads, and from any other thread everything runs there. (Asked outside of a pool, rayon
+//! A library starts no thread: called from a thread of a rayon pool it uses that pool's threads,
+//! and called from any other thread it runs everything there. (Asked outside of a pool, rayon
 //! itself would start one for all processors.) What is shared out here gives the same bits however
 //! it is shared out.
 

@@ -80,7 +80,7 @@ impl Facing {
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
     };
 
-    /// Takes in what some leaves say of a child.
+    /// Extends the facing of a child by that of some leaves.
     fn add(&mut self, lane: usize, way: &Way) {
         for axis in 0..3 {
             let [x, y] = way.normals[axis];
@@ -251,8 +251,8 @@ pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
 }
 
 impl Surfaces {
-    /// Finds how the fine meshes lie in a hierarchy. What is told of their triangles is let go of
-    /// as soon as leaves have it: the hierarchy is at its largest then.
+    /// Finds how the fine meshes lie in a hierarchy. The data of their triangles are freed as soon
+    /// as leaves have them: the hierarchy is at its largest then.
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         FineTriangles { sides, turned }: FineTriangles,

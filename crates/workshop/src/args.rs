@@ -54,7 +54,7 @@ pub(crate) struct BenchArgs {
     /// rest.
     #[arg(long, value_name = "E,E…")]
     pub(crate) estimators: Option<List<Estimator>>,
-    /// Numbers of samples, in ascending order; powers of two unless told.
+    /// Numbers of samples, in ascending order; powers of two by default.
     #[arg(long, value_name = "N,N…")]
     pub(crate) samples: Option<SampleCounts>,
     /// Resolution of the image whose pixels are measured.

@@ -145,7 +145,7 @@ mod tests {
     use super::super::Rule;
     use super::*;
 
-    /// What a rule says of a file of a crate's.
+    /// Returns the number of problems that a rule finds in a crate's file.
     fn found(rule: Rule, path: &str, text: &str) -> usize {
         rule(&House::of(&format!("crates/{path}"), text)).len()
     }

@@ -68,11 +68,11 @@ pub struct PlanRenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// Side of the tiles in pixels; unless told, such that one takes a second or two.
+    /// Side of the tiles in pixels; by default such that one takes a second or two.
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=1 << 14))]
     pub tile: Option<u32>,
-    /// Make units of single blocks of camera samples, not of all samples of a tile; unless told,
-    /// done where a few pixels take too long.
+    /// Make units of single blocks of camera samples, not of all samples of a tile; by
+    /// default done where a few pixels take too long.
     #[arg(long)]
     pub split_samples: bool,
     /// The options for reading the scene.

@@ -23,7 +23,7 @@ pub struct StudyArgs {
     /// The strategy for selecting lights at a point; all lights by default.
     #[arg(long, value_parser = light_choice())]
     pub lights: Option<LightChoice>,
-    /// Emissive spheres, disks and cylinders; exact unless told.
+    /// Emissive spheres, disks and cylinders; exact by default.
     #[arg(long, value_parser = spheres())]
     pub spheres: Option<Spheres>,
     /// Light samples per shading point, ascending.

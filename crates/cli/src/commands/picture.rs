@@ -211,7 +211,7 @@ impl Picture {
         Ok((picture, again.read))
     }
 
-    /// Computes what is left of a plan.
+    /// Computes the remaining units of a plan.
     pub(super) fn run(&self, read: &ReadArgs, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
         let mut scene = inputs::open(folder, 0, read)?;
         render::set_film(&mut scene, &self.args);

@@ -102,7 +102,7 @@ fn open(
     ))
 }
 
-/// Renders what is left of a picture that is kept, and puts all of it together.
+/// Renders the missing parts of a picture whose parts are kept, and merges all of them.
 fn render_kept(
     picture: &Picture,
     renderer: &Renderer<'_>,
@@ -291,7 +291,7 @@ pub(super) fn picture_json(
     found
 }
 
-/// The numbers that are told of a picture, by name: those of the plan of what to skip first.
+/// The numbers reported about a picture, by name: those of the plan of what to skip first.
 pub(super) fn counted(counts: &Counts) -> impl Iterator<Item = (&'static str, u64)> {
     let visibility = &counts.visibility;
     counts.plan.rows().chain([

@@ -56,7 +56,7 @@ pub enum LineFamily<'t> {
 }
 
 impl<'t> LineFamily<'t> {
-    /// Lines on a surface by a density, for whoever looks at it; `None` if it has no lines.
+    /// Creates lines on a surface by a density, for any shading point; `None` if it has no lines.
     #[must_use]
     pub fn new<T: EmissionTexture>(
         by: LineDensity,

@@ -1,4 +1,4 @@
-//! What a figure that was measured says of a paper's.
+//! The verdict of a measured figure on a paper's.
 
 use crate::measured::{Measured, number};
 use serde::Deserialize;

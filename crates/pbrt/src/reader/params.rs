@@ -139,7 +139,7 @@ impl Param {
     }
 }
 
-/// The parameters of one directive. Whoever reads one marks it as used, so that the rest can be
+/// The parameters of one directive. Reading one marks it as used, so that the rest can be
 /// named in a warning.
 #[derive(Clone, Debug)]
 pub(crate) struct Params {

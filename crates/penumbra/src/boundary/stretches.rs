@@ -89,7 +89,7 @@ impl Stretches {
             if with == at {
                 return (at, layers);
             }
-            // Halves the way for whoever comes next.
+            // Halve the path for the next search.
             let beyond = self.gaps[with as usize];
             if beyond.with != with {
                 let shorter = &mut self.gaps[at as usize];

@@ -1,8 +1,8 @@
 //! What the horizon leaves of a triangle.
 //!
 //! Corners P₀, P₁, P₂ with fᵢ = n·Pᵢ; edge k is opposite Pₖ, from Pᵢ to Pⱼ. It meets the horizon
-//! where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ. By products and quotients of these
-//! and the determinant there is all that is to know of what is left: nothing cancels, however near
+//! where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ. Products and quotients of these
+//! and of the determinant there yield the part above the horizon: nothing cancels, however near
 //! the light's plane is, and the horizon to it.
 
 use super::{Corner, Triangle};

@@ -1,4 +1,4 @@
-//! What a study measures, told by whoever brings it: integrals, and ways to estimate them.
+//! What a study measures, supplied by the caller: integrals, and ways to estimate them.
 
 use super::{CELL_SECONDS, Cell};
 use linelit_geometry::DVec3;
@@ -109,7 +109,7 @@ pub enum Truth<S> {
     Computed(Method<S>),
 }
 
-/// Rounds that the reference of a study may take, unless told.
+/// The default number of rounds that the reference of a study may take.
 pub const REFERENCE_ROUNDS: u32 = 32;
 
 /// Methods, numbers of samples and limits of a study.

@@ -255,7 +255,7 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     Table::new(caption, columns.split(','), body)
 }
 
-/// The relative error whose time is told.
+/// The relative error for which times are reported.
 const PERCENT: f64 = 0.01;
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.

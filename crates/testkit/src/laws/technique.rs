@@ -147,8 +147,8 @@ impl Technique {
         self
     }
 
-    /// The least share of places at which differences of samples have to be sure to 1e-8: a fifth
-    /// unless told. Less where rounding of places, or corners of the pdf, leave fewer.
+    /// Sets the least share of places at which differences of samples have to be sure to 1e-8: by
+    /// default a fifth. Less where rounding of places, or corners of the pdf, leave fewer.
     #[must_use]
     pub fn sure(mut self, share: f64) -> Self {
         self.sure = share;

@@ -238,7 +238,7 @@ impl Tree {
         (nodes, leaves)
     }
 
-    /// Makes the wide node that opens `root`, number `node` of a part; `todo` is told of the nodes
+    /// Makes the wide node that opens `root`, number `node` of a part; `todo` gets the nodes
     /// in it.
     fn open(&self, node: usize, root: u32, part: &mut Part, mut todo: impl FnMut(usize, u32)) {
         let mut members = Vec::with_capacity(8);

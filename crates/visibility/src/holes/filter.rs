@@ -57,7 +57,7 @@ pub trait Filter: Debug + Send + Sync {
 }
 
 /// A filter of whichever type, to be shared: what is in the way of a point calls it through
-/// a table, as Embree calls its filter functions. Triangles without holes know nothing of it.
+/// a table, as Embree calls its filter functions. Triangles without holes do not need it.
 pub type SharedFilter = Arc<AnyFilter>;
 
 /// A filter of whichever type.

@@ -1,9 +1,9 @@
 //! Fans: rays from one point, and the tests that they share.
 //!
 //! In a leaf, eight triangles are tested against the box that holds the directions of all rays,
-//! which tells of most of them that they hide no ray, and of some that they hide all; what is left
-//! is tested against eight rays at a time. What these tests, with the bounds of their rounding,
-//! leave open is decided as for single rays, so that the answers are the same.
+//! which shows of most of them that they hide no ray, and of some that they hide all; the others
+//! are tested against eight rays at a time. Cases that these tests, with the bounds of their
+//! rounding, leave open are decided as for single rays, so that the answers are the same.
 
 use crate::{
     bvh::{Bvh, largest_inverse_at},

@@ -225,8 +225,8 @@ impl Shaft<'_> {
     /// there are triangles with holes, or the shaft is empty or blocked.
     ///
     /// Of a shaft that is not dense they are [all](Self::images). In a dense one, a few places
-    /// seem visible that are not: whoever has found the boundary of what is visible past these asks
-    /// for what is [behind](Self::behind) it.
+    /// seem visible that are not: callers that have found the boundary of the visible part query
+    /// the triangles [behind](Self::behind) it.
     ///
     /// What is asked of a dense shaft's lines in between makes it forget what it kept.
     pub fn front(&mut self) -> Option<Images<'_>> {
@@ -291,8 +291,8 @@ impl Shaft<'_> {
     /// triangles that are not in front of the light as a whole. Where loose triangles seem to hide
     /// the light, some are missing; elsewhere, as many layers come as go around each place.
     ///
-    /// Whoever has found that there are places past all loose triangles, and of surfaces what is
-    /// before those, asks for what is [behind](Self::behind) all these sides and for silhouettes
+    /// Callers that have found places past all loose triangles, and the parts of surfaces before
+    /// those, query the triangles [behind](Self::behind) all these sides, and then silhouettes
     /// again. `None` where that has returned none: nothing would be known of the meshes.
     pub fn silhouettes(&mut self) -> Option<(Images<'_>, &[Silhouette])> {
         if !self.has_silhouettes() {

@@ -196,7 +196,7 @@ impl Crossings {
         self.of.iter().map(Vec::len).sum()
     }
 
-    /// Cuts what is left of lines where they cross silhouettes.
+    /// Cuts the visible parts of lines where they cross silhouettes.
     pub(crate) fn cut_lines(&mut self, lines: &Lines, slots: &mut Slots) {
         let Self {
             of,
