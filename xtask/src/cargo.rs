@@ -12,7 +12,7 @@ pub(crate) fn root() -> PathBuf {
         .map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }
 
-/// Where cargo leaves what it builds.
+/// Returns the folder where cargo puts its output.
 pub(crate) fn target() -> PathBuf {
     let folder = std::env::var_os("CARGO_TARGET_DIR");
     folder.map_or_else(|| root().join("target"), PathBuf::from)
@@ -61,8 +61,8 @@ fn release(verb: &str, package: &str) -> Command {
     run
 }
 
-/// Runs a program or example of a crate in the caller's working folder: `target` is how cargo is
-/// told which.
+/// Runs a program or example of a crate in the caller's working folder: `target` are the
+/// arguments that name it.
 pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     let mut run = release("run", package);
     status(run.args(target).arg("--").args(arguments))

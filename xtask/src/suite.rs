@@ -20,10 +20,10 @@ const LONG: [&str; 2] = ["long", "outside"];
 /// The one that runs only when it is named: it needs crates.io.
 const NAMED: &str = "publish";
 
-/// Which steps to run.
+/// The steps to run.
 struct Selection {
     steps: Vec<&'static str>,
-    /// Of the long tests' random cases; a new one each time unless given.
+    /// The seed of the long tests' random cases; a new one each time unless given.
     seed: Option<u64>,
 }
 
@@ -56,7 +56,7 @@ impl Selection {
     }
 }
 
-/// What became of one step.
+/// The result of one step.
 struct Outcome {
     name: String,
     problems: Vec<String>,
@@ -199,8 +199,8 @@ fn tests(targets: &str, after: &str) -> Command {
 /// The variable that proptest takes its seed from.
 const PROPERTY_SEED: &str = "PROPTEST_RNG_SEED";
 
-/// The same random cases on every run, so that a failure is the change's and can be had again: new
-/// ones are for the long tests. Whoever sets the variable has their own.
+/// Sets the same random cases on every run, so that a failure is due to the change and can be
+/// repeated: new cases are for the long tests. A value that is already set stays.
 fn same_cases(mut command: Command) -> Command {
     if std::env::var_os(PROPERTY_SEED).is_none() {
         command.env(PROPERTY_SEED, "20160301");

@@ -19,23 +19,23 @@ use std::sync::Arc;
 /// A file that the scene names.
 #[derive(Debug)]
 pub struct Opened {
-    /// Its path, for messages.
+    /// The path of the file, for messages.
     pub path: String,
-    /// The same, links followed.
+    /// The path with links followed.
     pub whole: PathBuf,
-    /// Its contents.
+    /// The contents of the file.
     pub bytes: Vec<u8>,
 }
 
-/// Where a surface is not there.
+/// The holes of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Holes {
-    /// Nowhere.
+    /// No holes.
     #[default]
     None,
-    /// Where the alpha of this index in the scene says so.
+    /// The holes where the alpha of this index in the scene is below its cutoff.
     Some(u32),
-    /// Everywhere.
+    /// No surface at all.
     All,
 }
 
@@ -54,17 +54,17 @@ impl Holes {
 pub struct Assembly {
     /// The scene so far.
     pub builder: SceneBuilder,
-    /// What was strange so far.
+    /// The warnings so far.
     pub warnings: Warnings,
     /// More triangles than this are refused.
     pub max_triangles: usize,
     files: Files,
     watch: Watch,
-    /// By the name in the scene and whether bytes are sRGB.
+    /// The images by the name in the scene and whether bytes are sRGB.
     images: HashMap<(String, bool), Arc<ImageData>>,
-    /// Their luminance, as far as it was asked for.
+    /// The luminance of images, as far as it was requested.
     greys: HashMap<(String, bool), Arc<ImageData>>,
-    /// Their alpha channels, as far as they have some.
+    /// The alpha channels of images, as far as they have some.
     alpha_channels: HashMap<String, Arc<ImageData>>,
     /// Files that were opened, and bytes read: of each once, and in all.
     opened: HashSet<PathBuf>,
@@ -73,10 +73,10 @@ pub struct Assembly {
     pixel_bytes: u64,
 }
 
-/// Bytes that a scene may read again and again: files that name each other many times would
-/// otherwise take any time.
+/// The number of bytes that a scene may read repeatedly: files that name each other many times
+/// would otherwise take any time.
 const FREE_REREADS: u64 = 1 << 26;
-/// How often, on the average, files may be read beyond that.
+/// The average number of times that files may be read beyond that.
 const REREADS: u64 = 16;
 
 /// Bytes that the pixels of all images together may take, whatever the size of their files.
@@ -255,7 +255,7 @@ impl Assembly {
         self.files.has(name)
     }
 
-    /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
+    /// Opens a file as [`Assembly::open`] does, decompressed if its name ends in `.gz`.
     pub fn open_unpacked(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
         let mut file = self.open(name, at)?;
         if name.ends_with(".gz") {
@@ -362,8 +362,8 @@ impl Assembly {
         }
     }
 
-    /// Where an image file says that something is there: its alpha channel, or its luminance if it
-    /// has none; `None` as for [`Assembly::image`].
+    /// Returns the coverage in an image file: its alpha channel, or its luminance if it has none;
+    /// `None` as for [`Assembly::image`].
     pub fn alpha_image(&mut self, name: &str, at: Location<'_>) -> Result<Option<Arc<ImageData>>> {
         if let Some(known) = self.alpha_channels.get(name) {
             return Ok(Some(Arc::clone(known)));
@@ -395,8 +395,8 @@ impl Assembly {
         Ok(Some(Arc::new(image)))
     }
 
-    /// What a texture cuts into a shape: where its number is below the cutoff. None, after a
-    /// warning, if it cannot be asked that.
+    /// Returns the holes that a texture cuts into a shape: where its value is below the cutoff.
+    /// None, after a warning, for a texture of an unsupported kind.
     pub fn alpha(&mut self, texture: Texture, cutoff: f64, at: Location<'_>) -> Result<Holes> {
         #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
         let cutoff = cutoff as f32;

@@ -25,8 +25,8 @@ pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
     Camera::new(camera_to_world, projection, None, None, size)
 }
 
-/// Of the distance from the camera to what it looks at: how far up and to the left of the camera a
-/// framing light hangs, how far behind it, and half its side.
+/// The offsets of a framing light and its size, relative to the distance from the camera to what it
+/// looks at: how far up and to the left of the camera, how far behind it, and half its side.
 const LIGHT: [f64; 3] = [0.35, 0.05, 0.12];
 
 /// Adds a square light beside the camera, above it and to its left, that shines at the middle

@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// How to load.
+/// The options for loading a scene.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Warnings become errors.
@@ -18,14 +18,14 @@ pub struct LoadOptions {
     /// Files with more bytes than this, the scene's own or those it names, are an error; so are
     /// folders, pipes and devices.
     pub max_file_bytes: u64,
-    /// Where the files that the scene names must lie.
+    /// The folder in which the files that the scene names must lie.
     pub root: Root,
-    /// Who is told of the files that are read.
+    /// The callback for the files that are read.
     pub watch: Watch,
 }
 
-/// Who is told of each file that a scene is made of, with its bytes, when they are read: to know
-/// later whether it is the same scene, or to keep them. Nobody unless told.
+/// A callback that gets each file of a scene, with its bytes, when it is read: to know later
+/// whether it is the same scene, or to keep the files. By default there is none.
 ///
 /// The scene's own file comes first, by its name without a folder; then those that it names, as the
 /// scene writes them, each as often as it is read. With these names in [`Root::Memory`] the scene
@@ -60,14 +60,14 @@ impl fmt::Debug for Watch {
     }
 }
 
-/// Where the files that a scene names must lie, links followed: a scene from elsewhere shall not
-/// read what it was not shipped with.
+/// The root in which the files that a scene names must lie, links followed: a scene from elsewhere
+/// shall not read what it was not shipped with.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Root {
-    /// In the folder of the scene's file and below; for a scene in memory, in the working folder.
+    /// The folder of the scene's file and below; for a scene in memory, the working folder.
     #[default]
     SceneFolder,
-    /// In this folder and below.
+    /// This folder and below.
     Folder(PathBuf),
     /// Anywhere.
     Anywhere,
@@ -94,6 +94,6 @@ impl Default for LoadOptions {
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
-    /// In the order of the files; the same message only once.
+    /// The warnings in the order of the files; the same message only once.
     pub warnings: Vec<Warning>,
 }

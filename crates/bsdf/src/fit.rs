@@ -14,7 +14,7 @@ use std::f64::consts::FRAC_1_PI;
 const VIEWS: u8 = 33;
 /// Directions for each view: the square of this.
 const SIDE: u32 = 32;
-/// What is added to the cosine of the view where a map is divided by it.
+/// The constant added to the cosine of the view where a map is divided by it.
 const NEAR: f64 = 0.1;
 
 /// The diffuse part and the lobe that a reflection looks like, by the cosine of the view: what
@@ -63,7 +63,7 @@ pub struct CosineFit {
     views: Vec<View>,
 }
 
-/// What is kept of a view.
+/// The sums kept for a view.
 #[derive(Clone, Copy, Debug, Default)]
 struct View {
     diffuse: DVec3,
@@ -81,7 +81,7 @@ struct Mixture {
 }
 
 impl Mixture {
-    /// By logarithms of widths, r, and the logit of the share.
+    /// Creates the mixture from logarithms of widths, r, and the logit of the share.
     fn new([p, q, r, logit]: [f64; 4], cosine: f64) -> Self {
         Self {
             flat: 1.0 / (1.0 + exp(-logit)),

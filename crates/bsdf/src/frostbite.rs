@@ -33,7 +33,7 @@ pub struct Frostbite {
 }
 
 impl Frostbite {
-    /// From the diffuse albedo, F0 and the linear roughness.
+    /// Creates the model from the diffuse albedo, F0 and the linear roughness.
     #[must_use]
     pub fn new(diffuse: DVec3, f0: DVec3, roughness: f64) -> Self {
         let roughness = fraction(roughness);
@@ -45,7 +45,7 @@ impl Frostbite {
         }
     }
 
-    /// From a base colour and a metalness m: ρ = (1 − m) c, F0 = 0.04 (1 − m) + m c.
+    /// Creates it from a base colour and metalness m: ρ = (1 − m) c, F0 = 0.04 (1 − m) + m c.
     #[must_use]
     pub fn from_base_color(color: DVec3, metalness: f64, roughness: f64) -> Self {
         let m = fraction(metalness);

@@ -44,8 +44,8 @@ pub struct OrenNayar {
 }
 
 impl OrenNayar {
-    /// For a standard deviation σ of the facets' slope angle, in radians:
-    /// A = 1 − σ²/(2(σ² + 0.33)), B = 0.45 σ²/(σ² + 0.09).
+    /// Creates the model for a standard deviation σ of the facets' slope angle, in radians: A = 1 −
+    /// σ²/(2(σ² + 0.33)), B = 0.45 σ²/(σ² + 0.09).
     #[must_use]
     pub fn new(albedo: DVec3, sigma: f64) -> Self {
         let s = if sigma.is_finite() {

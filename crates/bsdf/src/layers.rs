@@ -8,8 +8,8 @@ use linelit_geometry::{DVec3, Frame, Segment};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_1_PI;
 
-/// Of a sample's probability, what is shared evenly among the lobes: bounds the weight of a sample
-/// where the estimated albedos are far from the truth.
+/// The share of a sample's probability that is spread evenly over the lobes: bounds the weight of a
+/// sample where the estimated albedos are far from the truth.
 const EVEN: f64 = 0.1;
 
 /// A sum of a diffuse reflection and up to [`Layers::MAX`] other lobes, each scaled by a colour.
@@ -21,8 +21,8 @@ const EVEN: f64 = 0.1;
 pub struct Layers {
     diffuse: DVec3,
     tangent: DVec3,
-    /// With room in place for those of all materials but mixtures: what is in place is copied with
-    /// every shading point, of whichever material.
+    /// The lobes and their scales, inline for all materials but mixtures: inline lobes are copied
+    /// with every shading point, of whichever material.
     lobes: SmallVec<[(DVec3, Lobe); 1]>,
 }
 
@@ -33,7 +33,7 @@ struct Choice {
 }
 
 impl Layers {
-    /// How many lobes fit beside the diffuse one.
+    /// The number of lobes that fit beside the diffuse one.
     pub const MAX: usize = TransformedCosines::MAX;
 
     /// Nothing, with the direction (in the world, of any length) that anisotropic lobes call x;
@@ -192,8 +192,8 @@ impl Layers {
         }
     }
 
-    /// In proportion to about what each reflects, with an even part for all that are drawn by: also
-    /// for lobes that say they reflect about nothing. `None` for black.
+    /// Chooses lobes in proportion to their approximate albedos, with an even part for all sampled
+    /// lobes, as some report an albedo of about zero. `None` for black.
     fn choice(&self, wo: DVec3) -> Option<Choice> {
         let mut diffuse = self.diffuse.element_sum();
         let mut lobes = [(0.0, false); Self::MAX];

@@ -121,9 +121,9 @@ impl Reflection for Bsdf {
         }
     }
 
-    /// For diffuse and Phong:
-    /// α max(0, n·ω)/π + (1 − α) (k + 1)/(2π) max(0, R·ω)ᵏ with the share α of the diffuse part.
-    /// With microfacets it integrates to less than one, by what they reflect into the surface.
+    /// Returns, for diffuse and Phong, α max(0, n·ω)/π + (1 − α) (k + 1)/(2π) max(0, R·ω)ᵏ with the
+    /// share α of the diffuse part. With microfacets it integrates to less than one, by what they
+    /// reflect into the surface.
     fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
         if let Self::Layers(layers) = self {
             return layers.pdf(wi, wo, n);

@@ -6,7 +6,7 @@ use crate::{Frostbite, OrenNayar, Peaks, Phong, Reflector, Substrate, Transforme
 use linelit_geometry::{DVec3, Segment};
 use std::f64::consts::FRAC_1_PI;
 
-/// What a model of reflection answers, in the local frame of the surface (normal +z).
+/// A model of reflection in the local frame of the surface (normal +z).
 ///
 /// [`value`](Self::value), [`shares`](Self::shares), [`cosines`](Self::cosines) and
 /// [`is_black`](Self::is_black) make a model that every technique renders without bias; the rest

@@ -41,7 +41,7 @@ impl TrowbridgeReitz {
     /// The widest α.
     pub const MAX_ALPHA: f64 = 1e4;
 
-    /// With α along x and y, brought into [`MIN_ALPHA`](Self::MIN_ALPHA),
+    /// Creates the distribution with α along x and y, clamped to [`MIN_ALPHA`](Self::MIN_ALPHA),
     /// [`MAX_ALPHA`](Self::MAX_ALPHA).
     #[must_use]
     pub fn new(alpha: [f64; 2]) -> Self {
@@ -56,7 +56,7 @@ impl TrowbridgeReitz {
         Self { alpha }
     }
 
-    /// The same α all around.
+    /// Creates the distribution with the same α all around.
     #[must_use]
     pub fn isotropic(alpha: f64) -> Self {
         Self::new([alpha; 2])

@@ -10,15 +10,15 @@ const STEPS: usize = 5;
 /// Four of each lobe that fits into [`Layers`].
 const MOST: usize = 4 * Layers::MAX;
 
-/// Where an integral is split about a peak, in widths: a tail like x⁻⁴ holds 1e-2 of the peak's
-/// integral past 4, 1e-5 past 32, 3e-8 past 256.
+/// The places where an integral is split about a peak, in widths: a tail like x⁻⁴ holds 1e-2 of the
+/// peak's integral past 4, 1e-5 past 32, 3e-8 past 256.
 const KNOTS: [f64; 7] = [-256.0, -32.0, -4.0, 0.0, 4.0, 32.0, 256.0];
 
 /// Places on a segment, as fractions of it, where an integrand is much larger than elsewhere or has
 /// a kink.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peaks {
-    /// With their widths; those of kinks are zero.
+    /// The places and their widths; those of kinks are zero.
     at: [(f64, f64); MOST],
     count: usize,
 }

@@ -30,15 +30,15 @@ pub trait Reflection {
         false
     }
 
-    /// What integrals in closed form know of the reflection for light that goes to ω_o:
+    /// Returns what closed forms know of the reflection for light that goes to ω_o:
     /// [`Known::Nothing`], the default, is always allowed.
     fn known(&self, wo: DVec3, n: DVec3) -> Known<'_> {
         let _ = (wo, n);
         Known::Nothing
     }
 
-    /// Where along a segment, given relative to the point, the reflection is largest or has a kink:
-    /// between those places adaptive quadrature resolves it, to 1e-6 if no kink is left out.
+    /// Returns the places along a segment, given relative to the point, where the reflection peaks
+    /// or has a kink: between them adaptive quadrature resolves it, to 1e-6 if no kink is left out.
     /// `None`, the default, if that is not known: estimators then take points of the segment.
     fn peaks(&self, line: &Segment, wo: DVec3, n: DVec3) -> Option<Peaks> {
         let _ = (line, wo, n);
@@ -54,7 +54,7 @@ pub trait Reflection {
     }
 }
 
-/// What integrals in closed form know of a reflection.
+/// The knowledge that integrals in closed form have of a reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known<'a> {
     /// Nothing but its transformed cosines, if it gives any: without, estimators take points.
@@ -104,7 +104,7 @@ pub struct ClosedForm<'a> {
     lobes: Lobes<'a>,
 }
 
-/// Where the lobes of a [`ClosedForm`] are.
+/// The lobes of a [`ClosedForm`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lobes<'a> {
     Phong(&'a Phong),
@@ -121,7 +121,7 @@ pub enum ClosedLobe {
     /// scale · max(0, axis·ω)ᵏ: Phong's, and Lafortune's about any direction. Known over polygons,
     /// too.
     Power {
-        /// By channel, 1/sr.
+        /// The factor by channel, 1/sr.
         scale: DVec3,
         /// The unit vector in the world where the lobe is largest.
         axis: DVec3,
@@ -130,7 +130,7 @@ pub enum ClosedLobe {
     },
     /// A spherical Gaussian, scale · exp(λ(axis·ω − 1)).
     Gaussian {
-        /// By channel, 1/sr.
+        /// The factor by channel, 1/sr.
         scale: DVec3,
         /// The unit vector in the world where the lobe is largest.
         axis: DVec3,
@@ -140,7 +140,7 @@ pub enum ClosedLobe {
 }
 
 impl ClosedLobe {
-    /// What the lobe's function of the direction is multiplied with, by channel, 1/sr.
+    /// Returns the factor of the lobe's function of the direction, by channel, 1/sr.
     #[must_use]
     pub const fn scale(&self) -> DVec3 {
         match self {

@@ -252,8 +252,8 @@ fn white() -> Vec<(String, Bsdf, f64)> {
     all
 }
 
-/// What is known of albedos in closed form: Phong's lobe seen from above loses nothing, and Oren
-/// and Nayar's model reflects up to 1.0152 times its albedo, at σ² = 0.0394.
+/// Checks albedos known in closed form: Phong's lobe seen from above loses nothing, and Oren and
+/// Nayar's model reflects up to 1.0152 times its albedo, at σ² = 0.0394.
 #[test]
 fn albedos_known_in_closed_form() {
     for exponent in [0.0, 1.0, 7.0, 300.0] {

@@ -33,7 +33,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("LINELIT_COM
 #[derive(Debug, Parser)]
 #[command(name = "linelit", version = VERSION, about)]
 pub struct Cli {
-    /// What to do.
+    /// The command to execute.
     #[command(subcommand)]
     pub command: Command,
     /// No vector instructions beyond scalar, avx2 or avx512: for tests, as results do not depend
@@ -58,7 +58,7 @@ pub enum Command {
     /// Plan work for any number of machines: a folder that `run` works off and `merge` reads.
     #[command(after_help = plan::PLAN_EXAMPLES)]
     Plan(PlanArgs),
-    /// Do what is left of a plan, or a shard of it; any number at once, on any machines.
+    /// Do the remaining units of a plan, or a shard of it; any number at once, on any machines.
     #[command(after_help = plan::RUN_EXAMPLES)]
     Run(RunArgs),
     /// Put the parts of a plan together; says what is missing.
@@ -142,14 +142,14 @@ Examples:
   linelit man | man -l -
   linelit man ~/.local/share/man/man1";
 
-/// How a scene is read.
+/// The options for reading a scene.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ReadArgs {
     /// Treat warnings about a scene as errors.
     #[arg(long)]
     pub strict: bool,
-    /// The folder that must hold, itself or below it, the files that a scene names; unless told,
-    /// that of the scene's file.
+    /// The folder that must hold, itself or below it, the files that a scene names; by
+    /// default that of the scene's file.
     #[arg(long, value_name = "DIR", conflicts_with = "allow_outside")]
     pub root: Option<PathBuf>,
     /// Let a scene name files anywhere.
@@ -180,7 +180,7 @@ impl ReadArgs {
 /// Flags that every command that reads a scene takes.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
-    /// How scenes are read.
+    /// The options for reading scenes.
     #[command(flatten)]
     pub read: ReadArgs,
     /// Threads, at most 64 or 4 per core; 0 for one per core.
@@ -202,7 +202,7 @@ pub struct RenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// Its file.
+    /// The options for writing its file.
     #[command(flatten)]
     pub file: ImageArgs,
     /// Whether what is done is kept, in a hidden folder beside the picture, so that the same
@@ -222,14 +222,14 @@ pub struct RenderArgs {
     pub common: SceneArgs,
 }
 
-/// When `render` keeps what is done of a picture until it is whole.
+/// The choice of when `render` keeps the finished parts of a picture until it is whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Checkpoints {
-    /// Of pictures that take, as guessed, half a minute of one thread or more.
+    /// Keep those of pictures that take, by an estimate, half a minute of one thread or more.
     Auto,
-    /// Of all.
+    /// Keep those of all pictures.
     Always,
-    /// Of none.
+    /// Keep none.
     Never,
 }
 
@@ -278,14 +278,14 @@ pub struct InfoArgs {
 /// `list`.
 #[derive(Args, Debug)]
 pub struct ListArgs {
-    /// What to name; everything unless told.
+    /// The kind of names to list; all by default.
     pub what: Option<Listed>,
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What `list` names.
+/// The kinds of names that `list` prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Listed {
     /// Built-in scenes.
@@ -350,7 +350,7 @@ pub struct Again<A: Args> {
     /// Everything that numbers depend on beside the scenes.
     #[command(flatten)]
     pub args: A,
-    /// How scenes are read.
+    /// The options for reading scenes.
     #[command(flatten)]
     pub read: ReadArgs,
 }

@@ -14,7 +14,7 @@ const LOCK: &str = ".linelit-lock";
 const LIST: &str = ".linelit-files";
 /// The plan of a study that is not finished.
 const PLAN: &str = ".linelit-plan";
-/// What there is of a study that is not finished: a whole one before it stays beside.
+/// The subfolder of an unfinished study; a finished one from before stays beside it.
 const UNFINISHED: &str = "unfinished";
 
 /// A folder that is ours until this value is dropped or the process ends, however it ends.
@@ -25,7 +25,7 @@ const UNFINISHED: &str = "unfinished";
 pub struct OutputFolder {
     path: PathBuf,
     files: BTreeMap<String, Vec<u8>>,
-    /// What goes when the files of a whole study are written.
+    /// The temporary folder that is deleted when the files of a whole study are written.
     temporary: Option<PathBuf>,
     /// Whether the files are those of an unfinished study.
     unfinished: bool,
@@ -88,9 +88,8 @@ impl OutputFolder {
         Ok(path)
     }
 
-    /// From now on the study is an unfinished one: its files go below `unfinished/`, until a whole
-    /// one is written. What is done so far stays for those who go on, and so does a whole study
-    /// that was in the folder before.
+    /// Marks the study as unfinished: its files go to `unfinished/` until a whole one is written.
+    /// Parts done so far stay for those who continue, and so does a whole study from before.
     pub const fn set_unfinished(&mut self) {
         self.unfinished = true;
     }

@@ -24,7 +24,7 @@ pub struct Sources<'a> {
     found: Mutex<Found>,
 }
 
-/// What was read: scenes by the names that were asked for, and files to be packed.
+/// The inputs that were read: scenes by the names in the request, and files to be packed.
 #[derive(Debug, Default)]
 struct Found {
     inputs: BTreeMap<String, Input>,

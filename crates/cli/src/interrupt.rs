@@ -6,12 +6,12 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
-/// What a process ends with that a signal ended, as shells say it.
+/// The base of the exit status of a process that a signal ended, as in shells.
 const ENDED_BY_SIGNAL: i32 = 128;
 
 static STOPPED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// From now on the first signal is only noted, for [`stopped`]; the second ends the process.
+/// Makes the first signal from now on only set [`stopped`], and the second end the process.
 pub fn watch() -> io::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         let status = ENDED_BY_SIGNAL + signal;

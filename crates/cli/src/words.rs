@@ -20,7 +20,7 @@ const ALWAYS_THREADS: usize = 64;
 
 /// A word that may be one of a list.
 pub trait Word: Sized {
-    /// What it stands for.
+    /// Reads a word.
     ///
     /// # Errors
     /// What is wrong with it, and the nearest word that is right, if there is one.
@@ -92,7 +92,7 @@ pub(crate) fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
     one_of(&SamplerKind::ALL, |kind| about_sampler(*kind))
 }
 
-/// What a sampling pattern is, in a line.
+/// Returns a line about a sampling pattern.
 #[must_use]
 pub const fn about_sampler(kind: SamplerKind) -> &'static str {
     match kind {
@@ -112,7 +112,7 @@ pub const fn about_sampler(kind: SamplerKind) -> &'static str {
     }
 }
 
-/// Which lights a point samples.
+/// Returns the parser of the strategies for selecting lights.
 pub(crate) fn light_choice() -> impl TypedValueParser<Value = LightChoice> {
     const ALL: [LightChoice; 7] = [
         LightChoice::All,
@@ -135,7 +135,7 @@ pub(crate) fn light_choice() -> impl TypedValueParser<Value = LightChoice> {
     })
 }
 
-/// How emissive spheres, disks and cylinders are taken.
+/// Returns the parser of how emissive spheres, disks and cylinders are treated.
 pub(crate) fn spheres() -> impl TypedValueParser<Value = Spheres> {
     one_of(
         &[Spheres::Exact, Spheres::Facets],
@@ -146,7 +146,7 @@ pub(crate) fn spheres() -> impl TypedValueParser<Value = Spheres> {
     )
 }
 
-/// What a PNG file shows of values above white.
+/// Returns the parser of the tone curves of a PNG file.
 pub(crate) fn tone_curve() -> impl TypedValueParser<Value = ToneCurve> {
     one_of(
         &[ToneCurve::Clip, ToneCurve::Reinhard],
@@ -231,7 +231,7 @@ pub fn instruction_set(text: &str) -> Result<InstructionSet, String> {
 pub struct LightEstimator {
     /// The light's number in the scene, from 0.
     pub light: u32,
-    /// Its estimator.
+    /// The estimator for the light.
     pub estimator: Estimator,
 }
 

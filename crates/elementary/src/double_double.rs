@@ -93,7 +93,7 @@ impl Wide {
         (self.high + SHIFT) - SHIFT
     }
 
-    /// What is left of the number without these digits.
+    /// Returns the rest of the number without these digits.
     pub(crate) const fn without(self, digits: f64) -> f64 {
         let rest = Self::sum(self.high, -digits);
         rest.high + (rest.low + self.low)

@@ -19,7 +19,7 @@ const SHIFT: f64 = 6_755_399_441_055_744.0;
 /// The first digits of ln 2, whose multiples by exponents are exact, and the rest.
 const LN2: [f64; 2] = in_two(Wide::LN_2);
 
-/// The same of ln 2/128.
+/// The step ln 2/128 in two parts.
 const STEP: [f64; 2] = in_two(Wide::LN_2.times(1.0 / SIZE as f64));
 
 /// The last bits, which count the entries of a table.
@@ -114,7 +114,7 @@ fn raise([a, b]: [f64; 2], y: f64) -> f64 {
     exp_far(high, low)
 }
 
-/// 2^(j/128), and what is left of it relative to that.
+/// 2^(j/128) rounded, and the remainder relative to that.
 static ROOTS: [[f64; 2]; SIZE] = {
     let mut out = [[0.0; 2]; SIZE];
     let mut j = 0;
@@ -128,7 +128,7 @@ static ROOTS: [[f64; 2]; SIZE] = {
 
 /// A power of e in parts: (1 + excess) 2^(n/128).
 struct Parts {
-    /// Its last 52 bits are 2⁵¹ + n.
+    /// The number whose last 52 bits are 2⁵¹ + n.
     shifted: u64,
     root: f64,
     excess: f64,
@@ -143,7 +143,7 @@ fn parts(x: f64, low: f64) -> Parts {
     let r = (x - n * STEP[0]) - (n * STEP[1] - low);
     let shifted = shifted.to_bits();
     let [root, rest] = ROOTS[index(shifted)];
-    // e^r - 1 for |r| < ln 2/255 by Taylor: what is left out is below 6e-19.
+    // e^r - 1 for |r| < ln 2/255 by Taylor: the truncation error is below 6e-19.
     let r2 = r * r;
     let series = r2 * (0.5 + r * (1.0 / 6.0)) + (r2 * r2) * (1.0 / 24.0 + r * (1.0 / 120.0));
     Parts {
@@ -167,7 +167,7 @@ fn exp_near(x: f64, low: f64) -> f64 {
     scale + scale * excess
 }
 
-/// The same for any x.
+/// Computes the exponential for any x.
 #[cold]
 #[inline(never)]
 fn exp_far(x: f64, low: f64) -> f64 {
@@ -189,12 +189,12 @@ fn exp_far(x: f64, low: f64) -> f64 {
     value * power(whole / 2) * power(whole - whole / 2)
 }
 
-/// What stands for a 128th of the numbers between 0.704 and 1.409.
+/// An entry of the table for a 128th of the numbers between 0.704 and 1.409.
 #[derive(Clone, Copy)]
 struct Slice {
     /// A reciprocal of those numbers, of 13 bits.
     reciprocal: f64,
-    /// Its logarithm's opposite, in two parts.
+    /// The negated logarithm of that reciprocal, in two parts.
     logarithm: [f64; 2],
 }
 

@@ -102,7 +102,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         }
         view.above = above.as_ref();
     }
-    // Ask what stands between, and choose the method.
+    // Query the occluders in between, and choose the method.
     let (occluders, ask) = (query.occluders, choice.ask());
     let mut visible = Visible::new(occluders, &view, ask, scratch, &mut counts.plan);
     let mut between = visible.between();
@@ -180,7 +180,7 @@ struct Sampled<'a, R, T> {
     view: &'a View<'a>,
     /// The transformed cosines of the reflection, if they are known and asked for.
     cosines: Option<&'a TransformedCosines>,
-    /// Their integral, if it is taken.
+    /// The integral of the known part, if there is one.
     known: Option<KnownLight>,
     /// The region that it is over.
     region: &'a RegionMemory,

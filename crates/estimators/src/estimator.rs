@@ -5,8 +5,8 @@ use crate::{ExactOptions, Integration, LineBy, LineDirection, Lines, PointBy, Po
 /// Most techniques in one combination; `orientation=spread:K` counts as K.
 pub const MOST_TECHNIQUES: usize = 8;
 
-/// How direct light is estimated at a shading point: one to eight techniques that share the
-/// samples, and how they are weighted.
+/// An estimator of direct light at a shading point: one to eight techniques that share the samples,
+/// and the weights that combine them.
 ///
 /// Built from parts, or from text ([`std::str::FromStr`]), which lists techniques with `+`, their
 /// shares after `:` and options in brackets; what is not said takes its default.
@@ -29,15 +29,15 @@ pub struct Estimator {
 pub struct Part {
     /// The technique.
     pub technique: Technique,
-    /// Its share of the samples, in proportion to the other parts'; above zero.
+    /// The share of the samples, in proportion to the other parts'; above zero.
     pub share: u32,
 }
 
-/// How the techniques of an estimator are weighted.
+/// The weights that combine an estimator's techniques.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
-    /// Not at all: one technique, whose samples on the whole light count as value over density, a
-    /// point in each visible piece of a line. Not for points by
+    /// One technique without weights: its samples on the whole light count as value over density,
+    /// a point in each visible piece of a line. Not for points by
     /// [texture](crate::PointDensity::Texture), lines by measures other than area,
     /// [`LineDirection::Spread`], [`Lines::points`] above one and
     /// [`Pieces::One`](crate::Pieces::One), which are [`Weights::Balance`] by themselves.
@@ -47,10 +47,10 @@ pub enum Weights {
     Balance,
     /// The power heuristic, in proportion to (N p)².
     Power,
-    /// All to the largest N p.
+    /// All weight to the technique with the largest N p.
     Maximum,
-    /// The same to each technique that reaches the point, whatever its samples and densities: the
-    /// mean of what techniques say each by itself (Salesin & Jarosz 2019, eq. 6).
+    /// Equal weights for all techniques that reach the point, whatever their samples and densities:
+    /// the mean of the estimates by each alone (Salesin & Jarosz 2019, eq. 6).
     Average,
     /// The balance heuristic with the densities of points smoothed at the borders of the light and
     /// of its visible parts, so that weights have no steps (Salesin & Jarosz 2019, eqs. 20–24).
@@ -81,12 +81,12 @@ impl Weights {
     }
 }
 
-/// What optimal weights may be.
+/// The range of optimal weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Optimal {
-    /// Negative, and above one.
+    /// Weights may be negative, and above one.
     Free,
-    /// Between zero and one: no sample contributes less than nothing.
+    /// Weights are between zero and one: no sample contributes less than nothing.
     Clamped,
 }
 
@@ -165,13 +165,13 @@ impl Estimator {
         Lines::integrated(Integration::Exact(ExactOptions::DEFAULT)).into()
     }
 
-    /// Whichever is cheapest by what stands between.
+    /// Creates the estimator that chooses the cheapest technique by the occluders in between.
     #[must_use]
     pub fn hybrid() -> Self {
         Lines::integrated(Integration::Cheapest).into()
     }
 
-    /// With one more technique, of share one; weighted by the balance heuristic unless weights are
+    /// Adds one more technique, of share one; weighted by the balance heuristic unless weights are
     /// chosen already.
     ///
     /// # Panics
@@ -187,8 +187,8 @@ impl Estimator {
         Self::new(&parts, weights).expect("techniques that can be combined, eight at most")
     }
 
-    /// With the lines of the last technique in a fixed direction: a fraction of a half turn from
-    /// the light's first edge. Points have none.
+    /// Fixes the direction of the last technique's lines: a fraction of a half turn from the
+    /// light's first edge. Points are unchanged.
     #[must_use]
     pub const fn fixed(mut self, fraction: f64) -> Self {
         if let Technique::Lines(lines) = &mut self.parts[self.count - 1].technique {
@@ -197,14 +197,14 @@ impl Estimator {
         self
     }
 
-    /// With another share for the last technique; at least one.
+    /// Sets the share of the last technique; at least one.
     #[must_use]
     pub const fn share(mut self, share: u32) -> Self {
         self.parts[self.count - 1].share = if share == 0 { 1 } else { share };
         self
     }
 
-    /// With other weights.
+    /// Sets the weights.
     ///
     /// # Panics
     /// If the techniques cannot be weighted so: see [`Estimator::new`].
@@ -219,7 +219,7 @@ impl Estimator {
         &self.parts[..self.count]
     }
 
-    /// How they are weighted.
+    /// Returns the weights of the techniques.
     #[must_use]
     pub const fn weights(&self) -> Weights {
         self.weights

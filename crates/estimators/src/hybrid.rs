@@ -27,7 +27,7 @@ const TRIANGLES_WITH_COSINES: f64 = 6.0;
 const LINES_IF_DENSE: f64 = 8.0;
 const RAYS_FOR_LINES: f64 = 3.0;
 
-/// In combinations, points that share a dense shaft in place of a line.
+/// The number of points in a combination that replace each line in a dense shaft.
 pub(crate) const POINTS_IF_DENSE: u32 = 2 * POINTS;
 
 /// The method for a polygon of one radiance that is not seen as a whole.
@@ -43,7 +43,7 @@ pub(crate) fn method<'e>(
         Closed::AlongLines | Closed::Nowhere => PointDensity::Lobes.into(),
     };
     let points = count.saturating_mul(POINTS);
-    // Too much stands between to look for all of it: rays, or lines if they are many.
+    // Too many occluders in between to collect them: rays, or lines if they are many.
     let is_dense = facts.occlusion.dense || between.is_dense;
     if is_dense && are_rays_better(facts, count) {
         return Method::points(by, nearest_power_of_two(points), Ask::Rays);

@@ -12,7 +12,7 @@ use std::ops::Range;
 pub struct LightSource<'a, T = NoTexture> {
     /// The light.
     pub light: &'a Light,
-    /// Its triangles among those of the occluders, which never block it; empty if it has none.
+    /// The range of its triangles among the occluders', which never block it; empty if it has none.
     pub triangles: Range<u32>,
     /// The emission of an area light by position, if it is not the same everywhere.
     pub texture: Option<&'a T>,

@@ -85,7 +85,7 @@ pub enum Closed {
 /// The knowledge of a reflection, as one viewer sees it, that the choice of a method depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct KnownKind {
-    /// Its closed forms.
+    /// The reflection's closed forms.
     pub closed: Closed,
     /// Whether it is known as transformed cosines ([`Reflection::transformed_cosines`]).
     pub has_cosines: bool,
@@ -285,7 +285,7 @@ pub enum KnownOver<'e> {
     Lines {
         /// The lines.
         lines: &'e Lines,
-        /// Their number.
+        /// The number of lines.
         count: u32,
         /// The integrand.
         of: Of,
@@ -316,19 +316,19 @@ pub enum Rest<'e> {
     Points {
         /// The density.
         by: PointBy,
-        /// Their number.
+        /// The number of points.
         samples: u32,
     },
     /// A point of the visible parts of each line.
     PointsOfLines {
         /// The lines.
         lines: &'e Lines,
-        /// Their number.
+        /// The number of points.
         samples: u32,
     },
     /// Points of the visible region by the transformed cosines, none of which is asked for.
     Visible {
-        /// Their number.
+        /// The number of points.
         samples: u32,
     },
     /// Several techniques on the part of the light above the horizons, weighted.

@@ -17,26 +17,26 @@ use std::f64::consts::PI;
 const PILOTS: usize = 32;
 /// Points of a visible part where nothing is known of the reflection.
 const POINTS: usize = 4;
-/// What each counts for.
+/// The weight of each of them.
 const POINTS_SHARE: f64 = 1.0 / POINTS as f64;
 
 /// Tests of boxes and triangles that take as long as keeping one triangle for points to be tested
 /// against: measured.
 const TESTS_FOR_A_CANDIDATE: u64 = 5;
 
-/// The same for sorting out a visible piece of a line and integrating along it: measured, to a
-/// factor of two.
+/// The number of tests of boxes and triangles that take as long as sorting out a visible piece of a
+/// line and integrating along it: measured, to a factor of two.
 const TESTS_FOR_A_PIECE: u64 = 30;
 
-/// How evenly the light along the visible part changes from line to line, in a few directions, and
-/// how long that takes.
+/// The deviation of the light along visible parts from line to line, in a few directions, and the
+/// time that lines take.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PilotLines {
     /// The directions, in half turns from the light's first edge.
     directions: [f64; DIRECTIONS],
-    /// Of surfaces with a closed form, and of others.
+    /// The deviations on surfaces with a closed form, and on others.
     deviations: [Deviations; 2],
-    /// What lines past dense shafts take, in tests of boxes and triangles.
+    /// The cost of lines through dense shafts, in tests of boxes and triangles.
     tests: [u64; DIRECTIONS],
 }
 
@@ -45,14 +45,14 @@ pub(crate) struct PilotLines {
 /// noise, in root mean square up to a factor: without the root, a few points of many would decide.
 #[derive(Clone, Copy, Debug, Default)]
 struct Deviations {
-    /// In each direction.
+    /// The sum of the deviations in each direction.
     sums: [f64; DIRECTIONS],
-    /// How many are not zero.
+    /// The number of deviations that are not zero.
     count: u64,
 }
 
 impl PilotLines {
-    /// Of a shading point in each direction.
+    /// The number of lines of a shading point in each direction.
     pub(crate) const LINES: f64 = PILOTS as f64;
 
     /// Sends pilot lines of all directions through the shaft of a query.
@@ -119,7 +119,7 @@ impl PilotLines {
         (self.deviations()[best] > 0.0).then_some(self.directions[best])
     }
 
-    /// What its lines past dense shafts take, in tests of boxes and triangles.
+    /// Returns the cost of its lines through dense shafts, in tests of boxes and triangles.
     pub(crate) fn tests(&self) -> u64 {
         self.tests[self.best()]
     }
@@ -173,8 +173,8 @@ const DIRECTIONS: usize = 4;
 /// edges, of a quadrilateral those of two edges and the diagonals, of any other light that of the
 /// first edge and those at even angles to it.
 ///
-/// Lines along an edge of a parallelogram all have one length, and what stands between is often
-/// parallel to one of both; no edge of occluders that are aligned with the light is parallel to its
+/// Lines along an edge of a parallelogram all have one length, and occluders are often parallel
+/// to one of both; no edge of occluders that are aligned with the light is parallel to its
 /// diagonals.
 fn directions(light: &ConvexPolygon) -> [f64; DIRECTIONS] {
     let v = light.vertices();
@@ -196,7 +196,7 @@ pub(crate) fn middle(i: usize, count: usize) -> f64 {
     (2 * i + 1) as f64 / (2 * count) as f64
 }
 
-/// What lines in dense shafts take, in tests of boxes and triangles.
+/// Returns the cost of lines in dense shafts, in tests of boxes and triangles.
 fn tests_of_lines(counters: &Counters) -> u64 {
     tests(counters)
         + TESTS_FOR_A_CANDIDATE * counters.candidates

@@ -50,7 +50,7 @@ pub struct RandomNumbers {
     /// The pair's number in the pixel, the same in each pixel for patterns that reach across them,
     /// and for each of its camera samples.
     pub pair: u32,
-    /// Which part of the pixel's patterns these are: of several camera samples, each takes a block.
+    /// The block of the pixel's patterns that these are: each of several camera samples takes one.
     pub block: Block,
 }
 
@@ -67,7 +67,7 @@ impl RandomNumbers {
         }
     }
 
-    /// The same numbers of another block.
+    /// Returns the numbers of another block.
     #[must_use]
     pub const fn with_block(self, block: Block) -> Self {
         Self { block, ..self }

@@ -43,8 +43,8 @@ pub enum PointBy {
 pub enum LinearOptions {
     /// One technique.
     Technique(LinearTechnique),
-    /// As many samples by projected solid angle, for the diffuse light, as by linearly transformed
-    /// cosines, for the lobes. On a surface without a lobe, the first alone.
+    /// Two techniques with as many samples each: projected solid angle for the diffuse light, and
+    /// linearly transformed cosines for the lobes. On a surface without a lobe, the first alone.
     Ltc(LinearHeuristic),
 }
 
@@ -203,7 +203,7 @@ impl From<PointDensity> for PointBy {
 }
 
 impl LinearOptions {
-    /// By projected solid angle.
+    /// The default: samples by projected solid angle.
     pub const DEFAULT: Self = Self::Technique(LinearTechnique::ProjectedSolidAngle);
 }
 
@@ -373,7 +373,7 @@ impl Technique {
             .is_some_and(|(_, by)| by != Integration::Analytic)
     }
 
-    /// Its lines and the integral over their visible parts, if it has one.
+    /// Returns its lines and the integral over their visible parts, if it has one.
     pub(crate) fn integrated(&self) -> Option<(&Lines, Integration)> {
         match self {
             Self::Lines(lines) => Some((lines, lines.integration?)),

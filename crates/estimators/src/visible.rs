@@ -133,7 +133,7 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// The same answers by a traversal for each question.
+    /// Returns the same visibility, with a traversal for each query.
     pub(crate) fn into_rays(self) -> Self {
         let scratch = match self.source {
             Source::Rays(scratch) => scratch,

@@ -77,7 +77,7 @@ struct Destination<'a> {
     file: PathBuf,
     /// The folder it is in.
     folder: PathBuf,
-    /// Its name within the folder.
+    /// The name within the folder.
     name: OsString,
     /// The permissions of the file that is there.
     older: Option<fs::Permissions>,

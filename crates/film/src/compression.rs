@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use flate2::{Compress, FlushCompress, Status};
 
-/// How the pixels of an EXR file are packed; none loses anything.
+/// The compression of the pixels of an EXR file; all are lossless.
 ///
 /// ```
 /// use linelit_film::Compression;

@@ -84,7 +84,7 @@ impl Exposure {
     }
 }
 
-/// What a picture on screen shows of values above white.
+/// The mapping of values above white to a picture on screen.
 ///
 /// ```
 /// use linelit_film::{Exposure, Image, ToneCurve};

@@ -45,18 +45,18 @@ impl Samples {
 /// One channel of a layer, `R` for example.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Its name within the layer.
+    /// The name within the layer.
     pub name: String,
-    /// Its values.
+    /// The values of the channel.
     pub samples: Samples,
 }
 
 /// A group of channels; the unnamed layer is what viewers show first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
-    /// Its name, empty for the main picture.
+    /// The name of the layer, empty for the main picture.
     pub name: String,
-    /// Its channels.
+    /// The channels of the layer.
     pub channels: Vec<Channel>,
 }
 
@@ -78,7 +78,7 @@ pub struct Placement {
     pub origin: [i32; 2],
     /// Width and height of the full picture (the display window of an EXR file).
     pub full: [u32; 2],
-    /// What the file calls the full picture's upper left pixel: 0, 0 in files of ours.
+    /// The coordinates in the file of the full picture's upper left pixel: 0, 0 in files of ours.
     pub corner: [i32; 2],
 }
 

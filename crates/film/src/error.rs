@@ -92,7 +92,7 @@ pub enum FilmError {
     Invalid(String),
 }
 
-/// What is expected of a file's layers.
+/// Returns the description of the layer that is expected in a file.
 pub(crate) fn layer(wanted: Option<&str>) -> String {
     match wanted {
         Some(name) => format!("a layer named `{name}`"),

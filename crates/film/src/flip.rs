@@ -102,7 +102,7 @@ impl Flip {
     }
 }
 
-/// The lower differences of colour over [0, p_t], the others over what is left.
+/// The lower differences of colour over [0, p_t], the others over the rest.
 fn pressed(colour: f64, farthest: f64) -> f64 {
     let [at, to] = KNEE;
     let knee = at * farthest;
@@ -113,7 +113,7 @@ fn pressed(colour: f64, farthest: f64) -> f64 {
     }
 }
 
-/// What a viewer makes of a picture.
+/// A picture as a viewer perceives it.
 struct Seen {
     /// Filtered by contrast sensitivity: lightness and Hunt's chromaticities.
     colours: Vec<[f64; 3]>,
@@ -152,7 +152,7 @@ const fn over(denominator: f64, [a, b, c]: [f64; 3]) -> [f64; 3] {
     [a / denominator, b / denominator, c / denominator]
 }
 
-/// Its inverse.
+/// The inverse of that matrix.
 const FROM_XYZ: [[f64; 3]; 3] = [
     [
         3.241_003_232_976_358_3,
@@ -240,8 +240,8 @@ fn sensed(channel: &[f64], size: [usize; 2], terms: &[[f64; 2]], density: f64) -
     sum
 }
 
-/// How strong edges and points are: lengths of the first and second derivatives of a Gaussian,
-/// whose positive and negative weights sum to one each.
+/// Returns the strength of edges and points: lengths of the first and second derivatives of a
+/// Gaussian, whose positive and negative weights sum to one each.
 fn features(luminance: &[f64], size: [usize; 2], density: f64) -> Vec<[f64; 2]> {
     let deviation = 0.5 * FEATURE_WIDTH * density;
     let radius = reach(3.0 * deviation);

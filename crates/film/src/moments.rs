@@ -22,7 +22,7 @@
 pub struct Moments {
     /// Number of values.
     pub count: u64,
-    /// Their mean.
+    /// The mean of the values.
     pub mean: [f64; 3],
     /// Sum of squared deviations from the mean.
     pub m2: [f64; 3],

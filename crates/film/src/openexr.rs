@@ -112,7 +112,7 @@ fn write_blocks(
     Ok(())
 }
 
-/// What is not broken by a panic elsewhere.
+/// Locks the list, which a panic elsewhere does not break.
 fn lock(zips: &Mutex<Vec<Zip>>) -> MutexGuard<'_, Vec<Zip>> {
     zips.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -316,7 +316,7 @@ pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str>
     }
 }
 
-/// Where the pixels of a part lie in the picture; `None` if they are all of it.
+/// Returns where the pixels of a part lie in the picture; `None` if they are all of it.
 pub(crate) fn placement(
     position: Vec2<i32>,
     size: Vec2<usize>,

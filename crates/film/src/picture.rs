@@ -24,7 +24,7 @@ pub(crate) struct Picture<'a> {
 struct NamedChannel {
     layer: String,
     name: String,
-    /// Its part of the file and its place there.
+    /// The index of its part in the file, and of the channel in it.
     part: usize,
     index: usize,
 }
@@ -74,7 +74,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Where the pixels lie in the picture; `None` if they are all of it.
+    /// Returns where the pixels lie in the picture; `None` if they are all of it.
     pub(crate) fn placement(&self) -> Result<Option<Placement>, FormatError> {
         let header = &self.reader.headers()[0];
         openexr::placement(

@@ -59,7 +59,7 @@ impl Image {
         Self::placed(bytes, limit).map(|(image, _)| image)
     }
 
-    /// The same, and its place in a larger picture.
+    /// Reads the picture, and its place in a larger one.
     pub(crate) fn placed(
         bytes: &[u8],
         limit: usize,

@@ -7,8 +7,8 @@ use crate::{ConvexPolygon, DVec2, DVec3, PlaneFrame, predicates};
 /// Corners: what [`ParallelLines`] has room for.
 const CAPACITY: usize = ConvexPolygon::CAPACITY;
 
-/// By how much both ends of an edge must be farther from the foot than the edge is for its nearest
-/// point to become a corner: what two ends this far say of the edge's distance has lost four bits.
+/// The factor by which both ends of an edge must be farther from the foot than the edge is for its
+/// nearest point to become a corner: two ends this far give the edge's distance to four bits less.
 const NEAR_EDGE: f64 = 16.0;
 
 /// The lines of the part of a polygon above a horizon, for a point so near to the polygon's plane

@@ -61,7 +61,7 @@ impl Double {
         self.hi
     }
 
-    /// What rounding leaves.
+    /// Returns the low part, which is the rounding error of the high one.
     #[inline]
     #[must_use]
     pub const fn lo(self) -> f64 {
@@ -131,7 +131,7 @@ impl Div for Double {
 /// A point or vector of double-double coordinates, in the plane (N = 2) or in space.
 pub type Doubles<const N: usize> = [Double; N];
 
-/// The same vector.
+/// Returns a vector with the same components.
 #[inline]
 #[must_use]
 pub fn vector(v: DVec3) -> Doubles<3> {

@@ -46,7 +46,7 @@ impl Frame {
         {
             plain
         } else {
-            // What is left below 1e-130 has lost digits to underflow: as good as parallel.
+            // Vectors shorter than 1e-130 have lost digits to underflow: as good as parallel.
             predicates::normalize(x)
                 .map(|x| predicates::cross(z, x))
                 .filter(|y| y.length_squared() > 1e-260)

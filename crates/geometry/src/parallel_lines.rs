@@ -149,14 +149,14 @@ impl ParallelLines {
         &self.knots[..self.count]
     }
 
-    /// Where the line begins at each knot (coordinate v).
+    /// Returns where the line begins at each knot (coordinate v).
     #[inline]
     #[must_use]
     pub fn lower(&self) -> &[f64] {
         &self.lower[..self.count]
     }
 
-    /// Where the line ends at each knot (coordinate v).
+    /// Returns where the line ends at each knot (coordinate v).
     #[inline]
     #[must_use]
     pub fn upper(&self) -> &[f64] {

@@ -20,8 +20,8 @@ impl PlaneFrame {
         Self { origin, axes }
     }
 
-    /// The same plane with the axes turned by `angle` radians, counter-clockwise about the normal;
-    /// not at all if that is not finite.
+    /// Returns the frame with the axes turned by `angle` radians, counter-clockwise about the
+    /// normal; unchanged if that is not finite.
     #[must_use]
     pub fn turned(&self, angle: f64) -> Self {
         if angle == 0.0 || !angle.is_finite() {

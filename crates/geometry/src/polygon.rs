@@ -7,19 +7,19 @@ use std::fmt;
 /// The most vertices that [`ConvexPolygon::new`] takes.
 pub const MAX_VERTICES: usize = 16;
 
-/// How far a vertex may stand off the plane or inside the hull, relative to the size of the
+/// The largest distance of a vertex from the plane or inside the hull, relative to the size of the
 /// polygon and the size of its coordinates: model files hold `f32`, whose unit roundoff is 6e-8,
 /// and a cross product of two differences of rounded points adds up a few of them.
 const FILE_PRECISION: f64 = 16.0 * 5.96e-8;
 
-/// The same relative to the size of the polygon alone, however far from the origin it lies: what
-/// is bent by more than a thousandth is bent, not rounded.
+/// The largest such distance relative to the size of the polygon alone, however far from the origin
+/// it lies: more than a thousandth is a bend, not rounding.
 const MOST_BENT: f64 = 1e-3;
 
-/// How far the third of three points stands off the line through the others when it was computed
-/// to lie on it, relative to the largest coordinate M: the difference of two coordinates, up to
-/// 2M, its product with a fraction and the sum are rounded, to 2.5 ε M in each coordinate, which
-/// is 4.4 ε M for three, and the line itself is off by as much again at its rounded ends.
+/// The largest distance of the third of three points from the line through the others when it was
+/// computed to lie on it, relative to the largest coordinate M: the difference of two coordinates,
+/// up to 2M, its product with a fraction and the sum are rounded, to 2.5 ε M in each coordinate,
+/// which is 4.4 ε M for three, and the line itself is off by as much again at its rounded ends.
 const COLLINEAR: f64 = 8.0 * f64::EPSILON;
 
 /// 2²⁰⁰ ≈ 1.6e60: the largest coordinate. Solid angles take products of up to four lengths (a
@@ -387,7 +387,7 @@ impl ConvexPolygon {
         out
     }
 
-    /// The same polygon facing the other way.
+    /// Returns the polygon facing the other way.
     #[must_use]
     pub fn flipped(&self) -> Self {
         let mut out = *self;
@@ -434,8 +434,8 @@ impl ConvexPolygon {
     }
 }
 
-/// Whether an area within `size` is none: no wider than what stands off a line by the rounding of
-/// coordinates up to `largest`.
+/// Whether an area within `size` is zero up to rounding: no wider than points are off a line by the
+/// rounding of coordinates up to `largest`.
 fn is_rounding(area: f64, size: f64, largest: f64) -> bool {
     2.0 * area <= COLLINEAR * largest * size
 }

@@ -65,7 +65,7 @@ impl Segment {
         Self::new(self.at(lo), self.at(hi))
     }
 
-    /// The same segment run through the other way.
+    /// Returns the segment with its direction reversed.
     #[inline]
     #[must_use]
     pub const fn reversed(&self) -> Self {

@@ -2,7 +2,7 @@
 
 use crate::{DVec3, Segment, intervals::Interval, predicates};
 
-/// How near to the ends of the way from a shading point to a light an occluder hides nothing.
+/// The margins at the ends of the way from a point to a light in which occluders hide nothing.
 ///
 /// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain: a
 /// lamp in the plane of a ceiling, a point on a surface. Zero, for callers whose occluders and
@@ -19,9 +19,9 @@ pub struct Margins {
     /// Up to this fraction of the way, or of the occluders' reach if the light is beyond it
     /// ([`Margins::near`]), an occluder hides nothing.
     pub point: f64,
-    /// In this last fraction of the way, before the light, an occluder hides nothing; and a point
-    /// that is nearer to the plane of a flat light than this fraction of the way, or of the light's
-    /// size, lies in that plane and receives nothing.
+    /// The last fraction of the way, before the light, in which an occluder hides nothing; and a
+    /// point that is nearer to the plane of a flat light than this fraction of the way, or of the
+    /// light's size, lies in that plane and receives nothing.
     pub light: f64,
 }
 
@@ -99,7 +99,7 @@ pub struct ShadowTriangle {
     normal: DVec3,
     dual0: DVec3,
     dual1: DVec3,
-    /// From the first depth to the second, triangles hide the line.
+    /// The depths between which triangles hide the line.
     depths: [f64; 2],
 }
 
@@ -124,8 +124,8 @@ impl ShadowTriangle {
         })
     }
 
-    /// The same with other [`Margins`] than the default, among occluders none of which is farther
-    /// than `reach` from the shading point (infinity, where that is not known).
+    /// Sets other [`Margins`] than the default, among occluders none of which is farther than
+    /// `reach` from the shading point (infinity, where that is not known).
     #[must_use]
     pub fn with_margins(self, margins: Margins, reach: f64) -> Self {
         // 1 ÷ the distance of the line: the length of the gradient of the depth.
@@ -163,8 +163,8 @@ impl ShadowTriangle {
         Some(self.chord(c)?.hidden())
     }
 
-    /// How the triangle with these corners cuts the shadow triangle, where it hides a part of the
-    /// line: [`Chord::hidden`] is that of [`ShadowTriangle::blocked`], to the bit.
+    /// Returns the chord of the shadow triangle in the triangle with these corners, if it hides a
+    /// part of the line: [`Chord::hidden`] is that of [`ShadowTriangle::blocked`], to the bit.
     #[must_use]
     #[inline]
     pub fn chord(&self, c: &[ShadowCoords; 3]) -> Option<Chord> {
@@ -187,9 +187,9 @@ impl ShadowTriangle {
 pub struct Chord([Crossing; 2]);
 
 impl Chord {
-    /// Where it is on the triangle: barycentric coordinates of the second and third corner, at both
-    /// ends. Each is rounded by a few ε, divided by the sine of the angle at which the edge that
-    /// the end is on crosses the plane of the shadow triangle.
+    /// Returns its ends on the triangle: barycentric coordinates of the second and third corner.
+    /// Each is rounded by a few ε, divided by the sine of the angle at which the edge that the end
+    /// is on crosses the plane of the shadow triangle.
     #[must_use]
     pub fn ends(&self) -> [[f64; 2]; 2] {
         self.0.each_ref().map(|end| end.place)
@@ -218,7 +218,7 @@ impl Chord {
     }
 }
 
-/// Where an edge crosses the plane of the shadow triangle.
+/// The crossing of an edge with the plane of the shadow triangle.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     lam0: f64,
@@ -228,8 +228,8 @@ struct Crossing {
 }
 
 impl Crossing {
-    /// The same bits for (i, j) and (j, i): numerator and denominator both change sign. The two are
-    /// corners of these numbers.
+    /// Computes the crossing between corners i and j of these numbers, with the same bits for (i,
+    /// j) and (j, i): numerator and denominator both change sign.
     #[inline]
     fn of([i, j]: [&ShadowCoords; 2], corners: [usize; 2]) -> Self {
         let d = j.sigma - i.sigma;

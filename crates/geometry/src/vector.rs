@@ -19,7 +19,7 @@ use crate::DVec3;
 /// # Ok::<(), linelit_geometry::PolygonError>(())
 /// ```
 pub trait Vector3 {
-    /// The same numbers, exactly.
+    /// Returns the same numbers, exactly.
     #[must_use]
     fn dvec3(self) -> DVec3;
 }

@@ -95,9 +95,9 @@ impl<'s> Renderer<'s> {
     }
 
     /// The sum of the radiance of some camera samples of a pixel, one of
-    /// [`Settings::sample_blocks`]; `each` is told the radiance of every sample. Who adds the
-    /// blocks of a pixel in their order, and divides by the number of samples, has
-    /// [`Renderer::pixel`] to the bit, whoever computed them.
+    /// [`Settings::sample_blocks`]; `each` gets the radiance of every sample. The sum of the
+    /// blocks of a pixel in their order, divided by the number of samples, is
+    /// [`Renderer::pixel`] to the bit, wherever they were computed.
     ///
     /// Samples are spread evenly over the pixel, so that the variance of their mean is less than
     /// what they, as if independent, say.

@@ -135,7 +135,7 @@ impl Light {
         })
     }
 
-    /// The same light with both sides emitting, of a polygon or a disk; others have one side.
+    /// Makes both sides emit, of a polygon or a disk; others have one side.
     #[must_use]
     pub fn two_sided(mut self) -> Self {
         match &mut self {

@@ -224,8 +224,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// What each point emits; in place of radiance, of a linear light its radiance times radius, of
-    /// a point its intensity, of parallel light its irradiance, and of a sky the mean radiance.
+    /// Returns the emission of each point; in place of radiance, of linear lights radiance times
+    /// radius, of points intensity, of parallel light irradiance, and of skies the mean radiance.
     #[inline]
     #[must_use]
     pub fn emission(&self) -> Emission {

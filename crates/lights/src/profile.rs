@@ -80,7 +80,7 @@ impl Profile {
         profile
     }
 
-    /// The same profile times a factor ≥ 0.
+    /// Returns the profile multiplied by a factor ≥ 0.
     #[must_use]
     pub fn scaled(mut self, by: f64) -> Self {
         self.scale *= by.max(0.0);

@@ -10,7 +10,7 @@ use linelit_simd::Simd;
 pub struct PointSample<M: Measure> {
     /// The point, in the coordinates of the light.
     pub point: DVec3,
-    /// Its density; zero means that nothing can be sampled, skip it.
+    /// The density of the point; zero means that nothing can be sampled, skip it.
     pub pdf: Pdf<M>,
 }
 
@@ -38,7 +38,7 @@ impl<M: Measure> PointSample<M> {
 pub struct PointColumns<'a> {
     /// The points, in the coordinates of the light, by coordinate.
     pub point: [&'a mut [[f64; 8]]; 3],
-    /// Their densities; zero means that nothing can be sampled.
+    /// The densities of the points; zero means that nothing can be sampled.
     pub pdf: &'a mut [[f64; 8]],
 }
 
@@ -72,7 +72,7 @@ impl PointColumns<'_> {
 pub struct LineSample {
     /// The whole line, from edge to edge of the light.
     pub segment: Segment,
-    /// Its offset u across the light, in scene units (the coordinate of `ParallelLines`).
+    /// The offset u across the light, in scene units (the coordinate of `ParallelLines`).
     pub offset: f64,
     /// Density of the offset; zero means that nothing can be sampled, skip it.
     pub pdf: Pdf<Offset>,

@@ -125,7 +125,7 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
-    /// Adds the samples with f = 0 of which [`OptimalSystem::add`] was not told, by expectation:
+    /// Adds the samples with f = 0 that [`OptimalSystem::add`] did not get, by expectation:
     /// all count as drawn where no other technique draws.
     ///
     /// **Formula.** Σₖ Nₖ Aᵢₖ = ∫ pᵢ is one. What the samples of all techniques, as many as `ns` in
@@ -177,9 +177,9 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         self.damped_alphas(0.0)
     }
 
-    /// As [`alphas`](Self::alphas), with `ridge` ≥ 0 added to the scaled diagonal (whose entries
-    /// are one): pulls α towards zero, the balance heuristic, the more so the less the samples
-    /// determine it. Any ridge is unbiased. NaN and what is negative count as 0.
+    /// Returns [`alphas`](Self::alphas) with `ridge` ≥ 0 added to the scaled diagonal (whose
+    /// entries are one): pulls α towards zero, the balance heuristic, the more so the less the
+    /// samples determine it. Any ridge is unbiased. NaN and what is negative count as 0.
     ///
     /// Each batch of samples may be weighted by the α of all before it (Algorithm 2). Undamped, α
     /// from few samples are so noisy that the early batches are *worse* than the balance heuristic.

@@ -17,7 +17,7 @@ use linelit_study::scene_study;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-/// What draws a figure.
+/// A function that draws a figure.
 pub(crate) type Drawing = fn(&Context<'_>) -> Result<Section>;
 
 /// The drawing of this name.
@@ -235,7 +235,7 @@ pub(crate) const OCCLUDERS: [[[f64; 2]; 3]; 2] = [
     [[0.11, 0.05], [0.44, 0.21], [0.16, 0.36]],
 ];
 
-/// What is visible of the light's line along x (`axis` 0) or y at an offset, in shares of it.
+/// Returns the visible fractions of the light's line along x (`axis` 0) or y at an offset.
 pub(crate) fn visible(axis: usize, offset: f64) -> IntervalSet {
     let at = |t: f64| match axis {
         0 => DVec3::new(t, offset, HEIGHT),

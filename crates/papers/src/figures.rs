@@ -30,7 +30,7 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct Figure {
     name: String,
-    /// What it shows, in a line.
+    /// The content of the figure, in a line.
     about: String,
     /// Processor seconds.
     seconds: f64,
@@ -40,7 +40,7 @@ struct Figure {
     drawing: Option<String>,
 }
 
-/// A study of convergence: what is not told is that of [`StudySpec::default`].
+/// A study of convergence: missing settings are those of [`StudySpec::default`].
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct Described {
@@ -63,7 +63,7 @@ struct Described {
     duel: Option<DescribedDuel>,
 }
 
-/// Pictures, by the estimators and samplers of the study if none are told.
+/// Pictures, by the estimators and samplers of the study if none are given.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DescribedGallery {

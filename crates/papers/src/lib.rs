@@ -23,10 +23,10 @@ pub struct Findings {
     pub files: Vec<(String, Vec<u8>)>,
     /// The numbers for a terminal, line by line.
     pub text: String,
-    /// The same numbers as data.
+    /// The findings as data.
     pub rows: serde_json::Value,
-    /// What differs from what is on record, if anything is: the study has failed, though its page
-    /// is whole.
+    /// The differences from what is on record, if there are any: the study has failed, though its
+    /// page is whole.
     pub failures: Vec<String>,
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// What could not be measured.
+    /// A figure that could not be measured.
     pub(crate) const UNKNOWN: Self = Self {
         value: f64::NAN,
         interval: None,

@@ -24,7 +24,7 @@ pub(crate) struct Round {
     pub(crate) phi_max: f64,
 }
 
-/// Which round shape.
+/// The kinds of round shapes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     /// Between two heights of a sphere about the origin.
@@ -36,7 +36,7 @@ pub(crate) enum Kind {
 }
 
 impl Round {
-    /// Its name in pbrt text.
+    /// Returns the name in pbrt text.
     pub(crate) const fn name(&self) -> &'static str {
         match self.kind {
             Kind::Sphere { .. } => "sphere",
@@ -45,12 +45,12 @@ impl Round {
         }
     }
 
-    /// Its facets.
+    /// Returns the facets of the shape.
     pub(crate) fn facets(&self) -> MeshData {
         self.mesh(STEPS)
     }
 
-    /// Its facets as lights, which a map moves to the world: there, they have its area.
+    /// Returns the facets of the shape as lights: in the world, they have the shape's area.
     pub(crate) fn emissive_facets(&self, to_world: &DMat3) -> MeshData {
         let mut mesh = self.mesh(EMISSIVE_STEPS);
         let corners = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);

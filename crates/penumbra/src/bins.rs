@@ -5,10 +5,11 @@ use super::orient::Point;
 /// Bins along each axis: a few hundred boxes on a light do not want more.
 const BINS: usize = 16;
 
-/// From as many boxes on it is four times that.
+/// The number of boxes from which there are four times as many bins.
 const MANY: usize = 256;
 
-/// Up to as many boxes all may meet: most penumbrae have no more, and filling bins takes longer.
+/// The number of boxes up to which all are tested: most penumbrae have no more, and filling bins
+/// would take longer.
 const FEW: usize = 20;
 
 /// A rectangle along the axes.
@@ -85,13 +86,13 @@ impl Bounds {
 #[derive(Debug, Default)]
 pub(super) struct Bins {
     words: usize,
-    /// How many boxes there are; there are no sets if they are few.
+    /// The number of boxes; there are no sets if they are few.
     few: usize,
     /// Bins along each axis, a power of two.
     bins: usize,
     low: Point,
     scale: Point,
-    /// For x then y, starts then ends: `bins` sets of `words` words.
+    /// The sets of bits in x then y, for starts then ends: `bins` sets of `words` words.
     sets: Vec<u64>,
 }
 

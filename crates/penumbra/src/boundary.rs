@@ -24,14 +24,14 @@ use stretches::Stretches;
 /// left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundaryEdge {
-    /// Where it starts.
+    /// The start of the edge.
     pub from: Point,
-    /// Where it ends.
+    /// The end of the edge.
     pub to: Point,
 }
 
-/// How close to a side of a triangle a rounded point may be, in units of the light, before nothing
-/// is concluded from where it is.
+/// The distance of a rounded point from a side of a triangle, in units of the light, below which
+/// nothing is concluded from its position.
 const CLOSE: f64 = 1e-9;
 
 /// Finds the boundary of what is visible of a convex polygon behind triangles; one value, kept,
@@ -41,7 +41,7 @@ pub struct Penumbra {
     /// The light as it was given: often the same again.
     given: Vec<Point>,
     light: Vec<Point>,
-    /// Its sides, and where they may matter.
+    /// The sides of the light, and the boxes in which they may matter.
     around: Vec<Side>,
     around_boxes: Vec<Bounds>,
     /// The light's largest coordinate.
@@ -52,9 +52,9 @@ pub struct Penumbra {
     edges: Edges,
     surface_edges: Edges,
     sides: Vec<Side>,
-    /// Which of `sides` starts where: places in it plus one, by a hash of the start.
+    /// The hash table of sides by the point where they start: their indices plus one.
     starts: Vec<u32>,
-    /// Where each side may matter.
+    /// The box in which each side may matter.
     boxes: Vec<Bounds>,
     images_at: Grids,
     sides_near: Bins,
@@ -63,7 +63,7 @@ pub struct Penumbra {
     own: Vec<(f64, u32)>,
     /// Sides whose counts are known, but not what follows from them.
     handed: Vec<(usize, i32)>,
-    /// How many sides are not among them, and their counts are not known.
+    /// The number of sides outside of `handed` whose counts are not known.
     unknown: usize,
     pieces: Vec<BoundaryEdge>,
     /// Whether there may be surfaces.
@@ -139,7 +139,7 @@ impl Penumbra {
     }
 
     /// All parts of edges that are on the polygon and past all triangles, on their right at least:
-    /// where triangles or edges that were not told of may matter.
+    /// where triangles or edges that were not passed may matter.
     pub fn outline(&mut self) -> impl Iterator<Item = [Point; 2]> {
         self.find();
         self.stretches.iter()
@@ -207,8 +207,8 @@ impl Penumbra {
         &self.pieces
     }
 
-    /// How many edges, of triangles and silhouettes, the last boundary had to follow: what its time
-    /// goes by.
+    /// Returns the number of edges, of triangles and silhouettes, that the last boundary had to
+    /// follow, which its time is proportional to.
     #[must_use]
     pub fn edge_count(&self) -> usize {
         self.sides.len().saturating_sub(self.light.len())
@@ -412,7 +412,7 @@ impl Penumbra {
         }
     }
 
-    /// Where sides cross.
+    /// Collects the places where sides cross.
     #[inline(never)]
     fn collect_events(&mut self, on_light: &Bounds) {
         let Self {
@@ -443,8 +443,8 @@ impl Penumbra {
     }
 }
 
-/// Without −0, which is another number to a hash, and without what would underflow in a product;
-/// moves a point by 1e-60 of the light's size.
+/// Replaces −0, which has another hash, and what would underflow in a product by 0; moves a point
+/// by 1e-60 of the light's size.
 fn settled(p: Point) -> Point {
     let flush = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
     [flush(p[0]), flush(p[1])]

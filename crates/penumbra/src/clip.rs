@@ -7,14 +7,14 @@ use super::orient::{Point, orient};
 pub(crate) struct Edge {
     pub from: Point,
     pub to: Point,
-    /// Its square length, where its end is; see [`End::at`].
+    /// The square of its length, which is the position of its end; see [`End::at`].
     pub length: f64,
 }
 
 /// A place on an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
-    /// How far along: 0 at the edge's start, its length squared at its end.
+    /// The position along the edge: 0 at its start, its length squared at its end.
     pub at: f64,
     /// The point itself: the same bits for both edges that cross there.
     pub point: Point,
@@ -25,11 +25,11 @@ pub(crate) struct End {
 pub(crate) struct Span {
     pub lo: End,
     pub hi: End,
-    /// How the lower end came about.
+    /// The origin of the lower end.
     pub start: Start,
 }
 
-/// How the lower end of a part of an edge came about.
+/// The origin of the lower end of a part of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Start {
     /// It is the edge's own.
@@ -41,18 +41,18 @@ pub(crate) enum Start {
 /// A vertex and how far left of an edge it is.
 type Side = (Point, f64);
 
-/// How two edges meet, each moved to its right by an infinitesimal in turn.
+/// The relation of two edges, each moved to its right by an infinitesimal in turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Meeting {
-    /// Not at all.
+    /// The edges do not meet.
     Apart,
-    /// On one line.
+    /// The edges lie on one line.
     Aligned,
-    /// At a point.
+    /// The edges cross at a point.
     Crossing(Crossing),
 }
 
-/// Where two edges cross.
+/// A point where two edges cross.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
     pub point: Point,
@@ -75,7 +75,7 @@ impl Edge {
         out
     }
 
-    /// The same edge, the other way.
+    /// Returns the edge with its direction reversed.
     pub(crate) fn reversed(&self) -> Self {
         Self {
             from: self.to,
@@ -195,14 +195,14 @@ impl Edge {
         (lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
-    /// How far right of the way from c to d the ends are, as seen from d: the polygon's sides stand
-    /// backwards where edges meet.
+    /// Returns how far the ends are to the right of the line from c to d, as seen from d: the
+    /// polygon's sides are reversed where edges meet.
     fn beside(&self, c: Point, d: Point) -> [f64; 2] {
         [orient(d, c, self.from), orient(d, c, self.to)]
     }
 
-    /// How far a crossing with another edge may be off along this one, whose ends are at `ends`
-    /// beside the other: each of the two is wrong by less than 4 ε of its terms.
+    /// Returns the error bound along this edge of its crossing with another edge, whose ends are at
+    /// `ends` beside the other: each of the two is wrong by less than 4 ε of its terms.
     fn slack(&self, other: &Self, ends: [f64; 2]) -> f64 {
         let size = |p: Point| p[0].abs() + p[1].abs();
         let far = size(self.from) + size(self.to) + 2.0 * size(other.from);
@@ -220,7 +220,7 @@ impl Edge {
         turn * room <= 4.0 * f64::EPSILON * far * other.extent() * self.extent()
     }
 
-    /// Where the edge properly crosses another, which has its ends at `ends` beside it.
+    /// Returns the proper crossing with another edge, which has its ends at `ends` beside it.
     #[inline]
     fn crossing(&self, [from, to]: [f64; 2]) -> Point {
         let t = from / (from - to);
@@ -228,7 +228,7 @@ impl Edge {
         [self.from[0] + run[0] * t, self.from[1] + run[1] * t]
     }
 
-    /// How two edges meet: exact decisions, one point for both, which is found along this one.
+    /// Finds how two edges meet, exactly; both get one crossing, which is computed along this one.
     ///
     /// An edge that is moved to its right leaves the corners on its own line on its left. Its ends
     /// are moved inwards, by more than that: what touches them only is not passed.

@@ -17,7 +17,7 @@ pub enum DiskEdge {
     Rim,
 }
 
-/// Where the boundary of a region crosses the rim.
+/// A crossing of a region's boundary with the rim.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     /// The turn, from 0 to 2π.

@@ -19,7 +19,7 @@ const FINEST: u32 = 7;
 /// Cells are monotone in the coordinate, so that no box that holds a point is missed.
 #[derive(Debug, Default)]
 pub(super) struct Grids {
-    /// How many boxes there are; there are no grids if they are few.
+    /// The number of boxes; there are no grids if they are few.
     count: usize,
     /// Two to this many cells along each axis of the finest.
     levels: u32,
@@ -100,7 +100,7 @@ impl Grids {
     }
 }
 
-/// Where a grid of 2ˡᵉᵛᵉˡ cells along each axis begins in the list of all.
+/// Returns where a grid of 2ˡᵉᵛᵉˡ cells along each axis begins in the list of all.
 fn first_cell(level: u32) -> usize {
     ((1 << (2 * level)) - 1) / 3
 }

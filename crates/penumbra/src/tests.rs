@@ -13,7 +13,7 @@ fn area(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
     )
 }
 
-/// How far the pieces are from closed curves: the sum of their vectors.
+/// Returns how far the pieces are from closed curves: the sum of their vectors.
 fn gap(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
     let mut penumbra = Penumbra::default();
     let pieces = penumbra.boundary(light, triangles.iter().copied());
@@ -21,7 +21,7 @@ fn gap(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
     sum(0).abs().max(sum(1).abs())
 }
 
-/// Where the line u = `u` is in a convex polygon.
+/// Returns the interval of v in which the line u = `u` is inside a convex polygon.
 fn chord(polygon: &[Point], u: f64) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for i in 0..polygon.len() {
@@ -247,9 +247,9 @@ proptest! {
         assert_area(&light, &triangles);
     }
 
-    /// As many as counts are handed on between: small ones within the light, some that share
-    /// corners, and some that reach as far beyond it as visibility leaves them, where a coordinate
-    /// and so a crossing is known to a thousand times less.
+    /// Compares areas for so many triangles that counts are handed on: small ones within the light,
+    /// some that share corners, and some that reach as far beyond it as visibility leaves them,
+    /// where a coordinate and so a crossing is known to a thousand times less.
     #[test]
     fn area_of_crowds(
         near in prop::collection::vec([any_point(-0.2, 1.2), any_point(-0.3, 0.3), any_point(-0.3, 0.3)], 0..16),

@@ -31,7 +31,7 @@ fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
 }
 
 /// Writes pieces one after the other to a file of another name, has it on the disk, and renames it:
-/// whoever reads `path` sees what was there before or all of this.
+/// readers of `path` see the previous contents or all of the new ones.
 pub(crate) fn write(path: &Path, pieces: &[&[u8]]) -> Result<(), PlanError> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// An error of whoever computes units.
+/// An error of the function that computes units.
 pub type BoxError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Why a plan could not be made, read, run or merged.
@@ -15,7 +15,7 @@ pub enum PlanError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What was tried, as a verb.
+        /// The step that was tried, as a verb.
         step: &'static str,
         /// Why not.
         error: io::Error,
@@ -25,7 +25,7 @@ pub enum PlanError {
     Broken {
         /// The file.
         path: PathBuf,
-        /// What was found.
+        /// The reason why it is broken.
         reason: String,
     },
     /// Something differs from what was planned; the text says what.
@@ -34,9 +34,9 @@ pub enum PlanError {
     /// A unit could not be computed.
     #[error("unit {number} ({name}): {error}")]
     Work {
-        /// Its number.
+        /// The number of the unit.
         number: u32,
-        /// Its name.
+        /// The name of the unit.
         name: String,
         /// Why not.
         error: BoxError,

@@ -6,7 +6,7 @@ use crate::{Plan, PlanError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What a plan still lacks.
+/// The units that a plan still lacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Missing {
     /// Units without a part.
@@ -22,7 +22,7 @@ impl Missing {
         self.absent.is_empty() && self.broken.is_empty()
     }
 
-    /// How many units are missing.
+    /// Returns the number of missing units.
     #[must_use]
     pub fn len(&self) -> usize {
         self.absent.len() + self.broken.len()
@@ -176,7 +176,7 @@ impl Folder {
         ])
     }
 
-    /// What was computed for a unit; `None` if it is not there.
+    /// Returns the result computed for a unit; `None` if there is none.
     ///
     /// # Errors
     /// [`PlanError::Broken`] if the file is not that of this unit or not whole, and if it cannot be

@@ -11,7 +11,7 @@ use std::path::Path;
 /// The number of this form of `plan.json`.
 const FORMAT: u32 = 1;
 
-/// What stands before the digest of all before it, which ends the text.
+/// The text before the digest of everything above it, which ends the file.
 const SEAL: &str = "\n\"sha256\": \"";
 
 /// Work to be done: everything that its result depends on.
@@ -19,9 +19,9 @@ const SEAL: &str = "\n\"sha256\": \"";
 pub struct Plan {
     /// The program and its version: another may compute other bits.
     pub program: String,
-    /// What the units compute, such as `render`.
+    /// The kind of computation, such as `render`.
     pub kind: String,
-    /// What the kind has to know, every default spelled out: JSON.
+    /// The settings of that kind, every default spelled out: JSON.
     #[serde(with = "raw")]
     pub settings: String,
     /// Files that the work reads.
@@ -33,14 +33,14 @@ pub struct Plan {
 /// A unit: what is computed at a time, by one process, and lost when that is killed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unit {
-    /// What people call it.
+    /// The name of the unit in messages.
     pub name: String,
     /// A guess of what it costs, in seconds of one thread.
     pub cost: f64,
     /// Units before this one whose parts it reads (`Task::part`).
     #[serde(default, skip_serializing_if = "Range::is_empty")]
     pub needs: Range<u32>,
-    /// What the kind has to know of it: JSON.
+    /// The settings of the unit: JSON.
     #[serde(with = "raw")]
     pub work: String,
 }
@@ -62,11 +62,11 @@ impl Unit {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
-    /// As it was named when the plan was made.
+    /// The name used when the plan was made.
     pub name: String,
     /// Whether its files are in the plan's folder.
     pub packed: bool,
-    /// Its files, in the order in which they were read first.
+    /// The files of the input, in the order in which they were first read.
     pub files: Vec<InputFile>,
 }
 
@@ -74,11 +74,11 @@ pub struct Input {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputFile {
-    /// Its name, as what names it writes it.
+    /// The name of the file, as the file that refers to it writes it.
     pub name: String,
-    /// Its length.
+    /// The length of the file in bytes.
     pub bytes: u64,
-    /// Its digest, [`hash`](crate::hash()).
+    /// The digest of the file, [`hash`](crate::hash()).
     pub sha256: String,
 }
 
@@ -158,7 +158,7 @@ impl Plan {
         Ok((text, seal))
     }
 
-    /// What cannot be a plan: a mistake of who makes it.
+    /// Checks that this can be a plan; if not, the caller made a mistake.
     fn check(&self) -> Result<(), PlanError> {
         let refused = |text: String| Err(PlanError::Refused(text));
         if u32::try_from(self.units.len()).is_err() {

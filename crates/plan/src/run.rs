@@ -1,4 +1,4 @@
-//! Doing what is left of a plan.
+//! Computing the remaining units of a plan.
 #![allow(clippy::disallowed_methods, reason = "units are computed on threads")]
 
 use crate::{BoxError, Folder, PlanError, Shard, Unit};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fmt, thread};
 
-/// How a process takes part in a plan.
+/// The options of a process that takes part in a plan.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
     /// The share of the units that is its own.
@@ -97,8 +97,8 @@ impl Task<'_> {
     }
 }
 
-/// Does what is left of a plan, or of a shard of it: `work` computes the bytes of a unit's part.
-/// Parts that are there are checked and never computed again; returns when its own units are done.
+/// Computes the remaining units of a plan, or of a shard: `work` computes the bytes of a unit's
+/// part. Existing parts are checked and never computed again; returns when its own units are done.
 ///
 /// Two processes at once may compute the same unit twice, and the later one's part stays: its bytes
 /// must be a function of the plan alone, but for what nobody compares, such as times. `work` is
@@ -154,7 +154,7 @@ struct Runner<'a> {
     folder: &'a Folder,
     options: &'a Run<'a>,
     work: Work<'a>,
-    /// Of each unit, held by the thread that computes it: whether it was counted.
+    /// A flag for each unit, locked by the thread that computes it: whether it was counted.
     counted: Vec<Mutex<bool>>,
     failed: Mutex<Option<PlanError>>,
     ran: Mutex<Ran>,

@@ -8,7 +8,7 @@ use crate::{Folder, PlanError};
 use std::fs;
 use std::time::{Duration, SystemTime};
 
-/// How far a plan is, by the names in its folder.
+/// The progress of a plan, by the names in its folder.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
     /// Units in all.
@@ -24,11 +24,11 @@ pub struct Status {
     pub seconds_left: Option<f64>,
 }
 
-/// How far back one looks to tell how fast work goes.
+/// The time over which the speed of work is measured.
 const WINDOW: Duration = Duration::from_secs(600);
 
 impl Folder {
-    /// How far the plan is.
+    /// Returns the progress of the plan.
     ///
     /// # Errors
     /// If the folder cannot be looked at.

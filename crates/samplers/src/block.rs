@@ -109,8 +109,8 @@ impl Block {
         Self::new(place as u32, len as u32)
     }
 
-    /// The same block by its place in another order, of which any run is spread evenly over all
-    /// blocks. What is chosen by it does not go along with what is chosen by the plain order.
+    /// Returns the block at its place in another order, of which any run is spread evenly over all
+    /// blocks. Choices by it are not correlated with choices by the plain order.
     #[must_use]
     pub fn interleaved(&self) -> Self {
         Self {
@@ -154,7 +154,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// From the key of the pattern.
+    /// Creates the parts from the key of the pattern.
     #[inline]
     pub(crate) fn new(key: u64, block: Block) -> Self {
         if block.is_whole() {
@@ -215,7 +215,7 @@ impl Parts {
         }
     }
 
-    /// Where the block is in stratum `k`, of its length, from where it is in its part.
+    /// Returns the block's place in stratum `k`, relative to its length, from that in its part.
     #[inline]
     pub(crate) fn along(&self, k: u32, offset: f64) -> f64 {
         if self.is_whole() {
@@ -224,7 +224,7 @@ impl Parts {
         (f64::from(self.part(1, u64::from(k))) + offset) / f64::from(self.of())
     }
 
-    /// Where the block is in cell `k`, of its width and height, from where it is in its part.
+    /// Returns the block's place in cell `k`, relative to its size, from the place in its part.
     ///
     /// Cells are no wider than high, and as the square is cut, its parts are no wider than high;
     /// cells are cut along the other axis.
@@ -240,7 +240,7 @@ impl Parts {
         [x, y]
     }
 
-    /// The same of parts that make a grid.
+    /// Returns the place within a cell whose parts make a grid.
     #[inline(always)]
     pub(crate) fn within_grid(&self, k: u32, [x, y]: [f64; 2]) -> [f64; 2] {
         let part = self.part(2, u64::from(k));

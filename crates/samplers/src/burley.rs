@@ -16,7 +16,7 @@ pub(crate) struct SobolBurley {
 const LENGTH: u32 = 16;
 
 impl SobolBurley {
-    /// From the keys of the pattern and of the block.
+    /// Creates the pattern from the keys of the pattern and of the block.
     pub(crate) const fn new([all, _]: [u64; 2], count: u32, block: Block) -> Self {
         Self {
             seed: (all >> 32) as u32,

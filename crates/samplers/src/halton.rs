@@ -24,7 +24,7 @@ pub(crate) struct Halton {
 }
 
 impl Halton {
-    /// From the keys of the pattern and of the block. Past 2³² points the sequence begins again.
+    /// Creates the sequence from the keys of pattern and block, repeated past 2³² points.
     #[inline]
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let (mut digits, mut power) = (0, 1_u64);

@@ -65,7 +65,7 @@ pub(crate) struct OwenSobol {
 }
 
 impl OwenSobol {
-    /// From the keys of the pattern and of the block. Past 2³² points the sequence begins again.
+    /// Creates the sequence from the keys of pattern and block, repeated past 2³² points.
     #[inline]
     pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         Self {

@@ -29,7 +29,7 @@ pub(crate) struct Stratified {
 }
 
 impl Stratified {
-    /// From the keys of the pattern and of the block.
+    /// Creates the pattern from the keys of the pattern and of the block.
     #[inline]
     pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         Self {
@@ -128,12 +128,12 @@ pub(crate) struct MultiJitter {
     rows: [Permutation; 2],
     /// ρ, and τ for rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
     columns: [Permutation; 3],
-    /// What the block adds: along x, and along y in short and in long rows.
+    /// The offsets by the block: along x, and along y in short and in long rows.
     places: [Place; 3],
 }
 
 impl MultiJitter {
-    /// From the keys of the pattern and of the block.
+    /// Creates the pattern from the keys of the pattern and of the block.
     #[inline]
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let (base, key) = (Stratified::new(keys, count, block), keys[0]);
@@ -188,8 +188,8 @@ impl MultiJitter {
         ]
     }
 
-    /// Where sample `i` is along x in a cell of a column: in sub-stratum `s`, but for what the
-    /// block adds.
+    /// Returns the place of sample `i` along x in a cell of a column: in sub-stratum `s`, before
+    /// the block's offset.
     #[inline]
     fn across(&self, s: u32, column: u32, i: u32) -> f64 {
         let (cells, parts, place) = (&self.base.cells, &self.base.parts, &self.places[0]);
@@ -208,7 +208,7 @@ impl MultiJitter {
         below_one((f64::from(across) + offset) / f64::from(rows))
     }
 
-    /// Where sample `i` is in stratum `k` of an axis, of which the block takes a part.
+    /// Returns the place of sample `i` in stratum `k` of an axis, of which the block takes a part.
     #[inline]
     fn offset(&self, axis: usize, i: u32, part: u32, k: u32) -> f64 {
         let (parts, jitter) = (&self.base.parts, self.base.offset(axis, i));
@@ -225,12 +225,12 @@ impl MultiJitter {
     }
 }
 
-/// What a block adds along an axis of each cell.
+/// The offset by a block along an axis of each cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
     /// The part of the cell.
     of_cell: u32,
-    /// The same, as strata and a part of a stratum.
+    /// The stratum of that part, and the part of the stratum.
     stratum: u32,
     part: u32,
 }
@@ -278,7 +278,7 @@ fn multi_jittered(parts: &Parts, key: u64) -> [u32; 2] {
     [y, x]
 }
 
-/// The same random offset in every stratum: a randomly shifted lattice.
+/// A pattern with the same random offset in every stratum: a randomly shifted lattice.
 ///
 /// **Formula.** 1-D: (ξ + π(k))/N with one ξ for all k; the set is that of Ramamoorthi et al. 2012,
 /// *A theory of Monte Carlo visibility sampling*, recommended for linear lights by Peters 2021,
@@ -296,7 +296,7 @@ pub(crate) struct UniformJitter {
     offset: f64,
     /// ζ in units of 2⁻⁶⁴.
     second: u64,
-    /// From each point to the next along the second axis, in the same units.
+    /// The step from each point to the next along the second axis, in the same units.
     turn: u64,
 }
 
@@ -304,14 +304,14 @@ pub(crate) struct UniformJitter {
 const ROOT_OF_THREE: u64 = 0xBB67_AE85_84CA_A73B;
 
 impl UniformJitter {
-    /// From the keys of the pattern and of the block.
+    /// Creates the pattern from the keys of the pattern and of the block.
     #[inline]
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let offset = [0, 1].map(|k| unit_f64(word(keys[0], k)));
         Self::with_offset(keys, count, block, offset)
     }
 
-    /// With a given offset in [0, 1)², for example from a blue-noise tile.
+    /// Creates the pattern with a given offset in [0, 1)², for example from a blue-noise tile.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,

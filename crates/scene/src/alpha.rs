@@ -4,8 +4,8 @@ use crate::texture::{Texture, UvMapping, Wrap};
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Where a surface is: where a texture, looked up at a point, is not below a cutoff. There is
-/// nothing between opaque and not there.
+/// A mask that says which points of a surface exist: those where a texture's value is not below a
+/// cutoff. Nothing is partly transparent.
 #[derive(Clone, Debug)]
 pub struct Alpha {
     /// A number over the surface.
@@ -23,9 +23,9 @@ pub struct AlphaGrid {
     pub height: u32,
     /// The numbers, the top row first.
     pub values: Vec<f32>,
-    /// From texture coordinates to those of the grid, which lies in the unit square.
+    /// The mapping from texture coordinates to those of the grid, which lies in the unit square.
     pub mapping: UvMapping,
-    /// What lies beyond the edges, across and up.
+    /// The wrap modes beyond the edges, across and up.
     pub wrap: [Wrap; 2],
     /// Looked up is the nearest texel, not bilinearly.
     pub nearest: bool,

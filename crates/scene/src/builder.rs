@@ -40,17 +40,17 @@ pub enum RoundShape {
     Cylinder(Cylinder),
 }
 
-/// Where a mesh stands in the world, what it is made of and what it emits; by default as it is, a
-/// grey matte without emission.
+/// The placement of a mesh in the world, its material and its emission; by default as it is, a grey
+/// matte without emission.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Placement {
-    /// From the space of the mesh to the world.
+    /// The transform from the space of the mesh to the world.
     pub to_world: DAffine3,
     /// The outside is where the winding (or the vertex normals) say the inside is.
     pub reverse: bool,
     /// The index that [`SceneBuilder::add_material`] gave; 0 is a grey matte.
     pub material: u32,
-    /// What the outside emits, if anything.
+    /// The emission of the outside, if any.
     pub emission: Option<EmissionSpec>,
     /// The holes of the mesh; one that emits has none.
     pub cutout: Option<Cutout>,
@@ -68,7 +68,7 @@ impl Placement {
     }
 }
 
-/// What [`SceneBuilder::add_mesh`] made of a mesh.
+/// The result of [`SceneBuilder::add_mesh`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Added {
     /// Triangles without area that were left out.
@@ -193,7 +193,7 @@ impl SceneBuilder {
         index(at)
     }
 
-    /// What cuts holes, by its index.
+    /// Returns the alpha mask with this index.
     ///
     /// # Panics
     /// If there is none of that index.
@@ -519,7 +519,7 @@ struct Coordinates {
 }
 
 impl Coordinates {
-    /// Of the triangles from `first` on; `None` without a texture.
+    /// Collects the coordinates of the triangles from `first` on; `None` without a texture.
     fn new(builder: &SceneBuilder, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Option<Self> {
         spec.map?;
         let triangles = &builder.triangles[first..];

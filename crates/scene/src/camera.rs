@@ -5,7 +5,7 @@ use linelit_elementary::{sin_cos, tan};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 
-/// How film positions become directions.
+/// The map from film positions to directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Pinhole; the angle spans the shorter side of the image, as in pbrt.
@@ -25,9 +25,9 @@ pub enum Projection {
 /// A camera ray in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraRay {
-    /// Where it starts.
+    /// The origin of the ray.
     pub origin: DVec3,
-    /// Where it goes; unit length.
+    /// The direction of the ray; unit length.
     pub direction: DVec3,
 }
 
@@ -37,7 +37,7 @@ pub struct CameraRay {
 /// right-handed in the world depends on the placement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// From camera space to world space.
+    /// The transform from camera space to world space.
     pub camera_to_world: DAffine3,
     projection: Projection,
     /// The tangent of half the angle of view, of a perspective camera.
@@ -72,7 +72,7 @@ impl Camera {
         )
     }
 
-    /// As [`Camera::new`], placed by the transform from world to camera space.
+    /// Creates a camera like [`Camera::new`], placed by the transform from world to camera space.
     pub fn from_world_to_camera(
         world_to_camera: DAffine3,
         projection: Projection,
@@ -109,7 +109,7 @@ impl Camera {
         });
     }
 
-    /// How film positions become directions.
+    /// Returns the projection, which maps film positions to directions.
     pub const fn projection(&self) -> Projection {
         self.projection
     }
@@ -119,7 +119,7 @@ impl Camera {
         self.resolution
     }
 
-    /// Where the camera is.
+    /// Returns the position of the camera in world space.
     pub fn position(&self) -> DVec3 {
         self.camera_to_world.translation
     }

@@ -2,8 +2,8 @@
 
 use linelit_geometry::DVec3;
 
-/// How the direction of the view, away from the viewer, and the unit normal on the viewer's side
-/// change from one pixel to the next.
+/// The change, from one pixel to the next, of the view direction (away from the viewer) and of the
+/// unit normal on the viewer's side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change {
     pub(crate) direction: DVec3,

@@ -6,7 +6,7 @@ use linelit_geometry::{DVec2, DVec3};
 use linelit_lights::Emission;
 use std::sync::Arc;
 
-/// What a light-emitting shape emits.
+/// The emission of a shape, as a scene describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmissionSpec {
     /// Radiance, or with `power` its colour.
@@ -22,7 +22,7 @@ pub struct EmissionSpec {
 }
 
 impl EmissionSpec {
-    /// The same radiance everywhere, on the outside.
+    /// Creates an emission of constant radiance on the outside.
     #[must_use]
     pub const fn one_sided(radiance: DVec3) -> Self {
         Self {
@@ -34,7 +34,7 @@ impl EmissionSpec {
         }
     }
 
-    /// The same radiance everywhere, on the sides that emit.
+    /// Returns an emission of constant radiance on the sides that emit.
     pub(crate) const fn emission(&self, radiance: DVec3) -> Emission {
         let two_sided = self.two_sided;
         Emission {
@@ -70,7 +70,7 @@ pub struct EmissionMap {
 pub struct PlaneUv {
     origin: DVec3,
     at_origin: DVec2,
-    /// What u and v change by along the plane.
+    /// The gradients of u and v along the plane.
     gradients: [DVec3; 2],
 }
 

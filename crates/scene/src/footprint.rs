@@ -9,9 +9,9 @@ use linelit_geometry::{DVec2, DVec3};
 /// first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayDifferential {
-    /// Where the two rays start.
+    /// The origins of the two rays.
     pub origins: [DVec3; 2],
-    /// Where they go: not of unit length.
+    /// The directions of the two rays, not of unit length.
     pub directions: [DVec3; 2],
 }
 
@@ -21,9 +21,9 @@ pub struct RayDifferential {
 pub struct Footprint {
     /// Texture coordinates.
     pub uv: DVec2,
-    /// Their change from one pixel to the next across.
+    /// The change of the coordinates from one pixel to the next across.
     pub dx: DVec2,
-    /// Their change from one pixel to the next down.
+    /// The change of the coordinates from one pixel to the next down.
     pub dy: DVec2,
 }
 
@@ -51,7 +51,7 @@ impl Footprint {
         self.dx == DVec2::ZERO && self.dy == DVec2::ZERO
     }
 
-    /// The same extent elsewhere.
+    /// Returns a footprint of the same extent, shifted by `by`.
     #[must_use]
     pub fn shifted(&self, by: DVec2) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl Footprint {
         }
     }
 
-    /// On an image or a checkerboard; what reaches beyond 1e8 repetitions is cut off.
+    /// Maps the footprint to an image or a checkerboard, cut off beyond 1e8 repetitions.
     #[must_use]
     pub fn mapped(&self, mapping: &UvMapping) -> Self {
         const MOST: DVec2 = DVec2::splat(1e8);

@@ -80,7 +80,7 @@ impl ImageData {
         })
     }
 
-    /// The same image in grey, each pixel the luminance of its linear value.
+    /// Returns the image in grey, each pixel the luminance of its linear value.
     #[must_use]
     pub fn to_luminance(&self) -> Self {
         let mut grey = self.clone();

@@ -23,9 +23,9 @@ pub struct Material {
 pub struct BumpMap {
     /// The height, in units of the scene.
     pub height: Texture,
-    /// As pbrt-v3 (and v2) draw it on meshes with vertex normals: as if the texture's coordinates
-    /// ran over the surface at unit speed, backwards. A bump there is as steep as its height is
-    /// over texture coordinates, whatever their size on the surface, and turned inside out.
+    /// Whether bumps are as in pbrt-v3 (and v2) on meshes with vertex normals: as if the texture's
+    /// coordinates ran over the surface at unit speed, backwards. The slope of a bump is then that
+    /// of its height over texture coordinates, whatever their scale on the surface, and inverted.
     pub as_v3: bool,
 }
 
@@ -50,7 +50,7 @@ pub struct Roughness {
     pub remap: Remap,
 }
 
-/// How a roughness becomes the α of a microfacet distribution.
+/// The map from a roughness to the α of a microfacet distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Remap {
     /// The number is α.
@@ -79,7 +79,7 @@ impl Remap {
 }
 
 impl Roughness {
-    /// The same along both tangents.
+    /// Creates a roughness that is the same along both tangents.
     pub fn isotropic(value: f64, remap: Remap) -> Self {
         Self {
             u: Texture::number(value),

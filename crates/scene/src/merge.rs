@@ -83,7 +83,7 @@ fn single(facets: &[Facet], k: usize) -> Group {
     }
 }
 
-/// Which facets share which edges.
+/// The adjacency of facets by shared edges.
 struct Topology {
     /// Corners by position.
     corners: Vec<[u32; 3]>,

@@ -60,8 +60,8 @@ fn is_whole(image: &ImageData) -> bool {
 pub(crate) struct Pyramid {
     /// Columns and rows of the first level.
     size: [u32; 2],
-    /// What lies beyond the edges of the image that the first level is resampled from, if it is
-    /// not the image itself.
+    /// The wrap modes of the image that the first level is resampled from; `None` if that level is
+    /// the image itself.
     resampled: Option<[Wrap; 2]>,
     /// The levels from the second on.
     coarser: Vec<Level>,
@@ -179,7 +179,7 @@ struct Rows<'a> {
     pyramid: &'a Pyramid,
     image: &'a ImageData,
     columns: Range<u32>,
-    /// How the columns are resampled; empty if they are not.
+    /// The resampling weights of the columns; empty if they are not resampled.
     across: Vec<Taps>,
     /// Rows of the image that were resampled across.
     kept: VecDeque<(u32, Vec<DVec3>)>,
@@ -221,9 +221,9 @@ impl Rows<'_> {
 }
 
 impl Taps {
-    /// How texel `index` of `to` is made of `from` pixels in a row: by a Lanczos window of two
-    /// pixels to either side, sinc(2 x) sinc(x) with x from −1 to 1 and sinc x = sin(π x) / (π x),
-    /// with weights that sum to one.
+    /// Computes how texel `index` of `to` is made of `from` pixels in a row: by a Lanczos window of
+    /// two pixels to either side, sinc(2 x) sinc(x) with x from −1 to 1 and sinc x = sin(π x) / (π
+    /// x), with weights that sum to one.
     fn new(index: u32, [from, to]: [u32; 2], wrap: Wrap) -> Self {
         use std::f64::consts::PI;
         let centre = (f64::from(index) + 0.5) * (f64::from(from) / f64::from(to));

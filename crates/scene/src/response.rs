@@ -16,27 +16,27 @@ use linelit_geometry::DVec3;
 /// A perfect reflection or refraction of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounce {
-    /// Where the view goes on, unit length.
+    /// The direction in which the view continues, unit length.
     pub direction: DVec3,
-    /// What is left of the light from there, by channel.
+    /// The fraction of the light from there that reaches the viewer, by channel.
     pub weight: DVec3,
     /// The rays beside it, if the ray that met the surface had some.
     pub beside: Option<RayDifferential>,
 }
 
-/// What a surface does with light.
+/// The reflection of a surface at a point.
 #[derive(Clone, Debug)]
 pub struct Response {
     /// The lobes that lights reflect in.
     pub bsdf: Bsdf,
-    /// Where perfect mirrors and glass send the view on; empty for most materials.
+    /// The continuations of the view by perfect mirrors and glass; empty for most materials.
     pub bounces: Vec<Bounce>,
 }
 
 impl Scene {
-    /// What the material of a surface does with light towards the unit direction `outgoing`, about
-    /// the shading normal `normal` on the viewer's side; `beside` are the rays beside the one that
-    /// met the surface.
+    /// Returns the reflection of a surface's material towards the unit direction `outgoing`, about
+    /// the shading normal `normal` on the viewer's side; `beside` are the rays through the
+    /// neighbouring pixels.
     #[inline]
     #[must_use]
     pub fn response(
@@ -86,9 +86,9 @@ fn colour(texture: &Texture, at: Footprint) -> DVec3 {
     texture.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
-/// What a matte surface is.
+/// The reflection of a matte surface.
 enum Matte {
-    /// Of an albedo.
+    /// A Lambertian surface with this albedo.
     Smooth(DVec3),
     Rough(OrenNayar),
 }
@@ -300,7 +300,7 @@ impl Builder<'_> {
         }
     }
 
-    /// How the view's direction and the normal change, if the view has rays beside it.
+    /// Returns how the view's direction and normal change by pixel, if the ray has differentials.
     fn changes(&self) -> Option<[Change; 2]> {
         let beside = self.beside?;
         let turned = self.normal.dot(self.surface.shading_normal) < 0.0;

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Triangles that share a material and vertex attributes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mesh {
-    /// Its triangles in the scene's list.
+    /// The range of its triangles in the scene's list.
     pub triangles: Range<u32>,
     /// Index into the scene's materials.
     pub material: u32,
@@ -25,12 +25,12 @@ pub struct Mesh {
     /// `ReverseOrientation` or a transform that mirrors, but not both). Meshes with vertex
     /// normals are oriented by those instead.
     pub flipped: bool,
-    /// Its vertices have normals.
+    /// Whether its vertices have normals.
     pub has_normals: bool,
-    /// Its vertices have texture coordinates; otherwise the corners of each triangle are at
+    /// Whether its vertices have texture coordinates; otherwise the corners of each triangle are at
     /// (0, 0), (1, 0), (1, 1), as in pbrt.
     pub has_uvs: bool,
-    /// Its holes.
+    /// The mask that cuts its holes, if it has any.
     pub cutout: Option<Cutout>,
     /// Whether it hides no light: views meet it all the same.
     pub casts_no_shadow: bool,
@@ -39,16 +39,16 @@ pub struct Mesh {
 /// The holes of a mesh: which of its points are there, as indices into [`Scene::alphas`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cutout {
-    /// Which are there.
+    /// The mask of the points that the camera sees; all if `None`.
     pub seen: Option<u32>,
-    /// Which of those hide lights; all if none is said.
+    /// The mask of those points that also cast shadows; all of them if `None`.
     pub shadow: Option<u32>,
 }
 
 /// A light, and the triangles that look like it.
 #[derive(Clone, Debug)]
 pub struct SceneLight {
-    /// What is sampled; whoever keeps a list of lights shares it.
+    /// The light as it is sampled; it can be shared with other lists of lights.
     pub light: Arc<Light>,
     /// The triangles of an area light, which rays towards it must not count as occluders; empty
     /// for a linear light.
@@ -90,7 +90,7 @@ pub struct RoundLight {
     pub outward: bool,
     /// The lights that stand for it.
     pub lights: Range<u32>,
-    /// Its facets.
+    /// The range of its facets in the scene's list of triangles.
     pub triangles: Range<u32>,
 }
 
@@ -108,7 +108,7 @@ pub struct Scene {
     pub uvs: Vec<[f32; 2]>,
     /// Meshes, in the order of their triangles, which they cover without gaps.
     pub meshes: Vec<Mesh>,
-    /// What meshes have holes by.
+    /// The alpha masks that cut holes into meshes.
     pub alphas: Vec<Alpha>,
     /// Materials.
     pub materials: Vec<Material>,

@@ -14,7 +14,7 @@ use linelit_geometry::{DVec2, DVec3, Frame};
 /// A point on a surface, as a renderer wants it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// In world space, on the triangle.
+    /// The point in world space, on the triangle.
     pub point: DVec3,
     /// Unit normal of the triangle, on the side that the ray comes from.
     pub geometric_normal: DVec3,
@@ -23,7 +23,7 @@ pub struct Surface {
     pub shading_normal: DVec3,
     /// Texture coordinates.
     pub uv: DVec2,
-    /// What the pixel covers around the point; nothing if it was not asked for.
+    /// The extent of the pixel around the point; zero if it was not asked for.
     pub covered: Covered,
     /// The triangle.
     pub triangle: u32,
@@ -37,7 +37,7 @@ pub struct Surface {
     pub outside: bool,
 }
 
-/// How a surface changes from one pixel to the next, across and down.
+/// The change of a surface's attributes from one pixel to the next, across and down.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Covered {
     /// The point, on the plane of the triangle.
@@ -49,7 +49,7 @@ pub struct Covered {
 }
 
 impl Surface {
-    /// Where to look a texture up, and over what.
+    /// Returns where to look a texture up, and over what extent.
     pub const fn footprint(&self) -> Footprint {
         let [dx, dy] = self.covered.uv;
         Footprint {
@@ -72,8 +72,8 @@ struct Facet<'s> {
 /// Texture coordinates of the corners of a triangle whose mesh has none, as in pbrt.
 const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 
-/// How far texture coordinates move to ask a bump map for its slope where the pixel has no extent
-/// along them: pbrt's.
+/// The distance in texture coordinates at which the slope of a bump map is taken where the pixel
+/// has no extent along them: pbrt's.
 const BUMP_STEP: f64 = 0.0005;
 
 impl Scene {
@@ -91,7 +91,7 @@ impl Scene {
         self.surface_over(triangle, barycentric, ray_direction, None)
     }
 
-    /// As [`Scene::surface`], over the pixel that the rays beside the ray show.
+    /// Returns the surface as [`Scene::surface`] does, over the pixel of the rays `beside`.
     ///
     /// The points of those rays lie where they meet the plane of the triangle; coordinates and
     /// normals there go on as they do within the triangle.
@@ -256,8 +256,8 @@ fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<[DVec3; 2]> {
     (regular && du.is_finite() && dv.is_finite()).then_some([du, dv])
 }
 
-/// What the pixel covers of a triangle around a point of it; with the vertex normals is the length
-/// of what they are interpolated to.
+/// Returns the extent of the pixel over a triangle around a point of it; `length` is that of the
+/// interpolated vertex normals.
 fn covered(
     surface: &Surface,
     corners: [DVec3; 3],

@@ -6,7 +6,7 @@ use crate::mipmap::{MAX_ANISOTROPY, bilinear};
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// What lies beyond the edges of an image.
+/// The continuation of an image beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
     /// The image again.
@@ -19,8 +19,8 @@ pub enum Wrap {
     Clamp,
 }
 
-/// How an image is looked up over a pixel's footprint, in smaller copies of itself. A lookup
-/// without extent is bilinear in the image, or by `Point` that of its nearest pixel.
+/// The filter by which an image is looked up over a pixel's footprint, in smaller copies of itself.
+/// A lookup without extent is bilinear in the image, or by `Point` that of its nearest pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TextureFilter {
     /// The nearest texel of the coarsest copy whose texels are no wider than the footprint.
@@ -31,8 +31,8 @@ pub enum TextureFilter {
     Trilinear,
     /// Means over an ellipse with the weights of a Gaussian (elliptically weighted average).
     Ewa {
-        /// How many times as long as wide an ellipse may be, from 1 to
-        /// [`TextureFilter::MAX_ANISOTROPY`]; longer ones are widened.
+        /// The largest ratio of an ellipse's axes, from 1 to [`TextureFilter::MAX_ANISOTROPY`];
+        /// longer ones are widened.
         max_anisotropy: f64,
     },
 }
@@ -59,7 +59,7 @@ pub struct UvMapping {
     pub scale: DVec2,
     /// Shifts, applied in the end.
     pub offset: DVec2,
-    /// In radians, applied between the two.
+    /// The rotation in radians, applied between the two.
     pub rotation: f64,
 }
 
@@ -95,11 +95,11 @@ impl UvMapping {
 pub struct ImageTexture {
     /// The pixels.
     pub data: Arc<ImageData>,
-    /// From surface to image coordinates.
+    /// The mapping from surface to image coordinates.
     pub mapping: UvMapping,
-    /// What lies beyond the edges, across and up.
+    /// The wrap modes beyond the edges, across and up.
     pub wrap: [Wrap; 2],
-    /// How it is looked up over a pixel's footprint.
+    /// The filter by which it is looked up over a pixel's footprint.
     pub filter: TextureFilter,
     /// Factor on every value.
     pub scale: f64,
@@ -125,7 +125,7 @@ impl ImageTexture {
 /// A value over the surface: a linear RGB triple, or a number in all three components.
 #[derive(Clone, Debug)]
 pub enum Texture {
-    /// The same everywhere.
+    /// A constant.
     Constant(DVec3),
     /// An image.
     Image(Arc<ImageTexture>),
@@ -133,29 +133,29 @@ pub enum Texture {
     Product(Arc<Self>, Arc<Self>),
     /// `(1 - amount) * a + amount * b`.
     Mix {
-        /// At amount zero.
+        /// The texture at amount zero.
         a: Arc<Self>,
-        /// At amount one.
+        /// The texture at amount one.
         b: Arc<Self>,
         /// The share of `b`.
         amount: Arc<Self>,
     },
     /// Squares of unit size, alternating.
     Checkerboard {
-        /// From surface to checkerboard coordinates.
+        /// The mapping from surface to checkerboard coordinates.
         mapping: UvMapping,
         /// Whether a footprint sees the mean over the rectangle that reaches a pixel to each side,
         /// as pbrt-v3's does, or the square in its middle.
         filtered: bool,
-        /// Where the sum of the cell numbers is even.
+        /// The texture where the sum of the cell numbers is even.
         even: Arc<Self>,
-        /// Where it is odd.
+        /// The texture where that sum is odd.
         odd: Arc<Self>,
     },
 }
 
 impl Texture {
-    /// The same number everywhere.
+    /// Creates a texture of a constant number, the same in all channels.
     pub const fn number(value: f64) -> Self {
         Self::Constant(DVec3::splat(value))
     }
@@ -270,7 +270,7 @@ impl ImageTexture {
             && self.invert == other.invert
     }
 
-    /// What a value of the image stands for.
+    /// Returns the texture's value for a value of the image.
     pub(crate) fn finished(&self, value: DVec3) -> DVec3 {
         let value = self.scale * value;
         if self.invert {

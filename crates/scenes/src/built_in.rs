@@ -5,9 +5,9 @@ use crate::{Files, colonnade, foliage, gloss, logo, papers, rooms, spheres, wind
 /// A scene that a generator makes.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
-    /// Its name, with which [`Library::load`](crate::Library::load) and the command line find it.
+    /// The name by which [`Library::load`](crate::Library::load) and the command line find it.
     pub name: &'static str,
-    /// What it shows, in a line.
+    /// The content of the scene, in a line.
     pub about: &'static str,
     generator: fn() -> Files,
 }
@@ -202,7 +202,7 @@ impl BuiltIn {
         format!("{}.pbrt", self.name)
     }
 
-    /// Its main file and all that it names, perhaps those of its siblings, too.
+    /// Returns the main file and all that it names, perhaps those of its siblings, too.
     #[must_use]
     pub fn files(&self) -> Files {
         (self.generator)()

@@ -46,8 +46,8 @@ pub(super) fn foliage() -> Files {
     vec![main, ("leaf.tga".to_owned(), tga(LEAF, leaf))]
 }
 
-/// How much of the leaf is in a pixel, row 0 at the tip: two arcs that meet in points, and a
-/// stalk.
+/// Returns the coverage of a pixel by the leaf, row 0 at the tip: two arcs that meet in points, and
+/// a stalk.
 fn leaf(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = LEAF.map(f64::from);
     let (x, y) = (

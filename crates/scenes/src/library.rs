@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fmt, fs, io};
 
-/// How scenes are read, and who is told what is strange about them.
+/// The way in which scenes are read, and the receiver of warnings about them.
 #[derive(Clone, Debug)]
 pub struct Library {
-    /// How files are read.
+    /// The options for reading files.
     pub options: LoadOptions,
     /// Called with each warning, and with each remark that begins with `note:`.
     pub note: fn(fmt::Arguments<'_>),
@@ -98,12 +98,12 @@ impl Library {
     }
 }
 
-/// Where a scene is.
+/// The location of a scene.
 #[derive(Clone, Debug)]
 pub enum Place {
-    /// In this file, which exists.
+    /// The scene is in this file, which exists.
     File(PathBuf),
-    /// In this program.
+    /// The scene is built into this program.
     BuiltIn(BuiltIn),
 }
 

@@ -13,7 +13,7 @@ const STROKES: [[f64; 4]; 5] = [
 ];
 
 /// So sharp a lobe that the orders of stratified points and lines come near those that Billen &
-/// Dutré report for their logo, whose exponent is large and not told.
+/// Dutré report for their logo, whose exponent is large but not reported.
 const EXPONENT: f64 = 50_000.0;
 
 /// Letters on a glossy plane and a light behind them: the plane mirrors both towards the camera.

@@ -5,7 +5,7 @@ use super::{Files, facing_down, facing_up, light_text, text};
 use linelit_elementary::{cos, sin};
 use std::collections::BTreeMap;
 
-/// Where the spheres stand, in x and z, how high their middle is, and their radius.
+/// The positions of the spheres in x and z, the heights of their centres, and their radii.
 const SPHERES: [[f64; 4]; 6] = [
     [-1.15, 0.55, 0.62, 0.42],
     [0.05, 0.85, 0.75, 0.5],

@@ -6,7 +6,7 @@ use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
 use linelit_scene::{Camera, Scene};
 
-/// What visibility queries are measured and tested on.
+/// A scene on which visibility queries are measured and tested.
 #[derive(Clone, Debug)]
 pub struct VisibilityScene {
     /// Name of the scene.

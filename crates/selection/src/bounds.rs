@@ -18,8 +18,8 @@ pub(crate) enum Reach {
     All,
 }
 
-/// What a group of lights looks like from outside: a box, a cone that holds all normals, the power;
-/// and the first two moments of where the power is and whereto it shines.
+/// The bounds of a group of lights: a box, a cone that holds all normals, the power; and the first
+/// two moments of where the power is and whereto it shines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightBounds {
     lo: DVec3,
@@ -48,7 +48,7 @@ pub(crate) struct LightBounds {
     normal: DVec3,
 }
 
-/// Where one light is and whereto it shines.
+/// The extent of one light, and of the directions in which it shines.
 struct Extent {
     bounds: (DVec3, DVec3),
     mean: DVec3,

@@ -8,13 +8,13 @@ use linelit_lights::{SkyPoints, SkyView, SphereCap};
 /// A surface point for which lights are chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<F> {
-    /// Where it is.
+    /// The position of the point.
     pub position: DVec3,
     /// The unit normal, on the side from which light comes.
     pub normal: DVec3,
-    /// What the surface reflects of the light from a direction, by channel: f cos θ for a unit
-    /// vector. For a shorter vector, which stands for directions of which it is the mean, about the
-    /// mean of f cos θ over them; [`LightTree`](crate::LightTree) alone asks for these.
+    /// The light that the surface reflects from a direction, by channel: f cos θ for a unit vector.
+    /// For a shorter vector, which stands for directions of which it is the mean, about the mean of
+    /// f cos θ over them; only [`LightTree`](crate::LightTree) passes these.
     ///
     /// Its unit is the caller's, but for the tree: there its integral over the hemisphere should be
     /// about π, as the cosine's is.
@@ -32,7 +32,7 @@ pub fn diffuse(position: DVec3, normal: DVec3) -> Receiver<impl Fn(DVec3) -> DVe
     }
 }
 
-/// What is missing of a mean of unit vectors to length one: 1 − |w|², the mean square of their
+/// Returns how far a mean of unit vectors is from length one: 1 − |w|², the mean square of their
 /// distances from it.
 #[must_use]
 pub fn spread(mean: DVec3) -> f64 {

@@ -16,7 +16,7 @@
 //! let lights = Discrete::new(&[1.0, 0.0, 3.0]).unwrap();
 //! let picked = lights.pick(0.5).unwrap();
 //! assert_eq!((picked.index, picked.probability), (2, 0.75));
-//! // What is left of the random number is fresh: it goes on to place the point.
+//! // The rest of the random number is fresh: it can place the point.
 //! assert!((picked.rest - 1.0 / 3.0).abs() < 1e-15);
 //! ```
 
@@ -44,9 +44,9 @@ use linelit_lights::Light;
 /// A light that has been chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picked {
-    /// Which light.
+    /// The index of the light.
     pub index: usize,
-    /// Its probability α > 0.
+    /// The probability α > 0 of the light.
     pub probability: f64,
     /// The random number stretched back to [0, 1).
     pub rest: f64,
@@ -102,7 +102,7 @@ impl Discrete {
         Self::new(&vec![1.0; n])
     }
 
-    /// By emitted power; `None` if nothing emits.
+    /// Creates the distribution by emitted power; `None` if nothing emits.
     #[must_use]
     pub fn by_power(lights: &[Light]) -> Option<Self> {
         let weights: Vec<f64> = lights.iter().map(Light::power).collect();

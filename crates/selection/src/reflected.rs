@@ -36,7 +36,7 @@ pub struct Cosines {
 }
 
 impl Cosines {
-    /// What the reflection at `position` with the unit normal `n` sends to the direction `wo`.
+    /// Approximates the reflection at `position` with the unit normal `n` to the direction `wo`.
     #[must_use]
     pub fn new<R: Reflection>(bsdf: &R, position: DVec3, n: DVec3, wo: DVec3) -> Self {
         // What is not known counts as diffuse.
@@ -153,7 +153,7 @@ impl Cosines {
     }
 }
 
-/// What is seen about as a cap.
+/// A light approximated by a cap of directions.
 #[derive(Clone, Copy, Debug)]
 struct Cap {
     radiance: DVec3,
@@ -161,7 +161,7 @@ struct Cap {
     w: DVec3,
     /// The sine of the angle that it reaches to from its centre.
     reach: f64,
-    /// Its solid angle, projected on a plane across.
+    /// The solid angle of the cap, projected on a plane across.
     seen: f64,
 }
 

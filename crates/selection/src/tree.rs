@@ -33,7 +33,7 @@ struct Group {
     weight: f64,
 }
 
-/// Where a walk is: at a node with a light that can contribute.
+/// A step of a walk: at a node with a light that can contribute.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     node: usize,
@@ -61,7 +61,7 @@ const WAITING: usize = 80;
 /// [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when
 /// sampled.
 ///
-/// The tree keeps bounds; the lights themselves stay with whoever has them, and every question
+/// The tree keeps bounds; the lights themselves stay with their owner, and every query
 /// takes `light`, which must give for an index the light that the tree was built over.
 ///
 /// ```
@@ -87,7 +87,7 @@ const WAITING: usize = 80;
 #[derive(Clone, Debug)]
 pub struct LightTree {
     nodes: Vec<Node>,
-    /// For each light the branches from the root, first branch in the lowest bit; `None` if it is
+    /// The branches from the root to each light, first branch in the lowest bit; `None` if it is
     /// not in the tree.
     trails: Vec<Option<u64>>,
 }
@@ -265,9 +265,9 @@ impl LightTree {
         })
     }
 
-    /// Where a walk begins: the depth of a group of the cut, the step to it and its probability. It
-    /// is the last one that `takes`, asked for each group with its share of all so far, says yes
-    /// to.
+    /// Finds where a walk begins: the depth of a group of the cut, the step to it and its
+    /// probability. It is the last group that `takes` accepts, called for each with its share of
+    /// all so far.
     fn enter<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,

@@ -7,8 +7,8 @@ use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, EllipticCone};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Turns that are less than this apart, or from a whole one, are told apart by what is known of
-/// their arc: more than rounding leaves, less than any arc that matters.
+/// The difference of turns, or from a whole one, below which the geometry of their arc decides
+/// between them: more than rounding errors, less than any arc that matters.
 const CLOSE: f64 = 1e-6;
 
 /// `∫ max(0, n·ω) dω` over a part of an elliptic cone, as a sum over the part's boundary.
@@ -60,7 +60,7 @@ pub struct PartOfCone<'a> {
     first: Option<DVec3>,
 }
 
-/// What of the rim is above the horizon.
+/// The part of the rim above the horizon.
 #[derive(Clone, Copy, Debug)]
 enum Above {
     None,

@@ -16,8 +16,8 @@ pub(crate) fn dot(a: DVec3, b: DVec3) -> f64 {
     }
 }
 
-/// Of bare numbers: for vectors passed by reference, every caller would copy its own, and stall
-/// where it reads in pairs what it has stored by halves.
+/// Computes a dot product accurately. Takes bare numbers: for vectors passed by reference, every
+/// caller would copy its own, and stall where it reads in pairs what it has stored by halves.
 #[cold]
 #[inline(never)]
 fn accurate_dot(ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64) -> f64 {

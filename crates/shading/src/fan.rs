@@ -11,7 +11,7 @@ use linelit_geometry::{DVec3, predicates};
 pub(crate) struct Fan<const N: usize> {
     /// The ends after clipping.
     pub(crate) ends: [DVec3; 2],
-    /// Their distances.
+    /// The distances of the ends.
     pub(crate) radii: [f64; 2],
     /// `k·p` of each vector at both ends, not negative, accurate relative to themselves.
     pub(crate) values: [[f64; 2]; N],
@@ -192,8 +192,8 @@ impl<const N: usize> Fan<N> {
 }
 
 impl Fan<2> {
-    /// With a constant, one or a distance, as a further functional between the two: over |p| it is
-    /// as a cosine.
+    /// Inserts a constant, one or a distance, as a further functional between the two: over |p| it
+    /// is like a cosine.
     pub(crate) fn with_constant(self, constant: f64) -> Fan<3> {
         Fan {
             ends: self.ends,

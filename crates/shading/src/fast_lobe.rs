@@ -12,8 +12,8 @@ use crate::lobe::{Panel, SMOOTH};
 use linelit_elementary::ln;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// What is dropped at the end of a panel is below e⁻²⁷ of the integrand's peak; sixteen nodes then
-/// err by 5e-12 at most, for a lobe that falls like a Gaussian or like an exponential.
+/// The depth at which a panel ends: the integrand there is below e⁻²⁷ of its peak; sixteen nodes
+/// then err by 5e-12 at most, for a lobe that falls like a Gaussian or like an exponential.
 /// `docs/decisions/005-lobe-along-a-line.md`.
 const DEPTH: f64 = 27.0;
 
@@ -30,7 +30,7 @@ const SHIFT: f64 = -450.0;
 /// … and e to it.
 const SHIFTED: f64 = 3.693_883_068_487_256e-196;
 
-/// What the fast path needs of a segment.
+/// The products of a segment that the fast path needs.
 pub(crate) struct Products {
     /// axis·p and n·p at the ends.
     lobe: [f64; 2],

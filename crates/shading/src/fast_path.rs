@@ -63,7 +63,7 @@ const ARC: [[f64; 2]; 8] = [
 /// The most that [`ARC`] is.
 pub(crate) const LONGEST_ARC: f64 = 1.89;
 
-/// What both models need of a segment.
+/// The products of a segment that both models need.
 struct Products<L: Lanes> {
     /// |p0|², |p1|², p0·p1.
     a: L::D,

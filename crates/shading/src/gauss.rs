@@ -33,7 +33,7 @@ pub(crate) const NODE: [f64; NODES] = [
     0.9975936099985107,
 ];
 
-/// Their weights; they add up to one.
+/// The weights of the nodes; they add up to one.
 pub(crate) const WEIGHT: [f64; NODES] = [
     0.0061706148999936,
     0.014265694314466832,
@@ -84,7 +84,7 @@ pub(crate) const FEW_NODES: [f64; FEW] = [
     0.994700467495825,
 ];
 
-/// Their weights; they add up to one.
+/// The weights of the few nodes; they add up to one.
 pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
     0.013576229705877048,
     0.031126761969323947,
@@ -104,7 +104,7 @@ pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
     0.013576229705877048,
 ];
 
-/// 1/k! from 2! to 13!: what is left out of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
+/// 1/k! from 2! to 13!: the truncation error of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
 const INVERSE_FACTORIALS: [f64; 12] = [
     0.5,
     0.16666666666666666,

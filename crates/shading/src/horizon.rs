@@ -9,14 +9,14 @@ use linelit_geometry::{DVec3, predicates};
 /// A segment relative to the shading point, clipped to `k·p ≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClippedSegment {
-    /// Where it begins.
+    /// The start of the part above the horizon.
     pub p0: DVec3,
-    /// Where it ends.
+    /// The end of the part above the horizon.
     pub p1: DVec3,
     /// `k·p0` and `k·p1`: not negative, and exactly zero at an end that was cut.
     pub cosines: [f64; 2],
-    /// What is left of the segment, as a fraction of its length: a quotient of sums of like sign,
-    /// so that also a sliver is accurate relative to itself.
+    /// The fraction of the segment's length above the horizon: a quotient of sums of like sign, so
+    /// that also a sliver is accurate relative to itself.
     pub fraction: f64,
 }
 

@@ -15,7 +15,7 @@ const CANCELLED: f64 = 4e-3;
 /// Bounds of |n|², within which no product is beyond the range of numbers.
 const NORMALS: std::ops::Range<f64> = 1e-100..1e100;
 
-/// What eight edges add to Lambert's sum.
+/// The contribution of eight edges to Lambert's sum.
 struct Round {
     /// The sum of the terms of those edges for which the fast path held.
     sum: f64,

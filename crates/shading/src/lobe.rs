@@ -10,15 +10,14 @@ use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
 use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 
-/// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
+/// The depth at which a panel ends: the integrand there is below e⁻⁴⁰ of its peak.
 const DEPTH: f64 = 40.0;
 
 /// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
 pub(crate) const SMOOTH: f64 = 6.0;
 
-/// Of cosines with the axis below, only powers of less than 140 leave anything of the range of
-/// numbers: times that, the roundings of values are 1e-13, and those of directions, over the
-/// cosine, may be any.
+/// The cosine with the axis below which only powers of less than 140 do not underflow: times that,
+/// the roundings of values are 1e-13, and those of directions, over the cosine, may be any.
 const LOW: f64 = 1e-2;
 
 /// Up to that sine an arc is a point: slopes over it, squared, would leave the range of numbers.
@@ -96,8 +95,8 @@ fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
     [sum / fan.sine, half_power(log_peak, k)]
 }
 
-/// Where rounding gives both ends one direction, next to its horizon the lobe may still change,
-/// linearly.
+/// Integrates a lobe whose ends have one direction by rounding: next to its horizon it may still
+/// change, linearly.
 #[cold]
 fn fall([z0, z1]: [f64; 2], factors: [[f64; 2]; 2], k: f64) -> [f64; 2] {
     let peak = z0.max(z1);
@@ -140,7 +139,7 @@ fn side(fan: &Fan<3>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> 
     panel_sum(fan, start, width.min(window), slope, sign, k)
 }
 
-/// How far from its peak a lobe is above e⁻⁴⁰ of it: a bound, as (ln cos)″ ≤ −1.
+/// Returns a bound on how far from its peak a lobe is above e⁻⁴⁰ of it, as (ln cos)″ ≤ −1.
 fn window(k: f64, slope: f64) -> f64 {
     let steep = k * slope;
     2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
@@ -181,7 +180,7 @@ impl Panel {
         }
     }
 
-    /// The same times e^offset with the short rule, for windows of at most e⁻²⁷.
+    /// Returns the sum times e^offset by the short rule, for windows of at most e⁻²⁷.
     #[inline]
     pub(crate) fn short_sum(&self, k: f64, offset: f64) -> f64 {
         let end = self.half_tan;
@@ -231,7 +230,7 @@ impl Panel {
         result
     }
 
-    /// The same with the library's functions, for wide panels (small exponents).
+    /// Returns the sum with the library's functions, for wide panels (small exponents).
     fn sum_wide(&self, k: f64) -> f64 {
         let mut terms = [0.0; NODES];
         for (j, term) in terms.iter_mut().enumerate() {

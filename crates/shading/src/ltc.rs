@@ -138,7 +138,7 @@ impl TransformedCosine {
     }
 }
 
-/// What a reflection times the receiver's cosine looks like from one direction, as a sum of
+/// An approximation of a reflection times the receiver's cosine, from one direction, by a sum of
 /// linearly transformed cosines: the cosine itself, and lobes.
 ///
 /// It is what samples of lights are drawn by and weighed with, so only noise depends on how near it

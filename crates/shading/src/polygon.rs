@@ -19,8 +19,8 @@ const CANCELLED: f64 = 2e-3;
 /// Cosine of an edge's angle (179.7°) from where on cut ends do not know in which plane it is: over
 /// the light, from within its plane to rounding, they cannot even tell the way round.
 const NEARLY_STRAIGHT: f64 = -0.99999;
-/// Of edges from a to b, the most that the squares of |b − a|/|b| may sum up to, lest differences
-/// lose what is known of the nearer end: of eight edges the error is 1e-12 there.
+/// The bound on Σ (|b − a|/|b|)² over edges from a to b: beyond it, differences lose the digits of
+/// the nearer end; of eight edges the error is 1e-12 there.
 const NEAR_CORNER: f64 = 1e4;
 /// No cosine is below: ends as they were given do know.
 const ANY: f64 = -2.0;
@@ -50,8 +50,8 @@ const ANY: f64 = -2.0;
 /// ωᵢ = wᵢ − 1/R² = p/(rᵢ rᵢ₊₁) − (R (dᵢ + dᵢ₊₁) + dᵢ dᵢ₊₁)/(R² rᵢ rᵢ₊₁)
 /// ```
 ///
-/// Where what is left still cancels (slivers, grazing incidence, light seen edge-on), which the
-/// terms' magnitudes tell, a sum over triangles takes over, whose terms are positive:
+/// Where the terms still cancel (slivers, grazing incidence, light seen edge-on), as their
+/// magnitudes show, a sum over triangles takes over, whose terms are positive:
 ///
 /// ```text
 /// E = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ · ½ [(n·â) (1 − G cos R) + (n·ê) G]
@@ -287,7 +287,7 @@ fn next_to_the_point(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
     term(a, b, n, straight)
 }
 
-/// For polygons smaller than half their distance: all angles are below 60 degrees. As [`plain`].
+/// Integrates like [`plain`] over polygons smaller than half their distance: angles are below 60°.
 fn centred(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
     // The first vertex need not be above the horizon: the formula holds about any point.
     let origin = vertices[0];

@@ -13,7 +13,7 @@ pub struct Estimate {
     pub value: DVec3,
     /// An estimate of the largest absolute error of a component, usually far too large.
     pub error: f64,
-    /// How often the integrand was evaluated.
+    /// The number of evaluations of the integrand.
     pub evaluations: u32,
 }
 
@@ -133,7 +133,7 @@ impl Estimate {
     }
 }
 
-/// Which line of light is integrated over; see [`cylinder`](crate::cylinder) for both.
+/// The kind of linear light that is integrated over; see [`cylinder`](crate::cylinder) for both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// A ribbon, without its emitter's height: 1/length².

@@ -132,7 +132,7 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, widths: [f64; 2]) -> f64 {
     nonnegative(value * span.unit * span.unit)
 }
 
-/// Which sides of a ribbon emit.
+/// The sides of a ribbon that emit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
     /// Only the side its normal points to.

@@ -26,7 +26,7 @@ pub(crate) struct Span {
     pub(crate) length: f64,
     /// Cosine of the angle δ that the segment subtends.
     pub(crate) cos: f64,
-    /// What is left of the segment.
+    /// The fraction of the segment that remains.
     pub(crate) fraction: f64,
     /// The ends before clipping.
     pub(crate) whole: [DVec3; 2],

@@ -12,7 +12,7 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What is dropped is below e⁻⁴⁰ of the peak.
+/// The depth at which a window ends: the lobe there is below e⁻⁴⁰ of the peak.
 const DEPTH: f64 = 40.0;
 
 /// `∫ max(0, n·p) exp(λ(ω·ξ − 1))/|p|⁴ dt` along a ribbon, with ω = p/|p|, 1/length².
@@ -42,7 +42,7 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64, widths: [
     integrate([p0, p1, n, xi], lambda, widths, |fan| fan.unit * fan.unit)
 }
 
-/// The same for a thin cylinder, for each unit of radiance × radius, 1/length.
+/// Integrates over a thin cylinder, for each unit of radiance × radius, with 1/length.
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     integrate([p0, p1, n, xi], lambda, [1.0; 2], |fan| {
@@ -114,8 +114,8 @@ fn integrate(
     nonnegative(fan.reach() / fan.sine * sum * half * scale * half)
 }
 
-/// How many rules a side needs: a slope falls like an exponential, which needs more nodes than a
-/// peak.
+/// Returns the number of rules for a side: a slope falls like an exponential, which needs more
+/// nodes than a peak.
 fn pieces(width: f64, from_centre: f64) -> u32 {
     if width > FRAC_PI_2 || from_centre.abs() > 0.0 {
         2
@@ -146,7 +146,7 @@ fn sides(centre: f64, angle: f64, first_is_higher: bool) -> [(f64, f64, f64); 2]
     }
 }
 
-/// How far from the highest point of a piece the lobe stays above e⁻⁴⁰ of it.
+/// Returns how far from the highest point of a piece the lobe stays above e⁻⁴⁰ of it.
 fn window(strength: f64, highest: f64) -> f64 {
     let end = highest + DEPTH / strength;
     if !(end < 1.0) {

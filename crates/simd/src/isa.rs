@@ -28,7 +28,7 @@ impl InstructionSet {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Avx512];
 
-    /// As it is written.
+    /// Returns the name of the set as it is written.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -97,7 +97,7 @@ fn best() -> u8 {
 #[cold]
 fn find() -> u8 {
     let found = processor() as u8;
-    // Whoever was quicker has found the same, or lowered it.
+    // A quicker thread has found the same, or lowered it.
     match BEST.compare_exchange(0, found, Ordering::Relaxed, Ordering::Relaxed) {
         Ok(_) => found,
         Err(best) => best,
@@ -179,7 +179,7 @@ impl Isa {
         Self::Scalar
     }
 
-    /// Without the proof.
+    /// Returns the instruction set without the proof that it is available.
     #[must_use]
     pub const fn name(self) -> InstructionSet {
         match self {

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// π less the nearest `f64`; half of it is the same of π/2.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 
-/// Taylor's coefficients of (sin v − v)/v³ and of (cos v − 1 + v²/2)/v⁴ in v²: what is left out is
+/// Taylor's coefficients of (sin v − v)/v³ and of (cos v − 1 + v²/2)/v⁴ in v²: the truncation is
 /// below 2e-19 for v ≤ π/4.
 const SERIES: [[f64; 2]; 8] = {
     let mut out = [[0.0; 2]; 8];

@@ -27,7 +27,7 @@ impl<T, V> Numbers<T> for V where
 {
 }
 
-/// How many `f64` a formula works on at once: one ([`One`](crate::One)), or eight ([`Simd`]).
+/// The number of `f64` that a formula works on at once: [`One`](crate::One), or eight ([`Simd`]).
 ///
 /// A formula that is generic over it is its own scalar twin: one text, and the same bits. Every
 /// operation rounds the same way everywhere; nothing is fused.
@@ -53,18 +53,18 @@ pub trait Lanes: Copy {
     fn dmax(self, a: Self::D, b: Self::D) -> Self::D;
     /// √a of each lane.
     fn dsqrt(self, a: Self::D) -> Self::D;
-    /// Where `a ≤ b`; false for NaN.
+    /// Compares lanes: `a ≤ b`; false for NaN.
     fn dle(self, a: Self::D, b: Self::D) -> Self::M;
-    /// Where `a < b`; false for NaN.
+    /// Compares lanes: `a < b`; false for NaN.
     fn dlt(self, a: Self::D, b: Self::D) -> Self::M;
     /// `b` where `m`, else `a`.
     fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D;
     /// 2ⁿ for integers −1022 ≤ n ≤ 1023, given as n + 1.5·2⁵².
     fn exp2(self, n: Self::D) -> Self::D;
 
-    /// The same numbers, at one point of the program: chains of operations that end in them stay
-    /// side by side, where a compiler would put one behind the other, further than the processor
-    /// looks ahead.
+    /// Returns the same numbers, at one point of the program: chains of operations that end in them
+    /// stay side by side, where a compiler would put one behind the other, further than the
+    /// processor looks ahead.
     #[inline(always)]
     fn abreast<const N: usize>(self, a: [Self::D; N]) -> [Self::D; N] {
         a
@@ -126,7 +126,7 @@ pub trait Simd: Lanes {
     /// Writes the lanes of `m` one after the other to `out[at..]`, and anything to the rest of the
     /// eight places there, which must exist.
     fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize);
-    /// As [`Simd::compress`].
+    /// Packs `u32` lanes as [`Simd::compress`] does.
     fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize);
     /// Numbers whose bits from `first` to `last` are set; both ends are given as 2²³ plus a number
     /// below 64.
@@ -140,13 +140,13 @@ pub trait Simd: Lanes {
     fn dload(self, a: &[f64; 8]) -> Self::D;
     /// Eight numbers to memory.
     fn dstore(self, a: Self::D, out: &mut [f64; 8]);
-    /// The same numbers as `f64`.
+    /// Converts lanes to `f64`.
     fn widen(self, a: Self::F) -> Self::D;
     /// Rounded to the nearest `f32`.
     fn narrow(self, a: Self::D) -> Self::F;
     /// A bit for each lane.
     fn bits(self, a: Self::M) -> u8;
-    /// As [`Simd::compress`].
+    /// Packs `f64` lanes as [`Simd::compress`] does.
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
     /// The sum of all lanes: of those four apart first, then of those one apart, then of the rest.
     fn dsum(self, a: Self::D) -> f64;

@@ -157,7 +157,7 @@ unsafe fn sum_of_four(fours: __m256d) -> f64 {
     }
 }
 
-/// What the two sets do in one way.
+/// The operations that both instruction sets do in the same way.
 macro_rules! common {
     ($features:literal) => {
         type F = F32x8;

@@ -33,7 +33,7 @@ impl FromStr for Resolution {
     }
 }
 
-/// Which pixels a study looks at.
+/// The pixels that a study measures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pixels {
     /// All pixels of an image of this resolution.

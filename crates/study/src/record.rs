@@ -1,4 +1,4 @@
-//! From what was measured to what is told: the record of a study.
+//! The record of a study: from measurements to reports.
 
 use crate::engine::{CellResult, Method, Results};
 use crate::report::{Exhibits, Report, plot_files};
@@ -88,8 +88,8 @@ impl StudyRecord {
         found.into_iter().map(|(name, _)| name).collect()
     }
 
-    /// The same record with times on one processor alone: those on others are not known in it, as
-    /// times on different processors are not compared.
+    /// Returns the record with the times on one processor alone: others become unknown, as times on
+    /// different processors are not compared.
     #[must_use]
     pub fn timed_on(&self, processor: &str) -> Self {
         let mut record = self.clone();

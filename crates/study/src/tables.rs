@@ -25,7 +25,7 @@ pub const SLOPE_COLUMNS: &str =
 pub struct ResultRow {
     /// Short name of the scene.
     pub scene: String,
-    /// Which pixels: `32x32`, or `x,y;x,y`.
+    /// The pixels that were measured: `32x32`, or `x,y;x,y`.
     pub pixels: String,
     /// The estimator with its options, as on the command line.
     pub estimator: String,
@@ -38,7 +38,7 @@ pub struct ResultRow {
     /// Mean squared error of one estimate less the reference's own, linear radiance squared; 0
     /// where that is negative.
     pub mse: f64,
-    /// Its standard error, over the trials and by the reference's own.
+    /// The standard error of `mse`, over the trials and by the reference's own.
     pub mse_stderr: f64,
     /// Mean relative squared error less the reference's own, ε = 1e-6; 0 where that is negative.
     pub mrse: f64,
@@ -47,11 +47,11 @@ pub struct ResultRow {
     pub variance: f64,
     /// Mean error.
     pub bias: f64,
-    /// Its standard error over the trials.
+    /// The standard error of `bias` over the trials.
     pub bias_stderr: f64,
     /// Processor seconds of one trial, without set-up.
     pub cpu_seconds: f64,
-    /// Its error: the standard deviation over passes of 10 ms or more, of which it is the mean.
+    /// The standard deviation of `cpu_seconds` over passes of 10 ms or more, whose mean it is.
     pub cpu_error: f64,
     /// Wall seconds of one trial, without set-up.
     pub wall_seconds: f64,
@@ -71,8 +71,8 @@ pub struct ResultRow {
 }
 
 impl ResultRow {
-    /// Whether trials do not differ but by rounding: what is left of the error is the reference's,
-    /// or bias.
+    /// Whether trials differ by rounding alone: the remaining error is the reference's, or
+    /// bias.
     #[must_use]
     pub fn is_noiseless(&self) -> bool {
         self.trials > 1 && self.variance <= 0.0
@@ -316,7 +316,7 @@ pub fn set_commit(commit: &'static str) {
     COMMIT.get_or_init(|| commit);
 }
 
-/// What the program said with [`set_commit`], for reports; `unknown` if nothing.
+/// Returns the commit set by [`set_commit`], for reports; `unknown` if none was.
 #[must_use]
 pub fn commit() -> String {
     (*COMMIT.get().unwrap_or(&"unknown")).to_owned()

@@ -20,7 +20,7 @@
 use crate::rng::SplitMix64;
 use proptest::test_runner::{Config, RngSeed};
 
-/// The cases that proptest takes without being told; as `PROPTEST_CASES`, it changes nothing.
+/// The number of cases that proptest takes by default; as `PROPTEST_CASES`, it changes nothing.
 pub const USUAL: u32 = 256;
 
 /// The number of cases of a property that usually takes `usual`: `usual` × `PROPTEST_CASES` /

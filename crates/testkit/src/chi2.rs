@@ -2,7 +2,7 @@
 //! tests.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
-/// What a χ² test found.
+/// The result of a χ² test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiSquare {
     /// Σ (observed − expected)² / expected over the pooled bins.
@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use crate::rng::SplitMix64;
 
-    /// For two degrees of freedom the survival function is exp(−x/2), for four (1 + x/2)·exp(−x/2).
+    /// Checks exp(−x/2) for two degrees of freedom and (1 + x/2)·exp(−x/2) for four.
     #[test]
     fn survival_closed_forms() {
         for x in [0.1_f64, 1.0, 3.0, 10.0, 50.0, 300.0] {

@@ -1,7 +1,7 @@
 //! Comparing numbers, and saying by how much they differ.
 
-/// How many representable numbers lie between `a` and `b`: 0 when equal (and for ±0), 1 for
-/// neighbours.
+/// Returns the number of steps between representable numbers from `a` to `b`: 0 when equal (and for
+/// ±0), 1 for neighbours.
 ///
 /// `u64::MAX` when either is NaN.
 ///

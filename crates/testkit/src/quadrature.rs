@@ -11,12 +11,12 @@ pub struct Estimate {
     pub value: f64,
     /// An estimate (not a proven bound) of the absolute error.
     pub error: f64,
-    /// How often the integrand was evaluated.
+    /// The number of evaluations of the integrand.
     pub evaluations: usize,
 }
 
-/// How many pieces the adaptive rules split an interval into before they give up and report the
-/// error they reached.
+/// The number of pieces into which the adaptive rules split an interval before they give up and
+/// report the error they reached.
 pub const MAX_PIECES: usize = 4000;
 
 /// Positive nodes of the 15-point Kronrod rule, from the outside in.
@@ -31,7 +31,7 @@ const NODES_15: [f64; 8] = [
     0.0,
 ];
 
-/// Their weights.
+/// The weights of the 15 nodes.
 const KRONROD_15: [f64; 8] = [
     0.022935322010529224,
     0.06309209262997856,
@@ -103,9 +103,9 @@ pub fn gauss_kronrod(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64
     gauss_kronrod_to(&mut f, a, b, rel_tol, 0.0)
 }
 
-/// As [`gauss_kronrod`], until the estimated error is below `rel_tol`·|value| or below `abs_tol`:
-/// for integrands that are small differences, whose rounding is not relative to themselves and
-/// would be followed without end.
+/// Integrates as [`gauss_kronrod`] does until the estimated error is below `rel_tol`·|value| or
+/// below `abs_tol`: for integrands that are small differences, whose rounding is not relative to
+/// themselves and would be refined without end.
 pub fn gauss_kronrod_to(
     mut f: impl FnMut(f64) -> f64,
     a: f64,
@@ -139,9 +139,9 @@ pub fn gauss_kronrod_to(
 /// Nodes and weights of a Gauss rule on [−1, 1], nodes ascending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussRule {
-    /// Where to evaluate.
+    /// The nodes in [−1, 1].
     pub nodes: Vec<f64>,
-    /// With which weight; they sum to 2.
+    /// The weights of the nodes; they sum to 2.
     pub weights: Vec<f64>,
 }
 

@@ -19,10 +19,10 @@ pub fn finite() -> impl Strategy<Value = f64> {
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
 }
 
-/// What a function must survive in any argument: NaN, infinities, zeros of both signs, subnormals,
-/// the largest and the smallest numbers, their square roots and fourth roots (where squares of
-/// lengths and areas end), any bits; and, half of the time, an [ordinary](moderate) number, so that
-/// an argument is hostile while the others are not.
+/// Generates numbers that a function must survive in any argument: NaN, infinities, zeros of both
+/// signs, subnormals, the largest and the smallest numbers, their square roots and fourth roots
+/// (where squares of lengths and areas end), any bits; and, half of the time, an
+/// [ordinary](moderate) number, so that an argument is hostile while the others are not.
 pub fn hostile() -> impl Strategy<Value = f64> {
     let special = vec![
         f64::NAN,
@@ -208,7 +208,7 @@ pub fn sliver() -> impl Strategy<Value = Corners> {
         })
 }
 
-/// Where and how large a scene is: points become origin + scale·p.
+/// The position and size of a scene: points become origin + scale·p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Multiplies coordinates; 2⁻³⁰ to 2³⁰.

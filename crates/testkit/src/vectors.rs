@@ -10,7 +10,7 @@ use serde_json::Value;
 /// One file of cases.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vectors {
-    /// Which function the cases are about.
+    /// The name of the function that the cases test.
     pub schema: String,
     /// The cases, in file order.
     pub cases: Vec<Case>,

@@ -125,17 +125,17 @@ impl Welford {
         self.m2 += other.m2 + delta * delta * (a * b / n);
     }
 
-    /// How many values were seen.
+    /// Returns the number of values.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Their mean; zero of none.
+    /// Returns the mean of the values; zero of none.
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// Their unbiased variance; zero of fewer than two.
+    /// Returns the unbiased variance of the values; zero of fewer than two.
     pub fn variance(&self) -> f64 {
         if self.count < 2 {
             0.0
@@ -158,7 +158,7 @@ impl Welford {
         }
     }
 
-    /// How many standard errors the mean lies above `want`.
+    /// Returns the number of standard errors by which the mean lies above `want`.
     pub fn z_score(&self, want: f64) -> f64 {
         z_score(self.mean, want, self.standard_error())
     }

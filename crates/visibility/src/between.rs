@@ -48,8 +48,8 @@ pub struct Between {
 /// One for each edge, and the light's; of a line two, which face each other.
 const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 
-/// Of the sum of the coordinates that a side is found from: products and sums of differences, each
-/// rounded to ε/2, of which there are fewer than 64.
+/// The relative rounding error of a side: the coordinates that it is found from are products and
+/// sums of differences, each rounded to ε/2, of which there are fewer than 64.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 impl Between {

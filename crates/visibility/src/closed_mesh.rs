@@ -32,32 +32,32 @@ pub(crate) struct ClosedMesh {
 #[derive(Debug, Default)]
 pub(crate) struct ClosedMeshes {
     pub(crate) meshes: Vec<ClosedMesh>,
-    /// For each triangle of the caller's, zero or its mesh's index plus one, with [`TURNED`] if it
-    /// is turned; empty without meshes.
+    /// The mesh of each triangle in the caller's list: zero or its mesh's index plus one, with
+    /// [`TURNED`] if it is turned; empty without meshes.
     pub(crate) of: Vec<u16>,
-    /// What of the triangles belongs to [fine surfaces](crate::surfaces).
+    /// The triangles that belong to [fine surfaces](crate::surfaces).
     pub(crate) fine: FineTriangles,
 }
 
 /// The triangles of surfaces that are fine.
 #[derive(Debug, Default)]
 pub(crate) struct FineTriangles {
-    /// For each triangle of the caller's, who is beyond its sides from corner 0 to 1, 1 to 2 and 2
-    /// to 0, with a last bit that says whether both run along it in the same direction; [`EDGE`]
-    /// where there is nobody or several; [`NONE`] for triangles of no such surface. Empty without
-    /// any.
+    /// The neighbours of each triangle in the caller's list, beyond its sides from corner 0 to 1, 1
+    /// to 2 and 2 to 0, with a last bit that says whether both run along the side in the same
+    /// direction; [`EDGE`] for no neighbour or several; [`NONE`] for triangles of no fine surface.
+    /// Empty if there is none.
     pub(crate) sides: Vec<[u32; 3]>,
-    /// Which of them are turned against the first of their surface.
+    /// The triangles that are turned against the first of their surface.
     pub(crate) turned: Vec<bool>,
 }
 
-/// What is known of triangles that are connected, by the number of the first.
+/// The properties of a set of connected triangles, stored at the number of the first.
 #[derive(Debug, Default)]
 struct Set {
     /// The number of the triangles.
     count: AtomicU32,
-    /// How many sides of theirs are no other triangle's, or several ones', and [`ONE_SIDED`] if
-    /// they cannot be turned so that neighbours run along their sides in opposite directions.
+    /// The number of sides that no other triangle shares, or several do, and [`ONE_SIDED`] if the
+    /// triangles cannot be turned so that neighbours run along their sides in opposite directions.
     edges: AtomicU32,
 }
 
@@ -73,7 +73,7 @@ impl Set {
         self.count.load(Ordering::Relaxed)
     }
 
-    /// With [`ONE_SIDED`], more than any that matter.
+    /// Returns the number of such sides; with [`ONE_SIDED`], it exceeds every limit.
     fn edges(&self) -> u32 {
         self.edges.load(Ordering::Relaxed)
     }
@@ -250,7 +250,7 @@ fn by_corners(
     (ends, list)
 }
 
-/// Connects triangles by the sides that belong to two, and tells who is beyond each, as in
+/// Connects triangles by the sides that belong to two, and returns the neighbours, as in
 /// [`FineTriangles::sides`], with [`ONE_SIDED`] where a mesh meets itself turned.
 fn connect(
     ends: &[AtomicU32],
@@ -408,7 +408,7 @@ impl ClosedMesh {
     }
 }
 
-/// Which closed meshes stand clear of both ends of a shaft, as far as that has been asked.
+/// The closed meshes that stand clear of both ends of a shaft, as far as that has been tested.
 #[derive(Debug, Default)]
 pub(crate) struct ClearOfMesh {
     /// Twice the number of the shaft they were asked for, and whether they do.
@@ -416,7 +416,7 @@ pub(crate) struct ClearOfMesh {
     shaft: u32,
 }
 
-/// Which triangles of closed meshes a shaft can do without, since others hide as much.
+/// A filter for triangles of closed meshes that a shaft can do without, since others hide as much.
 #[derive(Debug)]
 pub(crate) struct BackfaceFilter<'a> {
     meshes: &'a [ClosedMesh],
@@ -433,7 +433,7 @@ pub(crate) struct BackfaceFilter<'a> {
 }
 
 impl<'a> BackfaceFilter<'a> {
-    /// For a shaft from `point` to a light between `lo` and `hi`.
+    /// Creates the filter for a shaft from `point` to a light between `lo` and `hi`.
     #[inline(always)]
     pub(crate) fn new(
         (meshes, of): (&'a [ClosedMesh], &'a [[u16; 8]]),
@@ -486,8 +486,8 @@ impl<'a> BackfaceFilter<'a> {
         codes
     }
 
-    /// Which triangles to leave out, a bit each: those that belong to a mesh clear of the shaft's
-    /// ends and face the one way, given which of them face either way for sure.
+    /// Returns the triangles to leave out, a bit each: those that belong to a mesh clear of the
+    /// shaft's ends and face the one way, given which of them face either way for sure.
     #[inline(always)]
     pub(crate) fn left_out<S: Simd>(
         &mut self,

@@ -53,7 +53,7 @@ impl Node {
         (0..8).filter(move |lane| valid >> lane & 1 != 0)
     }
 
-    /// The same node where others stand before the nodes and leaves in it.
+    /// Returns the node for a list in which `nodes` nodes and `leaves` leaves precede those in it.
     pub(crate) fn renumbered(mut self, nodes: usize, leaves: usize) -> Self {
         for lane in self.lanes() {
             let old = Child(self.child[lane]);

@@ -93,8 +93,8 @@ impl Occluders {
         occluders
     }
 
-    /// Moves the triangles to new positions of their corners: what was given when they were built,
-    /// in the same order. What is left out is as in [`Occluders::build`].
+    /// Moves the triangles to new positions of their corners, with those in the same order as when
+    /// they were built. Triangles are left out as in [`Occluders::build`].
     ///
     /// Answers are those of a fresh [`Occluders::build`], to the bit, but that of a shaft with
     /// nothing hidden it may depend on the tree whether it is known to be empty; where more than
@@ -206,11 +206,11 @@ impl Occluders {
         self
     }
 
-    /// The same with these triangles, into which a filter cuts holes, in place of those with holes
-    /// that they had. Of `triangles`, those with holes are left out. The numbers that
-    /// [`Hit::triangle`](crate::Hit::triangle) and the filter are told are those of the list that
-    /// `triangles` were built from: whoever builds both from one list, with other corners (of which
-    /// there is no position) in place of those that are not meant, can tell them apart.
+    /// Replaces the triangles with holes by these, into which a filter cuts holes. Those of
+    /// `triangles` that have holes themselves are left out. The numbers that
+    /// [`Hit::triangle`](crate::Hit::triangle) and the filter get are those of the list that
+    /// `triangles` were built from: to tell both kinds apart, build both from one list, with unused
+    /// corner indices (without a position) in place of the triangles that are not meant.
     #[must_use]
     pub fn with_holes(mut self, triangles: Self, filter: SharedFilter) -> Self {
         let bvh = triangles.bvh;
@@ -222,8 +222,8 @@ impl Occluders {
 /// Triangles that are looked at in one go.
 const AT_ONCE: usize = 1 << 14;
 
-/// How many triangles can hide something, and the box of them; of how many a corner has no
-/// position.
+/// The triangles that can hide something: their number and their box, and the number of those with
+/// a corner that has no position.
 struct Kept {
     count: usize,
     out_of_range: usize,
@@ -237,7 +237,7 @@ impl Kept {
         bounds: Bounds::EMPTY,
     };
 
-    /// Of all triangles, and which.
+    /// Finds which of all triangles can hide something, and their totals.
     fn find_all(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> (Vec<bool>, Self) {
         let mut kept = vec![false; triangles.len()];
         let parts = pool::stretches_of(&mut kept, AT_ONCE, &|first, kept| {
@@ -246,7 +246,7 @@ impl Kept {
         (kept, parts.into_iter().fold(Self::NONE, Self::and))
     }
 
-    /// Of the first triangles, as many as `kept` has room for.
+    /// Finds which of the first triangles can hide something, as many as `kept` has room for.
     fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]], kept: &mut [bool]) -> Self {
         let mut found = Self::NONE;
         for (corners, kept) in triangles.iter().zip(kept) {

@@ -1,7 +1,7 @@
 //! Sharing out work among the threads of the pool that the caller runs in.
 //!
-//! A library starts no thread: whoever calls it from a thread of a rayon pool gives it that pool's
-//! threads, and from any other thread everything runs there. (Asked outside of a pool, rayon
+//! A library starts no thread: called from a thread of a rayon pool it uses that pool's threads,
+//! and called from any other thread it runs everything there. (Asked outside of a pool, rayon
 //! itself would start one for all processors.) What is shared out here gives the same bits however
 //! it is shared out.
 
@@ -40,7 +40,7 @@ pub(crate) fn collect<T: Send>(
     }
 }
 
-/// What `f` makes of stretches of at most `size` numbers below `count`, in order.
+/// Applies `f` to stretches of at most `size` numbers below `count`; results are in order.
 pub(crate) fn stretches<T: Send>(
     count: usize,
     size: usize,
@@ -50,8 +50,8 @@ pub(crate) fn stretches<T: Send>(
     collect(count.div_ceil(size), 1, &stretch)
 }
 
-/// What `f` makes of stretches of at most `size` items, with the index of the first of each, in
-/// order.
+/// Applies `f` to stretches of at most `size` items, with the index of the first of each, and
+/// returns the results in order.
 pub(crate) fn stretches_of<T: Send, R: Send>(
     items: &mut [T],
     size: usize,

@@ -17,15 +17,15 @@ use linelit_geometry::{DVec3, glam::Vec3};
 use linelit_simd::Simd;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Meshes of fewer triangles are looked at triangle by triangle.
+/// The least number of triangles in a fine surface: smaller ones are tested one by one.
 /// `docs/decisions/015-silhouettes-of-fine-meshes.md`.
 pub(crate) const FINE: u32 = 1024;
 
-/// So are all where more than this part of the triangles belong to none that is fine: they have to
-/// be walked past in any case, and hide most of what silhouettes would tell.
+/// The largest part, one in so many, of triangles that may belong to no fine surface: with more,
+/// all are tested one by one, since these have to be in any case and hide most silhouettes.
 pub(crate) const LOOSE: u32 = 8;
 
-/// And so are those of which more than one side in so many triangles is an edge.
+/// The least number of triangles per edge in a fine surface: others are tested one by one.
 pub(crate) const MOSTLY: u32 = 4;
 
 /// A side of a triangle that belongs to no surface.
@@ -49,13 +49,13 @@ const AT_ONCE: usize = 1 << 11;
 /// The surfaces of a hierarchy.
 #[derive(Debug, Default)]
 pub(crate) struct Surfaces {
-    /// For each leaf, what is beyond the sides from corner 0 to 1, 1 to 2 and 2 to 0 of its
-    /// triangles: the neighbour's leaf × 8 + lane, and in the last bit whether it runs along the
-    /// side in the same direction; [`NONE`] for a triangle of no surface.
+    /// The neighbours of each leaf's triangles beyond their sides from corner 0 to 1, 1 to 2 and 2
+    /// to 0: the neighbour's leaf × 8 + lane, and in the last bit whether it runs along the side in
+    /// the same direction; [`NONE`] for a triangle of no surface.
     pub(crate) sides: Vec<[[u32; 8]; 3]>,
-    /// For each leaf, how its triangles' neighbours are bent away: [`bend`].
+    /// The angles, for each leaf, by which its triangles' neighbours are bent away: [`bend`].
     pub(crate) bends: Vec<Bends>,
-    /// For each node, how its children face.
+    /// The facing of each node's children.
     pub(crate) facing: Vec<Facing>,
     /// The stretches of the caller's numbers that are triangles of surfaces: first, and beyond.
     ranges: Vec<[u32; 2]>,
@@ -67,8 +67,8 @@ pub(crate) struct Surfaces {
 pub(crate) struct Facing {
     /// Unit normals, all of a mesh turned alike: least x, y, z, then greatest.
     pub(crate) normal: [[f32; 8]; 6],
-    /// How far the planes are before the middle of the child's box, at least and at most; infinite
-    /// where nothing is known.
+    /// The distances from the planes to the middle of the child's box, before it, at least and at
+    /// most; infinite where nothing is known.
     pub(crate) offset: [[f32; 8]; 2],
 }
 
@@ -80,7 +80,7 @@ impl Facing {
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
     };
 
-    /// Takes in what some leaves say of a child.
+    /// Extends the facing of a child by that of some leaves.
     fn add(&mut self, lane: usize, way: &Way) {
         for axis in 0..3 {
             let [x, y] = way.normals[axis];
@@ -92,7 +92,7 @@ impl Facing {
     }
 }
 
-/// What some leaves in a child of a node say of how it faces.
+/// The facing of a child of a node, as some of the leaves in it determine it.
 struct Way {
     /// The node × 8 + lane.
     slot: u32,
@@ -100,7 +100,7 @@ struct Way {
     middle: DVec3,
     /// Whether it is a leaf of nothing but triangles of surfaces.
     is_all_fine: bool,
-    /// As in [`Planes`] and [`Facing`].
+    /// The bounds of the normals and offsets, as in [`Planes`] and [`Facing`].
     normals: [[f32; 2]; 3],
     offset: [f32; 2],
 }
@@ -158,7 +158,7 @@ struct Planes {
     /// x, y and z of the normals, and the offsets; a whole number of fours, of which the last
     /// repeat the first.
     rows: [[f64; Self::MOST]; 4],
-    /// For each axis, the least and the greatest of the normals.
+    /// The least and the greatest component of the normals on each axis.
     normals: [[f32; 2]; 3],
 }
 
@@ -198,7 +198,7 @@ impl Planes {
         }
     }
 
-    /// How far the planes are before a place, at least and at most.
+    /// Returns how far the planes are before a place, at least and at most.
     #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
     fn offsets(&self, place: DVec3) -> [f32; 2] {
         let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
@@ -218,7 +218,7 @@ impl Planes {
     }
 }
 
-/// How the neighbours beyond the sides of a leaf's triangles are [bent](bend) away.
+/// The [bends](bend) of the neighbours beyond the sides of a leaf's triangles.
 pub(crate) type Bends = [[u16; 8]; 3];
 
 /// That of a neighbour of which it is not known: not a number.
@@ -228,12 +228,12 @@ const UNKNOWN: u16 = 0x7fc0;
 /// times as large.
 pub(crate) const NEAR: u16 = 1;
 
-/// What cutting off the lower half of an `f32` and that bit, or adding it, changes of it at most.
+/// The relative error of a bend at most, from the lower half of the `f32` and the last bit.
 pub(crate) const BEND_ROOM: f32 = 1.0 / 64.0;
 
-/// How a neighbour is bent away from a triangle's plane beyond one of its sides, as its corners
-/// run: the tangent of the angle over the side's length; not a number if that angle is over 45° or
-/// a unit normal is none. The upper half of an `f32`.
+/// Returns how a neighbour is bent away from a triangle's plane beyond one of its sides, as its
+/// corners run: the tangent of the angle over the side's length, as the upper half of an `f32`; not
+/// a number if that angle is over 45° or a unit normal is missing.
 ///
 /// With N the normal of the triangle as its corners run, e the side, and A the way to it from a
 /// place: N·A tells how far that place is behind the triangle's plane, and N·A + bend N·(A × e) how
@@ -251,8 +251,8 @@ pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
 }
 
 impl Surfaces {
-    /// Finds how the fine meshes lie in a hierarchy. What is told of their triangles is let go of
-    /// as soon as leaves have it: the hierarchy is at its largest then.
+    /// Finds how the fine meshes lie in a hierarchy. The data of their triangles are freed as soon
+    /// as leaves have them: the hierarchy is at its largest then.
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         FineTriangles { sides, turned }: FineTriangles,
@@ -340,7 +340,7 @@ impl Surfaces {
     }
 }
 
-/// What is around the leaves.
+/// The hierarchy around the leaves.
 struct Around<'a> {
     leaves: &'a [Leaf],
     sides: &'a [[[u32; 8]; 3]],
@@ -446,7 +446,7 @@ impl Around<'_> {
     }
 }
 
-/// Where each node and each leaf hangs: the node × 8 + lane; the root at [`NONE`].
+/// Returns the parent slot of each node and each leaf: the node × 8 + lane; [`NONE`] for the root.
 fn above(nodes: &[Node], leaves: usize) -> (Vec<u32>, Vec<u32>) {
     let mut above = (vec![NONE; nodes.len()], vec![NONE; leaves]);
     for (first, node) in (0_u32..).step_by(8).zip(nodes) {

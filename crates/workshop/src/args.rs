@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "workshop", version, about, disable_help_subcommand = true)]
 pub(crate) struct Cli {
-    /// What to do.
+    /// The command to execute.
     #[command(subcommand)]
     pub(crate) command: Command,
     /// No vector instructions beyond scalar, avx2 or avx512: for tests, as results do not depend
@@ -40,7 +40,7 @@ pub(crate) enum Command {
 pub(crate) enum Bench {
     /// Error against time.
     EqualTime(BenchArgs),
-    /// What rays and lines cost, beside obvhs's rays.
+    /// The cost of rays and lines, compared with obvhs's rays.
     Visibility(VisibilityArgs),
 }
 
@@ -54,7 +54,7 @@ pub(crate) struct BenchArgs {
     /// rest.
     #[arg(long, value_name = "E,E…")]
     pub(crate) estimators: Option<List<Estimator>>,
-    /// Numbers of samples, in ascending order; powers of two unless told.
+    /// Numbers of samples, in ascending order; powers of two by default.
     #[arg(long, value_name = "N,N…")]
     pub(crate) samples: Option<SampleCounts>,
     /// Resolution of the image whose pixels are measured.
@@ -66,7 +66,7 @@ pub(crate) struct BenchArgs {
     /// Times that everything is run, in alternation.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) rounds: u32,
-    /// How scenes are read.
+    /// The options for reading scenes.
     #[command(flatten)]
     pub(crate) read: ReadArgs,
     /// Print machine-readable results on standard output.
@@ -86,7 +86,7 @@ pub(crate) struct VisibilityArgs {
     /// Fewer points and rounds.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// How scenes are read.
+    /// The options for reading scenes.
     #[command(flatten)]
     pub(crate) read: ReadArgs,
     /// Print machine-readable results on standard output.
@@ -103,7 +103,7 @@ pub(crate) struct PicturesArgs {
     /// Write nothing, and fail if a picture of the gallery is of an old state.
     #[arg(long)]
     pub(crate) check: bool,
-    /// How scenes are read.
+    /// The options for reading scenes.
     #[command(flatten)]
     pub(crate) read: ReadArgs,
 }

@@ -32,10 +32,10 @@ const MAX_TRIANGLES: usize = 2 << 20;
 const MAX_KIB: u64 = 1 << 20;
 /// Ticks of a second in `/proc/PID/stat`: 100 on all of Linux's usual platforms.
 const TICKS: f64 = 100.0;
-/// How many times longer than the limit a process may take on the wall: it may wait for others.
+/// The factor over the limit that a process may take on the wall: it may wait for others.
 const PATIENCE: f64 = 12.0;
 
-/// What a child process says of its file, as one line of JSON.
+/// The report of a child process on its file, as one line of JSON.
 #[derive(Debug, Serialize, Deserialize)]
 struct Outcome {
     file: String,
@@ -172,7 +172,7 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     })
 }
 
-/// What the child says of a file; an error for what must not happen.
+/// Returns the report of a child process on a file; an error for what must not happen.
 fn in_child(file: &Path, seconds: f64) -> Result<Outcome> {
     let program = std::env::current_exe().context("finding the program itself")?;
     let mut child = Command::new(program)

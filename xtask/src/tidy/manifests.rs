@@ -9,7 +9,7 @@ fn name(line: &str) -> &str {
     line.split(['.', ' ', '=']).next().unwrap_or_default()
 }
 
-/// What the table of crates in `docs/architecture.md` says is what the manifests say: crates of
+/// Checks that the table of crates in `docs/architecture.md` agrees with the manifests: crates of
 /// ours in the last column but one, those of others in the last.
 pub(super) fn dependency_table(house: &House) -> Vec<String> {
     let page = house.text("docs/architecture.md");
@@ -37,7 +37,7 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
     problems
 }
 
-/// What crates.io wants of a published crate.
+/// The keys that crates.io requires of a published crate.
 const WANTED: &str = "description readme license repository keywords categories rust-version";
 
 pub(super) fn hygiene(house: &House) -> Vec<String> {

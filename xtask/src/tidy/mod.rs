@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the rules look at.
+/// The files that the rules check.
 pub(crate) struct House {
     root: PathBuf,
     /// Under version control or about to be, relative to the root, with `/`.
@@ -33,11 +33,11 @@ struct Source {
     /// The folder of its crate.
     owner: String,
     text: String,
-    /// Of files below `src`: without comments and tests. Empty for others.
+    /// The code of files below `src`, without comments and tests; empty for others.
     code: String,
 }
 
-/// What a rule finds.
+/// A rule, which returns the problems that it finds.
 type Rule = fn(&House) -> Vec<String>;
 
 /// Everything that breaks a house rule; empty when the house is tidy.

@@ -46,7 +46,7 @@ pub(super) fn lints(house: &House) -> Vec<String> {
     problems
 }
 
-/// In the path of a pixel `Result` comes only from constructors (`try_…`, or returning
+/// Checks that in the path of a pixel `Result` comes only from constructors (`try_…`, or returning
 /// `Result<Self, _>`) and from reading names (`FromStr`).
 pub(super) fn fallibility(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
@@ -70,7 +70,7 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
     problems
 }
 
-/// What a line of any Rust file does not say, and why.
+/// Checks the lines of all Rust files for forbidden text, and says why.
 pub(super) fn lines(house: &House) -> Vec<String> {
     let ignored = |line: &str| {
         let line = line.trim_start();
@@ -145,7 +145,7 @@ mod tests {
     use super::super::Rule;
     use super::*;
 
-    /// What a rule says of a file of a crate's.
+    /// Returns the number of problems that a rule finds in a crate's file.
     fn found(rule: Rule, path: &str, text: &str) -> usize {
         rule(&House::of(&format!("crates/{path}"), text)).len()
     }

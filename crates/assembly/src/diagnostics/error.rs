@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use std::fmt;
 use std::ops::Deref;
 
-/// What a reader gives, or the error that ends it.
+/// The result of a reader, or the error that ends it.
 pub type Result<T> = std::result::Result<T, SceneError>;
 
-/// What kind of thing an error or a warning is about.
+/// The kind of an error or a warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ErrorKind {
     /// A file could not be read.
@@ -120,7 +120,7 @@ impl SceneError {
         self
     }
 
-    /// What to do about it, on a line of its own.
+    /// Adds advice on what to do about it, on a line of its own.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.0.help = Some(help.into());
         self
@@ -134,7 +134,7 @@ impl SceneError {
         }
     }
 
-    /// What else there is to know, on a line of its own.
+    /// Adds a note, on a line of its own.
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.0.notes.push(note.into());
         self
@@ -145,7 +145,7 @@ impl SceneError {
         self
     }
 
-    /// What kind of mistake it is.
+    /// Returns the kind of mistake.
     pub fn kind(&self) -> ErrorKind {
         self.0.kind
     }
@@ -179,7 +179,7 @@ impl SceneError {
 }
 
 impl Warning {
-    /// How often the same message came; the place is that of the first.
+    /// Returns the number of times that the same message came; the place is that of the first.
     pub fn repeats(&self) -> usize {
         self.repeats
     }

@@ -65,17 +65,17 @@ fn within(bytes: u64, limit: u64) -> Result<()> {
 /// be.
 #[derive(Clone, Debug)]
 pub(crate) struct Files {
-    /// Where names start.
+    /// The folder that relative names start from.
     folder: PathBuf,
     /// The folder that must hold them, links followed, and what messages call it; `None`: any.
     root: Option<(PathBuf, String)>,
-    /// In place of all folders.
+    /// The files in memory, in place of all folders.
     memory: Option<Arc<BTreeMap<String, Vec<u8>>>>,
     max_bytes: u64,
 }
 
 impl Files {
-    /// For the scene in the file at `path`, or in memory.
+    /// Creates the files of the scene in the file at `path`, or in memory.
     pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
         let mut memory = None;
@@ -157,8 +157,8 @@ impl Files {
     }
 }
 
-/// Where a file that cannot be found would be: links of the folders that there are followed, and
-/// the rest of the name taken as it is written.
+/// Returns where a file that cannot be found would be: links of the existing folders are followed,
+/// and the rest of the name is taken literally.
 fn where_it_would_be(path: &Path) -> PathBuf {
     use std::path::Component;
     // Without a folder of its own, a name begins in the current one.
@@ -183,19 +183,19 @@ fn where_it_would_be(path: &Path) -> PathBuf {
 /// A half-open range of bytes in a [`Source`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Span {
-    /// Its first byte.
+    /// The offset of the first byte.
     pub start: usize,
     /// The byte behind its last.
     pub end: usize,
 }
 
 impl Span {
-    /// From a byte to before another.
+    /// Creates the span from a byte to before another.
     pub const fn new(start: usize, end: usize) -> Self {
         Self { start, end }
     }
 
-    /// From the start of `self` to the end of `other`.
+    /// Returns the span from the start of `self` to the end of `other`.
     pub const fn to(self, other: Self) -> Self {
         Self::new(self.start, other.end)
     }
@@ -209,7 +209,7 @@ pub struct Source {
     line_starts: OnceLock<Vec<usize>>,
 }
 
-/// Where a message shall point; the line is only looked for when there is a message.
+/// The location that a message points at; the line is only looked for when there is a message.
 #[derive(Clone, Copy, Debug)]
 pub struct Location<'a>(Within<'a>);
 
@@ -231,7 +231,7 @@ impl Location<'_> {
         SceneError::new(kind, message).at(self, label)
     }
 
-    /// The same for a message.
+    /// Returns the place for a message.
     pub(crate) fn place(self) -> Place {
         let (source, position) = match self.0 {
             Within::File(source) => (source, Position::File),
@@ -245,7 +245,7 @@ impl Location<'_> {
     }
 }
 
-/// Where a message points: a file and, if known, a place in it.
+/// The place that a message points at: a file and, if known, a place in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
     pub(crate) file: Arc<str>,
@@ -307,7 +307,7 @@ impl Source {
         })
     }
 
-    /// What messages call it.
+    /// Returns the name used in messages.
     pub fn name(&self) -> &Arc<str> {
         &self.name
     }

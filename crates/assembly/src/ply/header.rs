@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 
-/// How the rows are written.
+/// The encoding of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     Ascii,
@@ -56,7 +56,7 @@ impl Scalar {
     }
 }
 
-/// What each row of an element holds under one name: a number, or a list behind its length.
+/// A property of an element, a value in each row: a number, or a list behind its length.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub(super) name: String,
@@ -76,7 +76,7 @@ pub(super) struct Element {
 pub(super) struct Header {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,
-    /// Where the rows start.
+    /// The offset at which the rows start.
     pub(super) body: usize,
     /// The line `end_header`.
     pub(super) span: Span,
@@ -147,7 +147,7 @@ impl Header {
     }
 }
 
-/// What stands behind `format`.
+/// Parses the words after `format`.
 fn parse_format(words: &[&str], bad: Bad<'_>) -> Result<Format> {
     const NAMES: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
     let what = match words {

@@ -33,12 +33,12 @@ pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Resu
     base.finish(source.name(), has_shapes, None, FilmSettings::default())
 }
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Debug)]
 pub struct Mesh {
     /// Vertices, and polygons cut into triangles.
     pub mesh: MeshData,
-    /// What it holds besides, for warnings.
+    /// The names of other contents, for warnings.
     pub left_out: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ pub fn read(source: &Source) -> Result<Mesh> {
 /// Names that a warning lists.
 const LISTED: usize = 12;
 
-/// What the rows of an element are.
+/// The role of an element's rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Vertex,
@@ -71,7 +71,7 @@ enum Role {
 struct Sink {
     mesh: MeshData,
     faces: usize,
-    /// Of the elements.
+    /// The index of the element of vertices.
     vertex: usize,
     face: Option<usize>,
     vertex_count: usize,
@@ -130,7 +130,7 @@ impl Sink {
         }
     }
 
-    /// What the header describes and nobody reads.
+    /// Returns the names of elements and properties that are not read.
     fn left_out(&self, header: &Header) -> Vec<String> {
         // What every mesh tool writes and no renderer needs.
         const SILENT: [&str; 2] = ["edge", "camera"];

@@ -15,7 +15,7 @@ enum Stop {
 struct Numbers<'a> {
     source: &'a Source,
     format: Format,
-    /// Where the next one starts, but for white space.
+    /// The offset at which the next number starts, but for white space.
     at: usize,
 }
 
@@ -173,7 +173,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// Where the next number starts.
+    /// Returns the offset at which the next number starts.
     fn next_start(&self) -> usize {
         let rest = &self.source.bytes()[self.at..];
         match self.format {
@@ -182,7 +182,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// What has been read since `start`, to point at.
+    /// Returns the location of the text read since `start`, to point at.
     fn since(&self, start: usize) -> Location<'_> {
         match self.format {
             Format::Ascii => self.source.at(Span::new(start, self.at.max(start))),

@@ -30,7 +30,7 @@ pub struct PictureArgs {
     /// Light samples per shading point and light.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     pub samples: u32,
-    /// Which lights a point samples.
+    /// The strategy for selecting lights at a point.
     #[arg(long, default_value = "all", value_parser = light_choice())]
     pub lights: LightChoice,
     /// Emissive spheres, disks and cylinders.
@@ -108,17 +108,17 @@ impl PictureArgs {
     }
 }
 
-/// How an image becomes a file.
+/// The options for writing an image to a file.
 #[derive(Args, Debug)]
 pub struct ImageArgs {
     /// Doublings of brightness, in a PNG file.
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
     pub exposure: f64,
-    /// What a PNG file shows of values above white.
+    /// The tone curve of a PNG file for values above white.
     #[arg(long, value_name = "CURVE", default_value = "clip", value_parser = tone_curve())]
     pub tone_curve: ToneCurve,
-    /// How an EXR file is packed, always without loss: none, rle, or zip:1 (fast, the default) to
-    /// zip:9 (small).
+    /// The lossless compression of an EXR file: none, rle, or zip:1 (fast, the default) to zip:9
+    /// (small).
     #[arg(long, value_name = "HOW")]
     pub compression: Option<Compression>,
 }
@@ -126,14 +126,14 @@ pub struct ImageArgs {
 /// A layer beside the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Aov {
-    /// What the surface in the middle of the pixel reflects of light from everywhere.
+    /// Albedo of the surface in the middle of the pixel: what it reflects of uniform light.
     Albedo,
-    /// Its shading normal, towards the viewer; 0 where there is none.
+    /// The shading normal of that surface, towards the viewer; 0 where there is none.
     Normal,
-    /// Its distance from the camera; infinite where there is none.
+    /// The distance of that surface from the camera; infinite where there is none.
     Depth,
     /// Variance of the pixel, by its trials if there are several (--trials), else by its camera
-    /// samples as if they were independent: two or more.
+    /// samples (two or more) as if they were independent.
     Variance,
     /// Camera samples, rays and lines of the pixel: layers samples, rays, lines.
     Samples,

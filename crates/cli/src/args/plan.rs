@@ -36,7 +36,7 @@ Examples:
 /// `plan`.
 #[derive(Args, Debug)]
 pub struct PlanArgs {
-    /// What is planned.
+    /// The kind of plan.
     #[command(subcommand)]
     pub kind: PlanKind,
 }
@@ -68,22 +68,22 @@ pub struct PlanRenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// Side of the tiles in pixels; unless told, such that one takes a second or two.
+    /// Side of the tiles in pixels; by default such that one takes a second or two.
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=1 << 14))]
     pub tile: Option<u32>,
-    /// Make units of single blocks of camera samples, not of all samples of a tile; unless told,
-    /// done where a few pixels take too long.
+    /// Make units of single blocks of camera samples, not of all samples of a tile; by
+    /// default done where a few pixels take too long.
     #[arg(long)]
     pub split_samples: bool,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub read: ReadArgs,
-    /// What plans of all kinds have.
+    /// The options of all kinds of plans.
     #[command(flatten)]
     pub planned: PlannedArgs,
 }
 
-/// What plans of all kinds have.
+/// The options of all kinds of plans.
 #[derive(Args, Debug)]
 pub struct PlannedArgs {
     /// Folder of the plan.
@@ -103,7 +103,7 @@ pub struct PlannedArgs {
     pub json: bool,
 }
 
-/// What starts numbered processes.
+/// The system for which a script starts numbered processes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Script {
     /// A job array of Slurm.
@@ -119,11 +119,11 @@ pub enum Script {
 pub struct RunArgs {
     /// Folder of a plan.
     pub plan: PathBuf,
-    /// Which shard of how many this is, from 1/N to N/N; unless told, by SLURM_ARRAY_TASK_ID,
-    /// JOB_COMPLETION_INDEX or AWS_BATCH_JOB_ARRAY_INDEX, or else all.
+    /// The shard of this process and the number of shards, 1/N to N/N; by default from
+    /// SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX or AWS_BATCH_JOB_ARRAY_INDEX, or else all.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// How many shards there are, where the environment only says which one this is.
+    /// The number of shards, where the environment only says which one this is.
     #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..))]
     pub shards: Option<u32>,
     /// Nothing is asked for: a shard does its own units and leaves alone those of others.
@@ -142,8 +142,8 @@ pub struct RunArgs {
 pub struct MergeArgs {
     /// Folder of a plan.
     pub plan: PathBuf,
-    /// Of a picture, the image to write: .exr (linear, with metadata) or .png. Of a study, the
-    /// folder for its report; `out` unless told.
+    /// Output: of a picture, the image to write, .exr (linear, with metadata) or .png; of a study,
+    /// the folder for its report, by default `out`.
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// The picture's file.

@@ -20,10 +20,10 @@ pub struct StudyArgs {
     /// Sampling patterns to compare (`linelit list samplers`).
     #[arg(long, value_name = "S,S…")]
     pub samplers: Option<List<SamplerKind>>,
-    /// Which lights a point samples; all unless told.
+    /// The strategy for selecting lights at a point; all lights by default.
     #[arg(long, value_parser = light_choice())]
     pub lights: Option<LightChoice>,
-    /// Emissive spheres, disks and cylinders; exact unless told.
+    /// Emissive spheres, disks and cylinders; exact by default.
     #[arg(long, value_parser = spheres())]
     pub spheres: Option<Spheres>,
     /// Light samples per shading point, ascending.
@@ -75,10 +75,10 @@ pub struct PlanConvergeArgs {
     /// The study.
     #[command(flatten)]
     pub study: StudyArgs,
-    /// How scenes are read.
+    /// The options for reading scenes.
     #[command(flatten)]
     pub read: ReadArgs,
-    /// What plans of all kinds have.
+    /// The options of all kinds of plans.
     #[command(flatten)]
     pub planned: PlannedArgs,
 }

@@ -14,7 +14,7 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
-    /// Where it lies in the whole picture, if it is a part of it.
+    /// The placement in the whole picture, if it is a part of it.
     pub(super) placement: Option<Placement>,
     /// Moments of trials or of camera samples of each pixel, if they are asked for.
     pub(super) moments: Vec<Moments>,
@@ -68,13 +68,13 @@ pub(super) fn bytes_per_pixel(picture: &PictureArgs) -> u64 {
     2 * layers + made_from
 }
 
-/// Of the first thing that a camera ray meets.
+/// The AOVs of the first surface that a camera ray meets.
 const SEEN: [Aov; 3] = [Aov::Albedo, Aov::Normal, Aov::Depth];
 
-/// Of all camera samples of a pixel.
+/// The AOVs that are statistics over all camera samples of a pixel.
 const COUNTED: [Aov; 2] = [Aov::Variance, Aov::Samples];
 
-/// What a film's layer of counts holds.
+/// Clamps a count to the range of a film's layer of counts.
 pub(super) fn clamped(n: u64) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
@@ -157,7 +157,7 @@ pub(super) fn add(
     Ok(())
 }
 
-/// What the ray through the middle of a pixel meets.
+/// The surface that the ray through the middle of a pixel meets.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Surface {
     pub(super) albedo: [f32; 3],
@@ -189,9 +189,9 @@ pub(super) fn surface(
     }
 }
 
-/// What a surface sends to the viewer of light that is 1 everywhere above it: the mean of f cos/p
-/// over directions by the BSDF, the same 64 stratified ones for all; and what perfect mirrors and
-/// glass pass on.
+/// Computes the reflection towards the viewer of light that is 1 everywhere above the surface: the
+/// mean of f cos/p over directions by the BSDF, the same 64 stratified ones for all; and the
+/// transmission of perfect mirrors and glass.
 fn albedo(point: &ShadingPoint) -> DVec3 {
     const SIDE: u8 = 8;
     let passed: DVec3 = point.bounces.iter().map(|bounce| bounce.weight).sum();

@@ -142,7 +142,7 @@ impl From<Tile> for Window {
 }
 
 impl Window {
-    /// What two have in common.
+    /// Returns the intersection of two windows.
     fn meet(self, other: Self) -> Option<Self> {
         let span = |[a, b]: [i64; 2], [c, d]: [i64; 2]| [a.max(c), b.min(d)];
         let (x, y) = (span(self.x, other.x), span(self.y, other.y));
@@ -165,7 +165,7 @@ impl Window {
         [self.x[0], self.x[1], self.y[0], self.y[1]]
     }
 
-    /// Its first column and row.
+    /// Returns the first column and row.
     fn corner(self) -> [i32; 2] {
         [self.x[0], self.y[0]].map(|n| i32::try_from(n).unwrap_or(i32::MAX))
     }
@@ -205,10 +205,10 @@ fn differing(ours: &Metadata, theirs: &Metadata) -> Vec<(String, String, String)
     both.collect()
 }
 
-/// What is written of a comparison.
+/// The outputs of a comparison.
 struct Maps<'a> {
     args: &'a CompareArgs,
-    /// Where the part that was compared lies, if it is not all.
+    /// The placement of the part that was compared, if it is not all.
     placement: Option<Placement>,
     flip: Option<Image>,
 }
@@ -313,7 +313,7 @@ type Metadata = Vec<(String, String)>;
 struct Picture {
     /// Linear.
     image: Image,
-    /// Where its pixels lie in the whole picture.
+    /// The window of its pixels in the whole picture.
     window: Window,
     /// Pixels of that across and down, and what the file calls the first.
     full: [u32; 2],
@@ -400,7 +400,7 @@ impl Picture {
         })
     }
 
-    /// Its pixels in a window, which is within its own.
+    /// Returns its pixels in a window, which is within its own.
     fn part(&self, window: Window) -> Image {
         self.window.cut(&self.image, window)
     }

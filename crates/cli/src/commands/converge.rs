@@ -52,8 +52,8 @@ fn name(args: &ConvergeArgs) -> &str {
     args.study.what.first().map_or("", String::as_str)
 }
 
-/// Plans a study in a folder of its own within that of the report, does what is left, and puts the
-/// parts together. When the report is whole the plan goes.
+/// Plans a study in a folder of its own within that of the report, computes missing parts, and
+/// merges all. When the report is complete the plan is deleted.
 fn converge(
     args: &ConvergeArgs,
     spec: &StudySpec,

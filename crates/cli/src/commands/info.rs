@@ -30,13 +30,13 @@ struct Info {
     /// Zero, as `instances`: what a scene places many times is copied.
     objects: usize,
     instances: usize,
-    /// The same as `triangles`.
+    /// The number of triangles again, as in `triangles`.
     triangles_in_world: usize,
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
     lights: BTreeMap<&'static str, LightGroup>,
-    /// What `--spheres exact` puts in the place of facets.
+    /// The lights that `--spheres exact` puts in the place of facets.
     exact_lights: BTreeMap<&'static str, LightGroup>,
     /// Number of materials and of triangles that have them, by model.
     materials: BTreeMap<&'static str, MaterialGroup>,

@@ -23,8 +23,8 @@ use std::sync::Mutex;
 /// The kind of plans of pictures.
 pub(super) const RENDER: &str = "render";
 
-/// What a unit takes if all goes as it should, in seconds of one thread: at least, so that writing
-/// its part is little beside it, and at most, so that a kill costs little.
+/// The bounds of a unit's expected time, in seconds of one thread: the least, so that writing its
+/// part is little beside it, and the most, so that a kill costs little.
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
 /// So many units are enough to share out.
 const ENOUGH: f64 = 256.0;
@@ -143,7 +143,7 @@ impl Picture {
         picture.cut((SIDE_AT_ONCE, false))
     }
 
-    /// The same in tiles of a side, and perhaps in blocks of their samples.
+    /// Cuts the picture into tiles with this side, and their samples into blocks if asked.
     pub(super) fn cut(mut self, size: (u32, bool)) -> Self {
         let (side, split) = size;
         let blocks: Vec<Option<u32>> = match split {
@@ -156,7 +156,7 @@ impl Picture {
         self
     }
 
-    /// Its plan, if a pixel takes so many seconds.
+    /// Returns the plan of the picture, if a pixel takes so many seconds.
     pub(super) fn plan(&self, pixel: f64, sources: &Sources<'_>) -> Result<Packed> {
         let settings = Settings {
             render: given::<Again<PictureArgs>>()?,
@@ -211,7 +211,7 @@ impl Picture {
         Ok((picture, again.read))
     }
 
-    /// Computes what is left of a plan.
+    /// Computes the remaining units of a plan.
     pub(super) fn run(&self, read: &ReadArgs, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
         let mut scene = inputs::open(folder, 0, read)?;
         render::set_film(&mut scene, &self.args);
@@ -220,7 +220,7 @@ impl Picture {
         Ok(self.run_with(&renderer, folder, options)?)
     }
 
-    /// The same by a renderer of its scene.
+    /// Computes the picture's units in a folder by a renderer of its scene.
     pub(super) fn run_with(
         &self,
         renderer: &Renderer<'_>,
@@ -372,9 +372,9 @@ struct Part {
     counted: Vec<u64>,
     /// The sum of the camera samples of each pixel.
     sums: Vec<[f64; 3]>,
-    /// How they are spread, of each pixel, with `variance` or `samples`.
+    /// The spread of each pixel's samples, for `variance` or `samples`.
     spreads: Vec<Spread>,
-    /// With `albedo`, `normal` or `depth`, what is seen in each pixel; of the first block alone.
+    /// The surface seen in each pixel, for `albedo`, `normal` or `depth`; of the first block alone.
     surfaces: Vec<Surface>,
 }
 

@@ -46,7 +46,7 @@ pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
     }
 }
 
-/// Does what is left of a plan, or of a shard of it.
+/// Computes the remaining units of a plan, or of a shard of it.
 ///
 /// # Errors
 /// If the plan cannot be read, is of another program, or a unit fails.

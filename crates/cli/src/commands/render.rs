@@ -110,7 +110,7 @@ fn open(
     ))
 }
 
-/// Renders what is left of a picture that is kept, and puts all of it together.
+/// Renders the missing parts of a picture whose parts are kept, and merges all of them.
 fn render_kept(
     picture: &Picture,
     renderer: &Renderer<'_>,
@@ -291,7 +291,7 @@ fn explain(
     )
 }
 
-/// What is said of a picture that was written, with the numbers of [`counted`].
+/// Returns the JSON report of a picture that was written, with the numbers of [`counted`].
 pub(super) fn picture_json(
     scene: &str,
     output: &Path,
@@ -316,7 +316,7 @@ pub(super) fn picture_json(
     found
 }
 
-/// The numbers that are told of a picture, by name: those of the plan of what to skip first.
+/// The numbers reported about a picture, by name: those of the plan of what to skip first.
 pub(super) fn counted(counts: &Counts) -> impl Iterator<Item = (&'static str, u64)> {
     let visibility = &counts.visibility;
     counts.plan.rows().chain([

@@ -136,7 +136,7 @@ pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
     first(&scenes.join(" "), BUILT_IN, &of_files(read))
 }
 
-/// What the flags change of a study.
+/// Applies the flags of the command line to a study.
 pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
     if args.smallest {
         spec.shrink();
@@ -233,7 +233,7 @@ pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
     plan.units.iter().map(unit).collect()
 }
 
-/// Does what is left of a plan, one unit at a time on all threads of the pool: times are measured.
+/// Computes a plan's remaining units, one at a time on all threads of the pool: times are measured.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
@@ -291,7 +291,7 @@ impl StudyPlan {
         inputs::open(folder, number, &self.read)
     }
 
-    /// Does what is left of the plan.
+    /// Computes the remaining units of the plan.
     pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
         let pool = pool_of(options.threads)?;
         let load = |name: &str| self.load(folder, name);

@@ -30,7 +30,7 @@ pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> 
     Ok(folder)
 }
 
-/// What to do about the plan of another picture or study.
+/// Returns the message about an interrupted plan of another picture or study.
 pub(super) fn interrupted(what: &str) -> String {
     format!(
         "An interrupted {what} is there: the command that began it goes on, --fresh begins anew"

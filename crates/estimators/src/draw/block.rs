@@ -28,7 +28,7 @@ pub(crate) struct PointBlock {
     len: usize,
     /// L f_r cos θ/p_ω.
     contributions: [DVec3; SIZE],
-    /// What tells where they are.
+    /// The vectors to the points, or the points themselves, as `Target` says.
     targets: [DVec3; SIZE],
     columns: Columns,
 }
@@ -51,7 +51,7 @@ struct Columns {
     u: [Column; 2],
     /// The points, by coordinate as all vectors here.
     point: [Column; 3],
-    /// Their densities: in the measure that they were drawn in, then per solid angle.
+    /// The densities of the points: in the measure that they were drawn in, then per solid angle.
     density: Column,
     to_light: [Column; 3],
     direction: [Column; 3],
@@ -64,7 +64,7 @@ impl PointBlock {
         self.len = 0;
     }
 
-    /// Where the points are.
+    /// Returns the vectors to the points, or the points themselves.
     pub(crate) fn targets(&self) -> &[DVec3] {
         &self.targets[..self.len]
     }
@@ -197,7 +197,7 @@ impl Columns {
     }
 }
 
-/// How a shading point sees points of a flat light.
+/// A shading point and a flat light, as the kernel needs them.
 struct Seen {
     x: DVec3,
     /// The normals of its horizons, the shading normal first.
@@ -210,9 +210,9 @@ struct Seen {
     even: Option<Emission>,
 }
 
-/// Where points are as a shading point sees them: the bits of [`LightPoint::towards`], and of
-/// [`ShadingPoint::reflected`](crate::ShadingPoint::reflected) for light that is even. A bit for
-/// each point that carries light; where light is not even, for each that has a density.
+/// Computes the points as the shading point sees them, with the bits of [`LightPoint::towards`],
+/// and of [`ShadingPoint::reflected`](crate::ShadingPoint::reflected) for uniform emission. Returns
+/// a bit for each point that carries light; for other emission, for each that has a density.
 #[inline(always)]
 fn look_kernel<S: Simd>(s: S, seen: &Seen, rows: usize, columns: &mut Columns) -> u64 {
     let mut carry = 0;
@@ -268,7 +268,7 @@ impl Seen {
         ]
     }
 
-    /// What even light sends to the viewer, and where that is not nothing.
+    /// Returns the light that uniform emission sends to the viewer, and where it is not zero.
     #[inline(always)]
     fn reflected<S: Simd>(
         &self,

@@ -32,7 +32,7 @@ pub(crate) struct Draw {
 /// The use that is made of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Use {
-    /// Their integrals are known.
+    /// Integrals along the lines are known in closed form.
     Integrals,
     /// A point of each is drawn.
     Points,

@@ -181,7 +181,7 @@ fn above<'a>(
     polygon
 }
 
-/// From a plane's coordinates to those of a disk in it, in units of the radius.
+/// The map from a plane's coordinates to those of a disk in it, in units of the radius.
 struct ToDisk {
     rows: [[f64; 3]; 2],
     /// Whether the two run round each other's way.

@@ -195,7 +195,7 @@ pub(crate) struct Seen<'a> {
     /// The light's corners above the surface, in its plane.
     light: &'a [Point],
     pieces: &'a [BoundaryEdge],
-    /// Where the plane's coordinates are zero, and their axes.
+    /// The origin of the plane's coordinates, and their axes.
     plane: [DVec3; 3],
 }
 

@@ -8,18 +8,18 @@ use linelit_mis::{OptimalSystem, balance, clamped_optimal, optimal_contribution}
 /// One number for each technique.
 type Techniques = [f64; MOST_TECHNIQUES];
 
-/// What pulls the coefficients towards the balance heuristic, in samples for each technique
+/// The strength of the regularization towards the balance heuristic, in samples for each technique
 /// (measured in [`OptimalSystem::damped_alphas`]).
 const DAMPING: f64 = 3.0;
 
-/// What the optimal weights add to the sum by the balance heuristic of two rounds of samples, each
-/// by the coefficients α of the other (Kondapaneni et al. 2019, eqs. 10–14); `expected` are the
-/// samples of each technique in a round.
+/// Returns the difference between optimal weights and the balance heuristic, summed over two rounds
+/// of samples, each by the coefficients α of the other (Kondapaneni et al. 2019, eqs. 10–14);
+/// `expected` are the samples of each technique in a round.
 ///
 /// α from the samples that they weight would be biased. By those of independent samples, and by the
-/// numbers of samples that techniques have had, what the optimal weights say of a round is an
-/// unbiased estimate of the light that these techniques can draw, as is what the balance heuristic
-/// says of it. So the difference is zero in the mean, and a technique that had no sample has no
+/// numbers of samples that techniques have had, the sum of a round by the optimal weights is
+/// an unbiased estimate of the light that these techniques can sample, and so is the sum by the
+/// balance heuristic. So the difference is zero in the mean, and a technique that had no sample has no
 /// part in it. That ∫p_i may be less than one (lines that are wholly hidden give no sample) does
 /// not matter, since it is the same in both.
 pub(super) fn sum(kind: Optimal, expected: &Techniques, rounds: [Round<'_>; 2]) -> DVec3 {
@@ -59,8 +59,8 @@ fn free(alphas: &[Techniques; 3], counts: &Techniques, sample: &Sample) -> DVec3
     DVec3::from_array([0, 1, 2].map(|c| optimal_contribution(&alphas[c], counts, ps, 0.0, i)))
 }
 
-/// The same by weights between none and all: the optimal ones where α ≥ 0 and Σ α_k p_k ≤ f, which
-/// is what they are if techniques sample parts of the light.
+/// Returns a sample's difference by weights clamped to [0, 1]: the optimal ones where α ≥ 0 and Σ
+/// α_k p_k ≤ f, as they are if techniques sample parts of the light.
 fn clamped(alphas: &[Techniques; 3], counts: &Techniques, sample: &Sample) -> DVec3 {
     let (ps, i) = (&sample.densities, sample.technique);
     let mut parts = [0.0; MOST_TECHNIQUES];

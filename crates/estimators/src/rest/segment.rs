@@ -16,8 +16,8 @@ use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, wei
 use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
 
-/// What diffuse albedos count at least in the weights, so that the technique that covers all of the
-/// light is always heard.
+/// The least diffuse albedo in the weights, so that the technique that covers all of the light
+/// always counts.
 const LEAST_ALBEDO: f64 = 0.01;
 /// Samples made at a time.
 const BATCH: usize = 32;
@@ -156,7 +156,7 @@ impl DiffuseGlossyPair {
         sum
     }
 
-    /// What a sample of technique `k` adds: its weight times value over density and count.
+    /// Returns the contribution of a sample of technique `k`: weight × value / (density × count).
     fn contribution(&self, value: DVec3, pdfs: [f64; 2], k: usize) -> DVec3 {
         let counts = [self.count; 2];
         let by_channel = |c: usize| {

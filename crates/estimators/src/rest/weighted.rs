@@ -181,7 +181,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         })
     }
 
-    /// The smoothing factor along a line through a point: 1 unless asked for.
+    /// Returns the smoothing factor along a line through a point: 1 without smoothing.
     fn smooth_factor(&self, at: &LightPoint, line: &Segment, parts: &[Interval]) -> f64 {
         self.smooth.map_or(1.0, |s| s.factor(at, line, parts))
     }

@@ -278,7 +278,7 @@ fn zeros<'a>(doc: &Document<'a>, node: Raw<'a>, layout: Layout, most: usize) -> 
 /// Elements that an accessor without data may have.
 const MAX_ZEROS: usize = 1 << 20;
 
-/// What the numbers of an accessor look like.
+/// The layout of an accessor's numbers.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     component: ComponentType,
@@ -345,7 +345,7 @@ fn percent_bytes(uri: &str) -> Vec<u8> {
     out
 }
 
-/// As lenient as browsers: either alphabet, white space, padding or none.
+/// Decodes base64 as leniently as browsers: either alphabet, white space, padding or none.
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
     let lenient = GeneralPurposeConfig::new()
         .with_decode_padding_mode(DecodePaddingMode::Indifferent)

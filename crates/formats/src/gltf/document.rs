@@ -13,7 +13,7 @@ use std::ops::Range;
 /// A value of the file, not taken apart.
 pub(super) type Raw<'a> = &'a RawValue;
 
-/// What stands at the top of the file.
+/// The members of the root object of the file.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Lists<'a> {
@@ -187,7 +187,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// What the JSON reader says about a piece of the file that begins at `start`, at its place.
+/// Adds its place to an error of the JSON reader, in a piece of the file that begins at `start`.
 fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Error) -> SceneError {
     let line_start: usize = text
         .split_inclusive(|b| *b == b'\n')

@@ -76,7 +76,7 @@ struct MetallicRoughness<'a> {
     metallic_roughness_texture: Option<Raw<'a>>,
 }
 
-/// What the extensions that we read say, and how far a normal map bends.
+/// The values of the supported extensions, and the scale of a normal map.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Details<'a> {
@@ -187,7 +187,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// What an extension of a material says.
+    /// Reads an extension of a material.
     fn details(&self, node: &Node<'a>, extension: &str) -> Result<Details<'a>> {
         let raw = node.extensions.get(extension).copied();
         raw.map_or(Ok(Details::default()), |raw| self.doc.read(raw))
@@ -324,7 +324,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What a metallic–roughness surface is made of.
+/// The components of a metallic–roughness surface.
 struct Surface {
     /// The base, the metal, or both.
     parts: Vec<MaterialKind>,

@@ -19,7 +19,7 @@ struct Node<'a> {
     primitives: Vec<Raw<'a>>,
 }
 
-/// What a primitive is made of.
+/// The geometry of a primitive.
 #[derive(Debug)]
 enum Shape {
     Triangles(Rc<MeshData>),
@@ -29,9 +29,9 @@ enum Shape {
 /// A mesh that has been read.
 #[derive(Debug)]
 pub(super) struct Mesh {
-    /// What each node gets a copy of.
+    /// The shapes that each node gets a copy of.
     shapes: Vec<(Shape, Placement)>,
-    /// Its primitives.
+    /// The number of its primitives.
     count: usize,
 }
 
@@ -310,7 +310,7 @@ impl Vertices {
         DVec3::new(p[0], p[1], p[2])
     }
 
-    /// What a topology makes of an index list; `None` of points.
+    /// Makes a shape of an index list and its topology; `None` of points.
     fn shape(&self, mode: Mode, indices: &[u32]) -> Option<Shape> {
         if let Some(pairs) = line_pairs(mode, indices.len()) {
             let ends = pairs.into_iter();

@@ -67,11 +67,11 @@ pub(crate) fn load(
     read(source, None, base)
 }
 
-/// What a GLB file holds.
+/// The contents of a GLB file.
 struct Chunks {
     json: Vec<u8>,
     binary: Option<Arc<[u8]>>,
-    /// Where the last chunk ends.
+    /// The offset at which the last chunk ends.
     end: usize,
 }
 
@@ -164,7 +164,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         .finish(source.name(), reader.shapes > 0, camera, film)
 }
 
-/// Of which glTF the file is.
+/// The version of glTF that the file is written in.
 #[derive(Deserialize)]
 struct Asset {
     version: String,

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// How a material names a texture.
+/// A material's reference to a texture.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Info<'a> {
@@ -35,7 +35,7 @@ struct Transform {
     tex_coord: Option<u32>,
 }
 
-/// What a texture is for.
+/// The channel that a texture is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Channel {
     /// sRGB-encoded colour.
@@ -46,7 +46,7 @@ pub(super) enum Channel {
     Green,
     /// The third.
     Blue,
-    /// How much is there, if the image says so.
+    /// The coverage of the surface, if the image has an alpha channel.
     Alpha,
 }
 
@@ -136,7 +136,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Of an image that cannot be read, the colour says so.
+    /// Returns the alpha channel of an image; if it cannot be read, its colour reports the error.
     fn alpha_channel(&mut self, index: usize) -> Result<Option<Arc<ImageData>>> {
         let raw = self.doc.known(List::Images, index);
         let at = self.doc.at(raw);
@@ -174,7 +174,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What lies beyond the edges of an image.
+/// Returns the wrap mode of a sampler.
 const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     match mode {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
@@ -183,9 +183,9 @@ const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// How an image is looked up where it is smaller than on the screen: `minFilter`, which names the
-/// copies too. Where it names none, or nothing (then it is the renderer's choice), the footprint is
-/// still averaged. `magFilter` is not asked: magnified images are bilinear.
+/// Returns the filter for images that are minified: `minFilter`, which names the mip levels too.
+/// Where it names none, or is missing (then it is the renderer's choice), the footprint is still
+/// averaged. `magFilter` is ignored: magnified images are bilinear.
 fn filter(sampler: &Sampler) -> TextureFilter {
     match sampler.min_filter {
         Some(Checked::Valid(

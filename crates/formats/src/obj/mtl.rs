@@ -43,7 +43,7 @@ struct Draft {
     /// The texture, and the statement that named it.
     ke_map: Option<Texture>,
     normals: Option<Texture>,
-    /// Where it is there, as an index into the builder's alphas.
+    /// The mask of `d` or `map_d`, as an index into the builder's alphas.
     alpha: Option<u32>,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Entry {
     /// Index in the scene.
     pub(super) index: u32,
     pub(super) emission: Option<EmissionSpec>,
-    /// Where what has it is there.
+    /// The mask that cuts holes into shapes of this material.
     pub(super) cutout: Option<Cutout>,
 }
 

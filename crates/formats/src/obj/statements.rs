@@ -21,7 +21,7 @@ const UNSUPPORTED: &str = "p vp cstype deg bmat step curv curv2 surf parm trim h
 
 const KNOWN: [&str; 7] = ["v", "vt", "vn", "f", "l", "usemtl", "mtllib"];
 
-/// What indices are of, in the order in which corners have them.
+/// The kinds of indices, in the order in which corners have them.
 const WHAT: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 /// Position, texture coordinate and normal of a corner, as indices from zero.
@@ -34,9 +34,9 @@ pub(super) struct Group {
     /// Index and emission.
     pub(super) material: Entry,
     pub(super) is_line: bool,
-    /// Which indices its corners have.
+    /// The kinds of indices that its corners have.
     has: [bool; 3],
-    /// Its first statement.
+    /// The place of its first statement.
     pub(super) first: Span,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Statements<'a> {
     /// The last statement that was taken, and what was wrong with it.
     last: Span,
     refused: Option<SceneError>,
-    /// What is being handed on, how far, and whether nothing follows.
+    /// The text being handed on, how far it has been, and whether nothing follows.
     text: Vec<u8>,
     at: usize,
     ended: bool,
@@ -127,7 +127,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// What tobj made of it all; an error has the place of the last statement that it was given.
+    /// Returns what tobj made of it all; an error gets the place of the last statement handed on.
     pub(super) fn check<T>(&mut self, read: std::result::Result<T, tobj::LoadError>) -> Result<T> {
         if let Some(refused) = self.refused.take() {
             return Err(refused);

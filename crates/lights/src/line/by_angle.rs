@@ -34,8 +34,8 @@ use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, predicates};
 /// lines are [`linelit_geometry::CloseLines`]: the light's normal, rounded to ε, would change that
 /// distance, and with it the measure, by 1e-12, and rounded corners move an edge next to the foot.
 const NEAR: f64 = 1e-3;
-/// But not farther than this from the light, relative to its size: that is what twice the working
-/// precision still resolves, to ε of a light that is ε times as wide as it is long.
+/// The largest distance for close lines, relative to the light's size: twice the working precision
+/// still resolves it, to ε of a light that is ε times as wide as it is long.
 const FAR: f64 = 1e4;
 /// After a step this small, relative to the piece, the next one would be rounding.
 const LAST_STEP: f64 = 2e-9;
@@ -43,8 +43,8 @@ const LAST_STEP: f64 = 2e-9;
 /// points of its part above the horizon, rounded to ε of their size, know their directions next to
 /// the foot to less than seven digits: there the offsets go by solid angle.
 const NEAREST: f64 = 1e-9;
-/// By how much more than what is above the horizon is kept there, relative to the same: a few
-/// roundings of a corner.
+/// The relative margin that is kept below the horizon nearer than [`NEAREST`]: a few roundings of a
+/// corner.
 const MORE: f64 = 16.0 * f64::EPSILON;
 /// The ratio of the distances of a piece's lines from which on angles do not tell them apart well:
 /// three digits are lost.
@@ -656,9 +656,9 @@ impl LineTechnique for AngularLines {
     }
 }
 
-/// Where a Newton step back from `v` leads in a bracket, and whether it was the last: no longer
-/// than `last`. One that leaves the bracket halves it, which says nothing of how near the root is;
-/// a last one that does (it rounds to no step at all, and `v` is an end of the bracket) stays.
+/// Takes a Newton step back from `v` in a bracket; tells whether it was the last: no longer than
+/// `last`. One that leaves the bracket halves it, which says nothing of how near the root is; a
+/// last one that does (it rounds to no step at all, and `v` is an end of the bracket) stays.
 fn step_within([lo, hi]: [f64; 2], v: f64, step: f64, last: f64) -> (f64, bool) {
     let (next, is_last) = (v - step, step.abs() <= last);
     if next > lo && next < hi {

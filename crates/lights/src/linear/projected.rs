@@ -240,7 +240,7 @@ impl ProjectedLine {
     }
 
     /// The sample to about the accuracy that the paper has after its two steps, and for less: steps
-    /// end when one was below a fortieth of the distance to the nearer end (what is left is about
+    /// end when one was below a fortieth of the distance to the nearer end (the error is about
     /// its cube). One step does nearly everywhere. Worst backward error in ξ by search:
     /// `docs/accuracy-lights.md`.
     #[must_use]

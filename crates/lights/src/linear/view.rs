@@ -88,9 +88,9 @@ impl LineView {
         Self::build(p0, p1, p1 - p0, cross(p0, p1), Some(normal))
     }
 
-    /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that
-    /// knows it more accurately, because it formed it before the shading point was subtracted.
-    /// `None`, too, for what is no edge between these ends by far.
+    /// Creates the view like [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given
+    /// by a caller that knows it more accurately, because it formed it before the shading point was
+    /// subtracted. `None`, too, if that is far from being the edge between these ends.
     #[inline(always)]
     #[must_use]
     pub fn with_edge(p0: DVec3, p1: DVec3, edge: DVec3, normal: Option<DVec3>) -> Option<Self> {

@@ -15,7 +15,7 @@ pub(crate) struct Quadrilateral {
     pub(crate) lengths: [f64; 4],
     /// ab, ac, ad, bc, cd.
     pub(crate) sides: [Side; 5],
-    /// Of the triangles: the distance from their plane times twice their area.
+    /// The distance from the plane of each triangle times twice its area.
     pub(crate) det: [f64; 2],
 }
 
@@ -26,8 +26,8 @@ const ENDS: [[usize; 2]; 5] = [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]];
 /// multiplied with what; in lanes 5 and 6, that are two edges of a triangle.
 type Rows = [[[f64; 8]; 3]; 4];
 
-/// In this order: the products, their lengths, [`Side`]'s numbers, the lengths of the corners that
-/// sides start and end at; the determinants.
+/// The results, in this order: the products, their lengths, [`Side`]'s numbers, the lengths of the
+/// corners that sides start and end at; the determinants.
 type Results = [[f64; 8]; 9];
 
 impl Quadrilateral {
@@ -71,7 +71,7 @@ impl Quadrilateral {
     }
 }
 
-/// As `linelit_geometry::predicates` has it, for eight.
+/// Computes a product and its rounding error as `linelit_geometry::predicates` does, for eight.
 #[inline(always)]
 fn two_product<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     /// 2²⁷ + 1.

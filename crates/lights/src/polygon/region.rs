@@ -80,7 +80,7 @@ impl Side {
 #[derive(Clone, Copy, Debug)]
 struct Slab {
     range: [f64; 2],
-    /// What of the region lies over both ends.
+    /// The extent of the region over both ends of the range.
     lengths: [f64; 2],
     /// The sides over it: the first, and beyond the last.
     over: [usize; 2],

@@ -117,7 +117,7 @@ impl SolidAngleSampler {
         }
     }
 
-    /// What `ask` says of a triangle of the fan.
+    /// Applies `ask` to a triangle of the fan.
     fn of_triangle<T>(&self, i: usize, ask: impl Fn(&SphericalTriangle) -> T) -> T {
         match self.kept.get(i) {
             Some(kept) => ask(kept),

@@ -48,12 +48,12 @@ pub(crate) struct SphericalTriangle {
     rise: f64,
     /// |b| (1 + τ₁²).
     far: f64,
-    /// Of a point q = b + λ bc of the outer edge: a × q and a·q, at λ = 0 and what they gain.
+    /// The products a × q and a·q of q = b + λ bc on the outer edge: at λ = 0, and their slopes.
     cross: [DVec3; 2],
     dot: [f64; 2],
 }
 
-/// What samples of a triangle need, or of one of two in each lane.
+/// The constants for samples of a triangle, or of one of two in each lane.
 #[derive(Clone, Copy)]
 pub(crate) struct Each<L: Lanes> {
     p: L::D,
@@ -251,7 +251,7 @@ impl SphericalTriangle {
         2.0 * self.half
     }
 
-    /// What samples need: of another triangle with the same corner a in the lanes of `m`.
+    /// Returns the constants of samples; for `other`, with the same corner a, in the lanes of `m`.
     #[inline(always)]
     pub(crate) fn each<L: Lanes>(&self, l: L, other: &Self, m: L::M) -> Each<L> {
         let (s, o) = (self, other);
@@ -289,8 +289,8 @@ impl SphericalTriangle {
         [self.invert_outer(lambda), self.invert_inner(lambda, kappa)]
     }
 
-    /// From `sin(ξh)/sin((1−ξ)h) = ρ = τ τ₁ D/((τ₁ − τ) P sin h)`: `tan(ξh) = ρ sin h/(1 + ρ cos
-    /// h)`.
+    /// Inverts `sin(ξh)/sin((1−ξ)h) = ρ = τ τ₁ D/((τ₁ − τ) P sin h)`:
+    /// `tan(ξh) = ρ sin h/(1 + ρ cos h)`.
     fn invert_outer(&self, lambda: f64) -> f64 {
         if self.half <= 0.0 || lambda <= 0.0 {
             return 0.0;

@@ -14,7 +14,7 @@ pub enum ChordMeasure {
     Length,
     /// Offsets in proportion to solid angle, points uniform in solid angle.
     SolidAngle,
-    /// The same by projected solid angle, over the first of the horizons.
+    /// Offsets and points in proportion to projected solid angle, over the first of the horizons.
     Projected,
 }
 
@@ -23,7 +23,7 @@ pub enum ChordMeasure {
 pub(crate) struct Along {
     /// The shading point.
     pub x: DVec3,
-    /// What projected solid angles refer to.
+    /// The normal that projected solid angles refer to.
     pub normal: DVec3,
     pub measure: ChordMeasure,
 }

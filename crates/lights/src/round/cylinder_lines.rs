@@ -13,14 +13,14 @@ use linelit_geometry::{DVec3, Segment};
 
 /// Pieces on which the density of a line's angle is linear.
 const PIECES: usize = 12;
-/// Their ends, as angles of incidence from the middle of the range in halves of it: closer towards
-/// the rim, where distances go by the root of what is missing to it.
+/// The ends of the pieces, as angles of incidence from the middle of the range in halves of it:
+/// closer towards the rim, where distances go by the root of the distance to it.
 const ENDS: [f64; PIECES + 1] = [
     -1.0, -0.974, -0.887, -0.735, -0.526, -0.274, 0.0, 0.274, 0.526, 0.735, 0.887, 0.974, 1.0,
 ];
 
-/// What each piece gets beside its own, as a share of the mean, where a horizon cuts: what is above
-/// may be less than a piece.
+/// The least density of a piece, as a share of the mean, where a horizon cuts: the part above may
+/// be less than a piece.
 const LEAST: f64 = 0.05;
 
 /// Lines along the axis of the strip of a cylinder that is in view and above the horizons of a
@@ -414,7 +414,7 @@ fn above(c: f64, a: f64, b: f64, half: f64) -> Option<(f64, f64)> {
     Some((from, to))
 }
 
-/// With nothing in between: the first random number chooses the line, the second the point.
+/// Points that ignore occluders: the first random number chooses the line, the second the point.
 impl PointTechnique for CylinderLines {
     type Measure = SolidAngle;
 

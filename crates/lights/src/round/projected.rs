@@ -7,8 +7,8 @@ use linelit_elementary::{asin, atan2, cbrt, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
 
-/// In proportion to the cosine n·ω within the sphere's solid angle above the horizon of n: zero
-/// variance on a diffuse surface that sees all of it.
+/// Points in proportion to the cosine n·ω within the sphere's solid angle above the horizon of n:
+/// zero variance on a diffuse surface that sees all of it.
 ///
 /// **Formula.** Dropped onto the surface's plane, directions by projected solid angle are points by
 /// area, and the cap of directions with sin θ = σ = R/d at the angle β from n is an ellipse: centre
@@ -77,7 +77,7 @@ pub struct SphereProjected {
 /// A sphere that the horizon cuts.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
-    /// Where ellipse and circle touch, in units of σ, and where slices end.
+    /// The offsets, in units of σ, where ellipse and circle touch and where slices end.
     touch: f64,
     last: f64,
     /// Integrals of the width from the middle to there.
@@ -264,7 +264,7 @@ impl SphereProjected {
         cut.at_touch + self.sigma * self.sigma * self.cos * beyond
     }
 
-    /// The same where the circle bounds slices.
+    /// Returns the integral up to σ q where the circle bounds slices.
     fn lens(&self, q: f64) -> f64 {
         let (sigma, y) = (self.sigma, self.sigma * q);
         let lift = self.kappa * self.cos;

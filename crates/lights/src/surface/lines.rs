@@ -30,7 +30,7 @@ pub enum LineDensity {
 pub struct LineSetup {
     /// The direction in half turns from the first edge of the whole light, which a texture covers.
     pub fraction: f64,
-    /// The same direction in radians from the first edge of the surface, which may be a part.
+    /// The direction in radians from the first edge of the surface, which may be a part.
     pub angle: f64,
     /// Whether the direction was asked for, not drawn.
     pub fixed: bool,
@@ -56,7 +56,7 @@ pub enum LineFamily<'t> {
 }
 
 impl<'t> LineFamily<'t> {
-    /// Lines on a surface by a density, for whoever looks at it; `None` if it has no lines.
+    /// Creates lines on a surface by a density, for any shading point; `None` if it has no lines.
     #[must_use]
     pub fn new<T: EmissionTexture>(
         by: LineDensity,

@@ -1,4 +1,4 @@
-//! Surfaces of lights: what each shape says of itself, and points and lines of any of them.
+//! Surfaces of lights: the properties of each shape, and points and lines of any of them.
 //!
 //! A shape is one file of this folder, which implements [`Shape`] for it, and one arm of
 //! [`Surface`]; whatever draws its points and lines is an arm of [`PointSource`] and

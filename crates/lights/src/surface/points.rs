@@ -113,7 +113,7 @@ impl<P: PointTechnique> Draw for P {
 }
 
 impl<'t> PointSource<'t> {
-    /// Points of a surface by a density, for whoever looks at it.
+    /// Creates points of a surface by a density, for any shading point.
     // Inlined, so that the few bytes of most densities are written where the source stays.
     #[inline(always)]
     #[must_use]

@@ -2,8 +2,8 @@
 //!
 //! A sphere of constant radiance is, seen from outside, the flat disk of its outline with the same
 //! radiance: the circle in which the cone of directions touches it, r²/d from the centre towards
-//! the shading point. What stands between the point and that disk hides both alike, but for what
-//! is inside the sphere before the disk, which hides the disk only.
+//! the shading point. Occluders between the point and that disk hide both alike, but for those
+//! inside the sphere before the disk, which hide the disk only.
 
 use super::points::{PointDensity as By, PointSource};
 use super::{Shape, Viewer, disk, on_plane};

@@ -14,7 +14,7 @@ use linelit_study::stats::metrics::MRSE_EPSILON;
 use linelit_study::stats::slopes::SlopePoint;
 use std::collections::BTreeMap;
 
-/// How much is measured.
+/// The amount of measuring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Effort {
     /// Every step once, whatever comes out.
@@ -25,14 +25,14 @@ pub(super) enum Effort {
     Full,
 }
 
-/// What measurements are made with.
+/// The context that measurements are made with.
 #[derive(Debug)]
 pub(super) struct Bench<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) effort: Effort,
 }
 
-/// What came of a cell with one number of samples.
+/// The result of a cell with one number of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Answer {
     samples: u32,
@@ -245,7 +245,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// What errors are measured by: many samples of what is best there.
+    /// Computes the reference that errors are measured by: many samples of the best method there.
     fn reference(&self, targets: &Targets<'_>) -> Vec<DVec3> {
         let trials = 4;
         let cell = engine::Cell {

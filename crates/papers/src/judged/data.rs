@@ -52,14 +52,14 @@ pub(super) struct Points {
     /// The study that shows more of the same.
     #[serde(default)]
     pub(super) study: String,
-    /// What cells have that do not say otherwise.
+    /// The sampler of cells that name no other.
     pub(super) sampler: Text<SamplerKind>,
     pub(super) samples: Vec<u32>,
     pub(super) trials: u32,
     pub(super) cells: BTreeMap<String, Cell>,
 }
 
-/// Which shading points are measured.
+/// The shading points that are measured.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Only {
@@ -171,12 +171,12 @@ pub(crate) struct Claim {
     pub(super) place: String,
     /// The claim, in our words.
     pub(super) says: String,
-    /// What is measured; without it the claim is not measurable here.
+    /// The formula of the figure; without it the claim is not measurable here.
     pub(super) figure: Option<Formula>,
-    /// What the paper has.
+    /// The paper's figure or bound.
     #[serde(default)]
     pub(super) expect: Option<Expected>,
-    /// How the paper's figure was read.
+    /// The way in which the paper's figure was read.
     #[serde(default = "printed")]
     pub(super) read: String,
     /// Why the tolerance is what it is.

@@ -26,7 +26,7 @@ enum Node {
     Binary(char, Box<[Node; 2]>),
 }
 
-/// What formulas ask for: a statistic of a cell, by its path.
+/// The statistics that formulas refer to: each of a cell, by its path.
 pub(super) trait Figures {
     fn find(&self, statistic: &str, cell: &str) -> Result<Vec<Measured>>;
 }

@@ -25,7 +25,7 @@ struct Judged {
     study: String,
     measured: Option<Measured>,
     verdict: Verdict,
-    /// What the check of the reason found, and whether it is as the reason says.
+    /// The result of checking the reason, and whether it is as the reason says.
     check: Option<(Measured, bool)>,
 }
 
@@ -115,7 +115,7 @@ fn judge(claim: &Claim, study: &str, measurements: &Measurements) -> Result<Judg
     })
 }
 
-/// What a run says against the record: verdicts, reasons that do not hold, figures that are none.
+/// Lists a run's failures: other verdicts, reasons that do not hold, figures that are NaN.
 fn failures(judged: &[Judged]) -> Vec<String> {
     let mut all = Vec::new();
     for one in judged {
@@ -139,7 +139,7 @@ fn failures(judged: &[Judged]) -> Vec<String> {
     all
 }
 
-/// How many have each verdict.
+/// Counts the claims with each verdict.
 fn counts(judged: &[Judged]) -> [usize; Verdict::ALL.len()] {
     Verdict::ALL.map(|verdict| judged.iter().filter(|j| j.verdict == verdict).count())
 }

@@ -88,8 +88,8 @@ fn table(own: &[Judged]) -> Table {
     Table::new(caption, columns, own.iter().map(row))
 }
 
-/// How far the figures are on the way from no effect to the paper's, and where ratios are beside
-/// their bounds.
+/// Plots how far the figures are on the way from no effect to the paper's, and where ratios lie
+/// relative to their bounds.
 fn plots(own: &[Judged]) -> Vec<Plot> {
     let shares: Vec<IntervalRow> = own.iter().filter_map(share).collect();
     let bounds: Vec<IntervalRow> = own.iter().filter_map(bound).collect();
@@ -160,12 +160,12 @@ fn bound(one: &Judged) -> Option<IntervalRow> {
     })
 }
 
-/// What was measured, in words.
+/// Returns the measured figure, in words.
 pub(super) fn found(one: &Judged) -> String {
     one.measured.map_or("–".to_owned(), |m| m.to_string())
 }
 
-/// What is expected, in figures.
+/// Returns the expected figure as text.
 pub(super) fn expected(claim: &Claim) -> String {
     claim.expect.map_or("–".to_owned(), Expected::text)
 }

@@ -1,10 +1,10 @@
-//! What a figure that was measured says of a paper's.
+//! The verdict of a measured figure on a paper's.
 
 use crate::measured::{Measured, number};
 use serde::Deserialize;
 use std::fmt;
 
-/// What a paper has.
+/// The figure or bound that a paper gives.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "Bounds")]
 pub(super) enum Expected {
@@ -50,7 +50,7 @@ impl TryFrom<Bounds> for Expected {
     }
 }
 
-/// What follows from a figure with its interval of 95 %.
+/// The verdict that follows from a figure with its interval of 95 %.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Verdict {
@@ -62,7 +62,7 @@ pub(super) enum Verdict {
     Stronger,
     /// The whole interval falls short of it.
     Weaker,
-    /// There is no effect, or the opposite one; or a figure alone is another one.
+    /// No effect, or the opposite one; or a figure alone is another one.
     Refuted,
     /// No figure is measured here.
     NotMeasurable,
@@ -142,7 +142,7 @@ impl Expected {
         }
     }
 
-    /// What is expected, in figures.
+    /// Returns the expected figure as text.
     pub(super) fn text(self) -> String {
         match self {
             Self::Figure {

@@ -6,7 +6,7 @@ use super::textures::NUMBER;
 use linelit_assembly::{Holes, Result};
 use linelit_scene::{Alpha, Cutout, Texture};
 
-/// What a shape's parameters say beside what it is.
+/// The parameters of a shape beside its geometry.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extent {
     pub(super) cutout: Option<Cutout>,

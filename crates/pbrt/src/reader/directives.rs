@@ -20,7 +20,7 @@ const DIRECTIVES: &str = "\
     Rotate Sampler Scale Shape SurfaceIntegrator Texture Transform \
     TransformBegin TransformEnd TransformTimes Translate WorldBegin WorldEnd";
 
-/// What `Attribute` sets defaults of; none of media, which are left out.
+/// The targets that `Attribute` sets defaults of; none for media, which are left out.
 const TARGETS: &[(&str, Option<Target>)] = &[
     ("shape", Some(Target::Shape)),
     ("light", Some(Target::Light)),

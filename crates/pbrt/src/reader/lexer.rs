@@ -3,7 +3,7 @@
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, shorten};
 use std::sync::Arc;
 
-/// What a token is; its text is under its span.
+/// The kind of a token; its text is under its span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     /// A directive, a number, `true` or `false`.

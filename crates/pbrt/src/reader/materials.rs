@@ -24,7 +24,7 @@ const NOT_DRAWN: &str = "\
 /// Those of pbrt-v4, whose roughness and names of parameters are its own.
 const OF_V4: &str = "coateddiffuse conductor dielectric diffuse diffusetransmission thindielectric";
 
-/// How a model's roughness becomes the width of its microfacets, in the version that it is of.
+/// Returns the map from roughness to the width of microfacets in the model's version.
 fn remap(kind: &str) -> Remap {
     if is_one_of(kind, OF_V4) {
         Remap::V4

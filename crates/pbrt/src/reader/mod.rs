@@ -80,18 +80,18 @@ pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> 
 #[derive(Debug)]
 struct ObjectShape {
     geometry: Geometry,
-    /// Its place in the object.
+    /// The placement in the object.
     place: Placement,
 }
 
-/// What stands between `ObjectBegin` and `ObjectEnd`.
+/// The shapes between `ObjectBegin` and `ObjectEnd`.
 #[derive(Debug)]
 struct OpenObject {
     name: String,
     shapes: Vec<ObjectShape>,
 }
 
-/// What a shape directive makes.
+/// The geometry that a shape directive makes.
 #[derive(Clone, Debug)]
 enum Geometry {
     Mesh(Rc<MeshData>),
@@ -143,7 +143,7 @@ impl Loader {
         Ok(())
     }
 
-    /// What stands after the last directive.
+    /// Finishes the scene after the last directive.
     fn finish(mut self, source: &Source) -> Result<Loaded> {
         if let Some(block) = self.stack.last() {
             let end = block.opener.replace("Begin", "End");

@@ -26,7 +26,7 @@ pub(crate) enum Type {
     Texture,
 }
 
-/// Their names; of two the first is that of messages.
+/// The names of the types; of two the first is used in messages.
 const TYPES: &[(&str, Type)] = &[
     ("bool", Type::Bool),
     ("integer", Type::Integer),
@@ -139,11 +139,11 @@ impl Param {
     }
 }
 
-/// The parameters of one directive. Whoever reads one marks it as used, so that the rest can be
+/// The parameters of one directive. Reading one marks it as used, so that the rest can be
 /// named in a warning.
 #[derive(Clone, Debug)]
 pub(crate) struct Params {
-    /// What they belong to, for messages: "shape `sphere`".
+    /// The owner of the parameters, for messages: "shape `sphere`".
     pub(crate) owner: String,
     pub(crate) source: Arc<Source>,
     /// The directive and its name.
@@ -311,7 +311,7 @@ impl Params {
         Ok(param.map(|p| p.strings()[0].as_str()))
     }
 
-    /// What one of some words stands for.
+    /// Returns the value of a parameter that is one of some words.
     pub(crate) fn choice<T: Copy>(
         &self,
         name: &'static str,
@@ -322,7 +322,7 @@ impl Params {
         word.map(|word| self.pick(what, word, words)).transpose()
     }
 
-    /// What a word of the directive stands for.
+    /// Returns the value of a word of the directive.
     pub(crate) fn pick<T: Copy>(&self, what: &str, word: &str, words: &[(&str, T)]) -> Result<T> {
         let found = words.iter().find(|(known, _)| *known == word);
         let unknown = || self.unknown(what, word, words.iter().map(|(known, _)| *known));
@@ -369,7 +369,7 @@ impl Params {
         Err(self.wrong_count(param, what))
     }
 
-    /// As many numbers as asked for, or none.
+    /// Returns as many numbers as asked for, or `None`.
     pub(crate) fn fixed<const N: usize>(
         &self,
         name: &'static str,

@@ -320,7 +320,7 @@ fn round(name: &str, params: &Params) -> Result<Round> {
     Ok(Round { kind, phi_max })
 }
 
-/// What keeps an emissive round shape from being a light as it is, which is its facets then.
+/// Returns the reason why an emissive round shape is not a light as it is but as its facets.
 fn why_facets(mesh: &MeshData, place: &Placement, is_round: bool) -> &'static str {
     let emits = |what: fn(&EmissionSpec) -> bool| place.emission.as_ref().is_some_and(what);
     let inwards = place.reverse || emits(|emission| emission.two_sided);

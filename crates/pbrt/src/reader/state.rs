@@ -5,7 +5,7 @@ use linelit_geometry::glam::DAffine3;
 use linelit_scene::EmissionSpec;
 use std::rc::Rc;
 
-/// Which parameters `Attribute "shape" …` gives to what comes.
+/// The kinds of directives that `Attribute "shape" …` sets parameters of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Shape,
@@ -20,7 +20,7 @@ const MAX_DEFAULTS: usize = 500;
 /// Everything that `AttributeBegin` saves.
 #[derive(Clone, Debug)]
 pub(super) struct State {
-    /// From the current space to world space (before the world: to camera space).
+    /// The transform from the current space to world space (before the world: to camera space).
     pub(super) ctm: DAffine3,
     pub(super) reverse: bool,
     /// Transforms are those of the shutter's end (`ActiveTransform EndTime`), which we leave out.

@@ -16,7 +16,7 @@ const MAX_SIDE: i32 = 1 << 16;
 /// Most pixels in all.
 const MAX_PIXELS: i64 = 1 << 28;
 
-/// What the file has said about the view so far.
+/// The view as far as the file has described it.
 #[derive(Debug, Default)]
 pub(super) struct View {
     camera: Option<CameraSettings>,
@@ -29,9 +29,9 @@ pub(super) struct View {
 /// Half the width of a filter.
 #[derive(Debug)]
 struct PixelFilter {
-    /// As the file says, across and down.
+    /// The radii in the file, across and down.
     radius: [Option<f64>; 2],
-    /// Unless the file says so, in pbrt-v3 and in pbrt-v4.
+    /// The default radii, in pbrt-v3 and in pbrt-v4.
     usual: [f64; 2],
 }
 
@@ -41,7 +41,7 @@ struct CameraSettings {
     projection: Projection,
     screen_window: Option<[f64; 4]>,
     frame_aspect_ratio: Option<f64>,
-    /// How long the shutter is open, and who says so.
+    /// The time that the shutter is open, and the place in the file that says so.
     shutter: f64,
     place: Option<(Arc<Source>, Span)>,
 }
@@ -247,7 +247,7 @@ impl Loader {
         Ok(())
     }
 
-    /// What a film multiplies radiance by; what else it does to the picture is named.
+    /// Returns the factor that a film scales radiance by; reports what else it does to pictures.
     fn film_scale(&mut self, name: &str, params: &Params) -> Result<f64> {
         // The size of the sensor matters to realistic cameras only, and that of numbers to none.
         params.ignore(&["diagonal", "filename"]);

@@ -78,7 +78,7 @@ impl Edges {
     }
 }
 
-/// Of a corner; the sum over the ends is the same for both directions of an edge.
+/// Returns the hash of a corner; its sum over both ends is the same for an edge reversed.
 pub(super) fn hash(p: Point) -> u64 {
     let bits = p[0].to_bits() ^ p[1].to_bits().rotate_left(23);
     bits.wrapping_mul(0x9E37_79B9_7F4A_7C15)

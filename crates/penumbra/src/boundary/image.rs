@@ -68,7 +68,7 @@ impl Image {
     }
 }
 
-/// How far left of the way from c to d a point is, times the length of the way; rounded.
+/// Returns the distance of a point left of the line from c to d, times |d − c|; rounded.
 fn height(c: Point, d: Point, p: Point) -> f64 {
     (d[0] - c[0]) * (p[1] - c[1]) - (d[1] - c[1]) * (p[0] - c[0])
 }

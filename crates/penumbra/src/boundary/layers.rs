@@ -5,9 +5,9 @@ use std::ops::{Add, AddAssign, Neg};
 /// Images and layers of surfaces over a place, or how many more there are than over another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Layers {
-    /// Always known.
+    /// The number of layers of other images, which is always known.
     pub(super) images: i32,
-    /// Where images leave a gap, known up to those over its beginning.
+    /// The number of layers of fine surfaces; in gaps, relative to the beginning of the gap.
     pub(super) surfaces: i32,
 }
 

@@ -7,7 +7,7 @@ use crate::clip::{Edge, End, Meeting, Span, Start};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
     pub(super) edge: Edge,
-    /// What is over its left less what is over its right.
+    /// The layers over its left side less those over its right side.
     pub(super) weight: Layers,
     /// Whether it is the light's, backwards: the light is on its right.
     pub(super) light: bool,
@@ -15,11 +15,11 @@ pub(super) struct Side {
     pub(super) part: Option<Span>,
     /// Images just right of it where counting starts, once that is known.
     pub(super) count: Option<i32>,
-    /// What all events add to that.
+    /// The sum of the changes of `weight` at all events.
     pub(super) change: Layers,
-    /// Where counting starts: what comes before, or there, has been counted.
+    /// The parameter at which counting starts: events up to it have been counted.
     pub(super) counted: f64,
-    /// How close to there rounding may decide.
+    /// The distance from `counted` within which rounding may decide.
     pub(super) close: f64,
     /// The last of its events, plus one.
     pub(super) events: u32,
@@ -29,21 +29,21 @@ pub(super) struct Side {
     /// Whether anything else goes through its first or last point, or so close to where it is cut
     /// that rounding may decide.
     pub(super) touched: [bool; 2],
-    /// Where it comes onto the light, as an event of a side of the light, plus one.
+    /// The event, plus one, of a side of the light at which this side enters the light.
     pub(super) entry: u32,
-    /// Where it is among the sides.
+    /// The index of the side in the list.
     pub(super) place: u32,
     /// Whether its count is to be handed on.
     pub(super) is_handed: bool,
     /// Whether it crosses another at so small an angle that rounding moves where.
     pub(super) is_loose: bool,
-    /// How many sides of surfaces have what it shares with them where counting starts.
+    /// The number of surfaces' sides that overlap with this one where counting starts.
     pub(super) shared: i32,
     /// The gap between images right of where its part begins, and that where it ends, plus one;
     /// zero if there is an image over it.
     pub(super) first_gap: u32,
     pub(super) last_gap: u32,
-    /// How many layers more are over its end than over the beginning of the last gap.
+    /// The difference of layers over its end from those over the beginning of the last gap.
     pub(super) last_layers: i32,
 }
 
@@ -60,8 +60,8 @@ pub(super) struct Event {
     pub(super) layers: i32,
     /// The event of the same side that was found before, plus one.
     pub(super) before: u32,
-    /// On a side of the light: images right of the edge that comes in or goes out here; none if
-    /// another is too close.
+    /// The number of images to the right of the edge that enters or leaves here, on a side of the
+    /// light; none if another is too close.
     pub(super) right: Option<i32>,
     /// The side that it is on, and the event of the side that crosses it here, plus one, if neither
     /// only touches the other.
@@ -69,11 +69,11 @@ pub(super) struct Event {
     pub(super) twin: u32,
 }
 
-/// What is looked at.
+/// The part of the plane under consideration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Extent {
-    /// What is on the light. Where the first point of an edge's part is too close to the sides of
-    /// images, this cannot tell on which side.
+    /// The light alone. Where the first point of an edge's part is too close to the sides of
+    /// images, this cannot decide on which side it lies.
     Light,
     /// All of every edge: decisions are exact.
     All,
@@ -147,7 +147,7 @@ pub(super) fn are_neighbours(e: &Side, i: usize, f: &Side, j: usize) -> bool {
     (e.next as usize == j + 1) | (f.next as usize == i + 1)
 }
 
-/// What two sides, of which the first comes first, are to each other's counts.
+/// Records what two sides, of which the first comes first, add to each other's counts.
 #[allow(clippy::float_cmp, reason = "the very same corners")]
 #[inline(never)]
 pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event>) {

@@ -18,7 +18,7 @@ struct Stretch {
     side: u32,
     /// The gap between images that it is in.
     gap: u32,
-    /// How many layers more are right of it than right of where the gap begins.
+    /// The difference of layers to its right from those to the right of the gap's beginning.
     layers: i32,
     lo: End,
     hi: End,
@@ -29,7 +29,7 @@ struct Stretch {
 struct Gap {
     /// One that it is connected with, or itself.
     with: u32,
-    /// How many layers more are over its beginning than over that one's.
+    /// The difference of layers over its beginning from those over the beginning of that gap.
     layers: i32,
     /// If it stands for all that are connected with it, the place of the stretch of those under the
     /// fewest layers, plus one, and up to how many layers stretches are visible.
@@ -43,19 +43,19 @@ pub(super) struct Stretches {
     gaps: Vec<Gap>,
 }
 
-/// Where along a stretch and how far beside it a place is asked about, as fractions of its length:
-/// as far as nothing else is in between.
+/// The positions at which a place near a stretch is tested, along it and beside it, as fractions of
+/// its length: as far beside it as nothing else is in between.
 const ALONG: [f64; 5] = [0.5, 0.47, 0.59, 0.38, 0.67];
 const ASIDE: [f64; 5] = [0.25, 0.02, 1e-3, 3e-5, 1e-6];
 
-/// Stretches that are shorter, in units of the light, are told by longer ones, or left out where
-/// there are none.
+/// The length, in units of the light, below which stretches are decided by longer ones, or left
+/// out where there are none.
 const SHORT: f64 = 1e-12;
 
-/// How far a place on a stretch may be from it, in units of the light, with a lot of room.
+/// The largest error of a place on a stretch, in units of the light, chosen generously.
 const ROUNDING: f64 = 1e-14;
 
-/// Of as many stretches a place is sought.
+/// The number of stretches on which a place is tried.
 const TRIES: usize = 16;
 
 impl Stretches {
@@ -89,7 +89,7 @@ impl Stretches {
             if with == at {
                 return (at, layers);
             }
-            // Halves the way for whoever comes next.
+            // Halve the path for the next search.
             let beyond = self.gaps[with as usize];
             if beyond.with != with {
                 let shorter = &mut self.gaps[at as usize];
@@ -113,9 +113,9 @@ impl Stretches {
         true
     }
 
-    /// Of all that are connected, finds the stretch under the fewest layers, the longest of those;
-    /// short ones only where there are no others. From there on layers are counted from where the
-    /// gap begins that stands for all.
+    /// Finds, among all connected stretches, the one under the fewest layers, the longest of those;
+    /// short ones only where there are no others. Layers are then counted from the beginning of the
+    /// gap that represents the connected ones.
     fn find_fewest(&mut self, short: f64) {
         for place in 0..self.all.len() {
             let (gap, more) = self.root(self.all[place].gap);

@@ -1,8 +1,8 @@
 //! What the horizon leaves of a triangle.
 //!
 //! Corners P₀, P₁, P₂ with fᵢ = n·Pᵢ; edge k is opposite Pₖ, from Pᵢ to Pⱼ. It meets the horizon
-//! where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ. By products and quotients of these
-//! and the determinant there is all that is to know of what is left: nothing cancels, however near
+//! where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ. Products and quotients of these
+//! and of the determinant there yield the part above the horizon: nothing cancels, however near
 //! the light's plane is, and the horizon to it.
 
 use super::{Corner, Triangle};
@@ -19,7 +19,7 @@ const CANCELLED: f64 = 0.125;
 /// Cosine of a diagonal from where on its rounded ends do not know its plane to 1e-13.
 const NEARLY_STRAIGHT: f64 = -0.999_99;
 
-/// What a side runs along: an edge of the triangle, or the horizon.
+/// The line along which a side runs: an edge of the triangle, or the horizon.
 #[derive(Clone, Copy, Debug)]
 enum Side {
     Edge(usize),
@@ -29,9 +29,9 @@ enum Side {
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
     corner: Corner,
-    /// Of the triangle's corners: it is the sum of them with these weights.
+    /// The weights of the triangle's corners that sum to the vertex.
     weights: [f64; 3],
-    /// Where an edge meets the horizon: which one, and the change of n·P along it.
+    /// The edge that meets the horizon here, if one does, and the change of n·P along it.
     cut: Option<(usize, f64)>,
     /// Along which it goes on to the next one.
     side: Side,
@@ -87,7 +87,7 @@ pub(super) fn above(
 }
 
 impl Given {
-    /// What is above the horizon, and its number of corners.
+    /// Returns the part above the horizon, and its number of corners.
     fn clipped(&self) -> ([Vertex; MOST], usize) {
         let given = |i: usize, side: Side| {
             let mut weights = [0.0; 3];
@@ -123,7 +123,7 @@ impl Given {
         (out, count)
     }
 
-    /// Where an edge meets the horizon, to go on along `side`.
+    /// Returns the vertex where an edge meets the horizon, to continue along `side`.
     fn cut(&self, edge: usize, side: Side) -> Vertex {
         let (i, j) = ((edge + 1) % 3, (edge + 2) % 3);
         let (a, b) = (self.corners[i], self.corners[j]);
@@ -139,8 +139,8 @@ impl Given {
         }
     }
 
-    /// What the cross product of a vertex and the next one is of the normal of their side, over
-    /// `length`.
+    /// Returns the cross product of a vertex and the next one as a factor of their side's normal,
+    /// over `length`.
     fn turn(&self, a: &Vertex, b: &Vertex, length: f64) -> f64 {
         match (a.side, a.cut, b.cut) {
             (Side::Edge(_), _, Some((_, span))) => -a.corner.value / length / span,
@@ -164,7 +164,7 @@ impl Given {
         }
     }
 
-    /// Where a vertex is, scaled to about length one.
+    /// Returns the position of a vertex, scaled to about length one.
     fn place(&self, vertex: &Vertex) -> Doubles<3> {
         let at = match vertex.cut {
             None => vector(vertex.corner.at),

@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 const LONGEST: f64 = -0.1;
 /// The square of a side, so short that the third corner is not opposite the middle of the longest.
 const SLENDER: f64 = 0.01;
-/// Of what is 1e-300 of that, products with its own roundings are within the range of numbers.
+/// The scale of points: it brings the roundings of lengths of 1e-300 into the range of numbers.
 const SCALE: f64 = 1_267_650_600_228_229_401_496_703_205_376.0;
 /// The most rounds of halving: a half-sphere's triangles have sides of at most 180°, 90°, 45°.
 const HALVINGS: u32 = 6;
@@ -129,8 +129,8 @@ impl Triangle {
         }
     }
 
-    /// From the centre of the circumcircle, where that is inside: of half a sphere, the middle of
-    /// the longest side may be opposite the third corner.
+    /// Sums three parts about the centre of the circumcircle, where that is inside: of half a
+    /// sphere, the middle of the longest side may be opposite the third corner.
     fn thirds(&self, n: DVec3, rounds: u32) -> f64 {
         let corners = self.corners;
         let [a, b, c] = corners.map(|c| c.at);
@@ -161,7 +161,7 @@ impl Triangle {
         third(0) + third(1) + third(2)
     }
 
-    /// By the middle of the side opposite the first corner.
+    /// Sums two parts, cut at the middle of the side opposite the first corner.
     fn halves(&self, n: DVec3, rounds: u32) -> f64 {
         let [a, b, c] = self.corners;
         let [across, left, right] = self.sides;

@@ -37,7 +37,7 @@ pub struct Point {
 pub struct Curve<S> {
     /// The estimator.
     pub settings: S,
-    /// Its measurements, in ascending order of samples.
+    /// The measurements of the method, in ascending order of samples.
     pub points: Vec<Point>,
 }
 

@@ -1,4 +1,4 @@
-//! What a study measures, told by whoever brings it: integrals, and ways to estimate them.
+//! What a study measures, supplied by the caller: integrals, and ways to estimate them.
 
 use super::{CELL_SECONDS, Cell};
 use linelit_geometry::DVec3;
@@ -109,7 +109,7 @@ pub enum Truth<S> {
     Computed(Method<S>),
 }
 
-/// Rounds that the reference of a study may take, unless told.
+/// The default number of rounds that the reference of a study may take.
 pub const REFERENCE_ROUNDS: u32 = 32;
 
 /// Methods, numbers of samples and limits of a study.
@@ -140,7 +140,7 @@ impl<S> Design<S> {
         }
     }
 
-    /// What is measured: all methods with the least samples first.
+    /// Returns the cells to measure: all methods with the least samples first.
     pub fn cells(&self) -> impl ExactSizeIterator<Item = (&Method<S>, u32)> {
         let count = self.methods.len();
         let cell = move |k| (&self.methods[k % count], self.samples[k / count]);

@@ -29,7 +29,7 @@ pub struct Results {
 /// Error and time of one method at one number of samples.
 #[derive(Clone, Debug)]
 pub struct CellResult {
-    /// What tables say of it; the names of scene and pixels are still empty.
+    /// The row of the tables; the names of scene and pixels are still empty.
     pub row: ResultRow,
     /// Errors, trial by trial.
     pub score: Score,
@@ -69,7 +69,7 @@ impl CellResult {
 /// parts are handed over in the order of their units. What is missing is left out.
 #[derive(Debug)]
 pub struct Gathering<'a, P: Problem> {
-    /// What the parts are of.
+    /// The job that the parts belong to.
     pub job: Job<'a, P>,
     replicates: Vec<Replicates>,
     cells: Vec<Option<CellPart>>,

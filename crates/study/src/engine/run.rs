@@ -15,7 +15,7 @@ const CHUNK: usize = 16;
 /// Many readings of the clock fit into it, and few interruptions.
 const PASS_SECONDS: f64 = 0.01;
 
-/// Processor seconds that a cell is measured for, unless told.
+/// The default processor seconds that a cell is measured for.
 pub const CELL_SECONDS: f64 = 0.1;
 
 /// One way to estimate at one number of samples, in independent trials.

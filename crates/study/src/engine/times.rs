@@ -37,7 +37,7 @@ impl Times {
         (passes().map(|p| p.cpu).sum(), passes().count())
     }
 
-    /// The sum over blocks of what `of` says of their passes; NaN where there are none.
+    /// Returns the sum over blocks of `of` applied to their passes; NaN where there are none.
     fn sum(&self, of: impl Fn(&[PassTime]) -> f64) -> f64 {
         if self.blocks.is_empty() {
             return f64::NAN;

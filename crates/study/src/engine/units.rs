@@ -20,7 +20,7 @@ use std::ops::Range;
 pub enum Unit {
     /// A round of the reference on some integrals.
     Reference {
-        /// Which round.
+        /// The number of the round.
         round: u32,
         /// The integrals.
         integrals: Range<usize>,
@@ -44,12 +44,12 @@ pub struct Planned {
     pub seconds: f64,
 }
 
-/// What a unit of a study leaves.
+/// The result of a unit of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Part {
-    /// Of a round of the reference.
+    /// A part of a round of the reference.
     Reference(ReferencePart),
-    /// Of measurements, one by one.
+    /// The parts of measurements, one by one.
     Cells(Vec<CellPart>),
 }
 
@@ -125,11 +125,11 @@ pub struct Job<'a, P: Problem> {
     pub problem: &'a P,
     /// The values that errors are measured by.
     pub truth: &'a Truth<P::Settings>,
-    /// What is measured.
+    /// The design of the study.
     pub design: &'a Design<P::Settings>,
 }
 
-/// What a few trials on a few integrals say of a method at a number of samples.
+/// The result of a few trials on a few integrals by a method at a number of samples.
 struct Pilot {
     /// Mean over integrals and channels of the variance of one estimate.
     variance: f64,

@@ -13,19 +13,19 @@ const TOP: f64 = 34.0;
 /// A figure with its interval, and the band that it is expected in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IntervalRow {
-    /// What stands at the left.
+    /// The label at the left.
     pub label: String,
     /// Whether the label is a heading, of rows that follow.
     pub heading: bool,
     /// The figure.
     pub value: f64,
-    /// Its interval.
+    /// The confidence interval of the figure.
     pub interval: [f64; 2],
-    /// Where it is expected, if that is a band.
+    /// The band in which the figure is expected, if there is one.
     pub band: Option<[f64; 2]>,
-    /// What others report, if they do: an open diamond.
+    /// The figure that others report, if they do, drawn as an open diamond.
     pub other: Option<f64>,
-    /// What stands at the right.
+    /// The text at the right.
     pub figures: String,
     /// Colour and shape of the mark, by a number.
     pub kind: usize,

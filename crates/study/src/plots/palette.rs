@@ -17,7 +17,7 @@ const KNOWN: [&str; 8] = [
     "hybrid",
 ];
 
-/// Where `exact` stands in [`KNOWN`].
+/// The index of `exact` in [`KNOWN`].
 const GREY: usize = 6;
 
 /// Light-theme and dark-theme colours: first those of [`KNOWN`], then spares for combinations and
@@ -38,7 +38,7 @@ const COLOURS: [[&str; 2]; 13] = [
     ["#8c6a00", "#e0bd45"],
 ];
 
-/// Which colour and mark each estimator of a study has.
+/// The colours and marks of a study's estimators.
 ///
 /// Names without options keep one colour everywhere; others (options, combinations) get the spares
 /// in the order in which they are named, which the study's own order keeps the same in all plots.
@@ -83,7 +83,7 @@ impl Palette {
     }
 }
 
-/// What does not change with the theme.
+/// The part of the style sheet that does not depend on the theme.
 const SHAPES: &str = "\
     .ll{font-family:system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
     .ll text{font-size:12px}.ll text.ll-small,.ll text.ll-halo{font-size:11px}\
@@ -91,7 +91,7 @@ const SHAPES: &str = "\
     .ll text.ll-halo{paint-order:stroke;stroke-width:4;stroke-linejoin:round}\
     .ll .ll-panel{fill:none}.ll .ll-guide{stroke-dasharray:4 4}.ll .ll-paperdot{stroke-width:1.3}";
 
-/// What changes: fills and strokes of the light and of the dark theme.
+/// The colours of the style sheet: fills and strokes of the light and of the dark theme.
 const INKS: [(&str, [&str; 2]); 12] = [
     (" text{fill:", ["#3d4650", "#c6ced8"]),
     (" .ll-paper{fill:", PAPER),

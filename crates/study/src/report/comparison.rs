@@ -4,10 +4,10 @@ use super::{Picture, scientific};
 use crate::plots::seconds;
 use linelit_film::{Exposure, FilmError, HeatMap, Image};
 
-/// What a reader compares: two pictures of the same scene, and how far each is from the truth.
+/// A comparison of two pictures of the same scene, and of how far each is from the truth.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// What is to be seen, in a sentence.
+    /// The sentence that says what can be seen.
     pub lead: String,
     /// The pictures under the slider: left of it and right of it, of one size.
     pub sides: [Picture; 2],
@@ -89,7 +89,7 @@ impl Comparison {
     }
 }
 
-/// For each pixel the root mean square over channels of what is between two pictures.
+/// Returns the root mean square over channels of the difference of two pictures at each pixel.
 fn distances(image: &Image, truth: &Image) -> Vec<f32> {
     let distance = |(a, b): (&[f32; 3], &[f32; 3])| {
         let square: f32 = a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum();

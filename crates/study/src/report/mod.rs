@@ -26,7 +26,7 @@ pub struct Report {
     pub title: String,
     /// Paragraphs under the title.
     pub summary: Vec<String>,
-    /// What was compared, each in words.
+    /// The methods that were compared, each in words.
     pub compared: Vec<Entry>,
     /// The parts, in order.
     pub sections: Vec<Section>,
@@ -59,7 +59,7 @@ impl Report {
 pub struct Entry {
     /// The name.
     pub name: String,
-    /// What it means, in a sentence or two.
+    /// The meaning of the name, in a sentence or two.
     pub words: String,
     /// Sources: how each is cited, and its address.
     pub sources: Vec<(String, String)>,
@@ -217,7 +217,7 @@ impl Cell {
         Self::number(scientific(value)).sorted_by(value)
     }
 
-    /// The same cell, sorted by a number; by none if it is not finite.
+    /// Returns the cell with a number to sort it by; none if the number is not finite.
     #[must_use]
     pub fn sorted_by(self, value: f64) -> Self {
         Self {
@@ -226,13 +226,13 @@ impl Cell {
         }
     }
 
-    /// The same cell, to be noticed if `strong`.
+    /// Returns the cell, emphasized if `strong`.
     #[must_use]
     pub fn strong(self, strong: bool) -> Self {
         Self { strong, ..self }
     }
 
-    /// The same cell with words on hovering.
+    /// Returns the cell with a text that is shown on hovering.
     #[must_use]
     pub fn hover(self, hover: impl Into<String>) -> Self {
         Self {

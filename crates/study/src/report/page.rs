@@ -8,7 +8,7 @@ use crate::plots::short;
 
 const CSS: &str = include_str!("style.css");
 
-/// What moves: the sliders, and the order of tables. The page is whole without it.
+/// The script for the sliders and for sorting tables; the page is complete without it.
 const SCRIPT: &str = include_str!("script.js");
 
 impl Report {
@@ -202,7 +202,7 @@ fn folded(content: &Table) -> Markup {
     }
 }
 
-/// What may be wider than the page: a keyboard reaches it, and its arrows move it.
+/// Wraps content that may be wider than the page: a keyboard reaches it, and its arrows move it.
 fn scroll(name: &str, content: &Markup) -> Markup {
     let name = if name.is_empty() { "wide" } else { name };
     html! { div.scroll tabindex="0" role="group" aria-label=(name) { (content) } }

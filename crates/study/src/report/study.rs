@@ -7,7 +7,7 @@ use crate::plots::{self, Palette, interval, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 use linelit_elementary::pow;
 
-/// What a page shows beside the numbers of its record.
+/// The parts of a page beside the numbers of its record.
 #[derive(Clone, Debug, Default)]
 pub struct Exhibits {
     /// Pictures, by the scenes' short names.
@@ -69,7 +69,7 @@ fn palette(record: &StudyRecord) -> Palette {
     Palette::new(record.rows.iter().map(|row| row.estimator.as_str()))
 }
 
-/// What was timed on a processor that is not the one of most measurements.
+/// Returns the section of times measured on a processor that did not time most of the study.
 fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<Section> {
     let mut own = record.timed_on(processor);
     own.rows.retain(|row| row.processor == processor);
@@ -264,7 +264,7 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     Table::new(caption, columns.split(','), body)
 }
 
-/// The relative error whose time is told.
+/// The relative error for which times are reported.
 const PERCENT: f64 = 0.01;
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.

@@ -45,8 +45,8 @@ impl<'a> Targets<'a> {
         }
     }
 
-    /// What errors are measured by: closed forms along lines where every material has them, else
-    /// lines and BSDF samples combined.
+    /// Returns the reference that errors are measured by: closed forms along lines where every
+    /// material has them, else lines and BSDF samples combined.
     #[must_use]
     pub fn truth(&self, spheres: Spheres) -> Truth<Settings> {
         Truth::Computed(spec::method(self.true_settings(spheres)))

@@ -50,7 +50,7 @@ const TRUE_TRIALS: u32 = 4;
 const TIMES: u32 = 4;
 const TIMED_SECONDS: f64 = 0.5;
 
-/// What pictures of a scene are made with.
+/// The integrals, the study and the size of the pictures of a scene.
 struct Easel<'a> {
     targets: &'a Targets<'a>,
     spec: &'a StudySpec,

@@ -32,7 +32,7 @@ pub struct StudySpec {
     pub time_budget: Option<f64>,
     /// First seed.
     pub seed: u64,
-    /// Which lights a shading point samples: each choice with each estimator.
+    /// The strategies for selecting lights: each with each estimator.
     pub lights: Vec<LightChoice>,
     /// Representation of emissive spheres and disks.
     pub spheres: Spheres,
@@ -124,7 +124,7 @@ impl StudySpec {
         views.collect()
     }
 
-    /// The same steps at the smallest size: two numbers of samples, two trials, few pixels,
+    /// Shrinks the study to the least size: two numbers of samples, two trials, few pixels,
     /// references of one round, times of two passes, and pictures as large as a thumbnail.
     pub fn shrink(&mut self) {
         self.samples.truncate(2);

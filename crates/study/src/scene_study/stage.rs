@@ -30,7 +30,7 @@ pub(super) struct Built<'o> {
     pub(super) seconds: f64,
 }
 
-/// What is measured on a view, and what it is held to.
+/// The integrals that are measured on a view, and their reference.
 pub(super) struct Seen<'r> {
     pub(super) targets: Targets<'r>,
     truth: Truth<Settings>,
@@ -74,7 +74,7 @@ fn empty<T>(views: &[View]) -> Vec<OnceLock<T>> {
     views.iter().map(|_| OnceLock::new()).collect()
 }
 
-/// What is kept of a view, made if it is not there.
+/// Returns the cached value of a view, which is made if it is missing.
 fn kept<T>(list: &[OnceLock<T>], view: usize, make: impl FnOnce() -> Result<T>) -> Result<&T> {
     let place = list.get(view).context(NO_VIEW)?;
     if let Some(there) = place.get() {
@@ -87,7 +87,7 @@ fn kept<T>(list: &[OnceLock<T>], view: usize, make: impl FnOnce() -> Result<T>) 
 const NO_VIEW: &str = "a unit of a scene that the study has not";
 
 impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
-    /// What is studied.
+    /// Returns the specification of the study.
     #[must_use]
     pub const fn spec(&self) -> &'w StudySpec {
         self.spec
@@ -127,7 +127,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         })
     }
 
-    /// What is measured on a view.
+    /// Returns the job of measuring a view.
     pub(super) fn job(&self, view: usize) -> Result<Job<'_, Targets<'r>>> {
         let (opened, built) = (self.opened(view)?, self.built(view)?);
         let seen = kept(self.seen, view, || {

@@ -3,7 +3,7 @@
 use crate::report::Entry;
 use linelit_estimators::{Estimator, Technique};
 
-/// How sources are cited, and their addresses.
+/// The citations of the sources, and their addresses.
 const SOURCES: [[&str; 2]; 5] = [
     ["Billen & Dutré 2016", "https://doi.org/10.1111/cgf.12948"],
     [
@@ -46,14 +46,14 @@ fn line(technique: &Technique) -> &'static str {
     own.map_or("", |(_, line)| line)
 }
 
-/// What a technique does, in a line; `docs/estimators.md` says more.
+/// Returns a line about a technique; `docs/estimators.md` says more.
 #[must_use]
 pub fn about(technique: &Technique) -> &'static str {
     let line = line(technique);
     line.split_once(" [").map_or(line, |(words, _)| words)
 }
 
-/// What an estimator is.
+/// Returns the description of an estimator.
 pub(super) fn entry(estimator: &Estimator) -> Entry {
     let techniques = || estimator.parts().iter().map(|part| part.technique);
     let mut words: Vec<&str> = techniques().map(|t| about(&t)).collect();

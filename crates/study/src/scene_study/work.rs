@@ -22,11 +22,11 @@ use std::ops::Range;
 pub struct SceneUnit {
     /// Number of the view ([`StudySpec::views`](super::StudySpec::views)).
     pub view: usize,
-    /// What is done.
+    /// The work of the unit.
     pub piece: Piece,
 }
 
-/// What a unit does.
+/// The kinds of work that a unit can do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Piece {
     /// A part of the reference or of the measurements.
@@ -44,7 +44,7 @@ pub enum Piece {
 pub struct PlannedUnit {
     /// The unit.
     pub unit: SceneUnit,
-    /// What people call it.
+    /// The name of the unit in messages.
     pub name: String,
     /// A guess of its processor seconds.
     pub seconds: f64,
@@ -149,7 +149,7 @@ impl Work<'_, '_, '_> {
         Ok(exhibits)
     }
 
-    /// As [`Work::whole`], without pictures.
+    /// Adds the results to the record as [`Work::whole`] does, without pictures.
     ///
     /// # Errors
     /// As [`Work::plan`].

@@ -13,7 +13,7 @@ pub const MRSE_EPSILON: f64 = 1e-6;
 pub struct MeanError {
     /// The mean; NaN of nothing.
     pub mean: f64,
-    /// Its standard error, from the spread; NaN below two values.
+    /// The standard error of the mean, from the spread; NaN below two values.
     pub stderr: f64,
 }
 
@@ -55,7 +55,7 @@ pub struct ImageMetrics {
     pub skipped: usize,
     /// Mean squared error.
     pub mse: f64,
-    /// Its square root.
+    /// The root of the mean squared error.
     pub rmse: f64,
     /// Mean relative squared error.
     pub mrse: f64,

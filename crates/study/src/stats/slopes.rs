@@ -15,8 +15,8 @@ pub struct SlopePoint {
     pub trial_variances: Vec<f64>,
 }
 
-/// Trials below which no interval is told: with four, t(95 %, 3) = 3.2 stretches it until it says
-/// nothing, and what is left of it hangs on the trials being normal.
+/// The number of trials below which no interval is reported: with four, t(95 %, 3) = 3.2 stretches
+/// it until it says nothing, and even so it depends on the trials being normal.
 pub const LEAST_TRIALS: usize = 5;
 
 /// A fitted power law: the standard deviation is in proportion to N^`order`.

@@ -40,14 +40,14 @@ pub struct Bsdf {
     reciprocity: f64,
 }
 
-/// What a passing check measured.
+/// The measurements of a passing check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
     /// ∫ f cos θ dω by quadrature: the share that is reflected.
     pub albedo: f64,
     /// ∫ pdf dω above the surface: below one by what is drawn beneath it.
     pub drawn: f64,
-    /// Of the histogram of samples against the integrated pdf.
+    /// The χ² test of the histogram of samples against the integrated pdf.
     pub chi2: ChiSquare,
     /// The z score of the mean of f cos θ/pdf against the albedo.
     pub z: f64,
@@ -77,7 +77,7 @@ impl Bsdf {
         }
     }
 
-    /// How many samples to draw.
+    /// Sets the number of samples to draw.
     #[must_use]
     pub fn samples(mut self, samples: usize) -> Self {
         self.samples = samples;
@@ -135,7 +135,7 @@ impl Bsdf {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// As [`Bsdf::check`], returning what is broken.
+    /// Checks the laws as [`Bsdf::check`] does, returning the one that is broken.
     ///
     /// The laws: values are finite, not negative and the same the other way round; no more is
     /// reflected than arrives; the density integrates to one; samples are unit vectors with a

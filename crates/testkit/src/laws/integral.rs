@@ -23,12 +23,12 @@ pub struct Integral {
     tolerance: f64,
 }
 
-/// What a passing check measured.
+/// The measurements of a passing check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// By the closed form.
+    /// The integral by the closed form.
     pub closed: f64,
-    /// By quadrature.
+    /// The integral by quadrature.
     pub quadrature: f64,
     /// The quadrature's own estimate of its error.
     pub error: f64,
@@ -49,9 +49,9 @@ impl Integral {
         }
     }
 
-    /// How far apart the closed form and quadrature may be beside the quadrature's own error, and
-    /// the whole and the sum of its parts, relative to the integral of the magnitude: what the
-    /// rounding of the closed form's arguments makes of it belongs here.
+    /// Sets the tolerance of the closed form against quadrature, beside the quadrature's own error,
+    /// and of the whole against the sum of its parts, relative to the integral of the magnitude: it
+    /// is for the rounding of the closed form's arguments.
     #[must_use]
     pub fn tolerance(mut self, relative: f64) -> Self {
         self.tolerance = relative;
@@ -72,7 +72,7 @@ impl Integral {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// As [`Integral::check_1d`], returning what is broken.
+    /// Checks the laws as [`Integral::check_1d`] does, returning the one that is broken.
     ///
     /// The laws of `closed(a, b)`, the integral of `integrand` from a to b: over the whole domain
     /// and over each of seven parts it is what adaptive Gauss–Kronrod quadrature finds, the parts
@@ -135,7 +135,7 @@ impl Integral {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// As [`Integral::check_2d`], returning what is broken.
+    /// Checks the law as [`Integral::check_2d`] does, returning it if it is broken.
     ///
     /// The law of `closed`, the integral of `integrand` over the surface: it is what the
     /// Gauss–Legendre rule of 12 × 12 nodes finds in 16 × 16 cells, whose error is its difference

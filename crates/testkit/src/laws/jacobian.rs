@@ -10,7 +10,7 @@ const PLACES: u32 = 200;
 /// Steps of the differences, of the distance to the nearer end of [0, 1].
 const STEPS: [f64; 3] = [1.0 / 128.0, 1.0 / 181.0, 1.0 / 256.0];
 
-/// Where what is drawn moves by another measure than the density says.
+/// A place where samples are spread over another measure than the density says.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Off {
     pub(super) at: Vec<f64>,

@@ -28,7 +28,7 @@ pub use technique::{Report, Technique};
 
 use std::fmt;
 
-/// Which law was broken, and how.
+/// A broken law, as a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
     /// The name of what broke it, and the story.

@@ -14,9 +14,9 @@ use std::f64::consts::TAU;
 /// ∂p/∂v| for areas); `locate` gives the place in the square back.
 #[derive(Clone, Debug)]
 pub struct Surface<P, L> {
-    /// From the square to the surface.
+    /// The map from the square to the surface.
     pub place: P,
-    /// From the surface to the square; `None` beside the surface.
+    /// The map from the surface to the square; `None` for points off the surface.
     pub locate: L,
     /// Values of the first coordinate at which densities have a corner or jump.
     pub seams: Vec<f64>,
@@ -42,7 +42,7 @@ fn along(w: Vector, u: Vector, v: Vector) -> [f64; 2] {
     [dot(cross(w, v), n), dot(cross(u, w), n)].map(|x| x / dot(n, n))
 }
 
-/// Of coordinates that rounding moves beside the square by 1e-9 at most, the nearest inside.
+/// Clamps coordinates to the square if rounding moved them off it by 1e-9 at most.
 fn inside(at: [f64; 2]) -> Option<[f64; 2]> {
     let near = at.iter().all(|x| (-1e-9..=1.0 + 1e-9).contains(x));
     near.then(|| at.map(|x| x.clamp(0.0, 1.0)))

@@ -46,10 +46,10 @@ pub struct Technique {
     density: f64,
 }
 
-/// What a passing check measured.
+/// The measurements of a passing check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// Of the histogram against the integrated pdf.
+    /// The χ² test of the histogram against the integrated pdf.
     pub chi2: ChiSquare,
     /// ∫ pdf over the domain.
     pub integral: f64,
@@ -87,14 +87,14 @@ impl Technique {
         }
     }
 
-    /// How many samples to draw.
+    /// Sets the number of samples to draw.
     #[must_use]
     pub fn samples(mut self, samples: usize) -> Self {
         self.samples = samples;
         self
     }
 
-    /// How many bins of equal width.
+    /// Sets the number of bins of equal width.
     #[must_use]
     pub fn bins(mut self, bins: usize) -> Self {
         self.bins = bins;
@@ -123,32 +123,32 @@ impl Technique {
         self
     }
 
-    /// How far rounding moves a place of the domain; times the pdf there it is allowed to
-    /// round trips on top. Unless told, the tolerance of round trips times the domain's extent.
+    /// Sets how far rounding moves a place of the domain; round trips may be off by that times the
+    /// pdf, too. The default is the tolerance of round trips times the domain's extent.
     #[must_use]
     pub fn resolution(mut self, distance: f64) -> Self {
         self.resolution = Some(distance);
         self
     }
 
-    /// How far from one the integral of the pdf may be beside the quadrature's own error:
-    /// 1e-9 unless told.
+    /// Sets how far from one the integral of the pdf may be beside the quadrature's own error: 1e-9
+    /// by default.
     #[must_use]
     pub fn mass(mut self, tolerance: f64) -> Self {
         self.mass = tolerance;
         self
     }
 
-    /// How far the pdf may be from what differences of samples say, relative to itself: 3e-7
-    /// unless told; more of techniques that find their samples to a tolerance.
+    /// Sets how far the pdf may be from differences of samples, relative to itself: 3e-7 by
+    /// default; techniques that find their samples to a tolerance need more.
     #[must_use]
     pub fn density(mut self, tolerance: f64) -> Self {
         self.density = tolerance;
         self
     }
 
-    /// The least share of places at which differences of samples have to be sure to 1e-8: a fifth
-    /// unless told. Less where rounding of places, or corners of the pdf, leave fewer.
+    /// Sets the least share of places at which differences of samples have to be sure to 1e-8: by
+    /// default a fifth. Less where rounding of places, or corners of the pdf, leave fewer.
     #[must_use]
     pub fn sure(mut self, share: f64) -> Self {
         self.sure = share;
@@ -185,7 +185,7 @@ impl Technique {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// As [`Technique::check_1d`], returning what is broken.
+    /// Checks the laws as [`Technique::check_1d`] does, returning the one that is broken.
     ///
     /// The laws: every sample lies in the domain and has a positive, finite pdf; `invert` recovers
     /// its uniform number, to [`Technique::round_trip`] and [`Technique::resolution`] times the
@@ -267,7 +267,7 @@ impl Technique {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// As [`Technique::check_2d`], returning what is broken.
+    /// Checks the laws as [`Technique::check_2d`] does, returning the one that is broken.
     ///
     /// The laws are those of [`Technique::try_1d`], with a quarter of its bins along each
     /// coordinate of the surface, the pdf integrated over each by the Gauss–Legendre rule of
@@ -363,7 +363,7 @@ impl Technique {
         ))
     }
 
-    /// What the differences of samples say of the pdf.
+    /// Checks the pdf against differences of samples.
     fn spread(&self, found: Result<f64, Off>) -> Result<f64, Broken> {
         match found {
             Err(Off { at, product }) => self.broken(format!(
@@ -377,7 +377,7 @@ impl Technique {
         }
     }
 
-    /// How far the inverse of a sample is from its number.
+    /// Returns how far the inverse of a sample is from the sample's random number.
     fn trip(
         &self,
         u: f64,

@@ -49,7 +49,7 @@ const ONE_PIECE: u32 = 1 << 31;
 /// j = 2 to 8; 0: the node stays in one piece.
 const BITS: u32 = LEAF_SIZE.ilog2();
 
-/// What a subtree costs in up to 1 to 8 pieces, and its triangles.
+/// The cost of a subtree in up to 1 to 8 pieces, and the number of its triangles.
 #[derive(Clone, Copy)]
 struct Cost {
     pieces: [f64; 8],
@@ -59,7 +59,7 @@ struct Cost {
 /// A binary tree, and what has been decided about its nodes.
 struct Tree {
     nodes: Vec<Binary>,
-    /// For each pair of nodes, about their parent.
+    /// The choice for each pair of nodes, about their parent.
     choices: Vec<AtomicU32>,
     leaf_cost: f64,
     /// The most triangles of a leaf.
@@ -95,7 +95,7 @@ impl Tree {
         cost
     }
 
-    /// What a node with two children costs, and the choice.
+    /// Computes the cost of a node with two children, and the choice that attains it.
     fn decide_one(&self, area: f64, left: &Cost, right: &Cost) -> (Cost, u32) {
         let mut cost = Cost {
             pieces: [0.0; 8],
@@ -238,7 +238,7 @@ impl Tree {
         (nodes, leaves)
     }
 
-    /// Makes the wide node that opens `root`, number `node` of a part; `todo` is told of the nodes
+    /// Makes the wide node that opens `root`, number `node` of a part; `todo` gets the nodes
     /// in it.
     fn open(&self, node: usize, root: u32, part: &mut Part, mut todo: impl FnMut(usize, u32)) {
         let mut members = Vec::with_capacity(8);

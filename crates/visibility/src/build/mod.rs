@@ -29,8 +29,8 @@ use split::Reference;
 /// Cost of testing a leaf, in tests of a node; `docs/decisions/003-growing-the-hierarchy.md`.
 const LEAF_COST: f64 = 1.2;
 
-/// The same in scenes of fewer than [`SMALL`] triangles. There it makes no difference to speed;
-/// fuller leaves keep such scenes below a hundred bytes a triangle.
+/// The leaf cost in scenes of fewer than [`SMALL`] triangles. There it makes no difference to
+/// speed; fuller leaves keep such scenes below a hundred bytes a triangle.
 const LEAF_COST_SMALL: f64 = LEAF_COST / 2.0;
 
 /// Triangles of a small scene; of as many leaves (3 MB) the caches hold everything, so that asking
@@ -155,8 +155,8 @@ fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
     references
 }
 
-/// Says who grows the binary tree that a hierarchy is made of. Rays and lines get the same answers
-/// from either; what may depend on the tree is told at
+/// The builder of the binary tree that a hierarchy is made of. Rays and lines get the same answers
+/// from either; what may depend on the tree is said at
 /// [`Occluders::refit`](crate::Occluders::refit).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -196,7 +196,7 @@ impl Builder {
 /// is of use to shafts.
 ///
 /// That is made with the rest, not when a shaft first asks: it needs the caller's triangles, marks
-/// nodes, and takes all threads, which whoever waits for it within a pool may not have.
+/// nodes, and takes all threads, which a caller that waits for it within a pool may not have.
 pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOptions) -> Hierarchy {
     let mut references = references(geometry, kept);
     if references.is_empty() {

@@ -36,7 +36,7 @@ struct Tree<'a> {
     heights: Vec<u16>,
     /// Levels that the tree may have: so many that searching and moving take n log n.
     most_levels: u32,
-    /// For the search: places to look at, with what would be gained above them.
+    /// The stack of the search: nodes to look at, with the gain above them.
     todo: Vec<(f64, u32)>,
 }
 
@@ -109,7 +109,7 @@ impl Tree<'_> {
         let area = bounds.half_area();
         let parent = self.parents[from as usize];
         let (mut best, mut place) = (0.0, 0);
-        // Without the subtree its parent goes, and the boxes above shrink to what is left.
+        // Without the subtree its parent goes, and the boxes above shrink to the rest.
         let mut gain = self.area(parent);
         let mut beside = sibling(from);
         let mut left = self.nodes[beside as usize].bounds;
@@ -162,7 +162,7 @@ impl Tree<'_> {
             return;
         }
         // The parent's pair of nodes becomes that of the new one, whose second child is what was
-        // there; what is left of the parent takes its place.
+        // there; the parent's other child takes its place.
         let beside = sibling(from);
         let other = self.nodes[beside as usize];
         let there = self.nodes[to as usize];

@@ -231,8 +231,8 @@ fn halve(references: &mut [Reference]) -> usize {
     middle
 }
 
-/// What a split is judged by: the expected work, and among equals the larger part. Nothing is less
-/// than one with an empty part, whose area is no number or infinite.
+/// The measure that splits are compared by: the expected work, and among equals the larger part.
+/// Nothing is less than one with an empty part, whose area is no number or infinite.
 type Judged = (f32, usize);
 
 const WORST: Judged = (f32::INFINITY, usize::MAX);

@@ -64,8 +64,8 @@ fn corner(x: f32, y: f32, z: f32, size: f32) -> [[f32; 3]; 3] {
     [[x, y, z], [x + size, y, z], [x, y + size, z]]
 }
 
-/// What builders are known to take quadratic time for, by the number of a triangle and its share of
-/// all, between zero and one.
+/// The inputs for which builders are known to take quadratic time, by the number of a triangle and
+/// its share of all, between zero and one.
 type Hard = (&'static str, fn(u32, f32) -> [[f32; 3]; 3]);
 
 const HARD: [Hard; 10] = [

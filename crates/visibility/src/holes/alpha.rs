@@ -288,8 +288,8 @@ impl Corners {
         low + (high - low) * y
     }
 
-    /// Where the value is `cutoff` on a straight way through the cell: up to two places between 0
-    /// and 1, ascending; 1 for each that there is not.
+    /// Finds where the value is `cutoff` on a straight way through the cell: up to two parameters
+    /// from 0 to 1, ascending; 1 for each that does not exist.
     ///
     /// Along the way the value is A + B t + C t². Roots lose no digits to cancellation: the one
     /// where the two terms have one sign is found first, and the other from their product.
@@ -387,8 +387,8 @@ pub struct AlphaMask {
 }
 
 impl AlphaMask {
-    /// Of triangles whose corners have these texture coordinates. A triangle beyond the list has no
-    /// holes.
+    /// Creates the mask for triangles whose corners have these texture coordinates. A triangle
+    /// beyond the list has no holes.
     pub fn new(texels: Arc<AlphaTexels>, uv: Vec<[[f64; 2]; 3]>) -> Result<Self, AlphaError> {
         let fits = |corners: &[[f64; 2]; 3]| {
             let corners = corners.map(|corner| texels.texels(corner));

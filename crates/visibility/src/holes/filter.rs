@@ -49,15 +49,15 @@ pub trait Filter: Debug + Send + Sync {
     /// Whether a triangle hides what is behind one of its places.
     fn hides(&self, triangle: u32, barycentric: [f64; 2]) -> bool;
 
-    /// Which intervals of the straight way between two places of a triangle hide what is behind
-    /// them: pushed to `hidden`, which is empty, from 0 at the first to 1 at the second. They may
-    /// touch and overlap and come in any order; what is outside of [0, 1] or not a number counts
-    /// for nothing.
+    /// Pushes to `hidden`, which is empty, the intervals of the segment between two places of a
+    /// triangle that hide what is behind them; 0 is the first place and 1 the second. They may
+    /// touch and overlap and come in any order; what is outside of [0, 1] or not a number is
+    /// ignored.
     fn hides_along(&self, triangle: u32, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>);
 }
 
 /// A filter of whichever type, to be shared: what is in the way of a point calls it through
-/// a table, as Embree calls its filter functions. Triangles without holes know nothing of it.
+/// a table, as Embree calls its filter functions. Triangles without holes do not need it.
 pub type SharedFilter = Arc<AnyFilter>;
 
 /// A filter of whichever type.

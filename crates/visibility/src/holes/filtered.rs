@@ -82,7 +82,7 @@ dispatch! {
     pub(crate) fn meet = meet_kernel(bvh: &Bvh, ray: &Ray, filter: &AnyFilter, any: bool, scratch: &mut RayScratch, counters: &mut Counters) -> Option<Hit>
 }
 
-/// With more triangles than this in a shaft, each line looks for those between it and the point.
+/// The number of triangles beyond which each line collects those between it and the point.
 const MANY: usize = 48;
 
 /// Triangles with holes between a point and a light: what is visible past them.

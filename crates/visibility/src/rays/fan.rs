@@ -1,9 +1,9 @@
 //! Fans: rays from one point, and the tests that they share.
 //!
 //! In a leaf, eight triangles are tested against the box that holds the directions of all rays,
-//! which tells of most of them that they hide no ray, and of some that they hide all; what is left
-//! is tested against eight rays at a time. What these tests, with the bounds of their rounding,
-//! leave open is decided as for single rays, so that the answers are the same.
+//! which shows of most of them that they hide no ray, and of some that they hide all; the others
+//! are tested against eight rays at a time. Cases that these tests, with the bounds of their
+//! rounding, leave open are decided as for single rays, so that the answers are the same.
 
 use crate::{
     bvh::{Bvh, largest_inverse_at},
@@ -236,9 +236,9 @@ pub(crate) struct Tests {
     near_room: f64,
 }
 
-/// For each of eight triangles with corners a, b, c relative to the origin: the rows of b × c,
-/// c × a and a × b, with the sign that makes T = a·(b × c) positive; then T, the room of the edge
-/// functions, and that of T, negative where its sign is not certain.
+/// The terms of eight triangles with corners a, b, c relative to the origin: the rows of b × c, c ×
+/// a and a × b, with the sign that makes T = a·(b × c) positive; then T, the error bound of the
+/// edge functions, and that of T, negative where its sign is not certain.
 type Prepared = Lanes<[[f64; 8]; 12]>;
 
 impl Tests {

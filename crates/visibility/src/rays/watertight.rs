@@ -6,7 +6,7 @@ use linelit_geometry::DVec3;
 /// comes last, and sheared so that it points along it.
 ///
 /// A triangle's vertices are sheared by operations that depend on the vertex and the ray alone;
-/// what is left is whether the origin lies in a triangle of the plane. The edge functions are
+/// the remaining question is whether the origin lies in a triangle of the plane. The edge functions are
 /// differences of two products, whose sign rounding can turn into zero but never reverse, and an
 /// edge run through the other way gives exactly the negative. With zero counted as inside, a ray
 /// never slips between triangles that share an edge or a vertex.
@@ -36,8 +36,8 @@ impl WatertightRay {
         }
     }
 
-    /// Where the ray's line meets the triangle: the distance in units of the direction and the
-    /// barycentric coordinates of vertices 1 and 2.
+    /// Intersects the ray's line with the triangle: returns the distance in units of the direction
+    /// and the barycentric coordinates of vertices 1 and 2.
     #[inline(always)]
     pub(crate) fn intersect(&self, triangle: &[[f32; 3]; 3]) -> Option<(f64, [f64; 2])> {
         let sz = self.shear[2];

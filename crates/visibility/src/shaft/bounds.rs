@@ -26,9 +26,9 @@ pub(crate) struct ShaftBounds {
     /// The negative ones, which a box's lower corner reaches farthest along, and the positive.
     negative: [[f32; 8]; 3],
     positive: [[f32; 8]; 3],
-    /// Their values at the hierarchy's origin; those of the planes with room.
+    /// The values of the forms at the hierarchy's origin; those of the planes with their errors.
     offset: [f32; 8],
-    /// Their rounding errors.
+    /// The rounding errors of the forms.
     room: [f32; 8],
     /// Rooms of W − Q and of the upper bound on p, and one and that of W.
     sums: [f32; 3],
@@ -58,7 +58,7 @@ const F32: [f64; 2] = [1e-30, 1e36];
 /// Places in units of the light: images of triangles as far as this are off by half of it.
 const LIGHTS: [f64; 2] = [1e-30, 1e15];
 
-/// Of coordinates of up to twice as much, a sum of six products of three is finite in `f32`.
+/// The range of coordinates for which sums of six products of three are finite in `f32`.
 const CUBES: [f64; 2] = [0.0, 4e11];
 
 #[allow(

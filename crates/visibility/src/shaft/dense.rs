@@ -93,7 +93,7 @@ pub(crate) enum Answered {
     Nothing,
     /// They are hidden as a whole.
     Hidden,
-    /// What is hidden of them is known.
+    /// The hidden parts of them are known.
     All,
     /// A ray for each of the crossings' gaps tells what is hidden of that, too.
     ByRays,

@@ -41,7 +41,7 @@ const EDGE_ON: f64 = 1e-5;
 /// The least W of what is before the shading point, without a margin there: 1 ÷ it is finite.
 const LEAST: f64 = 1e-300;
 
-/// The same for [`Sides`]: nearer the plane, lines and points are asked one by one.
+/// The least distance from the light's plane, relative to all sizes, for [`Sides`].
 const TOO_EDGE_ON: f64 = 1e-12;
 
 /// The part of the (p, q) plane that holds the light.
@@ -169,7 +169,7 @@ impl LightFrame {
         height.abs() > TOO_EDGE_ON * plane.length * reach
     }
 
-    /// Where the ray from the shading point through a point (relative to it) meets the light's
+    /// Projects a point (relative to the shading point) along the ray through it to the light's
     /// plane. For a point in that plane, W is one and divides nothing but rounding errors.
     #[inline]
     pub(crate) fn project(&self, a: DVec3) -> [f64; 2] {

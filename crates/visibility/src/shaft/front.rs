@@ -3,8 +3,8 @@
 //! One walk from front to back for the whole light keeps triangles, and marks which of 64 × 64
 //! samples of the light they hide. A box or triangle whose image touches only cells of which all
 //! four corners are hidden is skipped. That is a guess: between its corners, a cell may be visible
-//! in part, and what was skipped may hide that. So whoever finds the boundary of what is visible
-//! past the triangles kept asks [`Front::look`] whether it touches cells that were not open until
+//! in part, and what was skipped may hide that. So the caller that finds the boundary of the part
+//! visible past the triangles kept asks [`Front::look`] whether it touches cells that were not open until
 //! the end. All triangles that touch those are kept by another walk, and so on, until all of the
 //! boundary lies in cells of which every triangle is known: then no other can change it.
 //! `docs/decisions/016-exact-in-dense-shafts.md`.
@@ -30,8 +30,8 @@ const SIDE: u8 = 64;
 /// The last of them is at the light's far side.
 const LAST: u8 = SIDE - 1;
 
-/// What rounding may move, in units of the light, with a lot of room: a sample this close to a side
-/// of a triangle is not hidden by it, and a boundary touches cells this far from it.
+/// The error bound of rounding in units of the light, chosen generously: a sample this close to a
+/// side of a triangle is not hidden by it, and a boundary touches cells this far from it.
 pub(crate) const ROOM: f64 = 1e-9;
 
 /// Samples or cells: rows along p, bits along q.
@@ -240,7 +240,7 @@ impl Front {
         self.open[rows].iter().any(|row| row & mask != 0)
     }
 
-    /// From here on, what is asked of are the cells of which all triangles are known.
+    /// Opens, for all following tests, the cells whose triangles are all known.
     pub(crate) fn open_complete(&mut self) {
         (self.by_cells, self.open) = (true, self.complete);
     }

@@ -1,4 +1,4 @@
-//! What a shaft knows of its light's plane: the images of the candidates.
+//! The images of a shaft's candidates in the plane of its light.
 
 use crate::shaft::{frame::LightFrame, project::FlatTriangles};
 use linelit_geometry::{DMat3, DVec3};

@@ -225,8 +225,8 @@ impl Shaft<'_> {
     /// there are triangles with holes, or the shaft is empty or blocked.
     ///
     /// Of a shaft that is not dense they are [all](Self::images). In a dense one, a few places
-    /// seem visible that are not: whoever has found the boundary of what is visible past these asks
-    /// for what is [behind](Self::behind) it.
+    /// seem visible that are not: callers that have found the boundary of the visible part query
+    /// the triangles [behind](Self::behind) it.
     ///
     /// What is asked of a dense shaft's lines in between makes it forget what it kept.
     pub fn front(&mut self) -> Option<Images<'_>> {
@@ -234,9 +234,9 @@ impl Shaft<'_> {
         self.in_front()
     }
 
-    /// The same of those triangles alone that belong to no fine mesh; what is
-    /// [behind](Self::behind) are such, too. What the fine meshes hide follows from their
-    /// [silhouettes](Self::silhouettes). `None` where those are not known.
+    /// Returns the images of [`front`](Self::front) for those triangles alone that belong to no
+    /// fine mesh, as [`behind`](Self::behind) then does too. What fine meshes hide follows from
+    /// their [silhouettes](Self::silhouettes). `None` where those are not known.
     pub fn loose_front(&mut self) -> Option<Images<'_>> {
         if !self.has_silhouettes() {
             return None;
@@ -291,8 +291,8 @@ impl Shaft<'_> {
     /// triangles that are not in front of the light as a whole. Where loose triangles seem to hide
     /// the light, some are missing; elsewhere, as many layers come as go around each place.
     ///
-    /// Whoever has found that there are places past all loose triangles, and of surfaces what is
-    /// before those, asks for what is [behind](Self::behind) all these sides and for silhouettes
+    /// Callers that have found places past all loose triangles, and the parts of surfaces before
+    /// those, query the triangles [behind](Self::behind) all these sides, and then silhouettes
     /// again. `None` where that has returned none: nothing would be known of the meshes.
     pub fn silhouettes(&mut self) -> Option<(Images<'_>, &[Silhouette])> {
         if !self.has_silhouettes() {
@@ -314,8 +314,8 @@ impl Shaft<'_> {
         &self.scratch.counters
     }
 
-    /// How far triangles may reach from the shading point: rounding of their corners, and of where
-    /// a ray meets them, goes by that.
+    /// Returns how far triangles may reach from the shading point: the rounding errors of their
+    /// corners, and of where a ray meets them, are proportional to it.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.occluders.bvh.reach(self.point())

@@ -15,9 +15,9 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
-/// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
-/// vertex alone, so that triangles cut a shared edge alike.
+/// The distance at which far-reaching triangles are cut: well outside the light, which is within
+/// [0, 1]; a power of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off
+/// depends on the vertex alone, so that triangles cut a shared edge alike.
 /// `docs/decisions/004-candidates-projected-once.md`.
 pub(crate) const GUARD: f64 = 4096.0;
 
@@ -299,7 +299,7 @@ pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFram
     cone(s, [&a, &b, &c], frame).1
 }
 
-/// Which images have the whole light between their bounds: those that hide it are among them.
+/// Returns which images have the whole light in their bounds, among them those that hide it.
 #[inline(always)]
 fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) -> u8 {
     let upper = if shape == Shape::Line {
@@ -447,7 +447,7 @@ impl<S: Simd> Extent<S> {
     }
 }
 
-/// Which images miss the light: a side of the light or of the triangle separates them.
+/// Returns which images miss the light: a side of the light or of the triangle separates them.
 #[inline(always)]
 fn misses_light<S: Simd>(
     s: S,

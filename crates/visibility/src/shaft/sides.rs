@@ -83,8 +83,8 @@ impl Sides {
         [form(self.d[0]), form(self.d[1]), w]
     }
 
-    /// Where the ray from the shading point through a point (relative to it) of the light's plane,
-    /// or near it, meets that plane.
+    /// Projects a point of the light's plane, or near it (relative to the shading point), along the
+    /// ray through it to that plane.
     #[cold]
     pub(crate) fn project(&self, from: DVec3) -> [f64; 2] {
         let terms = (self.w * from).abs().element_sum();

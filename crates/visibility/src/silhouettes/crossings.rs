@@ -17,7 +17,7 @@ use crate::{
 use linelit_simd::Simd;
 use std::ops::Range;
 
-/// Where the lines of a dense shaft may begin or cease to be hidden by fine meshes.
+/// The places where lines of a dense shaft may begin or cease to be hidden by fine meshes.
 #[derive(Debug, Default)]
 pub(crate) struct Crossings {
     /// The places where each line crosses silhouettes, and the layers that begin there.
@@ -167,7 +167,7 @@ fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item
 const NARROW: f64 = 1e-13;
 
 impl Gap {
-    /// Of the stretches from `first` on; nothing if there are none.
+    /// Creates the gap of the stretches from `first` on; `None` if there are none.
     #[allow(clippy::cast_possible_truncation, reason = "stretches are fewer")]
     fn new(line: u32, stretches: &[Stretch], first: usize) -> Option<Self> {
         let width = |stretch: &Stretch| stretch.high - stretch.low;
@@ -196,7 +196,7 @@ impl Crossings {
         self.of.iter().map(Vec::len).sum()
     }
 
-    /// Cuts what is left of lines where they cross silhouettes.
+    /// Cuts the visible parts of lines where they cross silhouettes.
     pub(crate) fn cut_lines(&mut self, lines: &Lines, slots: &mut Slots) {
         let Self {
             of,
@@ -246,8 +246,8 @@ impl Crossings {
         }
     }
 
-    /// What is hidden of a gap, once it is known whether its [middle](Gap::middle) is visible: if
-    /// it is, no layer is over that, nor over what has as few; if not, some are over all of it.
+    /// Returns the hidden parts of a gap, given whether its [middle](Gap::middle) is visible: if it
+    /// is, stretches with as few layers are visible, too; if not, all of the gap is hidden.
     pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
         let Gap {
             layers, stretches, ..

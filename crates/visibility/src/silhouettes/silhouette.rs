@@ -78,7 +78,7 @@ struct Outlines {
     good: [u8; 3],
 }
 
-/// What is known of a triangle, and of its neighbour beyond a side; nothing where false.
+/// The known facts about a triangle and its neighbour beyond a side; false where not known.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     /// The shading point is behind its plane, as its corners run.
@@ -97,8 +97,8 @@ impl Outlines {
     }
 }
 
-/// How many layers begin beyond a side that a line crosses, for a triangle that faces so and runs
-/// along it with p ascending or not.
+/// Returns how many layers begin beyond a side that a line crosses, for a triangle that faces so
+/// and runs along it with p ascending or not.
 #[inline(always)]
 fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
     // Counter-clockwise, what is inside is left of the way.
@@ -111,7 +111,7 @@ fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
 }
 
 impl<'a> Search<'a> {
-    /// From a point of a hierarchy and its extent, within bounds.
+    /// Creates the search from a point, given the hierarchy, its extent and bounds.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
         hierarchy: &'a Hierarchy,
@@ -315,7 +315,7 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// Where a corner of a triangle is in (p, q): as [`Search::outlines`] has it.
+    /// Returns the place of a triangle's corner in (p, q), which [`Search::outlines`] describes.
     #[inline(always)]
     fn image(&self, leaf: &Leaf, lane: usize, corner: usize) -> [f64; 2] {
         let place = [0, 1, 2].map(|axis| f64::from(leaf.vertices[3 * corner + axis][lane]));
@@ -369,8 +369,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// How many layers begin beyond a side of a triangle, here or as its neighbour has it, with p
-    /// ascending along it or not; none where the neighbour tells.
+    /// Returns how many layers begin beyond a side of a triangle, here or as its neighbour has it,
+    /// with p ascending along it or not; zero where the neighbour counts them.
     #[inline(always)]
     fn change(
         &self,

@@ -11,21 +11,21 @@ use linelit_simd::Simd;
 /// More than products of numbers may lose that are less than the least normal `f32`.
 const LEAST: f32 = 1e-30;
 
-/// How the triangles of a leaf and their neighbours face.
+/// The facing of a leaf's triangles and of their neighbours.
 pub(crate) struct Turning {
-    /// By the corner where a side begins: a bit for each triangle whose neighbour beyond that side
+    /// A bit, by the corner where a side begins, for each triangle whose neighbour beyond that side
     /// may face another way.
     pub(crate) sides: [u8; 3],
     /// Triangles that the shading point is surely behind, as their corners run.
     pub(crate) front: u8,
     /// Those that it is surely before.
     pub(crate) back: u8,
-    /// As `sides`: those whose neighbour it is surely before.
+    /// The bits of `sides` for neighbours that the shading point is surely before.
     pub(crate) backs_beyond: [u8; 3],
 }
 
-/// How the triangles of a leaf and their neighbours face, seen from a place in `f32` with
-/// [`FACING_ROOM`](crate::surfaces::FACING_ROOM) in units of the scene.
+/// Returns the facing of a leaf's triangles and of their neighbours, seen from a place in `f32`
+/// with [`FACING_ROOM`](crate::surfaces::FACING_ROOM) in units of the scene.
 ///
 /// With S the size of the scene, ε = 2⁻²⁴ and |e||f| ≤ L²/2 of two sides, L² the sum of their
 /// squares: a way A to a corner is off by 5.2 εS, the normal N by 9 ε|e||f|, and N·A, |A| ≤ 3.5 S,

@@ -13,9 +13,9 @@ use linelit_visibility::{Ray, Scratch};
 
 /// Lines of the brute-force estimate that decides between two renderers.
 const BRUTE_LINES: u32 = 256;
-/// With more pixels than this to decide on, the other renderer is not what is wrong.
+/// The largest number of pixels that brute force decides; with more, the other renderer is right.
 const BRUTE_PIXELS: usize = 60;
-/// Over all pixels and channels of one image.
+/// The significance level over all pixels and channels of one image.
 const ALPHA: f64 = 0.01;
 /// The share of pixels that must pass, as in Mitsuba's render tests.
 const PASS_SHARE: f64 = 0.9975;
@@ -28,11 +28,11 @@ pub(super) struct Row {
     pub(super) pixels: usize,
     pub(super) mean: f64,
     pub(super) reference_mean: f64,
-    /// Without the pixels left out.
+    /// The ratio of the means without the pixels left out.
     pub(super) mean_ratio: f64,
     /// The standard error of that ratio, by the noise of both.
     pub(super) ratio_error: f64,
-    /// With the pixels left out.
+    /// The ratio of the means with the pixels left out.
     pub(super) mean_ratio_of_all: f64,
     pub(super) mrse: f64,
     pub(super) passing: f64,

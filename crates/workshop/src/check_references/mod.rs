@@ -32,9 +32,9 @@ struct Entry {
     hide_lights: bool,
     /// Light samples behind each pixel of the reference.
     samples: f64,
-    /// How we render it; `--samples` multiplies the samples (1 for 64).
+    /// The effort of our rendering; `--samples` multiplies the samples (1 for 64).
     ours: Effort,
-    /// How the other renderer chose its points, for the noise of its image.
+    /// The effort of the other renderer, for the noise of its image.
     theirs: Effort,
     /// Every how many rows and columns a pixel is compared: all, but for large scenes.
     stride: u32,

@@ -40,7 +40,7 @@ pub(super) struct Timings {
     pub(super) bvh2: f64,
     /// obvhs's compressed wide hierarchy.
     pub(super) cwbvh: f64,
-    /// By the number of lines, or of points, for each shading point.
+    /// The timings by the number of lines, or of points, for each shading point.
     pub(super) shared: Vec<Shared>,
     /// Work of one pass over all points with the first number of lines.
     pub(super) counters: Counters,
@@ -50,7 +50,7 @@ pub(super) struct Timings {
     pub(super) visible_share: f64,
 }
 
-/// What lines, and points by the same shaft, take.
+/// The time that lines, and points by the same shaft, take.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shared {
     pub(super) count: u32,
@@ -250,7 +250,7 @@ fn trace_points(
     visible
 }
 
-/// Where the camera's rays first meet the scene, moved off the surface towards the eye.
+/// Returns the first points that the camera's rays meet, moved off the surface towards the eye.
 pub(super) fn shading_points(
     occluders: &Occluders,
     view: &[[DVec3; 2]],

@@ -25,7 +25,7 @@ const SCENES: [&str; 3] = [
     "colonnade-large",
 ];
 
-/// How far a shading point is off its surface.
+/// The distance of a shading point from its surface.
 const OFFSET: f64 = 2e-5;
 
 /// Measures what rays and lines cost on one scene or on all.

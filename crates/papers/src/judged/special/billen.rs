@@ -160,7 +160,7 @@ fn soup(between: u32, beside: u32, seed: u64) -> Vec<[f32; 3]> {
     corners
 }
 
-/// What single shadow triangles meet in a scene.
+/// The counts of single shadow triangles' tests in a scene.
 struct Tests {
     /// Boxes and triangles that are tested.
     all: Vec<f64>,

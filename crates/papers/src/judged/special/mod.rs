@@ -72,7 +72,7 @@ impl Numbers {
         low + (high - low) * self.unit()
     }
 
-    /// Of unit length.
+    /// Draws a direction of unit length.
     pub(super) fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let (sin, cos) = self.between(0.0, 2.0 * PI).sin_cos();

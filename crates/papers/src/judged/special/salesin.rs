@@ -33,8 +33,8 @@ pub(super) fn combination(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// What scrambling adds to the order of the root mean squared error of the integral of a ramp,
-/// whose ends differ, by the first points of van der Corput's sequence.
+/// Measures how much scrambling adds to the order of the root mean squared error of the integral of
+/// a ramp, whose ends differ, by the first points of van der Corput's sequence.
 pub(super) fn sequences(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let trials = bench.pick(2, 64, 256);
     let scrambled = |samples: u32| {

@@ -62,7 +62,7 @@ fn relative_variances(estimate: impl Fn([f64; 2]) -> f64, batches: u32, seed: u6
     (0..batches).map(batch).collect()
 }
 
-/// How much of a sphere a point does not see, near and far.
+/// Computes the part of a sphere that a point does not see, near and far.
 pub(super) fn unseen(_: &Bench<'_>, out: &mut Out) -> Result<()> {
     for (name, distance) in [("near", 1.2), ("far", 10.0)] {
         let share = Measured::exact(unseen_from(distance));
