@@ -1,10 +1,9 @@
 //! The visible part of a polygon as one point sees it, for callers who want the shape itself.
 
 use crate::known::region::{Seen, boundary};
-use linelit_elementary::atan2;
 use linelit_geometry::DVec3;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
-use linelit_shading::polygon;
+use linelit_shading::{polygon, solid_angle};
 use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery};
 
 /// The measure by which parts of a light are weighed.
@@ -136,7 +135,7 @@ impl VisibleRegion {
                     .map(|e| e.from[0] * e.to[1] - e.from[1] * e.to[0]);
                 0.5 * twice.sum::<f64>() * self.plane[1].cross(self.plane[2]).length()
             }
-            Measure::SolidAngle => seen.triangles(solid_angle),
+            Measure::SolidAngle => seen.triangles(|&[a, b, c]| solid_angle::triangle(a, b, c)),
             Measure::Cosine(n) => seen.triangles(|triangle| polygon::irradiance(triangle, n)),
         };
         sum.abs()
@@ -184,12 +183,4 @@ impl VisibleRegion {
 fn around(corners: &[Point]) -> impl Iterator<Item = BoundaryEdge> {
     let next = corners.iter().cycle().skip(1);
     (corners.iter().zip(next)).map(|(&from, &to)| BoundaryEdge { from, to })
-}
-
-/// The solid angle of a triangle relative to the point (Van Oosterom & Strackee 1983).
-fn solid_angle(&[a, b, c]: &[DVec3; 3]) -> f64 {
-    let [la, lb, lc] = [a, b, c].map(DVec3::length);
-    let volume = (b - a).cross(c - a).dot(a).abs();
-    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * atan2(volume, below)
 }

@@ -192,9 +192,9 @@ impl ParallelLines {
     /// [`ParallelLines::extent`]).
     #[inline]
     #[must_use]
-    pub fn segment_between(&self, u: f64, (lo, hi): (f64, f64)) -> Segment {
+    pub fn segment_between(&self, u: f64, ends: (f64, f64)) -> Segment {
         let at = |v: f64| self.frame.from_plane(DVec2::new(v, u));
-        Segment::new(at(lo), at(hi))
+        Segment::new(at(ends.0), at(ends.1))
     }
 
     /// Length l(u) of the segment at offset `u`; zero outside the range.

@@ -254,6 +254,18 @@ impl ImportanceImage {
 /// last.
 ///
 /// Density per area: the image's, over A. Zero variance for what is proportional to the image.
+///
+/// ```
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::{ImportanceImage, PointTechnique, TexturedSampler};
+/// let light = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y)?;
+/// // The right half is three times as bright as the left.
+/// let image = ImportanceImage::new(2, 1, &[1.0, 3.0]).unwrap();
+/// let sampler = TexturedSampler::new(&light, &image).unwrap();
+/// let [left, right] = [0.0, 1.0].map(|x| sampler.pdf(DVec3::new(x, 0.5, 1.0)).value());
+/// assert!((right / left - 3.0).abs() < 1e-12);
+/// # Ok::<(), linelit_lights::geometry::PolygonError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct TexturedSampler<'i> {
     origin: DVec3,

@@ -160,6 +160,16 @@ pub trait LinearPointTechnique {
 ///
 /// `AngularLines::by_projected_solid_angle` becomes the technique of no variance on a diffuse
 /// surface.
+///
+/// ```
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::{LineSampler, OffsetDensity, PointTechnique, PointsOnLines};
+/// let light = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y)?;
+/// let points = PointsOnLines(LineSampler::new(&light, 0.0, OffsetDensity::Length));
+/// // Lines in proportion to their length give points uniform in the area.
+/// assert!((points.sample([0.3, 0.6]).pdf.value() - 1.0).abs() < 1e-12);
+/// # Ok::<(), linelit_lights::geometry::PolygonError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct PointsOnLines<L>(pub L);
 

@@ -20,8 +20,8 @@ const FEW: usize = 2;
 /// Coordinates of segments in rounds.
 type Column = [[f64; LANES]];
 
-/// [`ribbon::line_integral`] of each segment (relative to the shading point), into `out`; the shorter
-/// of the two slices counts.
+/// [`ribbon::line_integral`] of each segment (relative to the shading point), into `out`; the
+/// shorter of the two slices counts.
 ///
 /// ```
 /// use linelit_shading::geometry::{DVec3, Segment};

@@ -78,6 +78,14 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 /// **Domain**: any finite segment; a line through the shading point gives 0 (it diverges there).
 ///
 /// **Error**: below 1e-13 relative. **Source**: Peters 2021, eq. 1, rearranged.
+///
+/// ```
+/// // Seen from its middle plane, two away: 2 sin φ₁ / h with tan φ₁ = 1/2.
+/// use linelit_shading::geometry::DVec3;
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// let each = linelit_shading::cylinder::solid_angle(p0, p1);
+/// assert!((each - 2.0 / 5_f64.sqrt()).abs() < 1e-15);
+/// ```
 #[inline]
 #[must_use]
 pub fn solid_angle(p0: DVec3, p1: DVec3) -> f64 {

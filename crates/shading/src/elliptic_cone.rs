@@ -226,7 +226,8 @@ impl<'a> PartOfCone<'a> {
     }
 
     /// The point of the rim at a turn.
-    fn at(&self, (s, c): (f64, f64)) -> DVec3 {
+    fn at(&self, sin_cos: (f64, f64)) -> DVec3 {
+        let (s, c) = sin_cos;
         let ([x, y, z], [a, b]) = (self.cone.axes, self.cone.tan);
         x * (a * c) + y * (b * s) + z
     }

@@ -31,6 +31,14 @@ pub struct ClippedSegment {
 /// relative to itself, however near to the shading point.
 ///
 /// **Domain**: finite ends; coordinates between 1e-140 and 1e140 in magnitude, or zero.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::horizon::clip_segment;
+/// let clipped = clip_segment(DVec3::new(1.0, 0.0, -1.0), DVec3::new(1.0, 0.0, 3.0), DVec3::Z);
+/// assert_eq!(clipped.unwrap().p0.z, 0.0);
+/// assert!(clip_segment(-DVec3::Z, -DVec3::Z + DVec3::X, DVec3::Z).is_none());
+/// ```
 #[inline]
 #[must_use]
 pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {

@@ -35,6 +35,11 @@ use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
 
 /// (k + 2)/(2π), the factor of the modified Phong BRDF.
+///
+/// ```
+/// let factor = linelit_shading::phong::normalisation(0.0);
+/// assert!((factor - std::f64::consts::FRAC_1_PI).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn normalisation(k: f64) -> f64 {
     nonnegative((k + 2.0) / (2.0 * PI))
@@ -67,6 +72,15 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 
 /// `∫ max(0, n·p) w(p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon whose width w changes linearly
 /// between those at its ends: see [`ribbon::tapered`](crate::ribbon::tapered).
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::phong;
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// let even = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 8.0);
+/// let thin = phong::tapered(p0, p1, DVec3::Z, DVec3::Z, 8.0, [0.0, 1.0]);
+/// assert!((thin / even - 0.5).abs() < 1e-14);
+/// ```
 #[must_use]
 pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64, widths: [f64; 2]) -> f64 {
     // Over |p| a width is as the cosine of an emitter.
@@ -76,6 +90,15 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64, widths: [f64
 
 /// `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, 1/length: for each unit of
 /// radiance × radius. See [`cylinder`](crate::cylinder).
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::{cylinder, phong};
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// // With the exponent zero, it is the irradiance.
+/// let flat = phong::cylinder(p0, p1, DVec3::Z, DVec3::X + DVec3::Z, 0.0);
+/// assert!((flat / cylinder::irradiance(p0, p1, DVec3::Z) - 1.0).abs() < 1e-13);
+/// ```
 #[inline]
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
@@ -107,6 +130,16 @@ fn robust(points: [Point; 4], k: f64, of: impl FnOnce(&Fan<2>, DVec3) -> f64) ->
 
 /// `∫ max(0, n·p) max(0, m·p) max(0, R·p)ᵏ/|p|^(4+k) dt` for any vector m, 1/length: a ribbon whose
 /// emission falls with the cosine to m, which need not be perpendicular to the line.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::phong;
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// // The line is two above the point, where the cosine to −z is two over the distance.
+/// let with_cosine = phong::half_space(p0, p1, DVec3::Z, DVec3::Z, DVec3::Z, 3.0);
+/// let ribbon = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 3.0);
+/// assert!((with_cosine / (2.0 * ribbon) - 1.0).abs() < 1e-13);
+/// ```
 #[must_use]
 pub fn half_space(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, axis: DVec3, k: f64) -> f64 {
     let Some(fan) = Fan::new(p0, p1, &[n, m, axis], None).filter(|_| k >= 0.0) else {

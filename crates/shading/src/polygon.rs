@@ -173,6 +173,16 @@ fn clip_with(
 /// that of [`edge`]; a corner that the horizon of `n` cuts off is rounded, by ε over the sine of
 /// the angle between the horizon and the light's plane where the latter is next to the shading
 /// point.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::polygon;
+/// let square = [[-1.0, -1.0, 2.0], [-1.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
+/// let square = square.map(DVec3::from);
+/// let fast = polygon::irradiance_by_edges(&square, DVec3::Z);
+/// let careful = polygon::irradiance(&square, DVec3::Z);
+/// assert!((fast - careful).abs() < 1e-14);
+/// ```
 #[must_use]
 pub fn irradiance_by_edges(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut above = [DVec3::ZERO; ConvexPolygon::CAPACITY + 2];
@@ -228,6 +238,15 @@ fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
 /// the shading point itself give 0. **Error**: 1e-15 of the angle Θ, so that a region that fills a
 /// small angle s loses ε/s relative to itself; [`irradiance`] does not. Points that are not finite
 /// give 0.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::polygon;
+/// let square = [[-1.0, -1.0, 2.0], [-1.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
+/// let square = square.map(DVec3::from);
+/// let sum: f64 = (0..4).map(|i| polygon::edge(square[i], square[(i + 1) % 4], DVec3::Z)).sum();
+/// assert!((0.5 * sum.abs() - polygon::irradiance(&square, DVec3::Z)).abs() < 1e-14);
+/// ```
 #[must_use]
 pub fn edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
     let near = |p: DVec3| (1e-70..1e70).contains(&p.abs().max_element()) && p.is_finite();

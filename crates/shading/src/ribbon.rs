@@ -145,6 +145,14 @@ pub enum Sides {
 /// side that its normal m points to; 0 behind a one-sided light.
 ///
 /// **Error**: 8 ε relative for the given p; taken at the nearer end.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::ribbon::{Sides, emitter};
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// assert_eq!(emitter(p0, p1, -DVec3::Z, Sides::One), 2.0);
+/// assert_eq!(emitter(p0, p1, DVec3::Z, Sides::One), 0.0);
+/// ```
 #[inline]
 #[must_use]
 pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {

@@ -42,6 +42,15 @@ fn scaled(corners: [DVec3; 3]) -> f64 {
 /// shading point. Fewer than three give 0.
 ///
 /// **Formula**: the sum of [`triangle`] over a fan, all of one sign. **Error**: as there.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::solid_angle;
+/// // A side of a cube, from its middle: a sixth of all directions.
+/// let side = [[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]];
+/// let angle = solid_angle::polygon(&side.map(DVec3::from));
+/// assert!((angle - std::f64::consts::PI * 2.0 / 3.0).abs() < 1e-14);
+/// ```
 #[must_use]
 pub fn polygon(vertices: &[DVec3]) -> f64 {
     let largest = vertices

@@ -37,12 +37,30 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
 
 /// Multiplies the integrand of [`ribbon`] with a width that changes linearly between those at the
 /// ends: see [`ribbon::tapered`](crate::ribbon::tapered).
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::spherical_gaussian as sg;
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// let even = sg::ribbon(p0, p1, DVec3::Z, DVec3::Z, 8.0);
+/// let thin = sg::tapered(p0, p1, DVec3::Z, DVec3::Z, 8.0, [0.0, 1.0]);
+/// assert!((thin / even - 0.5).abs() < 1e-14);
+/// ```
 #[must_use]
 pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64, widths: [f64; 2]) -> f64 {
     integrate([p0, p1, n, xi], lambda, widths, |fan| fan.unit * fan.unit)
 }
 
 /// Integrates over a thin cylinder, for each unit of radiance × radius, with 1/length.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::{cylinder, spherical_gaussian as sg};
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// // A sharpness of zero leaves the irradiance.
+/// let flat = sg::cylinder(p0, p1, DVec3::Z, DVec3::Z, 0.0);
+/// assert!((flat / cylinder::irradiance(p0, p1, DVec3::Z) - 1.0).abs() < 1e-13);
+/// ```
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     integrate([p0, p1, n, xi], lambda, [1.0; 2], |fan| {

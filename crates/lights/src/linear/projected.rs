@@ -126,7 +126,7 @@ impl End {
         let sin = self.sin * at.c + self.cos * at.s;
         let n = self.n * at.c + self.dn * at.s;
         let dn = self.dn * at.c - self.n * at.s;
-        let [_, step] = halley(excess, (cos, sin), (n, dn));
+        let [_, step] = halley(excess, [cos, sin], [n, dn]);
         let low = (-at.v).at_least(-half);
         let t = step.at_least(low).at_most((delta - at.v).at_most(half));
         let y = t * t;
@@ -175,14 +175,14 @@ impl End {
         let sin = self.sin * at.c + self.cos * at.s;
         let n = self.n * at.c + self.dn * at.s;
         let dn = self.dn * at.c - self.n * at.s;
-        halley(excess, (cos, sin), (n, dn))
+        halley(excess, [cos, sin], [n, dn])
     }
 }
 
 /// The root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its extremum if
 /// none; and that with the cubic term, from (cos φ, sin φ) and (N, N′).
 #[inline(always)]
-fn halley(excess: f64, (cos, sin): (f64, f64), (n, dn): (f64, f64)) -> [f64; 2] {
+fn halley(excess: f64, [cos, sin]: [f64; 2], [n, dn]: [f64; 2]) -> [f64; 2] {
     let (slope, bend) = (cos * n, cos * dn - sin * n);
     let root = (slope * slope - bend * excess).at_least(0.0).sqrt();
     let sum = slope.abs() + root;

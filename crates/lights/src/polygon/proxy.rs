@@ -19,6 +19,16 @@ use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 /// is for the comparison.
 ///
 /// **Domain**: any `x`; density 0 in the light's plane. Points are returned on the light itself.
+///
+/// ```
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::{PointTechnique, ProxySampler};
+/// let light = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y)?;
+/// let sampler = ProxySampler::new(&light, DVec3::ZERO);
+/// let sample = sampler.sample([0.3, 0.6]);
+/// assert!((sampler.pdf(sample.point).value() / sample.pdf.value() - 1.0).abs() < 1e-12);
+/// # Ok::<(), linelit_lights::geometry::PolygonError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ProxySampler {
     polygon: ConvexPolygon,

@@ -134,8 +134,8 @@ impl DiskCone {
     }
 
     /// p(s).
-    fn rim(&self, (s, c): (f64, f64)) -> f64 {
-        hypot(self.sec[1] * c, self.sec[0] * s)
+    fn rim(&self, sin_cos: (f64, f64)) -> f64 {
+        hypot(self.sec[1] * sin_cos.1, self.sec[0] * sin_cos.0)
     }
 
     /// dΩ/ds.
@@ -145,7 +145,8 @@ impl DiskCone {
 
     /// 1 − cos θ at the rim, and its direction across the axis.
     #[inline(always)]
-    fn reach(&self, (s, c): (f64, f64), p: f64) -> (f64, [f64; 2]) {
+    fn reach(&self, sin_cos: (f64, f64), p: f64) -> (f64, [f64; 2]) {
+        let (s, c) = sin_cos;
         let ([a, b], [sec_a, sec_b]) = (self.tan, self.sec);
         let across = [a * sec_b * c / p, b * sec_a * s / p];
         let tan = hypot(across[0], across[1]);

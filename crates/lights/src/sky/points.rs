@@ -28,6 +28,17 @@ pub enum SkyBy {
 /// draws from an image, and the other half by the image, for what is bright and seen through the
 /// portal. What of an image or a sun is beside the portal has the density zero, so that the density
 /// integrates to less than one.
+///
+/// ```
+/// use linelit_lights::geometry::DVec3;
+/// use linelit_lights::{Light, PointTechnique, SkyBy, SkyPoints, SkyView};
+/// let Light::Sky(sky) = Light::sky([1.0; 3]) else { unreachable!() };
+/// let points = SkyPoints::new(SkyView::new(&sky, DVec3::ZERO), SkyBy::Projected(DVec3::Z));
+/// let sample = points.sample([0.3, 0.6]);
+/// // In proportion to the cosine.
+/// let cosine = sample.point.normalize().z;
+/// assert!((sample.pdf.value() / (cosine / std::f64::consts::PI) - 1.0).abs() < 1e-12);
+/// ```
 #[derive(Clone, Debug)]
 pub struct SkyPoints<'a> {
     view: SkyView<'a>,
