@@ -5,8 +5,8 @@
 //! four corners are hidden is skipped. That is a guess: between its corners, a cell may be visible
 //! in part, and what was skipped may hide that. So the caller that finds the boundary of the part
 //! visible past the triangles kept asks [`Front::look`] whether it touches cells that closed
-//! before the end. All triangles that touch those are kept by another walk, and so on, until all of the
-//! boundary lies in cells of which every triangle is known: then no other can change it.
+//! before the end. All triangles that touch those are kept by another walk, and so on, until all of
+//! the boundary lies in cells of which every triangle is known: then no other can change it.
 //! `docs/decisions/016-exact-in-dense-shafts.md`.
 
 use crate::{
