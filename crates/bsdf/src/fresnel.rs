@@ -11,7 +11,7 @@ use linelit_geometry::finite::{fraction, nonnegative_vector};
 /// "Memo on Fresnel equations"; Schlick 1994.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fresnel {
-    /// All of it.
+    /// All light is reflected.
     Full,
     /// F0 + (F90 − F0)(1 − cos)⁵.
     Schlick {

@@ -113,7 +113,7 @@ impl Model for Frostbite {
         )
     }
 
-    /// It reflects at grazing directions whatever its colours.
+    /// Returns false: it reflects at grazing directions whatever its colours.
     fn is_black(&self) -> bool {
         false
     }

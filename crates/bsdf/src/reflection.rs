@@ -108,7 +108,7 @@ pub struct ClosedForm<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lobes<'a> {
     Phong(&'a Phong),
-    /// All of them are Phong's.
+    /// Layers whose lobes are all Phong's.
     Layers(&'a Layers),
     Own(&'a [ClosedLobe]),
 }

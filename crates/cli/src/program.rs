@@ -20,7 +20,7 @@ const TRY_AGAIN_STATUS: u8 = 75;
 /// for it (SIGPIPE, number 13) has ended, 128 + 13, as other tools of a pipe have.
 const CLOSED_STATUS: u8 = 141;
 
-/// Not yet: the program exits with 75.
+/// The error that work is unfinished: the program exits with 75.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct TryAgain(pub String);

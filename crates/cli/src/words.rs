@@ -65,7 +65,7 @@ fn did_you_mean(
     }
 }
 
-/// One of a few values, each with a line for `--help`, where those without one are not listed.
+/// Returns a parser of values, each with a line for `--help`, which hides those without one.
 fn one_of<V: Clone + fmt::Display + Send + Sync + 'static>(
     values: &[V],
     about: impl Fn(&V) -> &'static str,

@@ -158,7 +158,7 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
     }
 
-    /// All techniques, weighted.
+    /// Returns the method that combines all techniques by weights.
     fn combined(&self, between: &Between) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let is_textured = facts.light == LightKind::Textured;
@@ -313,9 +313,9 @@ pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> 
 /// The replacement of a line of an integral in a combination on a reflection without a closed form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Instead {
-    /// None: it stays one, of which a point is drawn.
+    /// The line itself, on which a point is sampled.
     Line,
-    /// So many points of the light.
+    /// This many points of the light.
     Points(u32),
     /// The closed form of the transformed cosines that the reflection looks like, and so many
     /// points for the rest, of this technique and of all others.

@@ -75,7 +75,7 @@ counters! {
     }
 }
 
-/// All that estimates count.
+/// The counters of all work that estimates do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkCounters {
     /// Skipped and finished work.

@@ -33,7 +33,7 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// All of them, with their names.
+    /// All values, with their names.
     pub const ALL: [(&'static str, Self); 8] = [
         ("polygon", Self::Polygon),
         ("textured polygon", Self::Textured),
@@ -74,7 +74,7 @@ impl LightKind {
 /// The closed forms that a reflection has ([`Reflection::known`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Closed {
-    /// None.
+    /// No closed form.
     Nowhere,
     /// Closed forms along lines: it has lobes of Phong or Gaussians.
     AlongLines,
@@ -279,7 +279,7 @@ pub struct Method<'e> {
 /// The domain over which the known part of the light is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KnownOver<'e> {
-    /// None: nothing is known.
+    /// No domain: nothing is known.
     Nothing,
     /// The visible parts of lines.
     Lines {
@@ -310,7 +310,7 @@ pub enum Of {
 /// The samples for the part of the light that is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rest<'e> {
-    /// None: all is known.
+    /// No samples: all is known.
     Nothing,
     /// Points of the whole light by one density.
     Points {

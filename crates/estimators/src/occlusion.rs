@@ -19,7 +19,7 @@ const POINTS: usize = 4;
 pub struct OcclusionProbe {
     /// Shafts towards the light.
     shafts: u32,
-    /// Those that were dense.
+    /// The number of shafts that were dense.
     dense: u32,
     /// Triangles in the shafts that were not dense.
     candidates: usize,

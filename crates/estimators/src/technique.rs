@@ -138,7 +138,7 @@ pub enum LineDirection {
     /// (`OcclusionStats::direction`); else, and for lines by texture, as
     /// [`LineDirection::Parallel`].
     Adaptive,
-    /// This fraction of a half turn from the light's first edge.
+    /// The fixed direction at this fraction of a half turn from the light's first edge.
     Fixed(f64),
     /// One random direction for each shading point (what Billen & Dutré 2016 prefer).
     Parallel,
@@ -170,7 +170,7 @@ pub enum LineControl {
     /// [independent strata](linelit_samplers::SampleSet::has_independent_strata); where the pattern
     /// has none, and for lines of which a point is drawn, as [`LineControl::None`].
     Slopes,
-    /// None: the mean over lines, as published.
+    /// No control variate: the mean over lines, as published.
     None,
 }
 

@@ -224,7 +224,7 @@ fn is_unlocked(file: &Path) -> bool {
     File::open(file).is_ok_and(|file| file.try_lock().is_ok())
 }
 
-/// Has the names in a folder written to the disk, where the system can.
+/// Writes the names in a folder to the disk, where the system can.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());

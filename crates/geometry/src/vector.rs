@@ -24,7 +24,7 @@ pub trait Vector3 {
     fn dvec3(self) -> DVec3;
 }
 
-/// Anyone's point, direction or colour as ours: [`Vector3::dvec3`].
+/// Converts a point, direction or colour of any type to ours: [`Vector3::dvec3`].
 #[inline]
 #[must_use]
 pub fn vector(v: impl Vector3) -> DVec3 {

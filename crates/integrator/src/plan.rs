@@ -93,7 +93,7 @@ pub(crate) struct Tables {
 /// Lights, and tables for picking one of the union.
 #[derive(Clone, Debug)]
 pub(crate) struct LightSet {
-    /// Those apart come first.
+    /// The lights; those that are sampled for themselves come first.
     lights: Vec<PlannedLight>,
     pub tables: Tables,
 }

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// All of them.
+/// All figures.
 static FIGURES: LazyLock<Vec<Figure>> = LazyLock::new(|| {
     let file: Result<File, _> = toml::from_str(include_str!("../figures.toml"));
     file.unwrap_or_else(|e| panic!("figures.toml: {e}")).figures

@@ -103,7 +103,7 @@ impl Measured {
         Some(product.map(|v| pow(v, 1.0 / all.len() as f64)))
     }
 
-    /// Both ends and the number through an increasing function.
+    /// Applies an increasing function to the figure and both ends.
     pub(crate) fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
             value: f(self.value),

@@ -27,7 +27,7 @@ pub(crate) struct Round {
 /// The kinds of round shapes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
-    /// Between two heights of a sphere about the origin.
+    /// The part of a sphere about the origin between two heights.
     Sphere { radius: f64, heights: [f64; 2] },
     /// An annulus at a height, facing +z.
     Disk { height: f64, radii: [f64; 2] },

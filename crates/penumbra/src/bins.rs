@@ -26,7 +26,7 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    /// Nothing is within it.
+    /// The empty rectangle.
     pub(super) const NONE: Self = Self {
         low: [f64::INFINITY; 2],
         high: [f64::NEG_INFINITY; 2],

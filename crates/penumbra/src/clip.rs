@@ -32,7 +32,7 @@ pub(crate) struct Span {
 /// The origin of the lower end of a part of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Start {
-    /// It is the edge's own.
+    /// The edge's own start.
     Own,
     /// A corner of what the edge was cut by, or a crossing, known to this much.
     Cut(f64),

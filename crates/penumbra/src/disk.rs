@@ -13,7 +13,7 @@ pub enum DiskEdge {
     /// An arc of the rim, counter-clockwise from one point to another; whether it is more than half
     /// of the rim.
     Arc(Point, Point, bool),
-    /// All of the rim.
+    /// The whole rim.
     Rim,
 }
 

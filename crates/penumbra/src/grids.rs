@@ -3,7 +3,7 @@
 use super::bins::Bounds;
 use super::orient::Point;
 
-/// Up to as many boxes are looked through one by one.
+/// The number of boxes up to which they are tested one by one.
 const FEW: usize = 64;
 
 /// The most cells that a box is in: fewer, and long thin boxes go to grids that are too coarse.

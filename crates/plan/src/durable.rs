@@ -56,7 +56,7 @@ fn fill(mut file: File, pieces: &[&[u8]]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Has the names in a folder written to the disk, where the system can.
+/// Writes the names in a folder to the disk, where the system can.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());

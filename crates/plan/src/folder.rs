@@ -267,7 +267,7 @@ fn part_number(name: &str) -> Option<u32> {
     (part_name(number) == name).then_some(number)
 }
 
-/// That a folder for a plan holds nothing else.
+/// Checks that a folder for a plan holds nothing else.
 fn refuse_others(path: &Path) -> Result<(), PlanError> {
     let own = [PARTS, FILES];
     let begun = format!(".{PLAN}.");

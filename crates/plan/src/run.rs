@@ -20,7 +20,7 @@ pub struct Run<'a> {
 }
 
 impl Default for Run<'_> {
-    /// All units, one at a time, never stopped, in silence.
+    /// Computes all units, one at a time, never stopped, without messages.
     fn default() -> Self {
         Self {
             shard: Shard::ALL,

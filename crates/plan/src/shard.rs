@@ -21,7 +21,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All units.
+    /// The shard of all units.
     pub const ALL: Self = Self { index: 0, count: 1 };
 
     /// The shard of an index below the count.

@@ -248,7 +248,7 @@ impl Parts {
         [x, y]
     }
 
-    /// One of two, at random, for stratum `k`.
+    /// Returns a random bit for stratum `k`.
     #[inline]
     pub(crate) const fn is_either(&self, k: u64) -> bool {
         word(self.key, 1 << 33 | k) >> 63 == 1

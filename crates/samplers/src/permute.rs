@@ -35,7 +35,7 @@ pub(crate) struct Hashed {
 }
 
 impl Permutation {
-    /// That of a single thing.
+    /// The permutation of a single element.
     pub(crate) const ONE: Self = Self::Table {
         n: 1,
         images: [0; TABLE as usize],

@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub struct EmissionSpec {
     /// Radiance, or with `power` its colour.
     pub radiance: DVec3,
-    /// Both sides emit, not the outside alone.
+    /// Whether both sides emit, not the outside alone.
     pub two_sided: bool,
     /// pbrt-v4's `power`: π × area × sides × (radiance of a unit `L`).
     pub power: Option<f64>,

@@ -20,7 +20,7 @@ use std::sync::{LazyLock, OnceLock};
 pub(crate) struct Pyramids([OnceLock<Box<Pyramid>>; 16]);
 
 impl Clone for Pyramids {
-    /// None: pixels are cloned to be changed.
+    /// Returns an empty cache: pixels are cloned to be changed.
     fn clone(&self) -> Self {
         Self::default()
     }

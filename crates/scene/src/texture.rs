@@ -103,12 +103,12 @@ pub struct ImageTexture {
     pub filter: TextureFilter,
     /// Factor on every value.
     pub scale: f64,
-    /// One minus the value instead of the value.
+    /// Whether the result is one minus the value.
     pub invert: bool,
 }
 
 impl ImageTexture {
-    /// All of the image once over the unit square, repeated beyond, as it is.
+    /// Creates the texture of an image over the unit square, repeated beyond, unchanged.
     #[must_use]
     pub fn new(data: Arc<ImageData>) -> Self {
         Self {

@@ -10,7 +10,7 @@ use linelit_lights::{Light, Sphere};
 /// Whether the lights of a group can light a surface point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reach {
-    /// None of them can.
+    /// No light of the group can.
     None,
     /// The group does not tell; its members must be asked.
     Unknown,
@@ -179,7 +179,7 @@ impl LightBounds {
         })
     }
 
-    /// Both groups together.
+    /// Returns the bounds of both groups together.
     pub(crate) fn union(&self, other: &Self) -> Self {
         let power = self.power + other.power;
         let (a, b) = (self.power / power, other.power / power);

@@ -168,7 +168,7 @@ impl<'a> PartOfCone<'a> {
         }
     }
 
-    /// All of the rim.
+    /// Adds the whole rim.
     pub fn add_rim(&mut self) {
         match self.above {
             Above::None => {}
@@ -198,7 +198,7 @@ impl<'a> PartOfCone<'a> {
         a + (b - a) * (ha / (ha - hb))
     }
 
-    /// All of the rim that is above the horizon.
+    /// Adds the part of the rim above the horizon.
     fn add_whole(&mut self, rise: (f64, f64), set: (f64, f64), half: f64) {
         self.sum += self.arc(rise, set, half > FRAC_PI_2);
         self.meet_horizon(self.at(rise), 1.0);

@@ -23,11 +23,11 @@ const LARGEST: f64 = 1024.0;
 /// Longest axis, squared, over 64: its power must not overflow.
 const LONG_AXIS: f64 = 2.0 / 64.0;
 
-/// Below this power of e, a part of it is multiplied last.
+/// The power of e below which a part of it is multiplied last.
 const SHIFT_BELOW: f64 = -550.0;
-/// That part, …
+/// The part of the power that is multiplied last there.
 const SHIFT: f64 = -450.0;
-/// … and e to it.
+/// The value of e to the power of that part.
 const SHIFTED: f64 = 3.693_883_068_487_256e-196;
 
 /// The products of a segment that the fast path needs.

@@ -41,7 +41,7 @@ const HALF_RULE: [(f64, f64, f64); 7] = [
     (0.207_784_955_007_898_47, 0.204_432_940_075_298_9, 0.0),
 ];
 
-/// Both weights of the node in the middle.
+/// The two weights of the node in the middle.
 const MIDDLE: [f64; 2] = [0.209_482_141_084_727_82, 0.417_959_183_673_469_4];
 
 /// Intervals waiting to be halved; also the greatest depth.

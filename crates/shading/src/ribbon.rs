@@ -137,7 +137,7 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, widths: [f64; 2]) -> f64 {
 pub enum Sides {
     /// Only the side its normal points to.
     One,
-    /// Both.
+    /// Both sides.
     Both,
 }
 

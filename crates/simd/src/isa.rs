@@ -20,12 +20,12 @@ pub enum InstructionSet {
     Scalar = 1,
     /// x86-64 with AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT.
     Avx2 = 2,
-    /// Those and AVX-512 F, VL, DQ and BW.
+    /// The instructions of AVX2, and AVX-512 F, VL, DQ and BW.
     Avx512 = 3,
 }
 
 impl InstructionSet {
-    /// All of them.
+    /// All instruction sets.
     pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Avx512];
 
     /// Returns the name of the set as it is written.
@@ -82,7 +82,7 @@ impl FromStr for InstructionSet {
     }
 }
 
-/// Not looked for yet, or the number of the best that there is.
+/// The number of the best set that the processor has; zero before that is known.
 static BEST: AtomicU8 = AtomicU8::new(0);
 
 /// The number of the best that there is.

@@ -184,14 +184,14 @@ pub struct StudyRecord {
     pub settings: BTreeMap<String, String>,
     /// The scenes, in order.
     pub scenes: Vec<SceneRecord>,
-    /// All errors.
+    /// The rows of errors.
     pub rows: Vec<ResultRow>,
     /// Whether the study was interrupted, and may be gone on with: what it had not measured by then
     /// is in `left_out`.
     pub unfinished: bool,
     /// Measurements that the time budget left out.
     pub left_out: Vec<LeftOutRow>,
-    /// All orders.
+    /// The rows of orders of convergence.
     pub slopes: Vec<SlopeRow>,
     /// Pictures by several estimators.
     pub gallery: Vec<GalleryRow>,

@@ -53,7 +53,7 @@ static INVERSE_ODD: LazyLock<[Dd; 15]> =
 impl Dd {
     /// Zero.
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
-    /// One.
+    /// The number one.
     pub const ONE: Self = Self { hi: 1.0, lo: 0.0 };
     /// π to 106 bits.
     pub const PI: Self = Self {

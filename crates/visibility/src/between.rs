@@ -53,7 +53,7 @@ const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 impl Between {
-    /// Between a point and the corners of a light.
+    /// Creates the region between a point and the corners of a light.
     #[must_use]
     pub fn new<'a>(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
         let (x, light) = (point.dvec3(), light.into().corners());

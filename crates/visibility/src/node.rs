@@ -31,7 +31,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// One of its boxes.
+    /// Returns one of its boxes.
     pub(crate) fn bounds_of(&self, lane: usize) -> Bounds {
         Bounds {
             lo: [0, 1, 2].map(|axis| self.bounds[axis][lane]),
@@ -134,7 +134,7 @@ impl Child {
     }
 }
 
-/// Up to eight triangles side by side.
+/// A leaf: up to eight triangles side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf {

@@ -221,7 +221,7 @@ impl Planes {
 /// The [bends](bend) of the neighbours beyond the sides of a leaf's triangles.
 pub(crate) type Bends = [[u16; 8]; 3];
 
-/// That of a neighbour of which it is not known: not a number.
+/// The bend of a neighbour for which it is not known: not a number.
 const UNKNOWN: u16 = 0x7fc0;
 
 /// The bit of a bend that tells whether the neighbour lies within the box of the leaf made three

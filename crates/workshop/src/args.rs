@@ -80,7 +80,7 @@ pub(crate) struct VisibilityArgs {
     /// Scene file, or the name of a built-in scene, in place of three built-in ones.
     #[arg(long, value_name = "PATH")]
     pub(crate) scene: Option<String>,
-    /// Only this light: S, L, S1, L1 … or linear.
+    /// The only light to measure: S, L, S1, L1 … or linear.
     #[arg(long, value_name = "NAME")]
     pub(crate) light_name: Option<String>,
     /// Fewer points and rounds.
@@ -132,7 +132,7 @@ pub(crate) struct CheckArgs {
     /// Light samples per shading point and light.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     pub(crate) samples: u32,
-    /// Only the references whose name contains this, such as `kitchen`.
+    /// Part of the names of the only references to check, such as `kitchen`.
     #[arg(long, value_name = "NAME")]
     pub(crate) only: Option<String>,
     /// Common flags.

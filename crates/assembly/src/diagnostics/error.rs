@@ -253,7 +253,7 @@ pub struct Warnings {
 const MAX_WARNINGS: usize = 200;
 
 impl Warnings {
-    /// None; `strict`: the first is an error.
+    /// Creates an empty list; if `strict`, the first warning is an error.
     pub fn new(strict: bool) -> Self {
         Self {
             strict,

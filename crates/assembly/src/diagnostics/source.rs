@@ -312,7 +312,7 @@ impl Source {
         &self.name
     }
 
-    /// All of it.
+    /// Returns all bytes of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }

@@ -26,7 +26,7 @@ struct Comparison {
     /// The errors.
     #[serde(flatten)]
     metrics: ImageMetrics,
-    /// Those of red, green and blue.
+    /// The metrics of red, green and blue.
     channels: [ChannelMetrics; 3],
     /// Mean of FLIP, if it was asked for.
     flip: Option<f64>,

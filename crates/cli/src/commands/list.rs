@@ -82,7 +82,7 @@ fn lines(what: Listed) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// All studies and what each costs, a line each.
+/// Returns the list of studies and the cost of each, a line each.
 pub(super) fn studies() -> String {
     lines(Listed::Studies).join("\n")
 }

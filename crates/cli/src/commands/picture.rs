@@ -26,7 +26,7 @@ pub(super) const RENDER: &str = "render";
 /// The bounds of a unit's expected time, in seconds of one thread: the least, so that writing its
 /// part is little beside it, and the most, so that a kill costs little.
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
-/// So many units are enough to share out.
+/// The number of units that is enough for sharing them out.
 const ENOUGH: f64 = 256.0;
 /// Sides of tiles: the largest that is tried, and that below which camera samples are split first.
 const SIDES: [u32; 2] = [1024, 8];

@@ -130,7 +130,7 @@ fn beside(picture: &Path, what: &str) -> PathBuf {
     picture.with_file_name(format!(".{name}.linelit-{what}"))
 }
 
-/// That the flags of a file are for files of its format.
+/// Checks that the flags of a file are for files of its format.
 pub(super) fn check_file(args: &ImageArgs, path: &Path) -> Result<(), UsageError> {
     let contradiction = |text: &str| Err(UsageError(text.to_owned()));
     if args.compression.is_some() && !ends_in(path, "exr") {
@@ -155,7 +155,7 @@ pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
         .map_or(all, |crop| crop.window(film.width, film.height))
 }
 
-/// That the lights that are asked for are there.
+/// Checks that the scene has the lights that the flags name.
 pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
     let count = scene.lights.len();
     let own = args.light_estimator.iter().map(|own| own.light);

@@ -66,7 +66,7 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
     }
 }
 
-/// That a name is that of a scene, and no misspelt study.
+/// Checks that a name is that of a scene, and no misspelt study.
 fn scene_is_there(name: &str) -> Result<()> {
     Place::find(name).map(drop).map_err(|error| {
         let studies = studies().map(|(name, _)| name);

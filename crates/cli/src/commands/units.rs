@@ -109,7 +109,7 @@ fn cost_bar(folder: &Folder) -> ProgressBar {
     bar
 }
 
-/// That nothing is missing.
+/// Checks that no unit is missing.
 pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
     if missing.is_empty() {
         return Ok(());

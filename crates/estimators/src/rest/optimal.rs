@@ -19,8 +19,8 @@ const DAMPING: f64 = 3.0;
 /// α from the samples that they weight would be biased. By those of independent samples, and by the
 /// numbers of samples that techniques have had, the sum of a round by the optimal weights is an
 /// unbiased estimate of the light that these techniques can sample, and so is the sum by the
-/// balance heuristic. So the difference is zero in the mean, and a technique that had no sample has
-/// no part in it. That ∫p_i may be less than one (lines that are wholly hidden give no sample) does
+/// balance heuristic. Their difference is zero in the mean, and a technique without a sample has no
+/// part in it. That ∫p_i may be less than one (lines that are wholly hidden give no sample) does
 /// not matter, since it is the same in both.
 pub(super) fn sum(kind: Optimal, expected: &Techniques, rounds: [Round<'_>; 2]) -> DVec3 {
     let systems = rounds.map(|round| system(expected, round.samples));

@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// All numbers of an accessor, which `from` names under a key.
+    /// Returns all numbers of an accessor, which `from` names under a key.
     pub(super) fn numbers(
         &mut self,
         index: usize,

@@ -219,11 +219,11 @@ struct Lens {
 struct Reader<'a> {
     doc: &'a Document<'a>,
     base: Assembly,
-    /// Those that have been read.
+    /// The buffers that have been read.
     buffers: Vec<Option<Arc<[u8]>>>,
     /// The binary chunk of a GLB file.
     binary: Option<Arc<[u8]>>,
-    /// Those that have been decoded: meshes often share them.
+    /// The accessors that have been decoded: meshes often share them.
     accessors: HashMap<usize, Rc<Numbers>>,
     /// Numbers that may still be decoded: accessors may overlap, so that small files could ask for
     /// many.

@@ -115,7 +115,7 @@ fn steps(arc: &Inversion, xi: &Column, n: usize, at: &Angles) -> Column {
     step
 }
 
-/// One step of every sample; whether all have arrived.
+/// Advances every sample by a step; returns whether all have converged.
 #[inline(never)]
 fn advance(arc: &Inversion, xi: &Column, n: usize, at: &mut Angles) -> bool {
     let n = n.min(BLOCK);

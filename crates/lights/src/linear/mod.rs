@@ -51,7 +51,7 @@ pub enum LinearTechnique {
 }
 
 impl LinearTechnique {
-    /// All of them, in the order of Peters 2021, Table 1.
+    /// All techniques, in the order of Peters 2021, Table 1.
     pub const ALL: [Self; 7] = [
         Self::Area,
         Self::SolidAngle,

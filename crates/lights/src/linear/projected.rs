@@ -66,7 +66,7 @@ pub(crate) struct Inversion {
 }
 
 impl End {
-    /// One of two by selecting numbers, which the compiler can do for several at once.
+    /// Returns one of two by selecting numbers, which compilers can do for several at once.
     #[inline(always)]
     pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
         let one = |a: f64, b: f64| if second { b } else { a };
@@ -403,7 +403,7 @@ impl Inversion {
         (second, self.steps_to(end, start, xi * self.total, close))
     }
 
-    /// One step; how far it went.
+    /// Takes one step; returns its length.
     #[inline]
     fn advance(&self, at: &mut Angle, step: f64) -> f64 {
         let step = step.at_least(-at.v).at_most(self.delta - at.v);

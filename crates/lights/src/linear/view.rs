@@ -527,7 +527,7 @@ pub(crate) struct SolidAngleEnd {
 }
 
 impl SolidAngleEnd {
-    /// One of two by selecting numbers.
+    /// Returns one of two by selecting numbers.
     #[inline(always)]
     pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
         let one = |a: f64, b: f64| if second { b } else { a };

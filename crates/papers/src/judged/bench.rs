@@ -108,7 +108,7 @@ impl Answer {
 }
 
 impl Bench<'_> {
-    /// One of three by how much is measured.
+    /// Returns one of three values by the effort.
     pub(super) fn pick<T>(&self, smallest: T, quick: T, full: T) -> T {
         match self.effort {
             Effort::Smallest => smallest,

@@ -143,7 +143,7 @@ impl<'t> Reader<'t> {
         Some(c)
     }
 
-    /// All up to a sign that is left behind.
+    /// Returns the text up to a sign, which is skipped.
     fn until(&mut self, sign: char) -> Result<&'t str> {
         let (text, rest) = self
             .rest

@@ -17,11 +17,11 @@ use std::sync::Arc;
 /// among the lobes of a surface.
 const MOST_PARTS: usize = 8;
 
-/// Those of pbrt that are no [`MaterialKind`].
+/// The materials of pbrt that are no [`MaterialKind`].
 const NOT_DRAWN: &str = "\
     coatedconductor disney fourier hair interface kdsubsurface measured none subsurface translucent";
 
-/// Those of pbrt-v4, whose roughness and names of parameters are its own.
+/// The materials of pbrt-v4, whose roughness and names of parameters are its own.
 const OF_V4: &str = "coateddiffuse conductor dielectric diffuse diffusetransmission thindielectric";
 
 /// Returns the map from roughness to the width of microfacets in the model's version.

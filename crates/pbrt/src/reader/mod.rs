@@ -96,7 +96,7 @@ struct OpenObject {
 enum Geometry {
     Mesh(Rc<MeshData>),
     Line(DVec3, DVec3),
-    /// One that emits.
+    /// A round shape that emits.
     Round(Round),
 }
 

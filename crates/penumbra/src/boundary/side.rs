@@ -75,7 +75,7 @@ pub(super) enum Extent {
     /// The light alone. Where the first point of an edge's part is too close to the sides of
     /// images, this cannot decide on which side it lies.
     Light,
-    /// All of every edge: decisions are exact.
+    /// The whole plane, with all of every edge: decisions are exact.
     All,
 }
 

@@ -27,7 +27,7 @@ struct Stretch {
 /// A gap between images along a side.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
-    /// One that it is connected with, or itself.
+    /// A gap that it is connected with, or itself.
     with: u32,
     /// The difference of layers over its beginning from those over the beginning of that gap.
     layers: i32,

@@ -130,7 +130,7 @@ fn chunk(samples: u32) -> usize {
     ((TOGETHER / samples.max(1)) as usize).clamp(1, CHUNK)
 }
 
-/// All integrals once, each chunk timed.
+/// Estimates all integrals once, timing each chunk.
 fn run<P: Problem>(
     problem: &P,
     lane: &mut Lane<'_, P::Settings>,

@@ -87,7 +87,7 @@ pub struct Method<S> {
 }
 
 impl<S: Clone> Method<S> {
-    /// All its trials with so many samples, from a seed on.
+    /// Returns the cell of all its trials with this many samples, from a seed on.
     pub(super) fn cell(&self, samples: u32, seed: u64) -> Cell<S> {
         Cell {
             settings: self.settings.clone(),
@@ -128,7 +128,7 @@ pub struct Design<S> {
 }
 
 impl<S> Design<S> {
-    /// All methods at these numbers of samples, with seed 1.
+    /// Creates the design of all methods at these numbers of samples, with seed 1.
     #[must_use]
     pub const fn new(methods: Vec<Method<S>>, samples: Vec<u32>) -> Self {
         Self {

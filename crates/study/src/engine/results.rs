@@ -76,7 +76,7 @@ pub struct Gathering<'a, P: Problem> {
 }
 
 impl<'a, P: Problem> Gathering<'a, P> {
-    /// Nothing yet.
+    /// Creates an empty collection for the job.
     #[must_use]
     pub fn new(job: Job<'a, P>) -> Self {
         Self {

@@ -21,7 +21,7 @@ pub enum AlphaWrap {
 /// The lookup of alpha between the centres of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlphaLookup {
-    /// That of the texel.
+    /// The alpha of the nearest texel.
     Nearest,
     /// Linear between the four centres around, in both directions.
     #[default]

@@ -59,7 +59,7 @@ impl Fan<'_> {
     }
 }
 
-/// Those of the `open` rays that meet anything.
+/// Returns which of the `open` rays hit a triangle.
 pub(crate) fn one_by_one(
     bvh: &Bvh,
     fan: &Fan<'_>,

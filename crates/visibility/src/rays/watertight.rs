@@ -5,8 +5,8 @@ use linelit_geometry::DVec3;
 /// A ray prepared for watertight tests: the axes permuted so that the ray's longest component
 /// comes last, and sheared so that it points along it.
 ///
-/// A triangle's vertices are sheared by operations that depend on the vertex and the ray alone; the
-/// remaining question is whether the origin lies in a triangle of the plane. The edge functions are
+/// A triangle's vertices are sheared by operations that depend on the vertex and the ray alone;
+/// then the question is whether the origin lies in a triangle of the plane. The edge functions are
 /// differences of two products, whose sign rounding can turn into zero but never reverse, and an
 /// edge run through the other way gives exactly the negative. With zero counted as inside, a ray
 /// never slips between triangles that share an edge or a vertex.

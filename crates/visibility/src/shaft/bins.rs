@@ -91,7 +91,7 @@ pub(crate) struct Covered {
 }
 
 impl Covered {
-    /// Nothing hidden but what lies beyond the lines' ends.
+    /// Resets: nothing is hidden but what lies beyond the lines' ends.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     #[inline(always)]
     pub(crate) fn start<S: Simd>(&mut self, s: S, lines: &Lines) {

@@ -13,7 +13,7 @@ use linelit_simd::Simd;
 /// groups of their own.
 const PARALLEL: f64 = 1e-12;
 
-/// Beyond every u.
+/// A coordinate beyond every u.
 const BEYOND: f64 = 1e300;
 
 /// Eight lines.

@@ -29,7 +29,7 @@ pub(crate) trait Image: Copy {
     /// Eight images from their bounds.
     fn eight<S: Simd>(s: S, bounds: ImageBounds<S>) -> Self::Eight;
 
-    /// One of eight.
+    /// Returns one of eight images.
     fn of(images: &Self::Eight, lane: usize) -> Self;
 }
 

@@ -89,9 +89,9 @@ pub(crate) struct DenseQuery {
 /// The state of the answer to the lines of a dense shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answered {
-    /// Not at all: there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
+    /// No answer: there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
     Nothing,
-    /// They are hidden as a whole.
+    /// All of them are hidden as a whole.
     Hidden,
     /// The hidden parts of them are known.
     All,

@@ -475,7 +475,7 @@ impl Default for LightFrame {
 }
 
 impl Default for Light {
-    /// None.
+    /// Returns no light.
     fn default() -> Self {
         Self {
             corners: [DVec3::ZERO; CORNERS],

@@ -4,8 +4,8 @@
 //! samples of the light they hide. A box or triangle whose image touches only cells of which all
 //! four corners are hidden is skipped. That is a guess: between its corners, a cell may be visible
 //! in part, and what was skipped may hide that. So the caller that finds the boundary of the part
-//! visible past the triangles kept asks [`Front::look`] whether it touches cells that were not open
-//! until the end. All triangles that touch those are kept by another walk, and so on, until all of
+//! visible past the triangles kept asks [`Front::look`] whether it touches cells that closed
+//! before the end. All triangles that touch those are kept by another walk, and so on, until all of
 //! the boundary lies in cells of which every triangle is known: then no other can change it.
 //! `docs/decisions/016-exact-in-dense-shafts.md`.
 
@@ -187,7 +187,7 @@ fn extent(polygon: &[[f64; 2]], from: f64, to: f64) -> Option<(f64, f64)> {
 }
 
 impl Front {
-    /// Nothing hidden but what is beyond the light.
+    /// Resets: nothing is hidden but what lies beyond the light.
     fn start(&mut self, frame: &LightFrame) {
         self.by_cells = false;
         let light = &frame.corners[..frame.corner_count];
@@ -283,7 +283,7 @@ impl Front {
         }
     }
 
-    /// After the first walk: cells with an open corner are complete.
+    /// Ends the first walk: cells with an open corner are complete.
     fn finish(&mut self) {
         for r in 0..usize::from(LAST) {
             let open = self.open[r] | self.open[r + 1];

@@ -10,7 +10,7 @@ use linelit_simd::Simd;
 /// Hidden intervals that a line keeps before they spill.
 const ROOM: usize = 23;
 
-/// Up to this many intervals a line are sorted by a network over the lanes.
+/// The number of intervals on a line up to which a network over the lanes sorts them.
 const NETWORK: usize = ROOM + 1;
 
 /// Visible pieces shorter than this fraction of their line are rounding errors.
@@ -179,7 +179,7 @@ impl Slots {
         s.dstore(run_hi, &mut block.run_hi);
     }
 
-    /// All hidden intervals of a line in order of their lower ends.
+    /// Returns the hidden intervals of a line in order of their lower ends.
     pub(crate) fn sorted(&mut self, block: usize, lane: usize, run: (f64, f64)) -> &[(f64, f64)] {
         let slots = &self.blocks[block];
         let line = block * 8 + lane;

@@ -54,7 +54,7 @@ impl<'a> ShaftQuery<'a> {
         }
     }
 
-    /// This view of a light that has triangles of its own.
+    /// Excludes the light's own triangles.
     #[must_use]
     pub fn excluding(self, exclude: Range<u32>) -> Self {
         Self { exclude, ..self }

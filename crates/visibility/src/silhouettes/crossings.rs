@@ -157,7 +157,7 @@ fn cross(
     }
 }
 
-/// One of the two ends of each line.
+/// Returns one of the two ends of each line.
 fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item = f64> {
     lines.blocks.iter().flat_map(which).copied()
 }

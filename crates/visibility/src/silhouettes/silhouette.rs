@@ -81,9 +81,9 @@ struct Outlines {
 /// The known facts about a triangle and its neighbour beyond a side; false where not known.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// The shading point is behind its plane, as its corners run.
+    /// Whether the shading point is behind its plane, as its corners run.
     front: bool,
-    /// It is before it.
+    /// Whether the shading point is before its plane.
     back: bool,
     /// It is before that of the neighbour, which has its corners in the same order.
     back_beyond: bool,

@@ -18,7 +18,7 @@ pub(crate) struct Turning {
     pub(crate) sides: [u8; 3],
     /// Triangles that the shading point is surely behind, as their corners run.
     pub(crate) front: u8,
-    /// Those that it is surely before.
+    /// Triangles that the shading point is surely before.
     pub(crate) back: u8,
     /// The bits of `sides` for neighbours that the shading point is surely before.
     pub(crate) backs_beyond: [u8; 3],

@@ -28,7 +28,7 @@ pub(super) type Special = (
     fn(&Bench<'_>, &mut Out) -> Result<()>,
 );
 
-/// All of them.
+/// All special measurements.
 pub(super) const ALL: [Special; 14] = [
     ("diffuse line", "", billen::diffuse_line),
     ("phong line", "", billen::phong_line),
