@@ -25,7 +25,7 @@ fn the_guides_commands_run() {
     let dir = folder("guide");
     let page = std::fs::read_to_string(docs().join("guide.md")).unwrap();
     let blocks = blocks(&page, "sh");
-    assert_eq!(blocks.len(), 4, "{blocks:?}");
+    assert_eq!(blocks.len(), 3, "{blocks:?}");
     let program = Path::new(env!("CARGO_BIN_EXE_linelit")).parent().unwrap();
     let path = std::env::var("PATH").unwrap_or_default();
     for block in blocks {
