@@ -99,6 +99,50 @@ fn distant_light_knows_the_scene() {
     assert_eq!((scene.lights.len(), distant(&scene).scene.radius), (2, 0.0));
 }
 
+/// The irradiance of a wall with a normal, by midpoints of a grid about the middle of a sun that
+/// reaches twice as high as the cap. It is linear in the directions, so that the rule is exact.
+fn irradiance(sky: &Sky, middle: DVec3, cap_height: f64, normal: DVec3) -> DVec3 {
+    const N: u32 = 64;
+    let frame = linelit_geometry::Frame::from_normal(middle);
+    let mut sum = DVec3::ZERO;
+    for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+        let c = 1.0 - 2.0 * cap_height * (f64::from(i) + 0.5) / f64::from(N);
+        let (s, phi) = ((1.0 - c * c).sqrt(), 2.0 * PI * f64::from(j) / f64::from(N));
+        let w = frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), c));
+        sum += sky.radiance(DVec3::ZERO, w) * normal.dot(w);
+    }
+    sum * (2.0 * cap_height * 2.0 * PI / f64::from(N * N))
+}
+
+/// A distant light with an angle is a sun that lights walls as the parallel light does, however
+/// wide it is; at an angle of 0 it is parallel light.
+#[test]
+fn distant_light_with_an_angle_is_a_sun() {
+    let text = "LightSource \"distant\" \"rgb L\" [ 1 2 3 ] \"float illuminance\" 4 \
+                \"point3 from\" [ 3 0 4 ] \"point3 to\" [ 0 0 0 ]";
+    let parallel = world(text);
+    let parallel = distant(&parallel).beam(DVec3::ZERO).unwrap();
+    for angle in [1e-3, 0.53, 10.0, 120.0, 180.0_f64] {
+        let scene = world(&format!("{text} \"float angle\" {angle}"));
+        let (sun, half) = (sky(&scene), 0.5 * angle.to_radians());
+        let middle = DVec3::new(0.6, 0.0, 0.8);
+        let cap_height = 2.0 * (0.5 * half).sin().powi(2);
+        for tilt in [0.0, 0.4] {
+            // The whole sun is above the wall where 90° of tilt and half angle are not passed.
+            if tilt + half > 0.5 * PI + 1e-9 {
+                continue;
+            }
+            let normal = DVec3::new(0.6 * f64::cos(tilt), f64::sin(tilt), 0.8 * f64::cos(tilt));
+            let got = irradiance(sun, middle, cap_height, normal);
+            near(got, parallel.irradiance * normal.dot(middle));
+        }
+    }
+    for angle in ["0", "1e-9"] {
+        let scene = world(&format!("{text} \"float angle\" {angle}"));
+        near(distant(&scene).irradiance, parallel.irradiance);
+    }
+}
+
 #[test]
 fn environments_are_skies() {
     let scene = world(&format!(
@@ -157,6 +201,8 @@ fn what_is_no_light_is_an_error_at_its_place() {
         ("\"spot\" \"float conedeltaangle\" -1", "no such angle"),
         ("\"spot\" \"point3 to\" [ 0 0 0 ]", "are one point"),
         ("\"distant\" \"point3 from\" [ 0 0 1 ]", "are one point"),
+        ("\"distant\" \"float angle\" -1", "is -1"),
+        ("\"distant\" \"float angle\" 181", "is 181"),
         ("\"point\" \"rgb I\" [ 1 -1 1 ]", "negative"),
         (
             "\"infinite\" \"point3 portal\" [ 0 0 0 ]",

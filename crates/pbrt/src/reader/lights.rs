@@ -8,8 +8,8 @@ use linelit_assembly::{ErrorKind, Result, Source, ies, shorten};
 use linelit_geometry::glam::DMat3;
 use linelit_geometry::{ConvexPolygon, DVec3, Frame};
 use linelit_lights::{
-    DistantLight, Falloff, Light, PointLight, Profile, ProfileKind, ProfileMap, Sky, SkyEmission,
-    SkyImage, SkyMapping, Sphere,
+    Falloff, Light, PointLight, Profile, ProfileKind, ProfileMap, Sky, SkyEmission, SkyImage,
+    SkyMapping, Sphere,
 };
 use linelit_scene::{ImageData, LUMINANCE};
 use std::f64::consts::PI;
@@ -20,6 +20,10 @@ const NO_SCENE: Sphere = Sphere {
     center: DVec3::ZERO,
     radius: 0.0,
 };
+
+/// Suns of a smaller half angle, in radians, are parallel light. Rounding of unit vectors, 10⁻¹⁶,
+/// moves the border of one of this size by 10⁻⁸ of its radius.
+const NARROWEST: f64 = 1e-8;
 
 /// Light types that are left out.
 const LEFT_OUT: [&str; 1] = ["projection"];
@@ -198,13 +202,24 @@ impl Loader {
             irradiance *= lux;
         }
         let direction = -self.world_direction(params)?;
-        Ok(
-            (irradiance != DVec3::ZERO).then_some(Light::Distant(DistantLight {
-                direction,
-                irradiance,
-                scene: NO_SCENE,
-            })),
-        )
+        let half_angle = 0.5 * self.angle(params)?.to_radians();
+        Ok((irradiance != DVec3::ZERO).then(|| {
+            if half_angle <= NARROWEST {
+                return Light::distant(direction, irradiance);
+            }
+            let sine = linelit_elementary::sin(half_angle);
+            Light::sun(direction, half_angle, irradiance / (PI * sine * sine))
+        }))
+    }
+
+    /// Our extension: the degrees across a sun.
+    fn angle(&self, params: &Params) -> Result<f64> {
+        let angle = params.float_or("angle", 0.0)?;
+        if (0.0..=180.0).contains(&angle) {
+            return Ok(angle);
+        }
+        let message = format!("`angle` of {} is {angle}", params.owner);
+        Err(params.range_error(&["angle"], message, "between 0 and 180 degrees"))
     }
 
     fn infinite_light(&mut self, params: &Params) -> Result<Option<Light>> {
