@@ -30,9 +30,10 @@ struct Placed {
     light: usize,
 }
 
+/// A light of the file.
 #[derive(Deserialize)]
 #[serde(default)]
-struct Punctual {
+pub(super) struct Punctual {
     r#type: String,
     color: [f64; 3],
     intensity: f64,
@@ -69,48 +70,58 @@ impl Default for Spot {
 }
 
 impl<'a> Reader<'a> {
+    /// The lights that nodes may name, by their numbers; `None` for those that emit nothing.
+    pub(super) fn read_lights(&mut self) -> Result<()> {
+        let doc = self.doc;
+        let Some(top) = doc.lists.extensions.get(LIGHTS).copied() else {
+            return Ok(());
+        };
+        for place in doc.read::<Lights<'_>>(top)?.lights {
+            let light: Punctual = doc.read(place)?;
+            let bad = |key: &str, what: &str| {
+                let at = doc.find(place, &[key]);
+                let message = format!("`{key}` of a light is {what}");
+                Err(doc.error(ErrorKind::OutOfRange, message, at, ""))
+            };
+            let color = DVec3::from(light.color);
+            if color.min_element() < 0.0 || !color.is_finite() {
+                return bad("color", "negative or not finite");
+            }
+            let emitted = color * light.intensity;
+            if !(light.intensity >= 0.0 && emitted.is_finite()) {
+                return bad("intensity", "negative or not finite");
+            }
+            if light.range.is_some() {
+                let message =
+                    "the `range` of a light is left out: it falls off with the distance alone";
+                let at = doc.at(doc.find(place, &["range"]));
+                self.base.suspicious(message, "left out", at)?;
+            }
+            let emits = emitted != DVec3::ZERO;
+            if !emits {
+                let message = "a light emits nothing";
+                let at = doc.at_start(place);
+                self.base.suspicious(message, "left out", at)?;
+            }
+            self.lights.push((place, emits.then_some(light)));
+        }
+        Ok(())
+    }
+
     /// Adds the light that a node's extension names.
     pub(super) fn place_light(&mut self, raw: Raw<'a>, to_world: DAffine3) -> Result<()> {
         let doc = self.doc;
-        let top = doc.lists.extensions.get(LIGHTS).copied();
-        let lights = match top {
-            Some(top) => doc.read::<Lights<'_>>(top)?.lights,
-            None => Vec::new(),
-        };
         let index = doc.read::<Placed>(raw)?.light;
-        let Some(&place) = lights.get(index) else {
+        let Some((place, light)) = self.lights.get(index) else {
             let message = format!("`light` refers to number {index} of `lights`");
-            let label = format!("there are {}, counted from 0", lights.len());
+            let label = format!("there are {}, counted from 0", self.lights.len());
             let at = doc.find(raw, &["light"]);
             return Err(doc.error(ErrorKind::BadMesh, message, at, &label));
         };
-        let light: Punctual = doc.read(place)?;
-        let bad = |key: &str, what: &str| {
-            let at = doc.find(place, &[key]);
-            let message = format!("`{key}` of a light is {what}");
-            Err(doc.error(ErrorKind::OutOfRange, message, at, ""))
+        let Some(light) = light else {
+            return Ok(());
         };
-        let color = DVec3::from(light.color);
-        if color.min_element() < 0.0 || !color.is_finite() {
-            return bad("color", "negative or not finite");
-        }
-        if !(light.intensity >= 0.0 && light.intensity.is_finite()) {
-            return bad("intensity", "negative or not finite");
-        }
-        if light.range.is_some() {
-            let message =
-                "the `range` of a light is left out: it falls off with the distance alone";
-            let at = doc.at(doc.find(place, &["range"]));
-            self.base.suspicious(message, "left out", at)?;
-        }
-        let emitted = color * light.intensity;
-        if emitted == DVec3::ZERO {
-            let message = "a light emits nothing";
-            return self
-                .base
-                .suspicious(message, "left out", doc.at_start(place));
-        }
-        let light = self.light_of(&light, place, to_world)?;
+        let (place, light) = (*place, self.light_of(light, place, to_world)?);
         self.base.add_light(light, doc.at_start(place))
     }
 

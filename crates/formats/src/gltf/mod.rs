@@ -150,12 +150,14 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         materials: Vec::new(),
         images: HashMap::new(),
         meshes: vec![None; doc.lists.meshes.len()],
+        lights: Vec::new(),
         shapes: 0,
         indices: 0,
     };
     reader.refuse_extensions()?;
     reader.warn_extensions()?;
     reader.read_materials()?;
+    reader.read_lights()?;
     reader.read_nodes()?;
     let (camera, film) = reader.camera.unzip();
     let film = film.unwrap_or_default();
@@ -234,6 +236,8 @@ struct Reader<'a> {
     /// Images by index and use.
     images: HashMap<(usize, Channel), Option<Arc<ImageData>>>,
     meshes: Vec<Option<Rc<meshes::Mesh>>>,
+    /// The entries of `KHR_lights_punctual` with their places.
+    lights: Vec<(Raw<'a>, Option<lights::Punctual>)>,
     shapes: usize,
     /// Indices read so far.
     indices: usize,
