@@ -1,6 +1,7 @@
 //! Files of all formats: what is read, what is refused and how.
 
 mod bad;
+mod broken_lights;
 mod common;
 mod cutouts;
 mod filtering;
