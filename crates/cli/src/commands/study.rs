@@ -388,7 +388,7 @@ fn print_verdicts(record: &StudyRecord, out: &mut Output) -> Result<(), OutputEr
         match &verdict.points {
             Some(_) => writeln!(
                 out,
-                "  {points} take {theirs} for it, {ratio} times as long"
+                "  {points} reaches it in {theirs}: {ratio} times as long"
             )?,
             None => writeln!(out, "  no number of points that was measured reaches it")?,
         }

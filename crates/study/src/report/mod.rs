@@ -26,6 +26,8 @@ pub struct Report {
     pub title: String,
     /// Paragraphs under the title.
     pub summary: Vec<String>,
+    /// The part before all others.
+    pub first: Option<Section>,
     /// The methods that were compared, each in words.
     pub compared: Vec<Entry>,
     /// The parts, in order.
@@ -259,6 +261,7 @@ mod tests {
     fn a_page_is_self_contained_and_escapes() {
         let image = Image::from_fn(4, 2, |x, y| [x as f32, y as f32, 0.5]);
         let report = Report {
+            first: None,
             title: "A <b> & title".to_owned(),
             summary: vec!["One </p> paragraph.".to_owned()],
             sections: vec![Section {

@@ -29,11 +29,12 @@ impl Report {
                 body {
                     header { (self.head()) }
                     main {
+                        @if let Some(first) = &self.first { (section("first", first)) }
                         @if !self.compared.is_empty() {
                             section #compared { h2 { "What is compared" } (entries(&self.compared)) }
                         }
                         @for (index, part) in self.sections.iter().enumerate() {
-                            (section(index, part))
+                            (section(&format!("part-{index}"), part))
                         }
                         (self.circumstances())
                     }
@@ -128,9 +129,9 @@ fn comparison(part: &Comparison) -> Markup {
     }
 }
 
-fn section(index: usize, part: &Section) -> Markup {
+fn section(id: &str, part: &Section) -> Markup {
     html! {
-        section id={ "part-" (index) } {
+        section id=(id) {
             h2 { (part.title) }
             @if !part.lead.is_empty() { p.lead { (part.lead) } }
             @if let Some(shown) = &part.comparison { (comparison(shown)) }

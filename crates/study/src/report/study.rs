@@ -36,14 +36,11 @@ impl Report {
             })
             .collect();
         let verdicts = Verdict::all(timed);
-        if !verdicts.is_empty() {
-            let first = Section {
-                title: "In short".to_owned(),
-                tables: vec![Verdict::table(&verdicts)],
-                ..Section::default()
-            };
-            sections.insert(0, first);
-        }
+        let first = (!verdicts.is_empty()).then(|| Section {
+            title: "In short".to_owned(),
+            tables: vec![Verdict::table(&verdicts)],
+            ..Section::default()
+        });
         for other in processors.iter().skip(1) {
             sections.extend(times_on(record, other, &palette));
         }
@@ -57,6 +54,7 @@ impl Report {
         Self {
             title: format!("{}{unfinished}", record.title),
             summary,
+            first,
             compared: exhibits.compared,
             sections,
             facts: facts(record),
@@ -365,21 +363,25 @@ fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
     }
 }
 
+/// The trials from which on a bias is spoken of.
+const LEAST_TRIALS: u32 = 8;
+
 /// The least likely of all biases of a study, in a sentence; none where nothing was tested.
 fn bias(record: &StudyRecord) -> Option<String> {
-    let tests = record
-        .rows
-        .iter()
-        .filter_map(|row| Some((record.bias_test(row)?, row)));
+    // Fewer trials tell little of their own spread.
+    let rows = record.rows.iter().filter(|row| row.trials >= LEAST_TRIALS);
+    let tests = rows.filter_map(|row| Some((record.bias_test(row)?, row)));
     let tests: Vec<([f64; 2], &ResultRow)> = tests.collect();
     let ([z, p], row) = tests.iter().min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
     // Šidák: the smallest of `count` independent p values is below p by chance this often.
     let count = tests.len();
     let chance = 1.0 - pow(1.0 - p, count as f64);
     Some(format!(
-        "The least likely of {count} biases is {} standard errors, by {} ({}), N = {}, on {}: \
-         estimators without bias have one as large in {} % of such studies (Šidák).",
+        "The least likely of {count} biases is {} standard errors with {} degrees of freedom, by {} \
+         ({}), N = {}, on {}: estimators without bias have one as large in {} % of such studies \
+         (Student's t, Šidák).",
         signed(*z, 1),
+        row.trials - 1,
         row.estimator,
         row.sampler,
         row.samples,

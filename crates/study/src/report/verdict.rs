@@ -3,6 +3,7 @@
 use super::{Cell, Table, scientific};
 use crate::plots::{seconds, short};
 use crate::tables::{ResultRow, StudyRecord};
+use std::collections::BTreeSet;
 
 /// The samples of lines whose error others are held to, unless all counts are smaller.
 const LINES: u32 = 16;
@@ -35,17 +36,26 @@ impl Verdict {
         scenes.filter_map(|s| Self::of(record, &s.scene)).collect()
     }
 
+    /// At the most lines, up to [`LINES`], whose error points reach; else at the most lines.
     fn of(record: &StudyRecord, scene: &str) -> Option<Self> {
+        let rows = record.rows.iter().filter(|row| row.scene == scene);
+        let counts: BTreeSet<u32> = rows.map(|row| row.samples).collect();
+        let counts = || counts.iter().rev().filter(|n| **n <= LINES);
+        let mut all = counts().filter_map(|n| Self::at(record, scene, *n));
+        let most = all.next()?;
+        if most.points.is_some() {
+            return Some(most);
+        }
+        Some(all.find(|fewer| fewer.points.is_some()).unwrap_or(most))
+    }
+
+    fn at(record: &StudyRecord, scene: &str, samples: u32) -> Option<Self> {
         let rows = || record.rows.iter().filter(|row| row.scene == scene);
         let is_points = |row: &&ResultRow| row.estimator.starts_with("point");
         let is_noisy = |row: &&ResultRow| !row.is_noiseless() && row.mse > 0.0;
-        let lines = || rows().filter(|row| !is_points(row)).filter(is_noisy);
-        let most = lines()
-            .map(|row| row.samples)
-            .filter(|n| *n <= LINES)
-            .max()?;
-        let best = lines().filter(|row| row.samples == most && row.cpu_seconds > 0.0);
-        let best = best.min_by(|a, b| {
+        let lines = rows().filter(|row| !is_points(row)).filter(is_noisy);
+        let timed = lines.filter(|row| row.samples == samples && row.cpu_seconds > 0.0);
+        let best = timed.min_by(|a, b| {
             let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
             cost(a).total_cmp(&cost(b))
         })?;
@@ -59,7 +69,7 @@ impl Verdict {
         Some(Self {
             scene: scene.to_owned(),
             estimator: format!("{} ({})", best.estimator, best.sampler),
-            samples: most,
+            samples,
             error,
             time: best.cpu_seconds,
             points: reached.min_by(|a, b| a.1.total_cmp(&b.1)),
