@@ -213,6 +213,10 @@ pub struct RenderArgs {
     /// Begin anew what was interrupted.
     #[arg(long)]
     pub fresh: bool,
+    /// Show the picture in the viewer tev as its tiles come, such as 127.0.0.1:14158; then nothing
+    /// is kept for another time.
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "fresh")]
+    pub tev: Option<String>,
     /// Print what is done about which lights on which materials, what was skipped and why, and what
     /// visibility cost.
     #[arg(long)]
@@ -359,7 +363,7 @@ pub struct Again<A: Args> {
 mod tests {
     use super::*;
 
-    /// What the examples of `--help` say can be said.
+    /// Parses the examples of `--help`.
     #[test]
     fn examples_are_understood() {
         let mut count = 0;

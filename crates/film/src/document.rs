@@ -112,6 +112,10 @@ pub struct Document {
     pub height: u32,
     /// The place in the full picture, if this is a part of one.
     pub placement: Option<Placement>,
+    /// The matrices from the world to the camera, and from there to the picture, whose corners are
+    /// (0, 0), at the upper left, and (1, 1): by columns, for column vectors, as far as known. They
+    /// are OpenEXR's `worldToCamera` and `worldToNDC`.
+    pub world_to: [Option<[f32; 16]>; 2],
     /// The layers.
     pub layers: Vec<Layer>,
     /// Names and values: samples, seed, commit, estimator….

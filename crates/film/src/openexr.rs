@@ -37,8 +37,12 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
             channels.push(encode_channel(&layer.name, channel));
         }
     }
+    // By rows for row vectors, the numbers of a matrix stand in the same order.
+    let [world_to_camera, world_to_normalized_device] = document.world_to;
     let mut attributes = LayerAttributes {
         software_name: Some(text("linelit")),
+        world_to_camera,
+        world_to_normalized_device,
         ..LayerAttributes::default()
     };
     for (name, value) in &document.metadata {
@@ -352,6 +356,8 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
         image.attributes.display_window,
     );
     document.placement = placement(position, first.size, display)?;
+    let own = &first.attributes;
+    document.world_to = [own.world_to_camera, own.world_to_normalized_device];
     let mut layers: BTreeMap<String, Vec<Channel>> = BTreeMap::new();
     for part in parts {
         let part_name = part.attributes.layer_name.as_ref();

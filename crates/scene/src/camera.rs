@@ -3,7 +3,7 @@
 use crate::footprint::RayDifferential;
 use linelit_elementary::{sin_cos, tan};
 use linelit_geometry::DVec3;
-use linelit_geometry::glam::DAffine3;
+use linelit_geometry::glam::{DAffine3, DMat4, DVec4};
 
 /// The map from film positions to directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,6 +117,42 @@ impl Camera {
     /// Pixels across and down.
     pub const fn resolution(&self) -> [u32; 2] {
         self.resolution
+    }
+
+    /// The matrices from the world to the camera, and from the world to the picture, whose corners
+    /// are (0, 0), at the upper left, and (1, 1); the latter is `None` for spherical projections.
+    /// Depths of 0.01 and 1000 become 0 and 1 in perspective, as in pbrt; others stay what they are.
+    ///
+    /// ```
+    /// use linelit_scene::geometry::glam::DAffine3;
+    /// use linelit_scene::{Camera, Projection};
+    /// let view = Projection::Perspective { fov_degrees: 90.0 };
+    /// let camera = Camera::new(DAffine3::IDENTITY, view, None, None, [200, 100]);
+    /// let ray = camera.ray(50.0, 25.0);
+    /// let to_picture = camera.matrices()[1].unwrap();
+    /// let place = to_picture.project_point3(ray.origin + 3.0 * ray.direction);
+    /// assert!((place.x - 0.25).abs() < 1e-15 && (place.y - 0.25).abs() < 1e-15);
+    /// ```
+    #[must_use]
+    pub fn matrices(&self) -> [Option<DMat4>; 2] {
+        let to_camera = DMat4::from(self.camera_to_world.inverse());
+        let [x_min, x_max, y_min, y_max] = self.window;
+        let [near, far] = [0.01, 1000.0];
+        let screen = match self.projection {
+            Projection::Perspective { .. } => Some(DMat4::from_cols(
+                DVec4::X / self.tangent,
+                DVec4::Y / self.tangent,
+                DVec4::new(0.0, 0.0, far / (far - near), 1.0),
+                DVec4::new(0.0, 0.0, -far * near / (far - near), 0.0),
+            )),
+            Projection::Orthographic => Some(DMat4::IDENTITY),
+            Projection::Spherical { .. } => None,
+        };
+        let scale = DVec3::new(1.0 / (x_max - x_min), 1.0 / (y_min - y_max), 1.0);
+        let moved = DVec3::new(-x_min, -y_max, 0.0);
+        let to_picture = DMat4::from_scale(scale) * DMat4::from_translation(moved);
+        let to_picture = screen.map(|screen| to_picture * screen * to_camera);
+        [Some(to_camera), to_picture]
     }
 
     /// Returns the position of the camera in world space.

@@ -16,6 +16,8 @@ pub(super) struct Rendered {
     pub(super) image: Image,
     /// The placement in the whole picture, if it is a part of it.
     pub(super) placement: Option<Placement>,
+    /// The matrices of the camera, as the file has them.
+    pub(super) world_to: [Option<[f32; 16]>; 2],
     /// Moments of trials or of camera samples of each pixel, if they are asked for.
     pub(super) moments: Vec<Moments>,
     /// Rays and lines of each pixel, if they are asked for.

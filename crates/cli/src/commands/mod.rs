@@ -11,6 +11,7 @@ mod picture;
 mod plan;
 mod render;
 mod study;
+mod tev;
 mod units;
 
 pub use compare::run as compare;

@@ -2,6 +2,7 @@
 //! They are computed at once, or kept as parts of a plan.
 
 use super::aovs::{self, Rendered, Surface};
+use super::tev::Viewer;
 use super::units::check;
 use super::{bar, pool_of, render};
 use crate::args::{Again, MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError, given};
@@ -44,6 +45,8 @@ struct Settings {
     film: [u32; 2],
     /// Columns from and to, rows from and to.
     window: [u32; 4],
+    /// The matrices of the camera ([`Document::world_to`](linelit_film::Document::world_to)).
+    world_to: [Option<[f32; 16]>; 2],
 }
 
 /// The work of a unit.
@@ -77,6 +80,7 @@ pub(super) struct Picture {
     args: PictureArgs,
     film: [u32; 2],
     window: Tile,
+    world_to: [Option<[f32; 16]>; 2],
     work: Vec<Work>,
 }
 
@@ -138,6 +142,8 @@ impl Picture {
             args: args.clone(),
             film: [scene.film.width, scene.film.height],
             window,
+            world_to: (scene.camera.matrices())
+                .map(|matrix| Some(matrix?.as_mat4().to_cols_array())),
             work: Vec::new(),
         };
         picture.cut((SIDE_AT_ONCE, false))
@@ -163,6 +169,7 @@ impl Picture {
             scene: self.scene.clone(),
             film: self.film,
             window: bounds(self.window),
+            world_to: self.world_to,
         };
         let blocks = self.args.blocks();
         let unit = |work: &Work| -> Result<Unit> {
@@ -206,6 +213,7 @@ impl Picture {
                 x1: right,
                 y1: bottom,
             },
+            world_to: settings.world_to,
             work,
         };
         Ok((picture, again.read))
@@ -234,9 +242,13 @@ impl Picture {
         })
     }
 
-    /// Computes all of it by the threads of the current pool, and keeps nothing.
-    pub(super) fn at_once(&self, renderer: &Renderer<'_>) -> (Rendered, Vec<u64>, Counts) {
-        let film = Mutex::new(Film::new(self));
+    /// Computes all of it by the threads of the current pool, shows its tiles, and keeps nothing.
+    pub(super) fn at_once(
+        &self,
+        renderer: &Renderer<'_>,
+        viewer: Option<Viewer>,
+    ) -> (Rendered, Vec<u64>, Counts) {
+        let film = Mutex::new((Film::new(self), viewer));
         let progress = bar("rendering");
         progress.set_length(self.work.len() as u64);
         let each = self
@@ -244,7 +256,10 @@ impl Picture {
             .par_iter()
             .map_init(Workspace::new, |workspace, work| {
                 let (part, counts) = self.compute(renderer, *work, workspace);
-                locked(&film).add(*work, part);
+                let (film, viewer) = &mut *locked(&film);
+                if let (Some(tile), Some(viewer)) = (film.add(*work, part), viewer) {
+                    viewer.show(tile, &film.rendered.image);
+                }
                 progress.inc(1);
                 counts
             });
@@ -252,7 +267,7 @@ impl Picture {
         let each: Vec<Counts> = each.collect();
         each.into_iter().for_each(|own| counts += own);
         progress.finish_and_clear();
-        let film = std::mem::replace(&mut *locked(&film), Film::new(self));
+        let film = std::mem::replace(&mut locked(&film).0, Film::new(self));
         (film.rendered, film.counted, counts)
     }
 
@@ -429,6 +444,7 @@ impl Film {
                     full: picture.film,
                     corner: [0, 0],
                 }),
+                world_to: picture.world_to,
                 moments: vec![Moments::default(); moments],
                 cost: [vec![0; moments], vec![0; moments]],
                 surfaces: vec![Surface::default(); all(aovs::wants_surfaces(aovs))],
@@ -439,7 +455,7 @@ impl Film {
     }
 
     /// Adds the part of a unit; those of a tile come in the order of their blocks.
-    fn add(&mut self, work: Work, part: Part) {
+    fn add(&mut self, work: Work, part: Part) -> Option<Tile> {
         for (sum, own) in self.counted.iter_mut().zip(&part.counted) {
             *sum += own;
         }
@@ -455,13 +471,12 @@ impl Film {
                 all.cost = [0, 1].map(|k| all.cost[k] + own.cost[k]);
             }
         }
-        if work.block.is_none_or(|block| block == self.last_block) {
-            self.store(work.tile());
-        }
+        let is_whole = work.block.is_none_or(|block| block == self.last_block);
+        is_whole.then(|| self.store(work.tile()))
     }
 
     /// Stores what is known of a tile, now that all of it is.
-    fn store(&mut self, tile: Tile) {
+    fn store(&mut self, tile: Tile) -> Tile {
         let (part, to) = (std::mem::take(&mut self.tile), &mut self.rendered);
         for (i, [x, y]) in tile.pixels().enumerate() {
             let [column, row] = [x - self.window.x0, y - self.window.y0];
@@ -479,5 +494,6 @@ impl Film {
                 to.surfaces[place] = *surface;
             }
         }
+        tile
     }
 }

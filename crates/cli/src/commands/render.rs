@@ -3,6 +3,7 @@
 use super::aovs::{self, Rendered};
 use super::picture::{Picture, pixel_seconds, size};
 use super::pool;
+use super::tev::Viewer;
 use super::units::{keep, work_off};
 use crate::args::{Checkpoints, ImageArgs, PictureArgs, RenderArgs, UsageError};
 use crate::folder::{Lock, remove_all};
@@ -44,8 +45,8 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let picture = Picture::new(&args.scene, &scene, &args.picture, window);
     let pixel = pixel_seconds(&scene, &args.picture);
     let is_kept = match args.checkpoints {
-        // Parts do not say all that is explained.
-        _ if args.explain => false,
+        // Parts do not say all that is explained, and are not shown.
+        _ if args.explain || args.tev.is_some() => false,
         Checkpoints::Never => false,
         Checkpoints::Always => true,
         Checkpoints::Auto => pixel * window.area() as f64 >= LONG,
@@ -60,7 +61,10 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         found
     } else {
         let (rendered, counted);
-        (rendered, counted, counts) = pool.install(|| picture.at_once(&renderer));
+        let name = args.output.to_string_lossy();
+        let viewer = args.tev.as_ref().map(|at| Viewer::new(at, &name, window));
+        let viewer = viewer.transpose()?;
+        (rendered, counted, counts) = pool.install(|| picture.at_once(&renderer, viewer));
         (rendered, counted)
     };
     let times = [load_seconds, build_seconds, drawn.elapsed().as_secs_f64()];
@@ -77,15 +81,25 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     } else if args.explain {
         explain(&renderer, &args.picture.settings(), &counts, times, out)?;
     } else {
-        let [width, height] = ["width", "height"].map(|name| &result[name]);
-        let [rays, lines] = ["rays", "line_queries"].map(|name| &result[name]);
-        let (path, seconds) = (args.output.display(), times.iter().sum::<f64>());
-        writeln!(
-            out,
-            "{path}: {width} x {height} pixels in {seconds:.1} s, {rays} rays, {lines} lines"
-        )?;
+        print(&args.output, &result, times, out)?;
     }
     Ok(())
+}
+
+/// Prints what was written, and what it took.
+fn print(
+    output: &Path,
+    result: &Map<String, Value>,
+    times: [f64; 3],
+    out: &mut Output,
+) -> Result<(), OutputError> {
+    let [width, height] = ["width", "height"].map(|name| &result[name]);
+    let [rays, lines] = ["rays", "line_queries"].map(|name| &result[name]);
+    let (path, seconds) = (output.display(), times.iter().sum::<f64>());
+    writeln!(
+        out,
+        "{path}: {width} x {height} pixels in {seconds:.1} s, {rays} rays, {lines} lines"
+    )
 }
 
 /// Begins to keep a long picture in a plan beside it, or goes on with what an interrupted command
@@ -216,7 +230,7 @@ pub(super) fn write(
         return Ok(());
     }
     let mut document = Document::new(image.width, image.height);
-    document.placement = rendered.placement;
+    (document.placement, document.world_to) = (rendered.placement, rendered.world_to);
     document.add_image("", image)?;
     aovs::add(&mut document, &rendered, picture)?;
     drop(rendered);

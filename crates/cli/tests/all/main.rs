@@ -16,4 +16,5 @@ mod pictures;
 mod plans;
 mod studies;
 mod study_plans;
+mod tev;
 mod words;

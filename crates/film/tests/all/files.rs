@@ -49,9 +49,11 @@ fn an_exr_document_comes_back_bit_for_bit() {
         full: [100, 50],
         corner: [0, 0],
     });
+    document.world_to = [Some([0.5; 16].map(|x| x / 3.0)), None];
     document.write(&path).unwrap();
     let again = Document::read(&path).unwrap();
     assert_eq!(again.metadata, document.metadata);
+    assert_eq!(again.world_to, document.world_to);
     assert_eq!(again.placement, document.placement);
     for layer in &document.layers {
         let found = again.layer(&layer.name).unwrap();
