@@ -1,3 +1,5 @@
+//! What the readers of scene files share: errors that point at the place, limits, and meshes.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

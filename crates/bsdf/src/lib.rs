@@ -1,3 +1,5 @@
+//! Reflection models behind one trait, and what integrals in closed form know of them.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

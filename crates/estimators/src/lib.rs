@@ -1,3 +1,5 @@
+//! Every estimator of direct light, on your own points, reflections, lights and triangles.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

@@ -1,3 +1,5 @@
+//! Readers of scene files: pbrt text, OBJ, PLY and glTF.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

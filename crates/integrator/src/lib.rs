@@ -1,3 +1,5 @@
+//! Pictures of direct light: camera rays, the choice of lights, and what a scene lets one skip.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

@@ -17,7 +17,7 @@ use std::ops::Range;
 /// The reflection of all light alike: its radiance is the irradiance over π.
 pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
 
-/// Triangles and lights, of which points ask how much light reaches them.
+/// A scene of triangles and lights that answers how much light reaches a point.
 ///
 /// ```
 /// use linelit::{Scene, lights::Light};

@@ -1,3 +1,5 @@
+//! Direct illumination with exact visibility: line samples, point samples and closed forms.
+//!
 #![doc = include_str!("../README.md")]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]

@@ -1,3 +1,5 @@
+//! A reader and a writer of pbrt text, versions 3 and 4.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

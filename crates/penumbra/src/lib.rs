@@ -1,3 +1,5 @@
+//! The visible part of a light as a polygon with holes, by exact decisions.
+//!
 #![doc = include_str!("../README.md")]
 //!
 //! # How the boundary is found

@@ -1,3 +1,5 @@
+//! The scene model: meshes, camera, materials, textures and emission.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

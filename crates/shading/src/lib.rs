@@ -1,3 +1,5 @@
+//! Closed-form integrals of reflected light along lines and over polygons.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

@@ -1,3 +1,5 @@
+//! Vectors of eight lanes with the same bits on every instruction set.
+//!
 #![doc = include_str!("../README.md")]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 #![cfg_attr(not(test), warn(clippy::disallowed_macros))]

@@ -1,3 +1,5 @@
+//! Convergence studies of any estimator: measuring, fits, plots and reports.
+//!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
