@@ -104,7 +104,7 @@ mod tests {
     use super::*;
     use linelit_testkit::assert_close;
 
-    /// By complex arithmetic, straight from Snell's law: an independent route.
+    /// Computes the reflectance in complex arithmetic, from Snell's law: an independent route.
     fn complex(c: f64, eta: f64, k: f64) -> f64 {
         type C = [f64; 2];
         let mul = |a: C, b: C| [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];

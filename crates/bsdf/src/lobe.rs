@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// What overrides nothing is no black: its samples give its albedo k cos_o 2π/3.
+    /// Defaults are not black: samples of a model with no override give its albedo k cos_o 2π/3.
     #[test]
     fn a_model_that_overrides_nothing_is_drawn_without_bias() {
         let (model, wo) = (Least(0.4), DVec3::new(0.6, 0.0, 0.8));

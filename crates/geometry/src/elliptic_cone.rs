@@ -135,7 +135,7 @@ mod tests {
         }
     }
 
-    /// What is no cone is none.
+    /// Axes that make no cone are refused.
     #[test]
     fn flat_cones_are_none() {
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);

@@ -102,8 +102,8 @@ mod tests {
     }
 
     proptest! {
-        /// On the triangle, no farther than any point of a fine grid on it, and no nearer than the
-        /// grid is fine.
+        /// Nearest points are on the triangle, no farther than any point of a fine grid on it, and
+        /// no nearer than the grid is fine.
         #[test]
         fn the_nearest_point_is_the_nearest(a in vector(), b in vector(), c in vector(), p in vector()) {
             let triangle = Triangle::new(a, b, c);

@@ -241,8 +241,8 @@ mod tests {
         assert_eq!(number(f64::NAN), "–");
     }
 
-    /// Of 2,000 simulated ratios of means of eight uniform numbers in [1, 2], 95 % are in their
-    /// intervals: ± 3.3 standard deviations of a binomial (α = 0.001), and 0.7 % for the first
+    /// Simulates 2,000 ratios of means of eight uniform numbers in [1, 2]: 95 % are in their
+    /// intervals, ± 3.3 standard deviations of a binomial (α = 0.001), and 0.7 % for the first
     /// order.
     #[test]
     fn ratios_are_covered() {

@@ -8,8 +8,7 @@ const BINS: usize = 16;
 /// The number of boxes from which there are four times as many bins.
 const MANY: usize = 256;
 
-/// The number of boxes up to which all are tested: most penumbrae have no more, and filling bins
-/// would take longer.
+/// The number of boxes up to which all are tested: more are rare, and filling bins takes longer.
 const FEW: usize = 20;
 
 /// A rectangle along the axes.

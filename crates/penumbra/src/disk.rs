@@ -207,8 +207,8 @@ mod tests {
         area(part.of(boundary.iter().copied()))
     }
 
-    /// The same by strips, the visible length of each found by sorting: their number is the root of
-    /// the error's inverse at the rim.
+    /// Returns the area by strips, the visible length of each found by sorting: their number is the
+    /// root of the error's inverse at the rim.
     fn by_strips(triangles: &[[Point; 3]]) -> f64 {
         const STRIPS: i32 = 4000;
         let strip = |k| {

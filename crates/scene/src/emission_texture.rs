@@ -234,8 +234,8 @@ mod tests {
         }
     }
 
-    /// With 126 looks along each edge, each of 126 repetitions is looked at in its middle, which is
-    /// black: the light is drawn from all the same.
+    /// Each of 126 repetitions has one lookup, of the 126 along each edge, in its middle, which is
+    /// black: the light is sampled all the same.
     #[test]
     fn what_no_look_meets_is_still_a_texture() {
         let square = ConvexPolygon::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
@@ -246,7 +246,7 @@ mod tests {
         assert!((drawn.sample([0.3, 0.6]).pdf.value() - 1.0).abs() < 1e-12);
     }
 
-    /// Of the parallelogram around a triangle, points fall into cells that touch the triangle.
+    /// Points of the parallelogram around a triangle fall into cells that touch the triangle.
     #[test]
     fn points_around_a_triangle_are_beside_it_by_a_cell_at_most() {
         let triangle = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();

@@ -122,7 +122,7 @@ mod tests {
         (0..count).map(|_| Segment::new(point(), point())).collect()
     }
 
-    /// On every instruction set that this machine has.
+    /// Compares on every instruction set that this machine has.
     fn compare(segments: &[Segment], n: DVec3) {
         let one = |s: &Segment| ribbon::line_integral(s.p0, s.p1, n).to_bits();
         let want: Vec<u64> = segments.iter().map(one).collect();

@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(wrong.to_string(), "expected scalar, avx2 or avx512");
     }
 
-    /// In a process of its own it would stay so; here it is lowered to what there is.
+    /// A limit above the best set has no effect.
     #[test]
     fn limits_are_never_raised() {
         let best = Isa::best().name();

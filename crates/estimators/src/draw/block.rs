@@ -355,7 +355,7 @@ mod tests {
         out
     }
 
-    /// What one by one gives, of a density per area, or per solid angle.
+    /// Returns a point computed by itself, with its density per area, or per solid angle.
     fn one_by_one(
         columns: &Columns,
         quad: &ConvexPolygon,

@@ -210,7 +210,7 @@ mod tests {
 
     const COUNTS: [f64; 5] = [4.0, 16.0, 64.0, 256.0, 1024.0];
 
-    /// What a trial sees of a variance of one.
+    /// The distribution of a trial's squared error, for a variance of one.
     #[derive(Clone, Copy, Debug)]
     enum Seen {
         /// A mean of so many χ² variables of one degree: of normal errors of as many pixels.
@@ -279,8 +279,8 @@ mod tests {
         }
     }
 
-    /// Of 95 % intervals, 94 to 96 % hold the truth, and the rate is a binomial's over 4000 studies
-    /// with a standard deviation of 0.0034: three and a half of them on top.
+    /// Counts how many 95 % intervals hold the truth: 94 to 96 %, and the rate is a binomial's over
+    /// 4000 studies with a standard deviation of 0.0034: three and a half of them on top.
     #[test]
     #[allow(clippy::print_stdout, reason = "the figures, by --nocapture")]
     fn intervals_cover_as_often_as_they_say() {

@@ -111,9 +111,9 @@ mod tests {
     use linelit_simd::Scalar;
     use linelit_testkit::rng::SplitMix64;
 
-    /// What is said in `f32` of how triangles and their neighbours face is so in `f64`, of
-    /// triangles of all sizes, heights and bends, from places far from their planes and near; and
-    /// something is said of most sides where nothing is tiny.
+    /// Decisions in `f32` on how triangles and their neighbours face hold in `f64`, for triangles
+    /// of all sizes, heights and bends, from places far from their planes and near; and most sides
+    /// are decided where nothing is tiny.
     #[test]
     #[allow(clippy::cast_possible_truncation, reason = "places are in f32")]
     fn what_surely_faces_one_way_does() {
