@@ -46,6 +46,7 @@ the workshop:
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
   vectors DIR               hold the closed forms to the reference vectors in DIR
   pictures [--check]        draw the pictures of README and gallery, or say which of the gallery are old
+  figures                   measure the table of README, and write docs/figures.md
   check-references DIR      hold renders to the reference images below DIR
   load-all DIR              load and render every scene file below DIR
   fuzz [--minutes N] [--seed S]
@@ -69,7 +70,7 @@ fn main() -> ExitCode {
         }
         "render" | "converge" | "plan" | "run" | "merge" | "status" | "compare" | "info"
         | "list" => cargo::run("cli", &["--bin", "linelit"], &arguments),
-        "check-references" | "load-all" | "pictures" => {
+        "check-references" | "load-all" | "pictures" | "figures" => {
             cargo::run("workshop", &["--bin", "workshop"], &arguments)
         }
         "bench" => match rest.split_first() {

@@ -30,6 +30,8 @@ pub(crate) enum Command {
     LoadAll(LoadAllArgs),
     /// Draw the pictures of README and gallery.
     Pictures(PicturesArgs),
+    /// Measure the figures of README, and write their page.
+    Figures(FiguresArgs),
     /// Measure speed.
     #[command(subcommand)]
     Bench(Bench),
@@ -100,10 +102,27 @@ pub(crate) struct PicturesArgs {
     /// Folder of the pictures.
     #[arg(long, default_value = "docs/pictures")]
     pub(crate) out: PathBuf,
+    /// Draw this built-in scene alone.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) scene: Option<String>,
     /// Write nothing, and fail if a picture of the gallery is of an old state.
     #[arg(long)]
     pub(crate) check: bool,
     /// The options for reading scenes.
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+/// `figures`.
+#[derive(Args, Debug)]
+pub(crate) struct FiguresArgs {
+    /// The page.
+    #[arg(long, default_value = "docs/figures.md")]
+    pub(crate) out: PathBuf,
+    /// Times that everything is run, in alternation.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) rounds: u32,
+    /// How scenes are read.
     #[command(flatten)]
     pub(crate) read: ReadArgs,
 }

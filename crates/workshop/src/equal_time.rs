@@ -2,6 +2,7 @@
 
 use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
+use linelit_cli::args::ReadArgs;
 use linelit_cli::output::{Output, OutputError};
 use linelit_film::Image;
 use linelit_geometry::DVec3;
@@ -12,7 +13,7 @@ use linelit_study::scene_study::{Targets, all_pixels};
 use serde_json::json;
 use std::path::Path;
 
-type Curve = linelit_study::engine::Curve<Settings>;
+pub(crate) type Curve = linelit_study::engine::Curve<Settings>;
 
 /// What is compared unless told: rays first; the last competes with all.
 const ESTIMATORS: [&str; 7] = [
@@ -56,18 +57,47 @@ pub(crate) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
 }
 
 fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
+    let estimators = match &args.estimators {
+        Some(list) => list.0.clone(),
+        None => parsed(ESTIMATORS)?,
+    };
+    curves(name, &estimators, args)
+}
+
+/// The curves of some estimators on a built-in scene.
+pub(crate) fn contest_of<'a>(
+    name: &str,
+    estimators: impl IntoIterator<Item = &'a str>,
+    rounds: u32,
+    read: &ReadArgs,
+) -> Result<Vec<Curve>> {
+    let args = BenchArgs {
+        scene: None,
+        estimators: None,
+        samples: None,
+        resolution: Resolution {
+            width: 32,
+            height: 24,
+        },
+        reference: None,
+        rounds,
+        read: read.clone(),
+        json: false,
+    };
+    curves(name, &parsed(estimators)?, &args)
+}
+
+fn parsed<'a>(texts: impl IntoIterator<Item = &'a str>) -> Result<Vec<Estimator>> {
+    let parse = |text: &str| text.parse().context("a built-in name");
+    texts.into_iter().map(parse).collect()
+}
+
+fn curves(name: &str, estimators: &[Estimator], args: &BenchArgs) -> Result<Vec<Curve>> {
     let mut scene = args.read.library().load_lit(name)?.scene;
     let Resolution { width, height } = args.resolution;
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &all_pixels(width, height));
-    let estimators = match &args.estimators {
-        Some(list) => list.0.clone(),
-        None => {
-            let parsed = ESTIMATORS.map(|text| text.parse().context("a built-in name"));
-            parsed.into_iter().collect::<Result<_>>()?
-        }
-    };
     let asked = args.samples.as_ref().map(|counts| &counts.0);
     let entry = |estimator: &Estimator| {
         let is_points = estimator.to_string().starts_with("point");

@@ -5,6 +5,7 @@
 mod args;
 mod check_references;
 mod equal_time;
+mod figures;
 mod load_all;
 mod pictures;
 mod visibility;
@@ -22,6 +23,7 @@ fn main() -> ExitCode {
             Command::CheckReferences(args) => check_references::run(args, out),
             Command::LoadAll(args) => load_all::run(args, out),
             Command::Pictures(args) => pictures::run(args, out),
+            Command::Figures(args) => figures::run(args, out),
             Command::Bench(Bench::EqualTime(args)) => equal_time::run(args, out),
             Command::Bench(Bench::Visibility(args)) => visibility::run(args, out),
         }
