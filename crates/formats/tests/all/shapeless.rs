@@ -421,13 +421,12 @@ fn punctual_lights_of_gltf() {
         point(&loaded.scene).beam(w).unwrap().irradiance,
         DVec3::splat(0.25),
     );
-    let ranged = gltf(r#"{ "type": "point", "range": 5 }"#, "").unwrap();
-    assert!(
-        ranged
-            .warnings
-            .iter()
-            .any(|w| w.message().contains("`range`"))
-    );
+    // A light at two nodes is read once, and said to have a range once.
+    let twice = r#""extensions": { "KHR_lights_punctual": { "light": 0 } } }, {"#;
+    let ranged = gltf(r#"{ "type": "point", "range": 5 }"#, twice).unwrap();
+    let said = &ranged.warnings[0];
+    assert!(said.message().contains("`range`"), "{said}");
+    assert_eq!((ranged.scene.lights.len(), said.repeats()), (2, 1));
     let dark = gltf(r#"{ "type": "point", "intensity": 0 }"#, "").unwrap();
     assert!(dark.scene.lights.is_empty());
     for (light, part) in [
