@@ -1,10 +1,14 @@
 //! Lights from plain numbers.
 
+#![allow(clippy::disallowed_types, reason = "points share their profiles")]
+
 use crate::{
-    AreaLight, Disk, DiskLight, DistantLight, Emission, Light, LinearLight, PointLight, Sky,
-    SkyEmission, Sphere, SphereLight,
+    AreaLight, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission, Falloff, Light,
+    LinearLight, PointLight, Profile, ProfileKind, Sky, SkyEmission, Sphere, SphereLight,
 };
-use linelit_geometry::{ConvexPolygon, DVec3, PolygonError, Segment, Vector3, predicates};
+use linelit_elementary::cos;
+use linelit_geometry::{ConvexPolygon, DVec3, Frame, PolygonError, Segment, Vector3, predicates};
+use std::sync::Arc;
 
 /// The ball of a scene that is not known yet ([`Light::set_scene`]).
 const NO_SCENE: Sphere = Sphere {
@@ -84,6 +88,24 @@ impl Light {
         })
     }
 
+    /// The side of a cylinder of a radiance in W/(m² sr), around the axis between two points, which
+    /// emits outwards.
+    #[must_use]
+    pub fn cylinder(
+        from: impl Vector3,
+        to: impl Vector3,
+        radius: f64,
+        radiance: impl Vector3,
+    ) -> Self {
+        Self::Cylinder(CylinderLight {
+            cylinder: Cylinder {
+                axis: Segment::new(from.dvec3(), to.dvec3()),
+                radius,
+            },
+            radiance: radiance.dvec3(),
+        })
+    }
+
     /// A linear light between two points: a cylinder so thin that only its radiance times its
     /// radius counts, in W/(m sr).
     #[must_use]
@@ -101,6 +123,28 @@ impl Light {
             position: position.dvec3(),
             intensity: intensity.dvec3(),
             profile: None,
+        })
+    }
+
+    /// A point of an intensity in W/sr along a direction of any length but zero, which falls to
+    /// nothing, as pbrt-v4's spots do, between two angles to it, in radians.
+    #[must_use]
+    pub fn spot(
+        position: impl Vector3,
+        direction: impl Vector3,
+        [inner, outer]: [f64; 2],
+        intensity: impl Vector3,
+    ) -> Self {
+        let kind = ProfileKind::Cone {
+            cos_inner: cos(inner),
+            cos_outer: cos(outer),
+            falloff: Falloff::Smooth,
+        };
+        let frame = Frame::from_normal(unit(direction));
+        Self::Point(PointLight {
+            position: position.dvec3(),
+            intensity: intensity.dvec3(),
+            profile: Some(Arc::new(Profile::new(kind, frame))),
         })
     }
 

@@ -40,6 +40,8 @@ pub struct SceneBuilder<'a> {
     triangles: &'a [[u32; 3]],
     lights: Vec<SceneLight>,
     settings: Settings,
+    /// Whether a profile came before all lights.
+    has_stray_profile: bool,
 }
 
 impl<'a> SceneBuilder<'a> {
@@ -57,12 +59,13 @@ impl<'a> SceneBuilder<'a> {
             triangles,
             lights: Vec::new(),
             settings,
+            has_stray_profile: false,
         }
     }
 
     /// Adds a light; the first has number 0. Lights hide nothing by themselves. Where a light is a
-    /// part of the mesh, [`SceneBuilder::light_of`] says which triangles are its own; those that
-    /// lie in the plane of a flat light never hide it.
+    /// part of the mesh, use [`SceneBuilder::light_of`], which says which triangles are its own:
+    /// rounded to `f32`, their corners may lie off the light's plane and hide it.
     pub fn light(self, light: impl Into<Light>) -> Self {
         self.light_of(light, 0..0)
     }
@@ -79,10 +82,12 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Has the light that was added last emit by a profile, about the normal of the side that
-    /// emits. It is for polygons, disks, spheres and cylinders; points hold their own.
+    /// emits. It is for polygons, disks, spheres and cylinders; others are refused by
+    /// [`SceneBuilder::build`], for points hold their own.
     pub fn profile(mut self, profile: Arc<Profile>) -> Self {
-        if let Some(last) = self.lights.last_mut() {
-            last.profile = Some(profile);
+        match self.lights.last_mut() {
+            Some(last) => last.profile = Some(profile),
+            None => self.has_stray_profile = true,
         }
         self
     }
@@ -94,8 +99,8 @@ impl<'a> SceneBuilder<'a> {
         self
     }
 
-    /// The number of samples for each point and light, 16 if none is set. What has a closed form
-    /// takes none.
+    /// The number of samples for each point and light: 16 if none is set, and at least one. What
+    /// has a closed form takes none.
     pub const fn samples(mut self, samples: u32) -> Self {
         self.settings.samples = if samples == 0 { 1 } else { samples };
         self
@@ -113,10 +118,10 @@ impl<'a> SceneBuilder<'a> {
         self
     }
 
-    /// The distance by which points are lifted off their surface, along the normal. If none is
-    /// set it is 2⁻⁴⁶ of the coordinates, which is for points computed in `f64`: points computed
-    /// in `f32` on slanted triangles need some 10⁻⁶ of the coordinates, or the triangle may hide
-    /// the light from its own points.
+    /// The distance by which `irradiance` and `radiance` lift points off their surface, along the
+    /// normal. If none is set it is 2⁻⁴⁶ of the point's largest coordinate, which is for points
+    /// computed in `f64`: points computed in `f32` on slanted triangles need some 10⁻⁶ of the
+    /// coordinates, or the triangle may hide the light from its own points.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self
@@ -142,7 +147,17 @@ impl<'a> SceneBuilder<'a> {
             triangles,
             mut lights,
             settings,
+            has_stray_profile,
         } = self;
+        if has_stray_profile {
+            return Err(Error::Profile(0));
+        }
+        let Margins { point, light } = settings.margins;
+        let offset = settings.offset.unwrap_or(0.0);
+        let are_shares = [point, light].iter().all(|m| (0.0..1.0).contains(m));
+        if !are_shares || !(0.0..LARGEST).contains(&offset) {
+            return Err(Error::Setting);
+        }
         let is_valid = |p: &[f32; 3]| p.iter().all(|&x| f64::from(x).abs() <= LARGEST);
         if let Some(i) = positions.iter().position(|p| !is_valid(p)) {
             return Err(Error::Vertex(i));
@@ -167,6 +182,9 @@ impl<'a> SceneBuilder<'a> {
             if !is_light(&light.light) {
                 return Err(Error::Light(i));
             }
+            if light.profile.is_some() && !light.has_sides() {
+                return Err(Error::Profile(i));
+            }
             if is_exact(&settings.estimator) && !light.is_exact() {
                 return Err(Error::NotExact(i));
             }
@@ -175,7 +193,6 @@ impl<'a> SceneBuilder<'a> {
             occluders: Occluders::build(positions, triangles),
             lights,
             settings,
-            reach: ball.center.abs().max_element() + ball.radius,
         };
         scene.prepare_on_surfaces(positions, triangles);
         Ok(scene)
@@ -183,6 +200,14 @@ impl<'a> SceneBuilder<'a> {
 }
 
 impl SceneLight {
+    /// Whether a profile can be about its normal.
+    const fn has_sides(&self) -> bool {
+        match &self.light {
+            Light::Area(_) | Light::Disk(_) | Light::Sphere(_) | Light::Cylinder(_) => true,
+            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => false,
+        }
+    }
+
     /// Whether `exact` gives its light without noise, on a diffuse surface.
     pub(crate) const fn is_exact(&self) -> bool {
         match &self.light {

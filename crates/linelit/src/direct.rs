@@ -6,7 +6,7 @@ use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, LightSource, Measure, Query};
 use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, VisibleRegion, estimate};
 use linelit_geometry::{DVec3, Segment, Vector3, predicates};
-use linelit_lights::{Beam, Light};
+use linelit_lights::{Beam, DistantLight, Light, PointLight};
 use linelit_shading::cylinder;
 use linelit_visibility::{LightCorners, Occluders, ShaftQuery, VisibleLines};
 use rayon::prelude::*;
@@ -35,14 +35,13 @@ pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
 /// numbers of a point are named by the bits of its position and normal; [`Scene::with_seed`] gives
 /// independent ones. A scene is cheap to clone, as clones share the hierarchy.
 ///
-/// Lengths are in any unit, and radiance is, too: irradiance then comes in π units of it.
+/// Lengths are in any unit, and radiance is, too: irradiance then comes in π units of it. Scenes
+/// may be between 2⁻¹¹⁰ and 2⁵⁰ in size.
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) occluders: Occluders,
     pub(crate) lights: Vec<SceneLight>,
     pub(crate) settings: Settings,
-    /// The largest coordinate of its triangles.
-    pub(crate) reach: f64,
 }
 
 /// The memory of a thread.
@@ -107,7 +106,8 @@ impl Scene {
     }
 
     /// The radiance that a point of a surface reflects in the direction `outgoing`, in W/(m² sr)
-    /// by channel, of the direct light of all lights.
+    /// by channel, of the direct light of all lights. The viewer is on the normal's side, where
+    /// reflections are defined.
     ///
     /// # Errors
     /// A point that is not finite; a normal or a direction to the viewer that is none.
@@ -148,9 +148,10 @@ impl Scene {
     }
 
     /// The share of a light, by its number, that a point sees past all triangles, between 0 and 1:
-    /// exact but for rounding. The sides of the light do not matter. It is NaN where the whole
-    /// light measures nothing: for a point in its plane, or a light below the horizon of the normal
-    /// of [`Measure::Cosine`].
+    /// exact but for rounding. Neither the sides of the light nor the direction of its emission
+    /// matter. It is NaN where the whole light measures nothing: for a point in its plane or on it,
+    /// or a light below the horizon of the normal of [`Measure::Cosine`]. The point is taken as it
+    /// is: [`SceneBuilder::surface_offset`] does not move it.
     ///
     /// # Errors
     /// A point or normal that is not valid, a light that does not exist, and [`Error::NotExact`]
@@ -220,7 +221,7 @@ impl Scene {
             None => normal,
             Some(outgoing) => predicates::normalize(outgoing).ok_or(Error::Outgoing(i))?,
         };
-        let largest = point.abs().max_element() + self.reach;
+        let largest = point.abs().max_element();
         let offset = self.settings.offset.unwrap_or(SURFACE_OFFSET * largest);
         let position = point + normal * offset;
         Ok(ShadingPoint::new(position, normal, outgoing, bsdf))
@@ -275,9 +276,20 @@ impl Scene {
             (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
                 Ok(self.of_line(point, &line.segment, own, measure, memory))
             }
-            (shape @ (Light::Point(_) | Light::Distant(_)), _) => {
-                let beam = shape.beam(point).ok_or(Error::Point(i))?;
-                Ok(self.of_beam(point, &beam, own, measure, memory))
+            (Light::Point(light), _) => {
+                let even = PointLight {
+                    intensity: DVec3::ONE,
+                    profile: None,
+                    ..*light
+                };
+                Ok(self.of_beam(point, even.beam(point), own, measure, memory))
+            }
+            (Light::Distant(light), _) => {
+                let even = DistantLight {
+                    irradiance: DVec3::ONE,
+                    ..light.clone()
+                };
+                Ok(self.of_beam(point, even.beam(point), own, measure, memory))
             }
             (Light::Linear(_) | Light::Sphere(_) | Light::Disk(_), _)
             | (Light::Cylinder(_) | Light::Sky(_), _) => Err(Error::NotExact(light)),
@@ -298,7 +310,8 @@ impl Scene {
         let mut shaft = self.occluders.shaft(query, &mut memory.buffers.scratch);
         shaft.visible(&[*line], &mut memory.lines);
         let Measure::Cosine(n) = measure else {
-            return memory.lines.fraction(0);
+            // A sum of nothing is zero, not minus zero.
+            return memory.lines.fraction(0) + 0.0;
         };
         let along = |lo: f64, hi: f64| {
             let piece = line.piece(lo, hi).relative_to(point);
@@ -308,20 +321,23 @@ impl Scene {
         let visible: f64 = visible.map(|part| along(part.lo, part.hi)).sum();
         let whole = along(0.0, 1.0);
         match whole > 0.0 {
-            true => (visible / whole).min(1.0),
+            true => (visible / whole).min(1.0) + 0.0,
             false => f64::NAN,
         }
     }
 
-    /// The visible share of a light without size: all or nothing.
+    /// The visible share of a light without size: all or nothing; NaN for a point on it.
     fn of_beam(
         &self,
         point: DVec3,
-        beam: &Beam,
+        beam: Option<Beam>,
         own: &Range<u32>,
         measure: Measure,
         memory: &mut Memory,
     ) -> f64 {
+        let Some(beam) = beam else {
+            return f64::NAN;
+        };
         if let Measure::Cosine(n) = measure
             && n.dot(beam.direction) <= 0.0
         {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The reason why [`Scene`](crate::Scene) refuses what it was given; nothing has changed then.
+/// The reason why [`Scene`](crate::Scene) refuses what it was given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The vertex of this number is NaN, infinite or beyond 2⁶⁰.
@@ -28,8 +28,14 @@ pub enum Error {
     /// The triangles of the light of this number are not all among the scene's.
     LightTriangles(usize),
     /// The method gives the light of this number with noise, or the question has no exact answer
-    /// for it: it is no polygon, line, point or parallel light, or emits a profile.
+    /// for it: it is no polygon, line, point or parallel light, or emits a profile; or it is a
+    /// line, which has neither a solid angle nor a visible polygon.
     NotExact(usize),
+    /// The light of this number has no normal that a profile could be about, or there is no light
+    /// yet: profiles are for polygons, disks, spheres and cylinders.
+    Profile(usize),
+    /// A margin is not between 0 and 1, or the surface offset is negative or not finite.
+    Setting,
     /// The point of this number is NaN, infinite or beyond 2⁶⁰.
     Point(usize),
     /// The normal of the point of this number is zero, NaN or infinite.
@@ -69,8 +75,14 @@ impl fmt::Display for Error {
             Self::LightTriangles(i) => write!(f, "the triangles of light {i} do not exist"),
             Self::NotExact(i) => write!(
                 f,
-                "light {i} has no exact answer: polygons, lines, points and parallel light without \
-                 a profile have; `hybrid` takes all lights"
+                "there is no exact answer for light {i}: polygons without a profile, points and \
+                 parallel light have one, and lines for all but solid angles and polygons; \
+                 `hybrid` takes all lights"
+            ),
+            Self::Profile(i) => write!(f, "light {i} takes no profile, or does not exist yet"),
+            Self::Setting => write!(
+                f,
+                "a margin is not in [0, 1), or the surface offset is none"
             ),
             Self::Point(i) => write!(f, "point {i} is not finite, or beyond 2^60"),
             Self::Normal(i) => write!(f, "normal {i} is zero or not finite"),

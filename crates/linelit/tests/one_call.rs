@@ -2,12 +2,14 @@
 #![allow(clippy::float_cmp, reason = "answers are compared bit by bit")]
 
 use linelit::bsdf::{Bsdf, Lambert};
-use linelit::geometry::{ConvexPolygon, DVec3, vector};
+use linelit::geometry::{ConvexPolygon, DVec3, Frame, Margins, vector};
+use linelit::lights::{Profile, ProfileKind};
 use linelit::shading::polygon;
-use linelit::{Error, Estimator, Light, Measure, Scene};
+use linelit::{Error, Estimator, Light, Measure, Scene, SceneBuilder};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -314,6 +316,98 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
     let rings = scene.visible_polygons([0.0; 3], 0)?;
     assert_eq!((rings.len(), rings[0].len()), (1, 4));
     Ok(())
+}
+
+#[test]
+fn what_is_far_away_changes_nothing() -> Result<(), Error> {
+    let blade = [[-0.2_f32, -0.1, 1.0], [0.25, -0.05, 1.0], [0.0, 0.2, 1.1]];
+    let near = Scene::builder(&blade, &[[0, 1, 2]]).light(lamp()).build()?;
+    let mut positions = blade.to_vec();
+    positions.push([1e15, 0.0, 0.0]);
+    let far = Scene::builder(&positions, &[[0, 1, 2]])
+        .light(lamp())
+        .build()?;
+    let [a, b] = [&near, &far].map(|scene| scene.irradiance([0.0; 3], UP));
+    assert_eq!(a?, b?);
+    Ok(())
+}
+
+#[test]
+fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error> {
+    let narrow = Light::spot([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], [0.1, 0.2], [1.0; 3]);
+    let dark = Light::point([0.0, 0.0, 2.0], [0.0; 3]);
+    let night = Light::distant(UP, [0.0; 3]);
+    let tube = Light::cylinder([-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], 0.1, [1.0; 3]);
+    let builder = Scene::builder(&[], &[])
+        .light(narrow)
+        .light(dark)
+        .light(night);
+    let scene = builder.light(tube).build()?;
+    for light in 0..3 {
+        assert_eq!(
+            scene.visible_fraction([1.0, 0.0, 0.0], light, Measure::Area)?,
+            1.0
+        );
+    }
+    assert!(
+        scene
+            .visible_fraction([0.0, 0.0, 2.0], 0, Measure::Area)?
+            .is_nan()
+    );
+    // The spot lights nothing there; the tube does, as its cylinder's area says from afar.
+    assert!(scene.irradiance([1.0, 0.0, 0.0], UP)?[0] > 0.0);
+    let own = scene.visible_fraction([0.0; 3], 3, Measure::Area);
+    assert_eq!(own, Err(Error::NotExact(3)));
+    // A line behind a wall.
+    let wall = [[-9.0_f32, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 9.0, 1.0]];
+    let line = Light::line([-0.1, 0.0, 2.0], [0.1, 0.0, 2.0], [1.0; 3]);
+    let hidden = Scene::builder(&wall, &[[0, 1, 2]]).light(line).build()?;
+    for measure in [Measure::Area, Measure::Cosine(DVec3::Z)] {
+        let share = hidden.visible_fraction([0.0; 3], 0, measure)?;
+        assert_eq!(share.to_bits(), 0.0_f64.to_bits(), "not minus zero");
+    }
+    Ok(())
+}
+
+#[test]
+fn bad_settings_are_refused() {
+    let build = |set: fn(SceneBuilder<'static>) -> SceneBuilder<'static>| {
+        set(Scene::builder(&[], &[]).light(lamp())).build().err()
+    };
+    assert_eq!(build(|b| b.surface_offset(f64::NAN)), Some(Error::Setting));
+    assert_eq!(build(|b| b.surface_offset(-1.0)), Some(Error::Setting));
+    assert_eq!(
+        build(|b| b.margins(Margins {
+            point: f64::NAN,
+            light: 0.0
+        })),
+        Some(Error::Setting)
+    );
+    assert_eq!(
+        build(|b| b.margins(Margins {
+            point: 0.0,
+            light: 1.0
+        })),
+        Some(Error::Setting)
+    );
+    assert_eq!(build(|b| b.margins(Margins::NONE)), None);
+    let power = || {
+        Arc::new(Profile::new(
+            ProfileKind::CosinePower(2.0),
+            Frame::from_normal(DVec3::Z),
+        ))
+    };
+    let early = Scene::builder(&[], &[])
+        .profile(power())
+        .light(lamp())
+        .build()
+        .err();
+    assert_eq!(early, Some(Error::Profile(0)));
+    let point = Scene::builder(&[], &[])
+        .light(lights()[2].clone())
+        .profile(power())
+        .build();
+    assert_eq!(point.err(), Some(Error::Profile(0)));
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn row(curves: &[Curve]) -> String {
     let least = times.into_iter().flatten().reduce(f64::min);
     let cell = |time: Option<f64>| match time {
         None => " – |".to_owned(),
-        Some(time) if Some(time) <= least => format!(" **{}** |", short(time)),
+        Some(time) if least.map(short) == Some(short(time)) => format!(" **{}** |", short(time)),
         Some(time) => format!(" {} |", short(time)),
     };
     times.map(cell).concat()
