@@ -26,13 +26,13 @@ mitsuba.set_variant("llvm_ad_rgb")
 import scenes  # noqa: E402
 
 TARGET = 1e-4
-REFERENCE_PICTURES, REFERENCE_SAMPLES = 16, 256
+REFERENCE_PICTURES, REFERENCE_SAMPLES = 64, 256
 # The samples a pixel that are tried, around the target.
-MITSUBA = {"direct": (16, 64), "centre": (16, 64, 256)}
+MITSUBA = {"direct": (16, 64, 256), "centre": (16, 64, 256)}
 LINELIT = {
     "line-analytic": (4, 16, 32),
     "hybrid": (4, 8, 16, 32),
-    "point-area[visibility=shaft]": (64, 256),
+    "point-area[visibility=shaft]": (16, 64, 256),
 }
 
 
@@ -137,8 +137,9 @@ def read_pfm(path):
     return pixels.reshape(height, width, 3)[::-1]
 
 
-def reference(way, path):
+def reference(way, folder, label):
     """The mean of many pictures and its own normalised error, from the file if it is there."""
+    path = folder / f"{label}-{REFERENCE_PICTURES}x{REFERENCE_SAMPLES}.npz"
     if not path.exists():
         seeds = range(1000, 1000 + REFERENCE_PICTURES)
         pictures = np.stack([way.render(REFERENCE_SAMPLES, seed)[0] for seed in seeds])
@@ -178,7 +179,7 @@ def measure(name, options):
     ways = {"direct": Direct(description), "centre": Centre(description)}
     references = {}
     for label, way in ways.items():
-        references[label], error = reference(way, text.with_name(f"{label}.npz"))
+        references[label], error = reference(way, text.parent, label)
         print(f"{name}: the reference of `{label}` has an error of {error:.1e}", flush=True)
     ways |= {label: Linelit(options.linelit, text, label) for label in LINELIT}
     drjit.set_thread_count(1)

@@ -1,4 +1,4 @@
-"""Three diffuse scenes with one area light each: their triangles, and their files for both programs.
+"""Three diffuse scenes with one area light each, and their files for linelit and Mitsuba.
 
 Triangles are arrays of shape (count, 3, 3): triangle, corner, coordinate.
 """
@@ -63,7 +63,7 @@ def box(low, high):
 
 
 def surface(points):
-    """Triangles between the points of a grid of shape (rows, columns, 3), without degenerate ones."""
+    """Triangles between the points of a (rows, columns, 3) grid, without degenerate ones."""
     here, below = points[:-1, :-1], points[1:, :-1]
     right, across = points[:-1, 1:], points[1:, 1:]
     pairs = np.stack(
@@ -236,7 +236,8 @@ def write(scene, work):
         "Scale -1 1 1  # The coordinates of the scene are right-handed.",
         f"LookAt {numbers_of(camera.origin)}  {numbers_of(camera.target)}  0 1 0",
         f'Camera "perspective" "float fov" [ {camera.field_of_view} ]',
-        f'Film "image" "integer xresolution" [ {RESOLUTION} ] "integer yresolution" [ {RESOLUTION} ]',
+        f'Film "image" "integer xresolution" [ {RESOLUTION} ]'
+        f' "integer yresolution" [ {RESOLUTION} ]',
         'PixelFilter "box" "float xwidth" [ 0.5 ] "float ywidth" [ 0.5 ]',
         "WorldBegin",
     ]
