@@ -141,7 +141,7 @@ def cells(path, best):
         millions = os.path.getsize(f"{path}.{kind}") / 32 * 1e-6
         yield " / ".join(f"{millions / best[kind, side]:.1f}" for side in ("Embree", "linelit"))
     builds = (("build", "Embree"), ("build-for-rays", "linelit"), ("build", "linelit"))
-    yield " / ".join(f"{1e3 * best[build]:.2g}" for build in builds)
+    yield " / ".join(f"{1e3 * best[build]:.3g}" for build in builds)
 
 
 def main():

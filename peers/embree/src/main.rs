@@ -1,8 +1,8 @@
 //! linelit's side of `run.py`: its rays and its building, on triangles and rays from files.
 //!
 //! `distances PATH` writes how far each ray of PATH.view goes; `time PATH` measures. Each line of
-//! its output is what was done, by which call, the processor seconds, and how many hits or triangles
-//! there were.
+//! its output is what was done, by which call, the processor seconds, and how many hits or
+//! triangles there were.
 
 use linelit_visibility::geometry::DVec3;
 use linelit_visibility::{Fan, Occluders, Ray, Scratch};
