@@ -159,7 +159,8 @@ impl Estimator {
         Lines::integrated(Integration::Analytic).into()
     }
 
-    /// The closed form over what is visible of the light.
+    /// The closed form over the visible part of the light; on a reflection of which no closed form
+    /// and no transformed cosines are known, a point of each line.
     #[must_use]
     pub fn exact() -> Self {
         Lines::integrated(Integration::Exact(ExactOptions::DEFAULT)).into()

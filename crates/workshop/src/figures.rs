@@ -41,7 +41,7 @@ const COLUMNS: [(&str, &[&str]); 5] = [
 pub(crate) fn run(args: &FiguresArgs, out: &mut Output) -> Result<()> {
     let mut page = format!(
         "# The figures of README\n\nWritten by `cargo xtask figures` on {}, at commit {}, on {}: one thread, 32 × 24 \
-         pixels, the least time of {} rounds.\n\n<!-- figures -->\n| µs a shading point, to a relative MSE of 10⁻⁴ |",
+         pixels, the least time of {} rounds.\n\n<!-- figures -->\n| µs per shading point to reach a relative MSE of 10⁻⁴ |",
         said(&["date", "+%F"]),
         said(&["git", "rev-parse", "--short", "HEAD"]),
         processor(),
