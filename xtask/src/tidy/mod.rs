@@ -46,7 +46,7 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         Ok(house) => house,
         Err(problem) => return vec![problem],
     };
-    let rules: [Rule; 12] = [
+    let rules: [Rule; 14] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
@@ -58,6 +58,8 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         repository::machine_paths,
         repository::licences,
         repository::links,
+        repository::figures,
+        repository::hidden_lines,
         ratchet::may_only_fall,
     ];
     let mut all: Vec<String> = rules.iter().flat_map(|rule| rule(&house)).collect();

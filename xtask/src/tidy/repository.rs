@@ -47,6 +47,38 @@ pub(super) fn licences(house: &House) -> Vec<String> {
     problems
 }
 
+/// README's table of figures is the one that `cargo xtask figures` wrote.
+pub(super) fn figures(house: &House) -> Vec<String> {
+    let [shown, written] = ["README.md", "docs/figures.md"].map(|path| {
+        let text = house.text(path);
+        let table = text.split_once("<!-- figures -->\n");
+        let table = table.and_then(|(_, rest)| rest.split_once("<!-- end of figures -->"));
+        table.map(|(table, _)| table.to_owned())
+    });
+    match shown == written && shown.is_some() {
+        true => Vec::new(),
+        false => vec!["README.md: its figures are not those of docs/figures.md".to_owned()],
+    }
+}
+
+/// Blocks of Rust for readers have no hidden lines: they compile as they are copied.
+pub(super) fn hidden_lines(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for path in ["README.md", "docs/guide.md"] {
+        let (text, mut in_rust) = (house.text(path), false);
+        for (i, line) in text.lines().enumerate() {
+            in_rust = match line.strip_prefix("```") {
+                Some(language) => language == "rust",
+                None => in_rust,
+            };
+            if in_rust && line.starts_with("# ") {
+                problems.push(format!("{path}:{}: a hidden line of Rust", i + 1));
+            }
+        }
+    }
+    problems
+}
+
 /// Relative links in Markdown lead somewhere.
 pub(super) fn links(house: &House) -> Vec<String> {
     let mut problems = Vec::new();

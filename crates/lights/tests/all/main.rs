@@ -4,6 +4,7 @@ mod accuracy;
 mod accuracy_page;
 mod accuracy_table;
 mod areas;
+mod constructed;
 mod hostile;
 mod laws;
 mod linear;
