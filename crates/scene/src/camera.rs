@@ -121,7 +121,7 @@ impl Camera {
 
     /// The matrices from the world to the camera, and from the world to the picture, whose corners
     /// are (0, 0), at the upper left, and (1, 1); the latter is `None` for spherical projections.
-    /// Depths of 0.01 and 1000 become 0 and 1 in perspective, as in pbrt; others stay what they are.
+    /// In perspective, depths of 0.01 and 1000 become 0 and 1, as in pbrt; others stay.
     ///
     /// ```
     /// use linelit_scene::geometry::glam::DAffine3;
