@@ -11,6 +11,7 @@ use linelit_samplers::{Sampler, SamplerKind};
 const MOST_LIGHTS: usize = 16;
 /// Points that each light is looked at from, and those for the direction of lines.
 const POINTS: [u32; 2] = [64, 256];
+
 impl Scene {
     /// Looks at the lights from these points, by which `hybrid` chooses its method: in place of
     /// points on the triangles, which the scene took when it was built. Some hundred points in the

@@ -32,6 +32,7 @@ fn lights_emit_what_their_numbers_say() {
         ),
         (Light::point([0.0; 3], [1.0; 3]), 4.0 * PI),
     ] {
+        // A product of six factors: six roundings.
         assert!((light.power() / power - 1.0).abs() < 1e-14, "{light:?}");
     }
     // A spot along −z, whole within its inner angle and nothing beyond the outer one.
