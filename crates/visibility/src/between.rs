@@ -1,5 +1,8 @@
-//! The space between a point and a light, for hierarchies of others.
+//! The space between a point and a light: for hierarchies of others, and the triangles in it.
 
+use crate::bvh::Bvh;
+use crate::node::Child;
+use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
 use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
 
@@ -45,7 +48,7 @@ pub struct Between {
     largest: f64,
 }
 
-/// One for each edge, and the light's; of a line two, which face each other.
+/// One for each edge, and the light's; of a line two that face each other and three sides.
 const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 
 /// The relative rounding error of a side: the coordinates that it is found from are products and
@@ -70,6 +73,9 @@ impl Between {
             let normal = (a - x).cross(b - x);
             all.add(normal, x);
             all.add(-normal, x);
+            for (from, to) in [(x, a), (a, b), (b, x)] {
+                all.add(normal.cross(to - from), from);
+            }
             return all;
         }
         let last = light[light.len() - 1];
@@ -104,7 +110,10 @@ impl Between {
     /// True of what is no number.
     #[must_use]
     pub fn may_meet(&self, low: [f32; 3], high: [f32; 3]) -> bool {
-        let (low, high) = (low.dvec3(), high.dvec3());
+        self.may_hold(low.dvec3(), high.dvec3())
+    }
+
+    fn may_hold(&self, low: DVec3, high: DVec3) -> bool {
         let apart = high.cmplt(self.lo) | low.cmpgt(self.hi);
         if apart.any() {
             return false;
@@ -116,5 +125,82 @@ impl Between {
             let room = ROOM * largest * normal.abs().element_sum();
             normal.dot(corner - *origin) < -room
         })
+    }
+
+    /// Whether a triangle meets the space. Touching it counts, up to rounding.
+    #[must_use]
+    pub fn meets(&self, triangle: [DVec3; 3]) -> bool {
+        let mut part = triangle.to_vec();
+        let largest = triangle.iter().fold(self.largest, |largest, corner| {
+            largest.max(corner.abs().max_element())
+        });
+        for (normal, origin) in &self.planes[..self.count] {
+            // Clip the triangle to the inner side of the plane.
+            let room = ROOM * largest * normal.abs().element_sum();
+            let height = |p: DVec3| normal.dot(p - *origin) + room;
+            let next = part.iter().cycle().skip(1);
+            let edges = part.iter().zip(next).flat_map(|(&p, &q)| {
+                let (from, to) = (height(p), height(q));
+                let crosses = (from < 0.0) != (to < 0.0);
+                let crossing = crosses.then(|| p + (q - p) * (from / (from - to)));
+                [(from >= 0.0).then_some(p), crossing]
+            });
+            part = edges.flatten().collect();
+        }
+        !part.is_empty()
+    }
+}
+
+impl Occluders {
+    /// The triangles that meet the space between a point and a light, by their numbers in the list
+    /// that the occluders were built from, in ascending order, those with holes, too.
+    ///
+    /// These are all triangles there, whether others hide them or not: a question of geometry, where
+    /// [`Shaft::candidate_triangles`](crate::Shaft::candidate_triangles) are those that shadows need.
+    /// Triangles that were left out when the hierarchy was built are not among them.
+    ///
+    /// ```
+    /// use linelit_visibility::Occluders;
+    /// let low = [[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [0.0, 1.0, 1.0]];
+    /// let beside = low.map(|[x, y, z]| [x + 5.0, y, z]);
+    /// let occluders = Occluders::from_triangles([beside, low]);
+    /// let light = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]].map(Into::into);
+    /// assert_eq!(occluders.between([0.0; 3], &light), [1]);
+    /// ```
+    #[must_use]
+    pub fn between<'a>(&self, point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Vec<u32> {
+        let space = Between::new(point, light);
+        let mut found = Vec::new();
+        let holes = self.holes.as_ref().map(|holes| &holes.bvh);
+        for bvh in std::iter::once(&self.bvh).chain(holes) {
+            space.collect(bvh, &mut found);
+        }
+        // Triangles that were split are in several leaves.
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+impl Between {
+    /// Adds the triangles of a hierarchy that meet the space.
+    fn collect(&self, bvh: &Bvh, found: &mut Vec<u32>) {
+        let hierarchy = &*bvh.hierarchy;
+        let world = |v: [f32; 3]| v.dvec3() + bvh.origin;
+        let mut waiting = vec![Child::node(0)];
+        while let Some(child) = waiting.pop() {
+            if child.is_leaf() {
+                let leaf = &hierarchy.leaves[child.leaf_index()];
+                let lanes = (0..8).filter(|lane| child.mask() >> lane & 1 != 0);
+                let meets = |&lane: &usize| self.meets(leaf.triangle(lane).map(world));
+                found.extend(lanes.filter(meets).map(|lane| leaf.id[lane]));
+            } else if let Some(node) = hierarchy.nodes.get(child.index()) {
+                let lanes = node.lanes().filter(|&lane| {
+                    let bounds = node.bounds_of(lane);
+                    self.may_hold(world(bounds.lo), world(bounds.hi))
+                });
+                waiting.extend(lanes.map(|lane| Child(node.child[lane])));
+            }
+        }
     }
 }

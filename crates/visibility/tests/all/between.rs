@@ -126,6 +126,69 @@ fn rays_agree(
     assert_eq!(want, got, "{ray:?}");
 }
 
+/// The difference of every two points.
+fn edges(points: &[DVec3]) -> Vec<DVec3> {
+    let others = |(i, &a): (usize, &DVec3)| {
+        let others: Vec<_> = points[i + 1..].iter().map(|&b| b - a).collect();
+        others
+    };
+    points.iter().enumerate().flat_map(others).collect()
+}
+
+/// Whether the convex hulls of two sets of points meet: no axis across two of their edges has them
+/// apart (the separating axis theorem; more axes than it asks for do no harm).
+fn hulls_meet(a: &[DVec3], b: &[DVec3]) -> bool {
+    let (of_a, of_b) = (edges(a), edges(b));
+    let all: Vec<_> = of_a.iter().chain(&of_b).copied().collect();
+    let extent = |points: &[DVec3], axis: DVec3| {
+        let along = points.iter().map(|p| p.dot(axis));
+        along.fold((f64::MAX, f64::MIN), |(lo, hi), x| (lo.min(x), hi.max(x)))
+    };
+    let pairs = all
+        .iter()
+        .flat_map(|&p| all.iter().map(move |&q| p.cross(q)));
+    // A cross product of parallel edges is zero or rounding, which separates nothing.
+    let mut axes = pairs.filter(|axis| axis.length() > 1e-9);
+    !axes.any(|axis| {
+        let ((low_a, high_a), (low_b, high_b)) = (extent(a, axis), extent(b, axis));
+        low_a > high_b || low_b > high_a
+    })
+}
+
+#[test]
+fn triangles_between_are_those_whose_hull_meets_the_space() {
+    let mut rng = linelit_testkit::cases::rng(19);
+    let (mut inside, mut outside) = (0, 0);
+    for round in 0..linelit_testkit::cases::cases(120) {
+        let mesh = soup(&mut rng, 150, 0.5, DVec3::new(1.0, -2.0, 0.5), 1.0);
+        let own = Occluders::build(&mesh.positions, &mesh.triangles);
+        let centre = mesh.corners(0)[0];
+        let (corners, middle) = (2 + rng.index(5), centre + rng.direction() * 1.5);
+        let lamp = light(&mut rng, corners, middle, 0.4);
+        let x = centre + rng.direction() * rng.in_range(0.5, 2.0);
+        let found = own.between(x, LightCorners::new(&lamp).unwrap());
+        let space: Vec<_> = lamp.iter().copied().chain([x]).collect();
+        let numbers = 0..mesh.triangles.len();
+        let want: Vec<_> = numbers
+            .filter(|&i| hulls_meet(&mesh.corners(i), &space))
+            .collect();
+        let found: Vec<_> = found.iter().map(|&i| i as usize).collect();
+        assert_eq!(found, want, "{round}");
+        inside += want.len();
+        outside += mesh.triangles.len() - want.len();
+    }
+    assert!(inside > 300 && outside > 300, "{inside} {outside}");
+    // Nothing there, a point in the light's plane, and a triangle that touches the light.
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let lamp = square.map(|[x, y]| DVec3::new(x, y, 1.0));
+    assert!(Occluders::default().between([0.0; 3], &lamp).is_empty());
+    let touching = [[0.5, 0.5, 1.0], [0.5, 0.5, 2.0], [0.7, 0.5, 2.0]];
+    let beyond = touching.map(|[x, y, z]| [x, y, z + 0.1_f32]);
+    let own = Occluders::from_triangles([beyond, touching]);
+    assert_eq!(own.between([0.3, 0.4, 0.0], &lamp), [1]);
+    assert_eq!(own.between([-1.0, 0.5, 1.0], &lamp), [1]);
+}
+
 /// Whatever the numbers, nothing panics, and what is no number separates nothing.
 #[test]
 fn hostile_numbers_are_gathered() {
