@@ -1,9 +1,10 @@
 //! Scenes from slices.
 
+use crate::scene_lights::SceneLight;
 use crate::{Error, Scene};
-use linelit_estimators::{Estimator, Integration, OcclusionStats, Technique};
+use linelit_estimators::Estimator;
 use linelit_geometry::{DVec3, Margins, Vector3};
-use linelit_lights::{Light, Profile, SkyEmission, Sphere};
+use linelit_lights::{Light, Profile, Sphere};
 use linelit_samplers::SamplerKind;
 use linelit_visibility::Occluders;
 use std::ops::Range;
@@ -11,15 +12,6 @@ use std::sync::Arc;
 
 /// The largest coordinate of vertices, lights and points.
 pub(crate) const LARGEST: f64 = (1_u64 << 60) as f64;
-
-/// A light of a scene.
-#[derive(Clone, Debug)]
-pub(crate) struct SceneLight {
-    pub light: Light,
-    pub triangles: Range<u32>,
-    pub profile: Option<Arc<Profile>>,
-    pub occlusion: OcclusionStats,
-}
 
 /// The settings of a scene's queries.
 #[derive(Clone, Copy, Debug)]
@@ -73,10 +65,8 @@ impl<'a> SceneBuilder<'a> {
     /// Adds a light whose own triangles, by their numbers, do not hide it.
     pub fn light_of(mut self, light: impl Into<Light>, triangles: Range<u32>) -> Self {
         self.lights.push(SceneLight {
-            light: light.into(),
             triangles,
-            profile: None,
-            occlusion: OcclusionStats::FEW,
+            ..SceneLight::from(light.into())
         });
         self
     }
@@ -134,9 +124,9 @@ impl<'a> SceneBuilder<'a> {
         self
     }
 
-    /// Checks everything, builds the hierarchy on all threads of the rayon pool, and sends queries
-    /// from points on the triangles to each of the first 16 polygons among the lights, by which
-    /// `hybrid` chooses its method. ([`Scene::prepare`] takes other points.)
+    /// Checks everything and builds the hierarchy on all threads of the rayon pool. For `hybrid` and
+    /// lines it sends queries from points on the triangles to the polygons among the first 16
+    /// lights, by which methods and directions are chosen. ([`Scene::prepare`] takes other points.)
     ///
     /// # Errors
     /// The first vertex, triangle or light that is not valid. Triangles without area are valid, and
@@ -145,7 +135,7 @@ impl<'a> SceneBuilder<'a> {
         let Self {
             positions,
             triangles,
-            mut lights,
+            lights,
             settings,
             has_stray_profile,
         } = self;
@@ -173,58 +163,18 @@ impl<'a> SceneBuilder<'a> {
             }
         }
         let ball = ball_around(positions);
-        for (i, light) in lights.iter_mut().enumerate() {
-            light.light.set_scene(ball);
-            let Range { start, end } = light.triangles;
-            if start > end || end as usize > triangles.len() {
-                return Err(Error::LightTriangles(i));
-            }
-            if !is_light(&light.light) {
-                return Err(Error::Light(i));
-            }
-            if light.profile.is_some() && !light.has_sides() {
-                return Err(Error::Profile(i));
-            }
-            if is_exact(&settings.estimator) && !light.is_exact() {
-                return Err(Error::NotExact(i));
-            }
-        }
         let mut scene = Scene {
             occluders: Occluders::build(positions, triangles),
-            lights,
+            triangles: triangles.len(),
+            ball,
+            places: Arc::default(),
+            lights: Arc::default(),
             settings,
         };
-        scene.prepare_on_surfaces(positions, triangles);
+        scene.places = Arc::new(scene.places_on(positions, triangles));
+        scene.set_lights(lights)?;
         Ok(scene)
     }
-}
-
-impl SceneLight {
-    /// Whether a profile can be about its normal.
-    const fn has_sides(&self) -> bool {
-        match &self.light {
-            Light::Area(_) | Light::Disk(_) | Light::Sphere(_) | Light::Cylinder(_) => true,
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => false,
-        }
-    }
-
-    /// Whether `exact` gives its light without noise, on a diffuse surface.
-    pub(crate) const fn is_exact(&self) -> bool {
-        match &self.light {
-            Light::Area(_) => self.profile.is_none(),
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) => true,
-            Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Sky(_) => false,
-        }
-    }
-}
-
-/// Whether an estimator promises light without noise.
-pub(crate) fn is_exact(estimator: &Estimator) -> bool {
-    let by = match estimator.alone() {
-        Some(Technique::Lines(lines)) => lines.integration,
-        Some(Technique::Points(_)) | None => None,
-    };
-    matches!(by, Some(Integration::Exact(_)))
 }
 
 /// The smallest ball around the box around all positions.
@@ -237,44 +187,4 @@ fn ball_around(positions: &[[f32; 3]]) -> Sphere {
         center,
         radius: center.distance(high),
     }
-}
-
-/// Whether the numbers of a light are finite, its emission is not negative, and its shape has a
-/// size and a direction.
-fn is_light(light: &Light) -> bool {
-    let emission = light.emission().radiance;
-    let is_place = |p: DVec3| p.abs().cmple(DVec3::splat(LARGEST)).all();
-    let is_size = |r: f64| r > 0.0 && r <= LARGEST;
-    let emits = emission.is_finite() && emission.min_element() >= 0.0;
-    emits
-        && match light {
-            Light::Area(l) => l.polygon.vertices().iter().all(|&v| is_place(v)),
-            Light::Linear(l) => {
-                let ends = [l.segment.p0, l.segment.p1];
-                ends.into_iter().all(is_place) && l.segment.length() > 0.0
-            }
-            Light::Sphere(l) => is_place(l.sphere.center) && is_size(l.sphere.radius),
-            Light::Disk(l) => {
-                let disk = &l.disk;
-                is_place(disk.center) && is_size(disk.radius) && disk.normal.is_normalized()
-            }
-            Light::Cylinder(l) => {
-                let axis = &l.cylinder.axis;
-                let is_axis = [axis.p0, axis.p1].into_iter().all(is_place);
-                is_axis && axis.length() > 0.0 && is_size(l.cylinder.radius)
-            }
-            Light::Point(l) => is_place(l.position),
-            Light::Distant(l) => l.direction.is_normalized(),
-            Light::Sky(l) => match &l.emission {
-                SkyEmission::Constant(_) | SkyEmission::Image(_) => true,
-                SkyEmission::Sun {
-                    direction,
-                    half_angle,
-                    ..
-                } => {
-                    let is_angle = *half_angle > 0.0 && *half_angle <= std::f64::consts::FRAC_PI_2;
-                    direction.is_normalized() && is_angle
-                }
-            },
-        }
 }

@@ -1,18 +1,20 @@
 //! Direct light at points, in one call.
 
 use crate::Error;
-use crate::builder::{LARGEST, SceneBuilder, SceneLight, Settings};
+use crate::builder::{LARGEST, SceneBuilder, Settings};
+use crate::scene_lights::SceneLight;
 use linelit_bsdf::{Bsdf, Lambert};
-use linelit_estimators::{Buffers, LightSource, Measure, Query};
+use linelit_estimators::{Buffers, Measure, Query};
 use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, VisibleRegion, estimate};
 use linelit_geometry::{DVec3, Segment, Vector3, predicates};
-use linelit_lights::{Beam, DistantLight, Light, PointLight};
+use linelit_lights::{Beam, DistantLight, Light, PointLight, Sphere};
 use linelit_shading::cylinder;
 use linelit_visibility::{LightCorners, Occluders, ShaftQuery, VisibleLines};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The reflection of all light alike: its radiance is the irradiance over π.
 pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
@@ -40,7 +42,12 @@ pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) occluders: Occluders,
-    pub(crate) lights: Vec<SceneLight>,
+    /// The number of triangles, and the ball around them.
+    pub(crate) triangles: usize,
+    pub(crate) ball: Sphere,
+    /// The points that lights are looked at from, and those for the direction of lines.
+    pub(crate) places: Arc<[Vec<ShadingPoint>; 2]>,
+    pub(crate) lights: Arc<[SceneLight]>,
     pub(crate) settings: Settings,
 }
 
@@ -166,7 +173,8 @@ impl Scene {
         self.fraction(0, point.dvec3(), light, measure)
     }
 
-    /// The share of a light that each of many points sees, on all threads.
+    /// The share of a light that each of many points sees, on all threads, by the measure that
+    /// `measure` gives for the number of a point.
     ///
     /// # Errors
     /// Those of [`Scene::visible_fraction`], with the number of the point.
@@ -174,11 +182,57 @@ impl Scene {
         &self,
         points: &[V],
         light: usize,
-        measure: Measure,
+        measure: impl Fn(usize) -> Measure + Sync,
         out: &mut [f64],
     ) -> Result<(), Error> {
         same_length("results", points, out)?;
-        over(out, |i| self.fraction(i, points[i].dvec3(), light, measure))
+        over(out, |i| {
+            self.fraction(i, points[i].dvec3(), light, measure(i))
+        })
+    }
+
+    /// The visible parts of a segment for each point, `lines[i]` for `points[i]`, on all threads: as
+    /// parameters of the segment, 0 at its first end and 1 at its second, ascending.
+    ///
+    /// ```
+    /// use linelit::Scene;
+    /// let positions = [[0.0, -1.0, 1.0], [3.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    /// let scene = Scene::builder(&positions, &[[0, 1, 2]]).build()?;
+    /// let lines = [[[-0.5, 0.0, 2.0], [0.5, 0.0, 2.0]]];
+    /// let visible = scene.visible_intervals(&[[0.0; 3]], &lines)?;
+    /// assert_eq!((visible.line(0)[0].lo, visible.line(0)[0].hi), (0.0, 0.5));
+    /// # Ok::<(), linelit::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Slices of different lengths; the first point, or line with an end, that is not valid.
+    pub fn visible_intervals<V: Vector3 + Copy + Sync>(
+        &self,
+        points: &[V],
+        lines: &[[V; 2]],
+    ) -> Result<VisibleLines, Error> {
+        same_length("lines", points, lines)?;
+        let mut each = vec![VisibleLines::new(); points.len().div_ceil(CHUNK)];
+        over(&mut each, |k| {
+            let mut visible = VisibleLines::new();
+            for i in k * CHUNK..points.len().min((k + 1) * CHUNK) {
+                let point = check_point(i, points[i].dvec3())?;
+                let [from, to] = lines[i].map(|end| check_point(i, end.dvec3()));
+                let line = Segment::new(from?, to?);
+                MEMORY.with_borrow_mut(|memory| {
+                    let Memory { buffers, lines, .. } = memory;
+                    let ends = [line.p0, line.p1];
+                    let query = self.shaft(point, &ends, &(0..0));
+                    let mut shaft = self.occluders.shaft(query, &mut buffers.scratch);
+                    shaft.visible(&[line], lines);
+                    visible.append(lines);
+                });
+            }
+            Ok(visible)
+        })?;
+        let mut all = VisibleLines::new();
+        each.iter().for_each(|part| all.append(part));
+        Ok(all)
     }
 
     /// The visible part of a polygon, by its number among the lights, as rings of corners: those
@@ -233,7 +287,7 @@ impl Scene {
         let pixel = key(point);
         MEMORY.with_borrow_mut(|memory| {
             let buffers = &mut memory.buffers;
-            let lights = (0..).zip(&self.lights);
+            let lights = (0..).zip(&*self.lights);
             let each = lights.map(|(k, light)| {
                 let (source, estimator) = (light.source(), &self.settings.estimator);
                 if !source.reaches(point, &mut buffers.counts.plan) {
@@ -370,32 +424,28 @@ impl Scene {
     }
 }
 
-impl SceneLight {
-    pub(crate) fn source(&self) -> LightSource<'_> {
-        LightSource {
-            triangles: self.triangles.clone(),
-            profile: self.profile.as_deref(),
-            occlusion: self.occlusion,
-            ..LightSource::new(&self.light)
-        }
-    }
-}
-
 /// Fills a slice on all threads; of several errors, the one of the first point.
 fn over<T: Send>(
     out: &mut [T],
     value: impl Fn(usize) -> Result<T, Error> + Sync,
 ) -> Result<(), Error> {
-    let chunks = out.par_chunks_mut(CHUNK).enumerate();
-    let first_error = chunks.filter_map(|(k, chunk)| {
-        let numbers = k * CHUNK..;
-        let mut each = numbers.zip(chunk).map(|(i, out)| {
+    let fill = |first: usize, chunk: &mut [T]| {
+        let mut each = (first..).zip(chunk).map(|(i, out)| {
             *out = value(i)?;
             Ok(())
         });
         each.find_map(|done: Result<(), Error>| done.err())
-    });
-    first_error.find_first(|_| true).map_or(Ok(()), Err)
+    };
+    let first_error = match out.len() <= CHUNK {
+        // Waking other threads takes longer than a few points do.
+        true => fill(0, out),
+        false => {
+            let chunks = out.par_chunks_mut(CHUNK).enumerate();
+            let errors = chunks.filter_map(|(k, chunk)| fill(k * CHUNK, chunk));
+            errors.find_first(|_| true)
+        }
+    };
+    first_error.map_or(Ok(()), Err)
 }
 
 /// Points that a thread takes at once.

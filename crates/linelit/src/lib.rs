@@ -9,6 +9,7 @@ mod builder;
 mod direct;
 mod error;
 mod prepare;
+mod scene_lights;
 
 pub use builder::SceneBuilder;
 pub use direct::Scene;

@@ -1,11 +1,15 @@
 //! What `hybrid` knows of lights before anything is asked.
 
 use crate::direct::{WHITE, same_length};
+use crate::scene_lights::{SceneLight, looks_ahead};
 use crate::{Error, Scene};
-use linelit_estimators::{Buffers, Estimator, OcclusionProbe, Query, RandomNumbers, ShadingPoint};
+use linelit_estimators::{
+    Buffers, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers, ShadingPoint,
+};
 use linelit_geometry::Vector3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
+use std::sync::Arc;
 
 /// The most lights that are looked at beforehand.
 const MOST_LIGHTS: usize = 16;
@@ -25,19 +29,16 @@ impl Scene {
         for (i, (point, normal)) in points.iter().zip(normals).enumerate() {
             places.push(self.point(i, point.dvec3(), normal.dvec3(), None, WHITE)?);
         }
-        self.look_from(&[places.clone(), places]);
-        Ok(())
+        self.places = Arc::new([places.clone(), places]);
+        self.set_lights(self.lights.to_vec())
     }
 
-    /// Looks at the lights from points spread evenly over the triangles.
-    pub(crate) fn prepare_on_surfaces(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
-        let has_areas = self
-            .lights
-            .iter()
-            .any(|l| matches!(l.light, Light::Area(_)));
-        if !has_areas || self.lights.len() > MOST_LIGHTS {
-            return;
-        }
+    /// Points spread evenly over the triangles, and as many for the direction of lines.
+    pub(crate) fn places_on(
+        &self,
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+    ) -> [Vec<ShadingPoint>; 2] {
         let corners = |t: &[u32; 3]| t.map(|i| positions[i as usize].dvec3());
         let area = |t: &[u32; 3]| {
             let [a, b, c] = corners(t);
@@ -49,7 +50,7 @@ impl Scene {
             total += area(triangle);
             sums.push(total);
         }
-        let places = POINTS.map(|count| -> Vec<ShadingPoint> {
+        POINTS.map(|count| -> Vec<ShadingPoint> {
             let points = Sampler::new(SamplerKind::Sobol, 0).points([0, 0], 0, count);
             let place = |i: u32| {
                 let u = (f64::from(i) + 0.5) / f64::from(count);
@@ -65,21 +66,24 @@ impl Scene {
                 .flat_map(|(p, n)| [(p, n), (p, -n)]);
             let lifted = sides.filter_map(|(p, n)| self.point(0, p, n, None, WHITE).ok());
             lifted.collect()
-        });
-        self.look_from(&places);
+        })
     }
 
-    /// Looks at the polygons from points, and from points for the direction of lines.
-    fn look_from(&mut self, places: &[Vec<ShadingPoint>; 2]) {
+    /// Looks at the polygons among the first lights, where the estimator wants to know.
+    pub(crate) fn look_at(&self, lights: &mut [SceneLight]) {
+        let looks_ahead = looks_ahead(&self.settings.estimator);
         let estimator = Estimator::hybrid();
         let mut buffers = Buffers::default();
-        for k in 0..self.lights.len().min(MOST_LIGHTS) {
-            let light = &self.lights[k];
+        for light in lights.iter_mut().take(MOST_LIGHTS) {
+            light.occlusion = OcclusionStats::FEW;
             let Light::Area(area) = &light.light else {
                 continue;
             };
+            if !looks_ahead {
+                continue;
+            }
             let (source, mut probe) = (light.source(), OcclusionProbe::default());
-            for (places, along_lines) in places.iter().zip([false, true]) {
+            for (places, along_lines) in self.places.iter().zip([false, true]) {
                 for point in places {
                     if !source.reaches(point, &mut buffers.counts.plan) {
                         continue;
@@ -93,7 +97,7 @@ impl Scene {
                     }
                 }
             }
-            self.lights[k].occlusion = probe.stats();
+            light.occlusion = probe.stats();
         }
     }
 }

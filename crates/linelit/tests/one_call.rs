@@ -529,7 +529,7 @@ fn bad_queries_are_refused_with_their_number() {
     let message = short.to_string();
     assert_eq!(message, "499 normals for 500 points");
     let mut fractions = [0.0; 500];
-    let fractions = scene.visible_fractions(&points, 0, Measure::Area, &mut fractions);
+    let fractions = scene.visible_fractions(&points, 0, |_| Measure::Area, &mut fractions);
     assert_eq!(fractions, Err(Error::Point(217)));
 }
 
@@ -549,5 +549,85 @@ fn a_light_that_is_a_part_of_the_mesh_is_not_hidden_by_itself() -> Result<(), Er
     assert_eq!(own.visible_fraction(x, 0, Measure::SolidAngle)?, 1.0);
     let [a, b] = [own.irradiance(x, UP)?[0], bare.irradiance(x, UP)?[0]];
     assert!((a / b - 1.0).abs() < 1e-13, "{a} {b} {polygon:?}");
+    Ok(())
+}
+
+#[test]
+fn other_lights_and_methods_on_the_same_triangles_answer_as_built_with_them() -> Result<(), Error> {
+    let (positions, triangles) = soup(60, 21);
+    let (points, normals) = points(50, 22);
+    let bare = Scene::builder(&positions, &triangles).build()?;
+    let lights = [lamp(), Light::sphere([0.0, 1.0, 3.0], 0.5, [2.0; 3])];
+    for method in ["hybrid", "point-area", "line-analytic"] {
+        let method: Estimator = method.parse().expect("an estimator");
+        let mut builder = Scene::builder(&positions, &triangles)
+            .method(method)
+            .samples(8);
+        for light in lights.clone() {
+            builder = builder.light(light);
+        }
+        let built = builder.build()?;
+        // Lights first or the method first: `hybrid` looks at the lights either way.
+        let lit_first = bare.with_lights(lights.clone())?.with_method(method, 8)?;
+        let lit_last = bare.with_method(method, 8)?.with_lights(lights.clone())?;
+        for (&point, &normal) in points.iter().zip(&normals) {
+            let want = built.irradiance(point, normal)?;
+            assert_eq!(lit_first.irradiance(point, normal)?, want);
+            assert_eq!(lit_last.irradiance(point, normal)?, want);
+        }
+    }
+    let exact = bare.with_method(Estimator::exact(), 1)?;
+    let refused = exact.with_lights(lights.clone()).map(|_| ());
+    assert_eq!(refused, Err(Error::NotExact(1)));
+    let lit = bare.with_lights(lights)?;
+    let refused = lit.with_method(Estimator::exact(), 1).map(|_| ());
+    assert_eq!(refused, Err(Error::NotExact(1)));
+    Ok(())
+}
+
+#[test]
+fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
+    let (positions, triangles) = soup(60, 23);
+    let scene = Scene::builder(&positions, &triangles).build()?;
+    let (points, ends) = (points(300, 24).0, points(600, 25).0);
+    let up = |[x, y, _]: [f64; 3]| [x, y, 2.0];
+    let lines: Vec<_> = ends.chunks(2).map(|e| [up(e[0]), up(e[1])]).collect();
+    let visible = scene.visible_intervals(&points, &lines)?;
+    let (mut near, mut hidden) = (0, 0);
+    for (i, (point, line)) in points.iter().zip(&lines).enumerate() {
+        let alone = scene.visible_intervals(&[*point], &[*line])?;
+        assert_eq!(alone.line(0), visible.line(i));
+        for k in 0..64 {
+            let t = (f64::from(k) + 0.5) / 64.0;
+            let ends = visible.line(i).iter().flat_map(|part| [part.lo, part.hi]);
+            if ends.into_iter().any(|end| (end - t).abs() < 1e-6) {
+                near += 1;
+                continue;
+            }
+            let at = vector(line[0]).lerp(vector(line[1]), t);
+            let beam = scene.with_lights([Light::point(at, [1.0; 3])])?;
+            let seen = beam.visible_fraction(*point, 0, Measure::Area)? > 0.5;
+            let inside = visible
+                .line(i)
+                .iter()
+                .any(|part| part.lo < t && t < part.hi);
+            assert_eq!(seen, inside, "{i} {t}");
+            hidden += u32::from(!seen);
+        }
+    }
+    assert!(near < 10 && hidden > 2_000, "{near} {hidden}");
+    assert_eq!(
+        scene.visible_intervals(&points, &lines[1..]).map(|_| ()),
+        Err(Error::Length {
+            of: "lines",
+            points: 300,
+            found: 299,
+        })
+    );
+    let nan = [[[f64::NAN; 3]; 2]];
+    assert_eq!(
+        scene.visible_intervals(&points[..1], &nan).map(|_| ()),
+        Err(Error::Point(0))
+    );
     Ok(())
 }
