@@ -126,7 +126,7 @@ impl<'a> SceneBuilder<'a> {
 
     /// Checks everything and builds the hierarchy on all threads of the rayon pool. For `hybrid` and
     /// lines it sends queries from points on the triangles to the polygons among the first 16
-    /// lights, by which methods and directions are chosen. ([`Scene::prepare`] takes other points.)
+    /// lights, which decide on methods and directions. ([`Scene::prepare`] takes other points.)
     ///
     /// # Errors
     /// The first vertex, triangle or light that is not valid. Triangles without area are valid, and

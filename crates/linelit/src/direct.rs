@@ -191,8 +191,8 @@ impl Scene {
         })
     }
 
-    /// The visible parts of a segment for each point, `lines[i]` for `points[i]`, on all threads: as
-    /// parameters of the segment, 0 at its first end and 1 at its second, ascending.
+    /// The visible parts of a segment for each point, `lines[i]` for `points[i]`, on all threads:
+    /// ascending parameters of the segment, 0 at its first end and 1 at its second.
     ///
     /// ```
     /// use linelit::Scene;

@@ -122,8 +122,8 @@ fn is_exact(estimator: &Estimator) -> bool {
     matches!(by, Some(Integration::Exact(_)))
 }
 
-/// Whether an estimator wants to know beforehand what hides a light: `hybrid`, and lines, which take
-/// their direction from it.
+/// Whether an estimator wants to know beforehand what hides a light: `hybrid`, and lines, which
+/// take their direction from it.
 pub(crate) fn looks_ahead(estimator: &Estimator) -> bool {
     let mut techniques = estimator.parts().iter().map(|part| &part.technique);
     techniques.any(|technique| match technique {

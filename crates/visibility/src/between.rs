@@ -155,9 +155,9 @@ impl Occluders {
     /// The triangles that meet the space between a point and a light, by their numbers in the list
     /// that the occluders were built from, in ascending order, those with holes, too.
     ///
-    /// These are all triangles there, whether others hide them or not: a question of geometry, where
-    /// [`Shaft::candidate_triangles`](crate::Shaft::candidate_triangles) are those that shadows need.
-    /// Triangles that were left out when the hierarchy was built are not among them.
+    /// These are all triangles there, whether others hide them or not;
+    /// [`Shaft::candidate_triangles`](crate::Shaft::candidate_triangles) are those that shadows
+    /// need. Triangles that were left out when the hierarchy was built are not among them.
     ///
     /// ```
     /// use linelit_visibility::Occluders;
