@@ -14,6 +14,7 @@
 
 mod cargo;
 mod packages;
+mod python;
 mod suite;
 mod tidy;
 
@@ -38,7 +39,8 @@ the workshop:
                             everything that must hold; --long adds the long tests, on new random cases unless
                             N says which; STEP… runs only these:
                             fmt tidy clippy package test doctest doc features long outside
-                            and, by name alone, publish (cargo publish --dry-run of all crates; asks crates.io)
+                            and, by name alone, publish (cargo publish --dry-run of all crates; asks crates.io),
+                            python (builds the wheel in an environment of its own; asks PyPI)
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time or CRATE/BENCH for a criterion bench
   ratchet                   lower the figures of xtask/ratchet.txt to what they are now

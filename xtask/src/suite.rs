@@ -1,7 +1,7 @@
 //! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
 
 use crate::tidy::{self, House};
-use crate::{cargo, packages};
+use crate::{cargo, packages, python};
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -9,16 +9,16 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
-const STEPS: [&str; 11] = [
+const STEPS: [&str; 12] = [
     "fmt", "tidy", "clippy", "package", "test", "doctest", "doc", "features", "long", "outside",
-    "publish",
+    "publish", "python",
 ];
 
 /// Those that run with `--long`, or when they are named.
 const LONG: [&str; 2] = ["long", "outside"];
 
-/// The one that runs only when it is named: it needs crates.io.
-const NAMED: &str = "publish";
+/// Those that run only when they are named: one needs crates.io, one Python and its registry.
+const NAMED: [&str; 2] = ["publish", "python"];
 
 /// The steps to run.
 struct Selection {
@@ -45,7 +45,7 @@ impl Selection {
             }
         }
         let chosen = |step: &&&str| {
-            let usual = named.is_empty() && !LONG.contains(step) && **step != NAMED;
+            let usual = named.is_empty() && !LONG.contains(step) && !NAMED.contains(step);
             usual || named.contains(step) || long && LONG.contains(step)
         };
         let steps: Vec<_> = STEPS.iter().filter(chosen).copied().collect();
@@ -187,6 +187,7 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
             packages::outside,
         ),
         "publish" => packed("publishing, but for the last step", packages::publish),
+        "python" => packed("Python: the wheel and its tests", python::test),
         _ => Vec::new(),
     }
 }
@@ -292,7 +293,10 @@ fn feature_combinations() -> Vec<Part> {
         sets.extend([String::new(), features.join(",")]);
         for set in sets {
             let name = format!("features of {}: [{set}]", member.owner);
-            let alone = "clippy --all-targets --no-default-features";
+            // Tests, too, with all features; the library and its programs with others.
+            let is_all = !set.is_empty() && set == features.join(",");
+            let targets = if is_all { "--all-targets" } else { "" };
+            let alone = format!("clippy {targets} --no-default-features");
             let check = format!("{alone} -p {} --features={set}", member.package());
             steps.push(Part::new(name, checked(quiet(&check, "-D warnings"))));
         }
@@ -355,6 +359,7 @@ mod tests {
         assert_eq!(parse(&[]).unwrap(), STEPS[..8]);
         assert_eq!(parse(&["--long"]).unwrap(), STEPS[..10]);
         assert_eq!(parse(&["publish"]).unwrap(), ["publish"]);
+        assert_eq!(parse(&["python"]).unwrap(), ["python"]);
         assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
         assert_eq!(parse(&["--seed", "7", "long"]).unwrap(), ["long"]);
         let words = ["--long", "--seed", "7"].map(str::to_owned);

@@ -124,8 +124,8 @@ impl<'a> SceneBuilder<'a> {
         self
     }
 
-    /// Checks everything and builds the hierarchy on all threads of the rayon pool. For `hybrid` and
-    /// lines it sends queries from points on the triangles to the polygons among the first 16
+    /// Checks everything and builds the hierarchy on all threads of the rayon pool. For `hybrid`
+    /// and lines it sends queries from points on the triangles to the polygons among the first 16
     /// lights, which decide on methods and directions. ([`Scene::prepare`] takes other points.)
     ///
     /// # Errors

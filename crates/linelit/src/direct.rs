@@ -69,7 +69,7 @@ impl Scene {
         SceneBuilder::new(positions, triangles)
     }
 
-    /// The same scene with other random numbers: two seeds give independent estimates.
+    /// This scene with other random numbers: two seeds give independent estimates.
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut scene = self.clone();

@@ -7,6 +7,7 @@ use linelit_estimators::{
 };
 use linelit_geometry::DVec3;
 use linelit_lights::{Light, Profile, SkyEmission};
+use linelit_samplers::SamplerKind;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -31,7 +32,7 @@ impl From<Light> for SceneLight {
 }
 
 impl Scene {
-    /// The same triangles under other lights, which are numbered from 0. The hierarchy is shared.
+    /// These triangles under other lights, which are numbered from 0. The hierarchy is shared.
     ///
     /// # Errors
     /// The first light that is not valid.
@@ -47,7 +48,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The same scene with another estimator and another number of samples for each point and
+    /// This scene with another estimator and another number of samples for each point and
     /// light, which is one at least. The hierarchy is shared.
     ///
     /// # Errors
@@ -58,6 +59,14 @@ impl Scene {
         scene.settings.samples = samples.max(1);
         scene.set_lights(self.lights.to_vec())?;
         Ok(scene)
+    }
+
+    /// This scene with another sampling pattern.
+    #[must_use]
+    pub fn with_sampler(&self, sampler: SamplerKind) -> Self {
+        let mut scene = self.clone();
+        scene.settings.sampler = sampler;
+        scene
     }
 
     /// Takes lights after checking them, and looks at them.

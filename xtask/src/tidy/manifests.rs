@@ -44,10 +44,11 @@ pub(super) fn hygiene(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for member in &house.members {
         let mut complain = |what: String| problems.push(format!("{}: {what}", member.owner));
-        if member.section("lints").next() != Some("workspace = true") {
+        let shared = !member.is_apart();
+        if shared && member.section("lints").next() != Some("workspace = true") {
             complain("[lints] workspace = true is missing".to_owned());
         }
-        for line in dependencies(member) {
+        for line in dependencies(member).filter(|_| shared) {
             // A crate that is published after this one, for its tests, has a path alone.
             let is_later = line.contains(".path = \"../");
             if !line.contains("workspace = true") && !is_later {

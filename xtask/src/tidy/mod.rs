@@ -125,15 +125,23 @@ impl House {
         quoted(section(&text, "workspace.package"), "version").to_owned()
     }
 
-    /// The front pages of libraries.
+    /// The front pages of libraries for Rust.
     fn libraries(&self) -> impl Iterator<Item = &Source> {
-        self.sources
-            .iter()
-            .filter(|s| s.path.ends_with("/src/lib.rs"))
+        let is_apart = |s: &Source| {
+            let mut members = self.members.iter();
+            members.any(|m| m.owner == s.owner && m.is_apart())
+        };
+        let pages = self.sources.iter();
+        pages.filter(move |s| s.path.ends_with("/src/lib.rs") && !is_apart(s))
     }
 }
 
 impl Member {
+    /// Whether it is a workspace of its own, which what builds Python's packages needs.
+    fn is_apart(&self) -> bool {
+        self.manifest.lines().any(|line| line == "[workspace]")
+    }
+
     /// The lines of a section of the manifest, without comments.
     fn section<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
         section(&self.manifest, name)

@@ -1,0 +1,94 @@
+"""Scenes from the meshes of other packages, none of which is imported here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from linelit._linelit import Scene
+
+
+def from_trimesh(mesh: Any, **options: Any) -> Scene:
+    """Make a scene of a ``trimesh.Trimesh`` or of all meshes of a ``trimesh.Scene``.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh or trimesh.Scene
+        Transforms of a scene's graph are applied.
+    **options
+        Those of `Scene`.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    TypeError
+        If the argument has neither vertices and faces nor a way to put its meshes together.
+    """
+    if hasattr(mesh, "to_mesh"):
+        mesh = mesh.to_mesh()
+    elif hasattr(mesh, "dump") and not hasattr(mesh, "faces"):
+        mesh = mesh.dump(concatenate=True)
+    if not hasattr(mesh, "vertices") or not hasattr(mesh, "faces"):
+        raise TypeError(f"mesh is {type(mesh)}, and needs to be a trimesh.Trimesh or trimesh.Scene")
+    return Scene(np.asarray(mesh.vertices), np.asarray(mesh.faces), **options)
+
+
+def from_mitsuba(scene: Any, *, emitters: bool = True, **options: Any) -> Scene:
+    """Make a scene of the shapes of a ``mitsuba.Scene``, or of one mesh.
+
+    Parameters
+    ----------
+    scene : mitsuba.Scene, mitsuba.Mesh or a list of meshes
+        Shapes need triangles: those that are no mesh are refused by their number.
+    emitters : bool
+        Whether shapes that emit hide light, too. Give the lights by `Light` then, and leave their
+        own triangles out, or a light would be hidden by itself where rounding says so.
+    **options
+        Those of `Scene`.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    TypeError
+        If a shape has no triangles.
+    """
+    shapes = scene.shapes() if hasattr(scene, "shapes") else scene
+    if not isinstance(shapes, (list, tuple)):
+        shapes = [shapes]
+    all_vertices, all_faces, count = [np.zeros((0, 3), np.float32)], [np.zeros((0, 3), np.uint32)], 0
+    for number, shape in enumerate(shapes):
+        if not emitters and shape.is_emitter():
+            continue
+        vertices, faces = _mesh(shape, number)
+        all_vertices.append(vertices)
+        all_faces.append(faces + np.uint32(count))
+        count += len(vertices)
+    return Scene(np.concatenate(all_vertices), np.concatenate(all_faces), **options)
+
+
+def _mesh(shape: Any, number: int) -> tuple[Any, Any]:
+    """Return the vertices and faces of a shape of Mitsuba."""
+    buffers = {}
+    parameters = shape
+    if not hasattr(shape, "vertex_positions_buffer"):
+        raise TypeError(f"shape {number} is {type(shape)}, which has no triangles")
+    # Names of versions 3 and of those to come.
+    for what, names in {
+        "vertices": ("vertex_positions_buffer", "vertex_positions", "positions"),
+        "faces": ("faces_buffer", "faces"),
+    }.items():
+        for name in names:
+            if hasattr(parameters, name):
+                value = getattr(parameters, name)
+                buffers[what] = np.asarray(value() if callable(value) else value)
+                break
+    vertices = buffers["vertices"].reshape(-1, 3).astype(np.float32, copy=False)
+    faces = buffers["faces"].reshape(-1, 3).astype(np.uint32, copy=False)
+    return vertices, faces

@@ -1,0 +1,36 @@
+//! linelit for Python: arrays in, arrays out.
+//!
+//! Each file is one part of the module `linelit._linelit`, which `python/linelit` wraps. Nothing is
+//! computed here that the crates of Rust do not compute.
+
+mod arrays;
+mod errors;
+mod light;
+mod lit;
+mod picture;
+mod receivers;
+mod sampling;
+mod scene;
+mod study;
+mod threads;
+
+use pyo3::prelude::*;
+
+/// The compiled part of linelit.
+#[pymodule]
+mod _linelit {
+    #[pymodule_export]
+    use crate::light::Light;
+    #[pymodule_export]
+    use crate::picture::render;
+    #[pymodule_export]
+    use crate::sampling::{pdf, sample};
+    #[pymodule_export]
+    use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::study::converge;
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "Python's name")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

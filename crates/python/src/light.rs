@@ -1,0 +1,453 @@
+//! Lights.
+
+use crate::arrays::{Vectors, channels, shape_text, vector};
+use crate::errors::value_error;
+use linelit::geometry::DVec3;
+use linelit::geometry::glam::DMat3;
+use linelit::lights::{Light as RustLight, SkyEmission, SkyImage, SkyMapping};
+use pyo3::prelude::*;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// A light, by its shape and what it emits.
+///
+/// Make one by `Polygon`, `Rectangle`, `Disk`, `Sphere`, `Cylinder`, `Line`, `Point`, `Spot`,
+/// `Distant`, `Sun` or `Environment`. Where the radiance is one number, results have no axis of
+/// channels. Lights cannot be changed.
+#[pyclass(frozen, module = "linelit")]
+pub(crate) struct Light {
+    pub(crate) light: RustLight,
+    /// Whether its radiance was given as one number.
+    pub(crate) is_single: bool,
+}
+
+/// A light with the radiance that was given.
+fn lit(
+    name: &str,
+    given: &Bound<'_, PyAny>,
+    light: impl FnOnce(DVec3) -> RustLight,
+) -> PyResult<Light> {
+    let (radiance, is_single) = channels(name, given)?;
+    if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
+        return Err(value_error(format!(
+            "{name} is negative or not finite: {}",
+            given.repr()?
+        )));
+    }
+    Ok(Light {
+        light: light(radiance),
+        is_single,
+    })
+}
+
+/// A number above zero.
+fn positive(name: &str, x: f64) -> PyResult<f64> {
+    match x > 0.0 && x.is_finite() {
+        true => Ok(x),
+        false => Err(value_error(format!(
+            "{name} is {x}, and needs to be above 0"
+        ))),
+    }
+}
+
+/// A place.
+fn place(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
+    let v = vector(name, given)?;
+    match v.is_finite() {
+        true => Ok(v),
+        false => Err(value_error(format!(
+            "{name} is not finite: {}",
+            given.repr()?
+        ))),
+    }
+}
+
+/// A vector with a direction.
+fn direction(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
+    let v = place(name, given)?;
+    match v == DVec3::ZERO {
+        true => Err(value_error(format!(
+            "{name} is zero, and needs a direction"
+        ))),
+        false => Ok(v),
+    }
+}
+
+#[pymethods]
+impl Light {
+    /// Make a convex polygon that emits.
+    ///
+    /// Parameters
+    /// ----------
+    /// corners : (k, 3) array
+    ///     3 to 16 corners in one plane, counter-clockwise as seen from the side that emits.
+    /// radiance : float or (3,) array
+    ///     Radiance in W/(m² sr), for all channels or for each.
+    /// two_sided : bool
+    ///     Whether the other side emits, too.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the corners make no flat, convex polygon.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> ll.Polygon([[0, 0, 0], [0, 1, 0], [1, 0, 0]], radiance=40.0)
+    /// <linelit.Light: polygon, 40>
+    #[staticmethod]
+    #[pyo3(signature = (corners, radiance, *, two_sided = false))]
+    fn polygon(
+        corners: &Bound<'_, PyAny>,
+        radiance: &Bound<'_, PyAny>,
+        two_sided: bool,
+    ) -> PyResult<Self> {
+        let vectors = Vectors::new("corners", corners)?;
+        if vectors.shape.len() != 1 {
+            let shape = shape_text(&vectors.shape);
+            return Err(value_error(format!(
+                "corners are {shape} vectors, and need (k,)"
+            )));
+        }
+        let rows = vectors.rows()?;
+        let corners: Vec<DVec3> = (0..rows.len()).map(|i| rows.get(i).into()).collect();
+        let polygon = RustLight::polygon(&corners, DVec3::ZERO);
+        let polygon = polygon.map_err(|e| value_error(format!("corners: {e}")))?;
+        lit("radiance", radiance, |l| {
+            with_radiance(polygon, l, two_sided)
+        })
+    }
+
+    /// Make a parallelogram that emits along ``u × v``.
+    ///
+    /// Parameters
+    /// ----------
+    /// corner, u, v : (3,) array
+    ///     A corner, and the sides from it.
+    /// radiance : float or (3,) array
+    ///     Radiance in W/(m² sr), for all channels or for each.
+    /// two_sided : bool
+    ///     Whether the other side emits, too.
+    #[staticmethod]
+    #[pyo3(signature = (corner, u, v, radiance, *, two_sided = false))]
+    fn rectangle(
+        corner: &Bound<'_, PyAny>,
+        u: &Bound<'_, PyAny>,
+        v: &Bound<'_, PyAny>,
+        radiance: &Bound<'_, PyAny>,
+        two_sided: bool,
+    ) -> PyResult<Self> {
+        let (corner, u, v) = (place("corner", corner)?, place("u", u)?, place("v", v)?);
+        let polygon = RustLight::rectangle(corner, u, v, DVec3::ZERO);
+        let polygon = polygon.map_err(|e| value_error(format!("corner, u, v: {e}")))?;
+        lit("radiance", radiance, |l| {
+            with_radiance(polygon, l, two_sided)
+        })
+    }
+
+    /// Make a disk that emits along its normal.
+    ///
+    /// Parameters
+    /// ----------
+    /// center, normal : (3,) array
+    ///     The normal may be of any length but zero.
+    /// radius : float
+    ///     The radius.
+    /// radiance : float or (3,) array
+    ///     Radiance in W/(m² sr), for all channels or for each.
+    /// two_sided : bool
+    ///     Whether the other side emits, too.
+    #[staticmethod]
+    #[pyo3(signature = (center, normal, radius, radiance, *, two_sided = false))]
+    fn disk(
+        center: &Bound<'_, PyAny>,
+        normal: &Bound<'_, PyAny>,
+        radius: f64,
+        radiance: &Bound<'_, PyAny>,
+        two_sided: bool,
+    ) -> PyResult<Self> {
+        let (center, normal) = (place("center", center)?, direction("normal", normal)?);
+        let radius = positive("radius", radius)?;
+        lit("radiance", radiance, |l| {
+            let disk = RustLight::disk(center, normal, radius, l);
+            if two_sided { disk.two_sided() } else { disk }
+        })
+    }
+
+    /// Make a sphere that emits outwards.
+    ///
+    /// Parameters
+    /// ----------
+    /// center : (3,) array
+    ///     The centre.
+    /// radius : float
+    ///     The radius.
+    /// radiance : float or (3,) array
+    ///     Radiance in W/(m² sr), for all channels or for each.
+    #[staticmethod]
+    fn sphere(
+        center: &Bound<'_, PyAny>,
+        radius: f64,
+        radiance: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let (center, radius) = (place("center", center)?, positive("radius", radius)?);
+        lit("radiance", radiance, |l| {
+            RustLight::sphere(center, radius, l)
+        })
+    }
+
+    /// Make the side of a cylinder, which emits outwards.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : (3,) array
+    ///     The ends of its axis.
+    /// radius : float
+    ///     The radius.
+    /// radiance : float or (3,) array
+    ///     Radiance in W/(m² sr), for all channels or for each.
+    #[staticmethod]
+    fn cylinder(
+        start: &Bound<'_, PyAny>,
+        end: &Bound<'_, PyAny>,
+        radius: f64,
+        radiance: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let [start, end] = ends(start, end)?;
+        let radius = positive("radius", radius)?;
+        lit("radiance", radiance, |l| {
+            RustLight::cylinder(start, end, radius, l)
+        })
+    }
+
+    /// Make a linear light: a cylinder so thin that only radiance times radius counts.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : (3,) array
+    ///     Its ends.
+    /// radiance_radius : float or (3,) array
+    ///     Radiance times radius, in W/(m sr).
+    #[staticmethod]
+    fn line(
+        start: &Bound<'_, PyAny>,
+        end: &Bound<'_, PyAny>,
+        radiance_radius: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let [start, end] = ends(start, end)?;
+        lit("radiance_radius", radiance_radius, |l| {
+            RustLight::line(start, end, l)
+        })
+    }
+
+    /// Make a light in a point.
+    ///
+    /// Parameters
+    /// ----------
+    /// position : (3,) array
+    ///     Its place.
+    /// intensity : float or (3,) array
+    ///     Intensity in W/sr, the same in all directions.
+    #[staticmethod]
+    fn point(position: &Bound<'_, PyAny>, intensity: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let position = place("position", position)?;
+        lit("intensity", intensity, |l| RustLight::point(position, l))
+    }
+
+    /// Make a light in a point that falls to nothing between two angles, as pbrt's spots do.
+    ///
+    /// Parameters
+    /// ----------
+    /// position, direction : (3,) array
+    ///     Its place and the direction of its beam, of any length but zero.
+    /// inner, outer : float
+    ///     Angles to the direction in radians: full intensity within the first, nothing past the
+    ///     second.
+    /// intensity : float or (3,) array
+    ///     Intensity in W/sr along the direction.
+    #[staticmethod]
+    #[pyo3(signature = (position, direction, inner, outer, intensity))]
+    fn spot(
+        position: &Bound<'_, PyAny>,
+        direction: &Bound<'_, PyAny>,
+        inner: f64,
+        outer: f64,
+        intensity: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let (position, axis) = (
+            place("position", position)?,
+            self::direction("direction", direction)?,
+        );
+        if !(0.0 <= inner && inner <= outer && outer <= PI) {
+            return Err(value_error(format!(
+                "inner is {inner} and outer {outer}, and need 0 <= inner <= outer <= pi"
+            )));
+        }
+        lit("intensity", intensity, |l| {
+            RustLight::spot(position, axis, [inner, outer], l)
+        })
+    }
+
+    /// Make parallel light.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : (3,) array
+    ///     Towards the light, of any length but zero.
+    /// irradiance : float or (3,) array
+    ///     Irradiance in W/m² of a surface that faces the light.
+    #[staticmethod]
+    fn distant(direction: &Bound<'_, PyAny>, irradiance: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let direction = self::direction("direction", direction)?;
+        lit("irradiance", irradiance, |l| {
+            RustLight::distant(direction, l)
+        })
+    }
+
+    /// Make a disk at infinity.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : (3,) array
+    ///     Towards its middle, of any length but zero.
+    /// half_angle : float
+    ///     Half of the angle that it is seen under, in radians, above 0 and up to π/2.
+    /// radiance : float or (3,) array
+    ///     Radiance in W/(m² sr), for all channels or for each.
+    #[staticmethod]
+    fn sun(
+        direction: &Bound<'_, PyAny>,
+        half_angle: f64,
+        radiance: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let direction = self::direction("direction", direction)?;
+        if !(half_angle > 0.0 && half_angle <= PI / 2.0) {
+            let what = format!("half_angle is {half_angle}, and needs to be above 0, up to pi/2");
+            return Err(value_error(what));
+        }
+        lit("radiance", radiance, |l| {
+            RustLight::sun(direction, half_angle, l)
+        })
+    }
+
+    /// Make a sky of a radiance in each direction.
+    ///
+    /// Parameters
+    /// ----------
+    /// image : float, (3,) array or (height, width, 3) array
+    ///     The radiance of all directions, or an image of it: columns by longitude from the x axis
+    ///     towards the y axis, rows by the angle from the z axis, which the first row is at.
+    /// scale : float or (3,) array, optional
+    ///     A factor of the image.
+    /// to_image : (3, 3) array, optional
+    ///     The rotation that turns directions of the world to those of the image.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a pixel is negative or not finite, or the matrix is no rotation.
+    #[staticmethod]
+    #[pyo3(signature = (image, *, scale = None, to_image = None))]
+    fn environment(
+        py: Python<'_>,
+        image: &Bound<'_, PyAny>,
+        scale: Option<&Bound<'_, PyAny>>,
+        to_image: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let scale = match scale {
+            Some(given) => channels("scale", given)?.0,
+            None => DVec3::ONE,
+        };
+        if image.extract::<f64>().is_ok() || !is_image(image)? {
+            return lit("image", image, |l| RustLight::sky(l * scale));
+        }
+        let vectors = Vectors::new("image", image)?;
+        let &[height, width] = vectors.shape.as_slice() else {
+            let what = "image needs the shape (height, width, 3), or a radiance";
+            return Err(value_error(what));
+        };
+        let to_image = to_image.map_or(Ok(DMat3::IDENTITY), matrix)?;
+        let rows = vectors.rows()?;
+        #[allow(clippy::cast_possible_truncation, reason = "images are f32")]
+        let pixels = (0..rows.len())
+            .map(|i| rows.get(i).map(|x| x as f32))
+            .collect();
+        let mapping = SkyMapping::Equirectangular;
+        let built = py.detach(|| SkyImage::new(mapping, [width, height], pixels, to_image, scale));
+        let built = built.map_err(|e| value_error(format!("image: {e}")))?;
+        Ok(Self {
+            light: SkyEmission::Image(Arc::new(built)).into(),
+            is_single: false,
+        })
+    }
+
+    /// The name of its shape.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        kind(&self.light)
+    }
+
+    /// The emitted power in W, the mean over its channels.
+    #[getter]
+    fn power(&self) -> f64 {
+        self.light.power()
+    }
+
+    fn __repr__(&self) -> String {
+        let radiance = self.light.emission().radiance;
+        let radiance = match self.is_single {
+            true => radiance.x.to_string(),
+            false => crate::errors::shown(radiance.to_array()),
+        };
+        format!("<linelit.Light: {}, {radiance}>", self.kind())
+    }
+}
+
+/// The name of a light's shape.
+pub(crate) const fn kind(light: &RustLight) -> &'static str {
+    match light {
+        RustLight::Area(_) => "polygon",
+        RustLight::Linear(_) => "line",
+        RustLight::Sphere(_) => "sphere",
+        RustLight::Disk(_) => "disk",
+        RustLight::Cylinder(_) => "cylinder",
+        RustLight::Point(_) => "point",
+        RustLight::Distant(_) => "distant",
+        RustLight::Sky(_) => "environment",
+    }
+}
+
+/// A polygon that emits.
+fn with_radiance(mut light: RustLight, radiance: DVec3, two_sided: bool) -> RustLight {
+    if let RustLight::Area(area) = &mut light {
+        area.emission.radiance = radiance;
+        area.emission.two_sided = two_sided;
+    }
+    light
+}
+
+/// The ends of a line, which are not in one place.
+fn ends(start: &Bound<'_, PyAny>, end: &Bound<'_, PyAny>) -> PyResult<[DVec3; 2]> {
+    let [start, end] = [place("start", start)?, place("end", end)?];
+    match start == end {
+        true => Err(value_error("start and end are in one place")),
+        false => Ok([start, end]),
+    }
+}
+
+/// Whether an argument has more than one axis.
+fn is_image(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(given.hasattr("ndim")? && given.getattr("ndim")?.extract::<usize>()? > 1)
+}
+
+/// A matrix of three rows.
+fn matrix(given: &Bound<'_, PyAny>) -> PyResult<DMat3> {
+    let vectors = Vectors::new("to_image", given)?;
+    if vectors.shape != [3] {
+        return Err(value_error("to_image needs the shape (3, 3)"));
+    }
+    let rows = vectors.rows()?;
+    let [x, y, z] = [0, 1, 2].map(|i| DVec3::from(rows.get(i)));
+    Ok(DMat3::from_cols(x, y, z).transpose())
+}

@@ -1,0 +1,144 @@
+//! Pictures of scene files.
+
+use crate::arrays::out;
+use crate::errors::value_error;
+use crate::threads::{Batches, detached, in_batches, pool};
+use linelit::integrator::{Counts, LightChoice, Renderer, Settings, Window};
+use linelit::samplers::SamplerKind;
+use linelit::scene::Scene;
+use linelit_scenes::Library;
+use pyo3::exceptions::{PyFileNotFoundError, PyUserWarning};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::convert::Infallible;
+use std::ops::Range;
+
+/// The rows of the first batch.
+const ROWS: usize = 4;
+
+/// A text as a value; the error names the argument.
+pub(crate) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
+    name: &str,
+    text: &str,
+) -> PyResult<T> {
+    let parsed = text.parse();
+    parsed.map_err(|e| value_error(format!("{name}=\"{text}\": {e}")))
+}
+
+/// The error of a scene that cannot be read.
+pub(crate) fn not_read(name: &str, error: &anyhow::Error) -> PyErr {
+    let text = format!("{error:#}");
+    let is_path = name.contains(['/', '\\', '.']) && !std::path::Path::new(name).exists();
+    match is_path {
+        true => PyFileNotFoundError::new_err(text),
+        false => value_error(text),
+    }
+}
+
+/// render(scene, …)
+#[pyfunction]
+#[pyo3(signature = (scene, *, estimator = "hybrid", samples = 16, camera_samples = 1, resolution = None, sampler = "auto", lights = "all", seed = 0, bounces = 0, show_lights = true, threads = None, progress = None))]
+#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
+pub(crate) fn render<'py>(
+    py: Python<'py>,
+    scene: &str,
+    estimator: &str,
+    samples: u32,
+    camera_samples: u32,
+    resolution: Option<[u32; 2]>,
+    sampler: &str,
+    lights: &str,
+    seed: u64,
+    bounces: u32,
+    show_lights: bool,
+    threads: Option<usize>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+    let settings = Settings {
+        estimator: parsed("estimator", estimator)?,
+        sampler: parsed::<SamplerKind>("sampler", sampler)?,
+        samples,
+        lights: parsed::<LightChoice>("lights", lights)?,
+        pixel_samples: camera_samples,
+        seed,
+        show_lights,
+        bounces,
+        ..Settings::default()
+    };
+    if samples == 0 || camera_samples == 0 {
+        return Err(value_error(
+            "samples and camera_samples need to be at least 1",
+        ));
+    }
+    let own = pool(threads)?;
+    let loaded = detached(py, own.as_deref(), || Library::default().load_lit(scene));
+    let mut loaded = loaded.map_err(|e| not_read(scene, &e))?;
+    for warning in &loaded.warnings {
+        let category = py.get_type::<PyUserWarning>();
+        let text = std::ffi::CString::new(warning.to_string())?;
+        PyErr::warn(py, &category, &text, 2)?;
+    }
+    set_resolution(&mut loaded.scene, resolution)?;
+    let scene = &loaded.scene;
+    let [x0, x1, y0, y1] = scene.film.crop;
+    let estimators = [&settings.estimator];
+    let renderer = detached(py, own.as_deref(), || {
+        Renderer::for_estimators(scene, estimators)
+    });
+    let height = (y1 - y0) as usize;
+    let (mut pixels, mut counts) = (Vec::new(), Counts::default());
+    let work = |rows: Range<usize>| {
+        let row = |k: usize| y0 + u32::try_from(k).unwrap_or(u32::MAX - y0);
+        let window = Window {
+            columns: x0..x1,
+            rows: row(rows.start)..row(rows.end),
+        };
+        let (part, counted) = renderer.picture(&settings, &window, || {});
+        pixels.extend(part);
+        counts += counted;
+        Ok::<(), Infallible>(())
+    };
+    let told = |rows: usize| match progress {
+        Some(progress) => progress.call1((rows, height)).map(drop),
+        None => Ok(()),
+    };
+    let batches = Batches {
+        count: height,
+        first: ROWS,
+        threads,
+    };
+    in_batches(py, &batches, work, |never, _| match never {}, told)?;
+    let metadata = metadata(py, &settings, &counts)?;
+    let shape = [height, (x1 - x0) as usize, 3];
+    Ok((out(py, pixels.into_flattened(), &shape)?, metadata))
+}
+
+/// Gives a scene the resolution that is asked for.
+fn set_resolution(scene: &mut Scene, resolution: Option<[u32; 2]>) -> PyResult<()> {
+    if let Some([width, height]) = resolution {
+        if width == 0 || height == 0 || u64::from(width) * u64::from(height) > 1 << 28 {
+            let what = format!("resolution is ({width}, {height}), and needs 1 to 2^28 pixels");
+            return Err(value_error(what));
+        }
+        scene.set_resolution(width, height);
+    }
+    Ok(())
+}
+
+/// The settings of a picture, and the counts of what it took.
+fn metadata<'py>(
+    py: Python<'py>,
+    settings: &Settings,
+    counts: &Counts,
+) -> PyResult<Bound<'py, PyDict>> {
+    let metadata = PyDict::new(py);
+    metadata.set_item("estimator", settings.estimator.to_string())?;
+    metadata.set_item("sampler", settings.sampler.to_string())?;
+    metadata.set_item("samples", settings.samples)?;
+    metadata.set_item("camera_samples", settings.pixel_samples)?;
+    metadata.set_item("seed", settings.seed)?;
+    metadata.set_item("rays", counts.visibility.rays)?;
+    metadata.set_item("lines", counts.visibility.line_queries)?;
+    metadata.set_item("shafts", counts.visibility.shafts)?;
+    Ok(metadata)
+}

@@ -1,0 +1,494 @@
+//! Scenes of triangles, and what points ask of them.
+
+use crate::arrays::{Rows, Vectors, out, shape_text, triangles, vector};
+use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error};
+use crate::light::{Light, kind};
+use crate::lit::{Latest, Method, lights, one_light};
+use crate::receivers::Receivers;
+use crate::threads::{detached, in_batches, of_points, pool};
+use linelit::geometry::{ConvexPolygon, DVec3, Margins};
+use linelit::lights::Light as RustLight;
+use linelit::visibility::VisibleLines;
+use linelit::{Error, Measure, Scene as RustScene};
+use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use std::ops::Range;
+
+/// Triangles that hide light, in a hierarchy that is built once.
+///
+/// Parameters
+/// ----------
+/// vertices : (n, 3) array
+///     Positions, of which float64 is rounded to float32. Up to 2⁶⁰.
+/// faces : (m, 3) array of int
+///     The vertices of each triangle, from 0. Both sides hide light; triangles without area hide
+///     nothing.
+/// surface_offset : float, optional
+///     The distance by which points are lifted off their surface, along the normal, before
+///     irradiance is computed: 2⁻⁴⁶ of the point's largest coordinate if none is given, which is
+///     for points that were computed in float64. Points in float32 need some 1e-6 of the
+///     coordinates.
+/// light_margin : float, optional
+///     The share of the way from a light within which triangles hide nothing, 1e-6 if none is
+///     given: it forgives lights that lie in the plane of their own triangles.
+/// threads : int, optional
+///     Threads that build the hierarchy, all cores if none is given.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an array has a wrong shape or type, a vertex is not finite, or a face names a vertex
+///     that does not exist: with its index.
+///
+/// Examples
+/// --------
+/// >>> import linelit as ll
+/// >>> ll.Scene([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
+/// <linelit.Scene: 1 triangles>
+#[pyclass(frozen, module = "linelit")]
+pub(crate) struct Scene {
+    bare: RustScene,
+    faces: usize,
+    lit: Latest,
+}
+
+/// Both ends of intervals, and the first of each line.
+type Intervals<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<i64>>,
+);
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (vertices, faces, *, surface_offset = None, light_margin = None, threads = None))]
+    fn new(
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        faces: &Bound<'_, PyAny>,
+        surface_offset: Option<f64>,
+        light_margin: Option<f64>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let vertices = Vectors::new_or_none("vertices", vertices)?;
+        if vertices.shape.len() != 1 {
+            let shape = shape_text(&vertices.shape);
+            return Err(value_error(format!(
+                "vertices are {shape} vectors, and need (n,)"
+            )));
+        }
+        let faces = triangles("faces", faces)?;
+        let faces = faces.as_slice()?.as_chunks::<3>().0;
+        let rounded;
+        let positions = match vertices.rows()? {
+            Rows::Single(rows) => rows,
+            Rows::Double(rows) => {
+                #[allow(clippy::cast_possible_truncation, reason = "triangles are f32")]
+                let all: Vec<_> = rows.iter().map(|v| v.map(|x| x as f32)).collect();
+                rounded = all;
+                &rounded
+            }
+        };
+        let pool = pool(threads)?;
+        let built = detached(py, pool.as_deref(), || {
+            let mut builder = RustScene::builder(positions, faces);
+            if let Some(offset) = surface_offset {
+                builder = builder.surface_offset(offset);
+            }
+            if let Some(light) = light_margin {
+                builder = builder.margins(Margins {
+                    light,
+                    ..Margins::DEFAULT
+                });
+            }
+            builder.build()
+        });
+        Ok(Self {
+            bare: built.map_err(|e| value_error(of_scene(&e)))?,
+            faces: faces.len(),
+            lit: Latest::default(),
+        })
+    }
+
+    /// Compute the irradiance at points, past all triangles.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : (…, 3) array
+    ///     Points of surfaces. Arrays of float32 and float64 are taken as they are.
+    /// normals : (…, 3) array
+    ///     The normal of each point, of any length but zero, or one for all.
+    /// light : Light or list of Light
+    ///     The lights, of which the sum is taken.
+    /// method : str
+    ///     ``"hybrid"`` takes what is cheapest at each point; ``"exact"`` integrates over the
+    ///     visible part of polygons, lines, points and parallel light without noise;
+    ///     ``"line-analytic"``, ``"point-solid-angle"`` and others are those of the program
+    ///     (``linelit list estimators``).
+    /// samples : int
+    ///     Samples for each point and light, where the method takes any.
+    /// seed : int
+    ///     Two seeds give independent noise. A point's noise depends on the seed, its position and
+    ///     its normal alone.
+    /// sampler : str
+    ///     The sampling pattern, such as ``"stratified"`` or ``"sobol"``.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (…, 3), or (…) where each radiance is one number
+    ///     Irradiance in W/m².
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not valid, with its name, index and value, or ``"exact"`` has noise
+    ///     for a light.
+    ///
+    /// Notes
+    /// -----
+    /// Exact answers are Lambert's formula over the boundary of the visible part (Billen and Dutré
+    /// 2016 have it along lines). Results are those of the Rust library to the bit.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, linelit as ll
+    /// >>> scene = ll.Scene(np.zeros((0, 3)), np.zeros((0, 3), int))
+    /// >>> lamp = ll.Rectangle([-1, -1, 1], [0, 2, 0], [2, 0, 0], radiance=1.0)
+    /// >>> E = scene.irradiance(np.zeros((4, 3)), [0, 0, 1], lamp, method="exact")
+    /// >>> E.round(12)
+    /// array([1.7408395, 1.7408395, 1.7408395, 1.7408395])
+    #[pyo3(signature = (points, normals, light, *, method = "hybrid", samples = 16, seed = 0, sampler = "auto", threads = None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn irradiance<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        light: &Bound<'py, PyAny>,
+        method: &str,
+        samples: u32,
+        seed: u64,
+        sampler: &str,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = Vectors::new("points", points)?;
+        let normals = Vectors::new("normals", normals)?;
+        let asked = Receivers::new(&points, &normals)?;
+        let lights = lights(light)?;
+        let is_single = lights.iter().all(|light| light.get().is_single);
+        let method = Method {
+            estimator: method.to_owned(),
+            samples,
+            sampler: sampler.to_owned(),
+        };
+        let scene = self
+            .lit
+            .get(py, &self.bare, lights, method)?
+            .with_seed(seed);
+        let mut found = vec![[0.0; 3]; asked.points.len()];
+        let work =
+            |range: Range<usize>| asked.irradiances(&scene, range.clone(), &mut found[range]);
+        let error = |e, first| of_query(e, first, NAMED, |i| asked.get(i));
+        in_batches(
+            py,
+            &of_points(asked.points.len(), threads),
+            work,
+            error,
+            |_| Ok(()),
+        )?;
+        let mut shape = points.shape.clone();
+        if is_single {
+            let numbers: Vec<f64> = found.into_iter().map(|[first, ..]| first).collect();
+            return out(py, numbers, &shape);
+        }
+        shape.push(3);
+        out(py, found.into_flattened(), &shape)
+    }
+
+    /// Compute the share of a light that points see, past all triangles, without noise.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : (…, 3) array
+    ///     Points of surfaces. Arrays of float32 and float64 are taken as they are.
+    /// light : Light
+    ///     A polygon, a line, a point or parallel light.
+    /// measure : str
+    ///     ``"area"`` (of a line, its length), ``"solid-angle"``, or ``"cosine"``: the share of the
+    ///     irradiance that it would cause unshadowed.
+    /// normals : (…, 3) array, optional
+    ///     The normals, for ``"cosine"`` alone.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (…)
+    ///     Between 0 and 1. NaN where the whole light measures nothing: from a point in its plane,
+    ///     or below the horizon of the normal.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not valid, or the light has no exact answer.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> scene = ll.Scene([[0, -6, 1], [12, 0, 1], [0, 6, 1]], [[0, 1, 2]])
+    /// >>> lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], radiance=1.0)
+    /// >>> float(scene.visible_fraction([0, 0, 0], lamp))
+    /// 0.5
+    #[pyo3(signature = (points, light, *, measure = "area", normals = None, threads = None))]
+    fn visible_fraction<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        light: &Bound<'py, PyAny>,
+        measure: &str,
+        normals: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = Vectors::new("points", points)?;
+        let normals = normals.map(|n| Vectors::new("normals", n)).transpose()?;
+        let measured = match (measure, &normals) {
+            ("area", None) => Measure::Area,
+            ("solid-angle", None) => Measure::SolidAngle,
+            ("cosine", Some(_)) => Measure::Cosine(DVec3::Z),
+            ("cosine", None) => return Err(value_error("measure=\"cosine\" needs normals")),
+            ("area" | "solid-angle", Some(_)) => {
+                let what = format!("measure=\"{measure}\" takes no normals; \"cosine\" does");
+                return Err(value_error(what));
+            }
+            _ => {
+                return Err(value_error(format!(
+                    "measure is \"{measure}\", and needs \"area\", \"solid-angle\" or \"cosine\""
+                )));
+            }
+        };
+        let asked = Receivers::new(&points, normals.as_ref().unwrap_or(&points))?;
+        let scene = self
+            .lit
+            .get(py, &self.bare, one_light(light)?, Method::plain())?;
+        let mut found = vec![0.0; asked.points.len()];
+        let work = |range: Range<usize>| {
+            let measure = |i: usize| match measured {
+                Measure::Cosine(_) => Measure::Cosine(asked.normal(range.start + i)),
+                plain => plain,
+            };
+            asked.fractions(&scene, range.clone(), measure, &mut found[range.clone()])
+        };
+        let error = |e, first| of_query(e, first, NAMED, |i| asked.get(i));
+        in_batches(
+            py,
+            &of_points(asked.points.len(), threads),
+            work,
+            error,
+            |_| Ok(()),
+        )?;
+        out(py, found, &points.shape)
+    }
+
+    /// Find the visible part of a polygon.
+    ///
+    /// Parameters
+    /// ----------
+    /// point : (3,) array
+    ///     The point that sees it.
+    /// light : Light
+    ///     A polygon.
+    ///
+    /// Returns
+    /// -------
+    /// list of ndarray of float64, shape (k, 3)
+    ///     Rings of corners: those around the visible part run counter-clockwise as the point sees
+    ///     them, those around holes clockwise. Empty where nothing is visible.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the point is not finite, or the light is no polygon.
+    fn visible_polygons<'py>(
+        &self,
+        py: Python<'py>,
+        point: &Bound<'py, PyAny>,
+        light: &Bound<'py, PyAny>,
+    ) -> PyResult<Vec<Bound<'py, PyArray2<f64>>>> {
+        let point = vector("point", point)?;
+        let scene = self
+            .lit
+            .get(py, &self.bare, one_light(light)?, Method::plain())?;
+        let rings = py.detach(|| scene.visible_polygons(point, 0));
+        let names = Named {
+            points: "point",
+            ..NAMED
+        };
+        let rings = rings.map_err(|e| of_query(e, 0, names, |_| [point.to_array(); 2]))?;
+        let array = |ring: Vec<[f64; 3]>| {
+            let count = ring.len();
+            PyArray1::from_vec(py, ring.into_flattened()).reshape([count, 3])
+        };
+        rings.into_iter().map(array).collect()
+    }
+
+    /// Find the visible parts of lines.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : (…, 3) array
+    ///     The points that see them.
+    /// lines : (…, 2, 3) array
+    ///     Both ends of a line for each point. One point sees many lines, and one line may be for
+    ///     all.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// lo, hi : ndarray of float64
+    ///     The ends of all visible parts, as parameters of their line from 0 to 1, ascending.
+    /// offsets : ndarray of int64, shape (n + 1,)
+    ///     The parts of line ``i`` are ``lo[offsets[i]:offsets[i + 1]]``.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not valid.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> scene = ll.Scene([[0, -6, 1], [12, 0, 1], [0, 6, 1]], [[0, 1, 2]])
+    /// >>> scene.visible_intervals([0, 0, 0], [[-1, 0, 2], [1, 0, 2]])
+    /// (array([0.]), array([0.5]), array([0, 1]))
+    #[pyo3(signature = (points, lines, *, threads = None))]
+    fn visible_intervals<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        lines: &Bound<'py, PyAny>,
+        threads: Option<usize>,
+    ) -> PyResult<Intervals<'py>> {
+        let points = Vectors::new("points", points)?;
+        let lines = Vectors::new("lines", lines)?;
+        let Some((2, shape)) = lines.shape.split_last() else {
+            let what = "lines need the shape (…, 2, 3): both ends of each";
+            return Err(value_error(what));
+        };
+        let count = match (points.shape.as_slice(), shape) {
+            (a, b) if a == b => points.rows()?.len(),
+            ([], b) => b.iter().product(),
+            (a, []) => a.iter().product(),
+            (a, b) => {
+                let (a, b) = (shape_text(a), shape_text(b));
+                return Err(value_error(format!("points are {a} vectors, lines {b}")));
+            }
+        };
+        let (rows, ends) = (points.rows()?, lines.rows()?);
+        let point = |i: usize| rows.get(if points.shape.is_empty() { 0 } else { i });
+        let line = |i: usize| {
+            let i = if shape.is_empty() { 0 } else { i };
+            [ends.get(2 * i), ends.get(2 * i + 1)]
+        };
+        let mut found = VisibleLines::new();
+        let work = |range: Range<usize>| {
+            let points: Vec<_> = range.clone().map(point).collect();
+            let lines: Vec<_> = range.map(line).collect();
+            found.append(&self.bare.visible_intervals(&points, &lines)?);
+            Ok(())
+        };
+        let error = |e: Error, first| match e {
+            Error::Point(i) => {
+                let i = first + i;
+                let [from, to] = line(i).map(shown);
+                let point = shown(point(i));
+                value_error(format!(
+                    "points[{i}] = {point} or lines[{i}] = [{from}, {to}] is not finite, or \
+                     beyond 2^60"
+                ))
+            }
+            other => value_error(of_scene(&other)),
+        };
+        in_batches(py, &of_points(count, threads), work, error, |_| Ok(()))?;
+        let (mut low, mut high, mut offsets) = (Vec::new(), Vec::new(), vec![0_i64]);
+        for i in 0..count {
+            low.extend(found.line(i).iter().map(|part| part.lo));
+            high.extend(found.line(i).iter().map(|part| part.hi));
+            offsets.push(low.len().try_into().unwrap_or(i64::MAX));
+        }
+        Ok((
+            low.into_pyarray(py),
+            high.into_pyarray(py),
+            offsets.into_pyarray(py),
+        ))
+    }
+
+    /// Find the triangles that meet the space between a point and a polygon, their convex hull.
+    ///
+    /// Parameters
+    /// ----------
+    /// point : (3,) array
+    ///     The point.
+    /// polygon : Light or (k, 3) array
+    ///     A polygon, or the corners of a flat, convex one.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of uint32
+    ///     The numbers of the triangles, ascending. Those that touch the space count; those without
+    ///     area do not.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the point is not finite or the corners make no polygon.
+    fn between<'py>(
+        &self,
+        py: Python<'py>,
+        point: &Bound<'py, PyAny>,
+        polygon: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let point = vector("point", point)?;
+        if !point.is_finite() {
+            let point = shown(point.to_array());
+            return Err(value_error(format!("point is not finite: {point}")));
+        }
+        let polygon = match polygon.cast::<Light>() {
+            Ok(light) => match &light.get().light {
+                RustLight::Area(area) => area.polygon,
+                other => {
+                    let what = format!("polygon is a {}, and needs corners", kind(other));
+                    return Err(PyTypeError::new_err(what));
+                }
+            },
+            Err(_) => {
+                let corners = Vectors::new("polygon", polygon)?;
+                let rows = corners.rows()?;
+                let corners: Vec<_> = (0..rows.len()).map(|i| rows.get(i)).collect();
+                ConvexPolygon::new(&corners).map_err(|e| value_error(format!("polygon: {e}")))?
+            }
+        };
+        let found = py.detach(|| self.bare.occluders().between(point, &polygon));
+        Ok(found.into_pyarray(py))
+    }
+
+    /// The number of triangles.
+    #[getter]
+    const fn face_count(&self) -> usize {
+        self.faces
+    }
+
+    /// The bytes that the hierarchy takes.
+    #[getter]
+    fn memory(&self) -> usize {
+        self.bare.occluders().memory()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<linelit.Scene: {} triangles>", self.faces)
+    }
+}

@@ -1,0 +1,65 @@
+//! `cargo xtask test python`: the wheel is built, installed and tested.
+
+use crate::cargo;
+use std::path::Path;
+use std::process::Command;
+
+/// The packages that building and testing take.
+const PACKAGES: &str = "maturin>=1.16,<2 numpy pytest mypy matplotlib nbclient ipykernel";
+
+/// Makes an environment below `target`, builds the wheel there, and runs its tests.
+pub(crate) fn test() -> Result<(), String> {
+    let root = cargo::root();
+    let (package, environment) = (root.join("crates/python"), root.join("target/python"));
+    let system = ["python3", "python"].into_iter().find(|name| {
+        let version = Command::new(name).arg("--version").output();
+        version.is_ok_and(|version| version.status.success())
+    });
+    let Some(system) = system else {
+        let why = "there is no python3: its tests did not run";
+        // A desk may do without; continuous integration may not.
+        return match std::env::var_os("CI") {
+            Some(_) => Err(why.to_owned()),
+            None => {
+                eprintln!("   {why}");
+                Ok(())
+            }
+        };
+    };
+    let folder = if cfg!(windows) { "Scripts" } else { "bin" };
+    let python = environment.join(folder).join("python");
+    if !python.exists() {
+        run(Command::new(system).args(["-m", "venv"]).arg(&environment))?;
+    }
+    let pip = [
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+    ];
+    run(Command::new(&python).args(pip).args(PACKAGES.split(' ')))?;
+    let maturin = ["-m", "maturin", "develop", "--profile", "quick", "--quiet"];
+    let target = environment.join("target");
+    run(inside(&python, &package, &environment)
+        .args(maturin)
+        .env("CARGO_TARGET_DIR", target))?;
+    run(inside(&python, &package, &environment).args(["-m", "mypy", "python/linelit"]))?;
+    run(inside(&python, &package, &environment).args(["-m", "pytest", "--quiet"]))
+}
+
+/// A command of the environment's Python in the folder of the package.
+fn inside(python: &Path, package: &Path, environment: &Path) -> Command {
+    let mut command = Command::new(python);
+    command.current_dir(package).env("VIRTUAL_ENV", environment);
+    command
+}
+
+/// Runs a command, which is to succeed.
+fn run(command: &mut Command) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(_) => Err(format!("failed: {command:?}")),
+        Err(error) => Err(format!("cannot start {command:?}: {error}")),
+    }
+}
