@@ -175,8 +175,8 @@ fn whole<'py>(
     name: &str,
     array: &Bound<'py, PyUntypedArray>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, u32>> {
-    let is_short = array.dtype().kind() == b'i' && array.dtype().itemsize() == 4;
-    if is_short && (array.is_empty() || array.call_method0("min")?.extract::<i64>()? >= 0) {
+    let short = as_it_is::<i32>(array);
+    if short.is_some_and(|all| all.as_slice().is_ok_and(|all| all.iter().all(|x| *x >= 0))) {
         let same = array.call_method1("view", ("uint32",))?;
         if let Some(same) = as_it_is(&same) {
             return Ok(same);
@@ -203,6 +203,9 @@ fn converted<'py, T: Element>(
     name: &str,
     array: &Bound<'py, PyUntypedArray>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    if let Some(array) = as_it_is(array) {
+        return Ok(array);
+    }
     let py = array.py();
     let options = PyDict::new(py);
     options.set_item("dtype", numpy::dtype::<T>(py))?;

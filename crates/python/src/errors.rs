@@ -68,7 +68,9 @@ pub(crate) fn of_scene(error: &Error) -> String {
              lines for all but solid angles and polygons; method=\"hybrid\" and points such as \
              \"point-solid-angle\" take all lights"
         ),
-        Error::Setting => "surface_offset is negative or not finite".to_owned(),
+        Error::Setting => {
+            "surface_offset is negative or not finite, or light_margin is not in [0, 1)".to_owned()
+        }
         other => other.to_string(),
     }
 }

@@ -5,7 +5,7 @@ use crate::light::{Light, kind};
 use crate::threads::detached;
 use linelit::lights::Light as RustLight;
 use linelit::{Error, Estimator, Scene};
-use pyo3::exceptions::{PyIndexError, PyTypeError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -129,7 +129,7 @@ pub(crate) fn one_light<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'p
     let all = lights(given)?;
     match all.len() {
         1 => Ok(all),
-        count => Err(PyIndexError::new_err(format!(
+        count => Err(value_error(format!(
             "light is a list of {count}, and needs one light"
         ))),
     }

@@ -1,0 +1,39 @@
+"""Values are those of the Rust library, to the bit."""
+
+import pathlib
+import shutil
+import subprocess
+
+import linelit as ll
+import numpy as np
+import pytest
+
+CRATE = pathlib.Path(__file__).parent.parent
+METHODS = {
+    "hybrid": 4,
+    "exact": 1,
+    "line-analytic": 4,
+    "line-solid-angle": 4,
+    "point-solid-angle": 4,
+    "point-area+line-solid-angle": 4,
+}
+
+
+@pytest.mark.skipif(shutil.which("cargo") is None, reason="there is no cargo")
+def test_same_bits_as_the_rust_library(tmp_path):
+    rng = np.random.default_rng(1)
+    middle = rng.uniform([-1.2, -1.2, 0.4], [1.2, 1.2, 1.6], (24, 1, 3))
+    vertices = (middle + rng.uniform(-0.25, 0.25, (24, 3, 3))).reshape(-1, 3).astype(np.float32)
+    points = rng.uniform([-1, -1, 0], [1, 1, 0.1], (100_000, 3))
+    normals = rng.uniform([-0.5, -0.5, 0.5], [0.5, 0.5, 1], (100_000, 3))
+    for name, array in {"vertices": vertices, "points": points, "normals": normals}.items():
+        array.tofile(tmp_path / name)
+    build = ["cargo", "run", "--profile", "quick", "--quiet", "--example", "points", "--", tmp_path]
+    subprocess.check_call([*build, *(f"{name}:{count}" for name, count in METHODS.items())], cwd=CRATE)
+    scene = ll.Scene(vertices, np.arange(72, dtype=np.uint32).reshape(-1, 3))
+    lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], radiance=[3.0, 2.0, 1.0])
+    for name, samples in METHODS.items():
+        want = np.fromfile(tmp_path / name).reshape(-1, 3)
+        got = scene.irradiance(points, normals, lamp, method=name, samples=samples, seed=3)
+        assert np.array_equal(got, want), name
+        assert got.mean() > 0.1
