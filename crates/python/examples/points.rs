@@ -1,10 +1,14 @@
 //! Irradiance at points of a file by the Rust library, for `tests/test_same_bits.py`:
-//! `points FOLDER METHOD:SAMPLES…` reads vertices, points and normals, and writes METHOD.
+//! `points FOLDER METHOD:SAMPLES…` reads vertices, points and normals, writes METHOD, and prints
+//! the least time of calls with 10,000 points and of calls with one, for `benches/calls.py`.
+
+#![allow(clippy::print_stdout, reason = "a program")]
 
 use linelit::{Estimator, Light, Scene};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
+use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -41,6 +45,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         let scene = lit.with_method(estimator, samples.parse()?)?;
         let mut found = vec![[0.0; 3]; points.len()];
         scene.irradiances(points, normals, &mut found)?;
+        let mut few = vec![[0.0; 3]; points.len().min(10_000)];
+        let many = least(9, || {
+            scene.irradiances(&points[..few.len()], &normals[..few.len()], &mut few)
+        })?;
+        let each = least(9, || {
+            let mut calls = (0..1000).map(|i| scene.irradiance(points[i], normals[i]).map(drop));
+            calls.try_for_each(|call| call)
+        })?;
+        println!("{name} {many:e} {:e}", each / 1000.0);
         let bytes: Vec<u8> = found
             .as_flattened()
             .iter()
@@ -49,4 +62,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         fs::write(folder.join(name), bytes)?;
     }
     Ok(())
+}
+
+/// The least time of some calls in seconds.
+fn least<E>(count: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
+    let mut least = f64::INFINITY;
+    for _ in 0..count {
+        let begin = Instant::now();
+        call()?;
+        least = least.min(begin.elapsed().as_secs_f64());
+    }
+    Ok(least)
 }

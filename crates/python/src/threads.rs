@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Batches grow until they take so long: the time that Ctrl-C may wait.
 const BATCH: Duration = Duration::from_millis(100);
 /// The size of the first batch.
-const FIRST: usize = 1024;
+const FIRST: usize = 4096;
 
 /// Pools by their number of threads, each made once.
 static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
@@ -83,9 +83,9 @@ pub(crate) fn in_batches<E: Send>(
         let begin = Instant::now();
         detached(py, pool.as_deref(), || work(range.clone())).map_err(|e| error(e, first))?;
         first = range.end;
-        // A batch doubles while there is time for two of them.
+        // A batch grows while there is time for all of it.
         size = match begin.elapsed() {
-            time if time < BATCH / 2 => size * 2,
+            time if time < BATCH / 4 => size * 4,
             time if time > BATCH * 2 => (size / 2).max(1),
             _ => size,
         };

@@ -29,7 +29,7 @@ def test_same_bits_as_the_rust_library(tmp_path):
     for name, array in {"vertices": vertices, "points": points, "normals": normals}.items():
         array.tofile(tmp_path / name)
     build = ["cargo", "run", "--profile", "quick", "--quiet", "--example", "points", "--", tmp_path]
-    subprocess.check_call([*build, *(f"{name}:{count}" for name, count in METHODS.items())], cwd=CRATE)
+    subprocess.check_output([*build, *(f"{name}:{count}" for name, count in METHODS.items())], cwd=CRATE)
     scene = ll.Scene(vertices, np.arange(72, dtype=np.uint32).reshape(-1, 3))
     lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], radiance=[3.0, 2.0, 1.0])
     for name, samples in METHODS.items():
