@@ -171,7 +171,7 @@ def converge(
     Returns
     -------
     Study
-        Columns such as ``scene``, ``estimator``, ``samples``, ``rmse`` and seconds.
+        Columns such as ``scene``, ``estimator``, ``samples``, ``mse`` and ``cpu_seconds``.
 
     Raises
     ------
