@@ -75,20 +75,16 @@ def from_mitsuba(scene: Any, *, emitters: bool = True, **options: Any) -> Scene:
 
 def _mesh(shape: Any, number: int) -> tuple[Any, Any]:
     """Return the vertices and faces of a shape of Mitsuba."""
-    buffers = {}
-    parameters = shape
-    if not hasattr(shape, "vertex_positions_buffer"):
-        raise TypeError(f"shape {number} is {type(shape)}, which has no triangles")
+    buffers = []
     # Names of versions 3 and of those to come.
-    for what, names in {
-        "vertices": ("vertex_positions_buffer", "vertex_positions", "positions"),
-        "faces": ("faces_buffer", "faces"),
-    }.items():
-        for name in names:
-            if hasattr(parameters, name):
-                value = getattr(parameters, name)
-                buffers[what] = np.asarray(value() if callable(value) else value)
-                break
-    vertices = buffers["vertices"].reshape(-1, 3).astype(np.float32, copy=False)
-    faces = buffers["faces"].reshape(-1, 3).astype(np.uint32, copy=False)
-    return vertices, faces
+    for names in (
+        ("vertex_positions_buffer", "vertex_positions", "positions"),
+        ("faces_buffer", "faces"),
+    ):
+        found = [getattr(shape, name) for name in names if hasattr(shape, name)]
+        if not found:
+            raise TypeError(f"shape {number} is {type(shape)}, which has no triangles")
+        buffer = found[0]() if callable(found[0]) else found[0]
+        buffers.append(np.asarray(buffer).reshape(-1, 3))
+    vertices, faces = buffers
+    return vertices.astype(np.float32, copy=False), faces.astype(np.uint32, copy=False)
