@@ -150,7 +150,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
     all
 }
 
-/// What efficiencies on a scene are, in a sentence.
+/// The sentence that says what efficiencies on a scene are relative to.
 fn efficiency_words(rows: &[ResultRow], scene: &str) -> String {
     let Some(unit) = ResultRow::unit_of_efficiency(rows, scene) else {
         return String::new();

@@ -38,7 +38,7 @@ pub struct Order {
     /// Squared residuals over their expectation, χ²/(points − 2): about one where a power law
     /// holds, well above where the curve bends in the range. NaN for two points.
     pub lack_of_fit: f64,
-    /// Where the line is bent: the slope between the last two N, with its standard error. `None`
+    /// The slope between the last two N with its standard error, if the line is bent. `None`
     /// where the slopes between neighbouring N are all within their intervals of `order`, where the
     /// residuals are no larger than expected, and below [`LEAST_TRIALS`].
     #[serde(skip)]
