@@ -81,7 +81,7 @@ fn pieces(context: &Context<'_>) -> Result<Section> {
         pictures.push(scalars(side, &values, map, &caption)?);
     }
     Ok(Section {
-        title: "Fig. 5".to_owned(),
+        title: "Billen & Dutré 2016, Fig. 5".to_owned(),
         lead: format!("Visible pieces of a line: the mean of {LINES} lines at each point."),
         pictures,
         ..Section::default()
@@ -132,7 +132,7 @@ fn inverses(_: &Context<'_>) -> Result<Section> {
             .to_owned(),
     };
     Ok(Section {
-        title: "Fig. 3".to_owned(),
+        title: "Peters 2021, Fig. 3".to_owned(),
         plots: vec![plot],
         ..Section::default()
     })
@@ -181,7 +181,7 @@ fn rounding(context: &Context<'_>) -> Result<Section> {
         }
     }
     Ok(Section {
-        title: "Fig. 4".to_owned(),
+        title: "Peters 2021, Fig. 4".to_owned(),
         lead: "The change of the random number that explains the sample.".to_owned(),
         pictures,
         ..Section::default()
@@ -208,7 +208,7 @@ fn weights(context: &Context<'_>) -> Result<Section> {
         pictures.push(scalars(side, &values, map, name)?);
     }
     Ok(Section {
-        title: "Fig. 4".to_owned(),
+        title: "Salesin & Jarosz 2019, Fig. 4".to_owned(),
         lead: "The weight of a BSDF sample beside lines in both directions.".to_owned(),
         pictures,
         ..Section::default()

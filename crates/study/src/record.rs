@@ -99,17 +99,14 @@ impl StudyRecord {
         record
     }
 
-    /// The least time to a root mean squared error by scene, estimator and pattern of a row. Before
-    /// the reference's own error is taken off, no mean of squares is below its standard error: what
-    /// is says more of the reference.
+    /// The least time to a root mean squared error by scene, estimator and pattern of a row.
     pub(crate) fn time_to(&self, of: &ResultRow, error: f64) -> Option<f64> {
         let own = self.rows.iter().filter(|r| {
             (&r.scene, &r.estimator, &r.sampler) == (&of.scene, &of.estimator, &of.sampler)
         });
         let point = |r: &ResultRow| {
-            let measured = r.mse > 0.0 && !(r.mse < r.mse_stderr);
             let error = if r.is_noiseless() { 0.0 } else { r.mse.sqrt() };
-            let known = r.cpu_seconds > 0.0 && (measured || r.is_noiseless());
+            let known = r.cpu_seconds > 0.0 && (r.is_known() || r.is_noiseless());
             known.then_some([error, r.cpu_seconds])
         };
         let mut curve: Vec<[f64; 2]> = own.filter_map(point).collect();
@@ -170,7 +167,6 @@ fn slope(
         trial_variances: cell.score.trial_variance.clone(),
     };
     let points: Vec<SlopePoint> = noisy.into_iter().map(point).collect();
-    let fit = fit_trials(&points, 0.95)?;
     let paper = papers
         .iter()
         .find(|p| (&p.scene, &p.estimator, &p.sampler) == (scene, estimator, sampler));
@@ -178,12 +174,7 @@ fn slope(
         scene: scene.clone(),
         estimator: estimator.clone(),
         sampler: sampler.clone(),
-        n_min: fit.n_min,
-        n_max: fit.n_max,
-        order: fit.order,
-        ci_low: fit.ci_low,
-        ci_high: fit.ci_high,
-        lack_of_fit: fit.lack_of_fit,
+        fit: fit_trials(&points, 0.95)?,
         paper_order: paper.map(|p| p.order),
         paper_source: paper.map(|p| p.source.clone()),
     })

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
+use crate::stats::slopes::Order;
 use linelit_film::FilmError;
 use serde::Serialize;
 use serde_json::Value;
@@ -77,6 +78,33 @@ impl ResultRow {
     pub fn is_noiseless(&self) -> bool {
         self.trials > 1 && self.variance <= 0.0
     }
+
+    /// Whether it is of point samples.
+    pub(crate) fn is_points(&self) -> bool {
+        self.estimator.starts_with("point")
+    }
+
+    /// Whether the error is known: before the reference's own is taken off, no mean of squares is
+    /// below its standard error; what is says more of the reference.
+    pub(crate) fn is_known(&self) -> bool {
+        self.mse > 0.0 && !(self.mse < self.mse_stderr)
+    }
+
+    /// Mean squared error times processor time, of which efficiency is the inverse.
+    pub(crate) fn cost(&self) -> f64 {
+        self.mse * self.cpu_seconds
+    }
+
+    /// The row that efficiencies on a scene, 1/cost, are relative to: that of the most efficient points
+    /// with noise, or of what else is most efficient where no points were measured.
+    pub(crate) fn unit_of_efficiency<'a>(rows: &'a [Self], scene: &str) -> Option<&'a Self> {
+        let noisy = |r: &&Self| r.scene == scene && !r.is_noiseless() && r.is_known();
+        let timed = rows.iter().filter(noisy).filter(|r| r.cpu_seconds > 0.0);
+        timed.min_by(|a, b| {
+            let points_first = b.is_points().cmp(&a.is_points());
+            points_first.then(a.cost().total_cmp(&b.cost()))
+        })
+    }
 }
 
 /// The order of convergence of one estimator with one sampler on one scene.
@@ -88,18 +116,9 @@ pub struct SlopeRow {
     pub estimator: String,
     /// The sampler.
     pub sampler: String,
-    /// The smallest number of samples that was fitted.
-    pub n_min: f64,
-    /// The largest.
-    pub n_max: f64,
-    /// The order of the standard deviation.
-    pub order: f64,
-    /// Lower end of its 95 % interval; NaN below five trials.
-    pub ci_low: f64,
-    /// Upper end.
-    pub ci_high: f64,
-    /// χ² of the fit over its degrees of freedom: far above one, the curve bends (JSON only).
-    pub lack_of_fit: f64,
+    /// The order of the standard deviation with its 95 % interval, and the samples that it is of.
+    #[serde(flatten)]
+    pub fit: Order,
     /// The order that a paper reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_order: Option<f64>,
@@ -360,8 +379,11 @@ mod tests {
         );
         let slope = SlopeRow {
             scene: "a\"b".to_owned(),
-            n_min: 4.0,
-            order: -1.5,
+            fit: Order {
+                n_min: 4.0,
+                order: -1.5,
+                ..Order::default()
+            },
             ..SlopeRow::default()
         };
         assert_eq!(

@@ -93,7 +93,7 @@ fn study(truth: &Truth<bool>) -> (StudyRecord, BTreeMap<String, Vec<u8>>) {
 #[test]
 fn orders_are_those_of_the_theory() {
     let (record, files) = study(&Truth::Known(values()));
-    let orders: Vec<f64> = record.slopes.iter().map(|s| s.order).collect();
+    let orders: Vec<f64> = record.slopes.iter().map(|s| s.fit.order).collect();
     // 40 · 24 squares at each of three N: ln σ is good to 1/√(2·960) = 0.023, the slope over ln 16
     // to √2·0.023/2.77 = 0.012. Five of those; small N bend a stratified curve by less than that.
     assert!((orders[0] + 0.5).abs() < 0.06, "{orders:?}");

@@ -5,7 +5,7 @@ use crate::args::PicturesArgs;
 use anyhow::{Context as _, Result, bail};
 use indicatif::ProgressBar;
 use linelit_cli::output::Output;
-use linelit_film::{Exposure, Image, Tile, encode_png, write_atomically};
+use linelit_film::{Exposure, Image, Tile, decode_picture, encode_png, write_atomically};
 use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
 use linelit_papers::default_study;
 use linelit_samplers::SamplerKind;
@@ -79,8 +79,11 @@ pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
         }
         write_atomically(&page, text.as_bytes())?;
     }
+    // Pixels count, not bytes: a file that is kept may be compressed further.
     let is_old = |(name, bytes): &&(String, Vec<u8>)| {
-        !fs::read(args.out.join(name)).is_ok_and(|kept| kept == *bytes)
+        let kept = fs::read(args.out.join(name)).unwrap_or_default();
+        let pixels = |bytes: &[u8]| Some(decode_picture(name, bytes)?.ok()?.pixels);
+        kept != *bytes && pixels(&kept).is_none_or(|p| Some(p) != pixels(bytes))
     };
     let old: Vec<_> = files.iter().filter(is_old).collect();
     if args.check && !old.is_empty() {

@@ -406,11 +406,12 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
         "scene", "estimator", "sampler", "order", "95 %", "N"
     )?;
     for s in slopes {
+        let fit = s.fit;
         let paper = match (s.paper_order, &s.paper_source) {
             (Some(order), Some(source)) => format!("{order:.3} ({source})"),
             _ => String::new(),
         };
-        let [low, high] = [s.ci_low, s.ci_high].map(|end| {
+        let [low, high] = [fit.ci_low, fit.ci_high].map(|end| {
             if end.is_finite() {
                 format!("{end:.3}")
             } else {
@@ -420,7 +421,7 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
         writeln!(
             out,
             "{:<22} {:<20} {:<12} {:>7.3} {low:>8} {high:>8} {:>5}–{:<5}  {paper}",
-            s.scene, s.estimator, s.sampler, s.order, s.n_min, s.n_max
+            s.scene, s.estimator, s.sampler, fit.order, fit.n_min, fit.n_max
         )?;
     }
     Ok(())

@@ -340,7 +340,7 @@ impl Book {
                 estimator: cell.estimator.0.to_string(),
                 sampler: cell.sampler.unwrap_or(points.sampler).0.to_string(),
                 order: value,
-                source: format!("{}, {}", claim.paper.citation(), claim.place),
+                source: claim.source(),
             })
         };
         self.claims.iter().filter_map(order).collect()
@@ -353,6 +353,11 @@ fn group(path: &str) -> &str {
 }
 
 impl Claim {
+    /// The paper and the place in it.
+    pub(super) fn source(&self) -> String {
+        format!("{}, {}", self.paper.citation(), self.place)
+    }
+
     /// The paths that its figure and its check ask for.
     fn paths(&self) -> impl Iterator<Item = &str> {
         let check = self.check.iter().map(|check| &check.figure);

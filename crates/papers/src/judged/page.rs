@@ -40,7 +40,7 @@ fn section(paper: Paper, own: &[Judged]) -> Section {
             let word = if holds { "holds" } else { "does not hold" };
             format!(" The check {word}: {found}.")
         });
-        let (place, verdict, says) = (&claim.place, one.verdict, &claim.says);
+        let (place, verdict, says) = (claim.source(), one.verdict, &claim.says);
         let check = check.unwrap_or_default();
         format!("{place}, {verdict}: {says} {}{check}", claim.because)
     };
@@ -73,7 +73,7 @@ fn table(own: &[Judged]) -> Table {
             .as_ref()
             .map_or("", super::formula::Formula::text);
         vec![
-            Cell::text(claim.place.clone()),
+            Cell::text(claim.source()),
             Cell::text(claim.says.clone()).hover(claim.id.clone()),
             Cell::number(expected(claim)).hover(tolerance),
             Cell::number(found(one)).sorted_by(value),
@@ -91,20 +91,35 @@ fn table(own: &[Judged]) -> Table {
 /// Plots how far the figures are on the way from no effect to the paper's, and where ratios lie
 /// relative to their bounds.
 fn plots(own: &[Judged]) -> Vec<Plot> {
-    let shares: Vec<IntervalRow> = own.iter().filter_map(share).collect();
-    let bounds: Vec<IntervalRow> = own.iter().filter_map(bound).collect();
+    // The labels name figures and tables: the paper stands above them.
+    let paper = own.first().map_or("", |one| one.claim.paper.citation());
+    let heading = IntervalRow {
+        label: paper.to_owned(),
+        heading: true,
+        ..IntervalRow::default()
+    };
+    let headed = |row: fn(&Judged) -> Option<IntervalRow>| -> Vec<IntervalRow> {
+        let rows = own.iter().filter_map(row);
+        std::iter::once(heading.clone()).chain(rows).collect()
+    };
+    let (shares, bounds) = (headed(share), headed(bound));
     let mut plots = Vec::new();
-    if !shares.is_empty() {
+    if shares.len() > 1 {
         let guides = [(0.0, "no effect"), (1.0, "the paper's")];
         plots.push(Plot {
-            svg: intervals("claims of figures", &shares, &guides, [-0.5, 2.0]),
+            svg: intervals(
+                &format!("{paper}: claims of figures"),
+                &shares,
+                &guides,
+                [-0.5, 2.0],
+            ),
             caption:
                 "Figures on the way from no effect to the paper's, with 95 % intervals; boxes are \
                       tolerances."
                     .to_owned(),
         });
     }
-    if !bounds.is_empty() {
+    if bounds.len() > 1 {
         let guides = [
             (-2.0, "100 times within"),
             (-1.0, "10 times"),
@@ -112,7 +127,12 @@ fn plots(own: &[Judged]) -> Vec<Plot> {
             (1.0, "10 times beyond"),
         ];
         plots.push(Plot {
-            svg: intervals("claims of orderings", &bounds, &guides, [-2.5, 1.5]),
+            svg: intervals(
+                &format!("{paper}: claims of orderings"),
+                &bounds,
+                &guides,
+                [-2.5, 1.5],
+            ),
             caption: "Orderings: how far the figure is within its bound, as a power of ten."
                 .to_owned(),
         });
@@ -211,10 +231,14 @@ pub(super) fn text(judged: &[Judged]) -> String {
     let mut out = String::new();
     for one in judged {
         let measured = found(one);
-        let (verdict, id) = (one.verdict.name(), &one.claim.id);
+        let (verdict, id, paper) = (
+            one.verdict.name(),
+            &one.claim.id,
+            one.claim.paper.citation(),
+        );
         let expected = expected(&one.claim);
         out.push_str(&format!(
-            "{verdict:<20} {expected:>16}  {measured:<28} {id}\n"
+            "{verdict:<20} {expected:>16}  {measured:<28} {id} ({paper})\n"
         ));
     }
     out + &summary(judged) + "\n"

@@ -121,25 +121,21 @@ pub(crate) fn error_over_time(
     }
 }
 
-/// Efficiency, 1/(mean squared error · processor time), over the number of samples, the least on
-/// the scene being one: level for independent samples, rising where stratification pays.
+/// Efficiency, 1/(mean squared error · processor time), over the number of samples, relative to
+/// [`ResultRow::unit_of_efficiency`]: level for independent samples, rising where stratification
+/// pays.
 pub(crate) fn efficiency_over_samples(
     scene: &str,
     rows: &[ResultRow],
     palette: &Palette,
 ) -> ConvergencePlot {
-    let timed = || rows.iter().filter(|r| r.cpu_seconds > 0.0);
-    let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
-    let noisy = timed().filter(|r| r.scene == scene && !r.is_noiseless());
-    let most = noisy
-        .map(cost)
-        .filter(|c| c.is_finite())
-        .fold(0.0, f64::max);
-    let series = gather(scene, timed(), |row| PlotPoint {
+    let timed = rows.iter().filter(|r| r.cpu_seconds > 0.0);
+    let unit = ResultRow::unit_of_efficiency(rows, scene).map_or(f64::NAN, ResultRow::cost);
+    let series = gather(scene, timed, |row| PlotPoint {
         x: row.samples.into(),
-        y: most / cost(row),
+        y: unit / row.cost(),
         // The time's error belongs to all measurements of a moment: it is left to the tables.
-        y_error: most / cost(row) * row.mse_stderr / row.mse,
+        y_error: unit / row.cost() * row.mse_stderr / row.mse,
         ..PlotPoint::default()
     });
     ConvergencePlot {
@@ -328,11 +324,15 @@ impl ConvergencePlot {
                 let x = start.x * pow(panel.y.low / start.y, slope.recip());
                 panel.pixel(x, panel.y.low)
             };
-            canvas.line("ll-guide", panel.pixel(start.x, start.y), end);
-            // Below, on the steep side of the guide, where no data are expected.
-            let aside = if leaves_right { 5.0 } else { 12.0 };
-            let order = format!("−{}", axis::short(-slope));
-            ([end[0] - aside, end[1] - 7.0], order)
+            let first = panel.pixel(start.x, start.y);
+            canvas.line("ll-guide", first, end);
+            // Below, on the steep side of the guide, where no data are expected; above open marks.
+            let (t, aside) = match leaves_right {
+                true => (1.0, [5.0, 7.0]),
+                false => (0.75, [8.0, -9.0]),
+            };
+            let label = [0, 1].map(|k| first[k] + t * (end[k] - first[k]) - aside[k]);
+            (label, format!("−{}", axis::short(-slope)))
         };
         self.guides.iter().map(&mut draw).collect()
     }
@@ -486,8 +486,21 @@ mod tests {
         assert!(last.noiseless && !first.noiseless);
         // 10 % of the square is 5 % of the root.
         assert!((first.y - 2.0).abs() < 1e-15 && (first.y_error - 0.1).abs() < 1e-15);
-        let efficiency = efficiency_over_samples("s", &rows, &Palette::default());
-        let values = efficiency.series[0].points.iter().map(|p| p.y);
-        assert_eq!(values.take(2).collect::<Vec<_>>(), [1.0, 4.0]);
+        // Costs of .004 and .001; of points .008 and, below its standard error, less.
+        let values = |rows: &[ResultRow]| {
+            let plot = efficiency_over_samples("s", rows, &Palette::default());
+            [0, 1].map(|k| plot.series[0].points[k].y).to_vec()
+        };
+        assert_eq!(values(&rows), [0.25, 1.0]);
+        let point = |row| ResultRow {
+            estimator: "point-area".to_owned(),
+            ..row
+        };
+        let vague = ResultRow {
+            mse_stderr: 1.0,
+            ..row(1, 1e-9)
+        };
+        let rows = [rows.to_vec(), vec![point(row(2, 4.0)), point(vague)]].concat();
+        assert_eq!(values(&rows), [2.0, 8.0]);
     }
 }

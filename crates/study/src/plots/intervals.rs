@@ -133,16 +133,10 @@ pub(crate) fn orders(scene: &str, slopes: &[SlopeRow], palette: &Palette) -> Str
         rows.extend(ours.map(|row| order(row, palette)));
     }
     let values = || {
-        let all = |r: &&SlopeRow| {
-            [
-                Some(r.order),
-                Some(r.ci_low),
-                Some(r.ci_high),
-                r.paper_order,
-            ]
-        };
-        let all = own.iter().flat_map(all).flatten();
-        all.filter(|v| v.is_finite())
+        let fits = own.iter().map(|row| (row.fit, row.paper_order));
+        let all =
+            fits.flat_map(|(f, paper)| [Some(f.order), Some(f.ci_low), Some(f.ci_high), paper]);
+        all.flatten().filter(|v| v.is_finite())
     };
     // Absurdly wide intervals are clamped, not followed.
     let low = values().fold(-1.0, f64::min).max(-3.0) - 0.06;
@@ -164,25 +158,20 @@ pub(crate) fn orders(scene: &str, slopes: &[SlopeRow], palette: &Palette) -> Str
 fn order(row: &SlopeRow, palette: &Palette) -> IntervalRow {
     let ours = format!(
         "{}  {}",
-        signed(row.order, 3),
+        signed(row.fit.order, 3),
         interval(row).unwrap_or_default()
     );
     let paper = row
         .paper_order
         .map(|order| format!("  paper {}", signed(order, 3)));
-    let SlopeRow {
-        estimator,
-        sampler,
-        n_min,
-        n_max,
-        ..
-    } = row;
+    let (estimator, sampler, fit) = (&row.estimator, &row.sampler, row.fit);
+    let range = format!("N = {} to {}", fit.n_min, fit.n_max);
     IntervalRow {
         label: estimator.clone(),
-        value: row.order,
-        interval: [row.ci_low, row.ci_high],
+        value: fit.order,
+        interval: [fit.ci_low, fit.ci_high],
         other: row.paper_order,
-        hover: format!("{estimator} · {sampler} · N = {n_min} to {n_max}: {ours}"),
+        hover: format!("{estimator} · {sampler} · {range}: {ours}"),
         figures: ours + &paper.unwrap_or_default(),
         kind: palette.index(estimator),
         ..IntervalRow::default()
@@ -191,14 +180,14 @@ fn order(row: &SlopeRow, palette: &Palette) -> IntervalRow {
 
 /// The interval of an order, if there is one.
 pub(crate) fn interval(row: &SlopeRow) -> Option<String> {
-    let known = row.ci_low.is_finite() && row.ci_high.is_finite();
-    let [low, high] = [row.ci_low, row.ci_high].map(|end| signed(end, 3));
-    known.then(|| format!("[{low}, {high}]"))
+    let ends = Some([row.fit.ci_low, row.fit.ci_high]).filter(|e| e.iter().all(|v| v.is_finite()));
+    ends.map(|[low, high]| format!("[{}, {}]", signed(low, 3), signed(high, 3)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::slopes::Order;
 
     #[test]
     fn what_is_no_number_has_a_label_alone_and_the_rest_stays_inside() {
@@ -228,9 +217,12 @@ mod tests {
             scene: "s".to_owned(),
             estimator: estimator.to_owned(),
             sampler: "stratified".to_owned(),
-            order,
-            ci_low: order - 0.02,
-            ci_high: order + 0.02,
+            fit: Order {
+                order,
+                ci_low: order - 0.02,
+                ci_high: order + 0.02,
+                ..Order::default()
+            },
             paper_order,
             ..SlopeRow::default()
         };

@@ -1,7 +1,6 @@
 //! The little SVG that the plots need.
 
 use linelit_elementary::{cos, sin};
-use std::fmt::Write as _;
 
 use super::palette;
 
@@ -112,22 +111,15 @@ impl Canvas {
 
     /// The picture, of this height.
     pub(crate) fn finish(self, height: f64, label: &str) -> String {
-        let mut out = String::new();
-        let [width, height] = [self.width, height].map(num);
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            out,
-            r#"<svg xmlns="http://www.w3.org/2000/svg" class="ll" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{}">"#,
-            escape(label)
-        );
-        let _ = writeln!(out, "<style>{}</style>", palette::css());
-        let _ = writeln!(
-            out,
-            r#"<rect class="ll-paper" width="{width}" height="{height}"/>"#
-        );
-        out.push_str(&self.body);
-        out.push_str("</svg>\n");
-        out
+        let ([width, height], label) = ([self.width, height].map(num), escape(label));
+        let (style, body) = (palette::css(), self.body);
+        format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" class="ll" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{label}">
+<style>{style}</style>
+<rect class="ll-paper" width="{width}" height="{height}"/>
+{body}</svg>
+"#
+        )
     }
 }
 
@@ -170,11 +162,8 @@ pub(crate) fn escape(text: &str) -> String {
 fn num(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".to_owned()
-    } else {
-        text.to_owned()
-    }
+    let text = if text == "-0" { "0" } else { text };
+    text.to_owned()
 }
 
 /// Roughly how wide text is at a font size, in pixels: for room, not for measure.

@@ -80,7 +80,7 @@ pub struct Section {
     pub pictures: Vec<Picture>,
     /// Plots, one below the other.
     pub plots: Vec<Plot>,
-    /// Tables.
+    /// Tables; those without rows are not shown.
     pub tables: Vec<Table>,
     /// Remarks.
     pub notes: Vec<String>,

@@ -144,7 +144,7 @@ fn section(id: &str, part: &Section) -> Markup {
                     @if !plot.caption.is_empty() { figcaption { (plot.caption) } }
                 }
             }
-            @for table in &part.tables { (folded(table)) }
+            @for table in part.tables.iter().filter(|t| !t.rows.is_empty()) { (folded(table)) }
             @if !part.notes.is_empty() {
                 ul.notes { @for note in &part.notes { li { (note) } } }
             }
@@ -217,8 +217,11 @@ fn table(content: &Table) -> Markup {
             .and_then(|row| row.get(column))
             .is_some_and(|cell| cell.numeric)
     };
+    // Rows of words are read one by one: on narrow pages each is a list of cells with headings.
+    let numbers = (0..content.columns.len()).filter(|k| numeric(*k)).count();
+    let is_words = 2 * numbers < content.columns.len();
     html! {
-        table {
+        table.stack[is_words] {
             thead {
                 tr {
                     @for (column, heading) in content.columns.iter().enumerate() {
@@ -228,14 +231,18 @@ fn table(content: &Table) -> Markup {
             }
             tbody {
                 @for row in &content.rows {
-                    tr { @for item in row { (cell(item)) } }
+                    tr {
+                        @for (item, heading) in row.iter().zip(&content.columns) {
+                            (cell(item, is_words.then_some(heading)))
+                        }
+                    }
                 }
             }
         }
     }
 }
 
-fn cell(cell: &Cell) -> Markup {
+fn cell(cell: &Cell, heading: Option<&String>) -> Markup {
     // Sentences break into lines, so that the columns after them stay in sight.
     const NAME: usize = 40;
     let class = [
@@ -247,7 +254,7 @@ fn cell(cell: &Cell) -> Markup {
     let class = class.join(" ");
     let hover = (!cell.hover.is_empty()).then_some(cell.hover.as_str());
     let value = cell.value.map(|v| format!("{v:e}"));
-    html! { td class=(class) title=[hover] data-v=[value] { (cell.text) } }
+    html! { td class=(class) title=[hover] data-v=[value] data-h=[heading] { (cell.text) } }
 }
 
 /// The style sheet, with the false-colour scale as a gradient.

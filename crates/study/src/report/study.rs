@@ -44,11 +44,7 @@ impl Report {
         for other in processors.iter().skip(1) {
             sections.extend(times_on(record, other, &palette));
         }
-        let unfinished = if record.unfinished {
-            " (unfinished)"
-        } else {
-            ""
-        };
+        let unfinished = ["", " (unfinished)"][usize::from(record.unfinished)];
         let mut summary = record.left_out_sentences();
         summary.extend(bias(timed));
         Self {
@@ -72,12 +68,8 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
     let mut own = record.timed_on(processor);
     own.rows.retain(|row| row.processor == processor);
     own.rows.iter().find(|row| row.cpu_seconds > 0.0)?;
-    let names: Vec<&str> = own.rows.iter().map(|row| row.scene.as_str()).collect();
-    let scenes = || {
-        own.scenes
-            .iter()
-            .filter(|s| names.contains(&s.scene.as_str()))
-    };
+    let is_timed = |scene: &SceneRecord| own.rows.iter().any(|row| row.scene == scene.scene);
+    own.scenes.retain(is_timed);
     let plot = |scene: &SceneRecord| {
         let mut all = scene_plots(&own, &scene.scene, palette).into_iter();
         all.find(|(kind, _)| *kind == "time").map(|(_, plot)| plot)
@@ -90,8 +82,8 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
             own.rows.len(),
             record.rows.len()
         ),
-        plots: scenes().filter_map(plot).collect(),
-        tables: scenes().map(table).collect(),
+        plots: own.scenes.iter().filter_map(plot).collect(),
+        tables: own.scenes.iter().map(table).collect(),
         ..Section::default()
     })
 }
@@ -115,14 +107,7 @@ pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
 
 /// A name without what file systems mind.
 fn file_name(name: &str) -> String {
-    let safe = |c: char| {
-        if c.is_alphanumeric() || "-_.".contains(c) {
-            c
-        } else {
-            '-'
-        }
-    };
-    name.chars().map(safe).collect()
+    name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
 }
 
 fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'static str, Plot)> {
@@ -144,21 +129,17 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
     );
     let efficiency = plot(
         plots::efficiency_over_samples(scene, rows, palette).render(),
-        "Efficiency, 1/(MSE · time), over the least of the scene. Open marks on the upper edge: no \
-         noise.",
+        &(efficiency_words(rows, scene) + " Open marks on the upper edge: no noise."),
     );
     let mut all = vec![
         ("samples", samples),
         ("time", time),
         ("efficiency", efficiency),
     ];
-    let mut slopes = record
-        .slopes
-        .iter()
-        .filter(|row| row.scene == scene)
-        .peekable();
-    if slopes.peek().is_some() {
-        let source = slopes.find_map(|row| row.paper_source.as_deref());
+    let own = record.slopes.iter().filter(|row| row.scene == scene);
+    let sources: Vec<_> = own.map(|row| row.paper_source.as_deref()).collect();
+    if !sources.is_empty() {
+        let source = sources.into_iter().flatten().next();
         let paper = source.map_or(String::new(), |source| {
             format!(" Open diamonds: the order that the paper reports ({source}).")
         });
@@ -167,6 +148,20 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
         all.push(("orders", plot(orders, &caption)));
     }
     all
+}
+
+/// The sentence that says what efficiencies on a scene are relative to.
+fn efficiency_words(rows: &[ResultRow], scene: &str) -> String {
+    let Some(unit) = ResultRow::unit_of_efficiency(rows, scene) else {
+        return String::new();
+    };
+    let kind = if unit.is_points() { " points" } else { "" };
+    let (estimator, sampler) = (&unit.estimator, &unit.sampler);
+    format!(
+        "Efficiency is 1/(MSE · time) over that of the scene's best{kind}, {estimator} ({sampler}) with \
+         {} samples.",
+        unit.samples
+    )
 }
 
 fn rows_of<'a>(record: &'a StudyRecord, scene: &SceneRecord) -> Vec<&'a ResultRow> {
@@ -180,7 +175,9 @@ fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Sect
         title: scene.scene.clone(),
         lead: lead(scene),
         plots: plots.into_iter().map(|(_, plot)| plot).collect(),
-        tables: vec![at_most_samples(record, scene), all_rows(record, scene)],
+        tables: [at_most_samples, orders, all_rows]
+            .map(|of| of(record, scene))
+            .into(),
         notes: notes(record, scene),
         ..Section::default()
     }
@@ -214,8 +211,8 @@ fn grouped(number: usize) -> String {
     out
 }
 
-/// One row for each estimator and sampler at its largest number of samples, with its order. What
-/// has no noise by any sampler has one row.
+/// One row for each estimator and sampler at its largest number of samples. What has no noise by
+/// any sampler has one row.
 fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let rows = rows_of(record, scene);
     let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
@@ -225,6 +222,8 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
         let positive = noisy.map(value).filter(|v| *v > 0.0);
         positive.reduce(f64::min).unwrap_or(f64::NAN)
     });
+    let unit = ResultRow::unit_of_efficiency(&record.rows, &scene.scene);
+    let unit = unit.map_or(f64::NAN, ResultRow::cost);
     let target = PERCENT * scene.power.sqrt();
     let mut body: Vec<Vec<Cell>> = Vec::new();
     for row in last() {
@@ -235,28 +234,20 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
         }
         let any = alike && own.len() > 1;
         let sampler = if any { "any" } else { &row.sampler };
-        // An order belongs to one pattern, and to what has noise.
-        let mut slopes = record
-            .slopes
-            .iter()
-            .filter(|s| !alike && s.scene == row.scene);
-        let slope = slopes.find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
         let reached = match record.time_to(row, target) {
             Some(time) => Cell::number(seconds(time)).sorted_by(time),
             None => Cell::number("–").hover("not reached"),
         };
         let mut cells = vec![Cell::text(&row.estimator), Cell::text(sampler)];
-        cells.extend(errors(row, smallest));
+        cells.extend(errors(row, smallest, unit));
         cells.push(reached);
-        cells.extend(order(slope));
         body.push(cells);
     }
-    let columns =
-        "estimator,sampler,RMSE,MRSE,time,efficiency,time to 1 %,order,95 %,lack of fit,paper";
+    let columns = "estimator,sampler,RMSE,MRSE,time,efficiency,time to 1 %";
     let caption = format!(
-        "With {most} samples. Efficiency is 1/(MSE · time), the best with noise being one; the best \
-         with noise of a column is marked. Time to 1 %: to an RMSE of a hundredth of the root mean \
-         square, {}. Lack of fit: χ² of the fitted line over its degrees of freedom, far above one where the curve bends.",
+        "With {most} samples; the best with noise of a column is marked. {} Time to 1 %: to an RMSE of \
+         a hundredth of the root mean square, {}.",
+        efficiency_words(&record.rows, &scene.scene),
         scientific(target)
     );
     Table::new(caption, columns.split(','), body)
@@ -266,14 +257,11 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
 const PERCENT: f64 = 0.01;
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
-const COMPARED: [fn(&ResultRow) -> f64; 3] = [
-    |row| row.mse,
-    |row| row.mrse,
-    |row| row.mse * row.cpu_seconds,
-];
+const COMPARED: [fn(&ResultRow) -> f64; 3] = [|row| row.mse, |row| row.mrse, ResultRow::cost];
 
-/// The cells from the error up to the efficiency; the least values of the table are marked.
-fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
+/// The cells from the error up to the efficiency, for the unit's cost; the least values of the
+/// table are marked.
+fn errors(row: &ResultRow, least: [f64; 3], unit: f64) -> [Cell; 4] {
     let [mse, mrse, cost] = COMPARED.map(|value| value(row));
     let spread = format!("MSE {} ± {}", scientific(mse), scientific(row.mse_stderr));
     if row.is_noiseless() {
@@ -283,10 +271,9 @@ fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
         return [none.clone().hover(left), none, time(row), efficiency];
     }
     let best = |value: f64, least: f64| value > 0.0 && value <= least;
-    let efficiency = if cost > 0.0 {
-        Cell::number(short(least[2] / cost)).sorted_by(least[2] / cost)
-    } else {
-        Cell::number("–")
+    let efficiency = match unit / cost {
+        known if known.is_finite() => Cell::number(short(known)).sorted_by(known),
+        _ => Cell::number("–"),
     };
     [
         Cell::scientific(mse.sqrt())
@@ -298,19 +285,32 @@ fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
     ]
 }
 
-/// The cells from the order on.
-fn order(slope: Option<&SlopeRow>) -> [Cell; 4] {
+fn orders(record: &StudyRecord, scene: &SceneRecord) -> Table {
+    let own = record.slopes.iter().filter(|s| s.scene == scene.scene);
+    let columns = "estimator,sampler,samples,order,95 %,last slope,lack of fit,paper";
+    let caption = "Orders of the standard deviation. Lack of fit: χ² of the fit over its degrees of \
+                   freedom. Last slope: between the last two numbers of samples ± standard error, \
+                   where the curve bends, that is, lack of fit is above one and a slope between \
+                   neighbours off the order by more than its 95 % interval (Bonferroni).";
+    Table::new(caption, columns.split(','), own.map(|s| order(s).into()))
+}
+
+fn order(s: &SlopeRow) -> [Cell; 8] {
     let dash = || "–".to_owned();
-    let Some(s) = slope else {
-        return [dash(), String::new(), dash(), dash()].map(Cell::number);
+    let (fit, paper) = (s.fit, s.paper_order.map(|p| signed(p, 3)));
+    let last = |[slope, error]: [f64; 2]| {
+        Cell::number(format!("{} ± {error:.3}", signed(slope, 3))).sorted_by(slope)
     };
-    let fit = Some(s.lack_of_fit).filter(|fit| fit.is_finite());
-    let paper = s.paper_order.map_or_else(dash, |p| signed(p, 3));
+    let lack = Some(fit.lack_of_fit).filter(|lack| lack.is_finite());
     [
-        Cell::number(signed(s.order, 3)),
+        Cell::text(&s.estimator),
+        Cell::text(&s.sampler),
+        Cell::number(format!("{} to {}", fit.n_min, fit.n_max)).sorted_by(fit.n_max),
+        Cell::number(signed(fit.order, 3)),
         Cell::number(interval(s).unwrap_or_else(dash)),
-        Cell::number(fit.map_or_else(dash, short)).sorted_by(s.lack_of_fit),
-        Cell::number(paper).hover(s.paper_source.clone().unwrap_or_default()),
+        fit.last.map_or_else(|| Cell::number(""), last),
+        Cell::number(lack.map_or_else(dash, short)).sorted_by(fit.lack_of_fit),
+        Cell::number(paper.unwrap_or_else(dash)).hover(s.paper_source.clone().unwrap_or_default()),
     ]
 }
 
@@ -378,7 +378,7 @@ fn bias(record: &StudyRecord) -> Option<String> {
     let chance = 1.0 - pow(1.0 - p, count as f64);
     Some(format!(
         "The least likely of {count} biases is {} standard errors with {} degrees of freedom, by {} \
-         ({}), N = {}, on {}: estimators without bias have one as large in {} % of such studies \
+         ({}), N = {}, on {}: estimators without bias have one as large in {}\u{a0}% of such studies \
          (Student's t, Šidák).",
         signed(*z, 1),
         row.trials - 1,
@@ -445,7 +445,7 @@ mod tests {
             text.contains("of 2 biases is 0.5 standard errors"),
             "{text}"
         );
-        assert!(text.contains("in 86.5 % of"), "{text}");
+        assert!(text.contains("in 86.5\u{a0}% of"), "{text}");
         let text = bias(&record([1e-4, -0.1])).unwrap();
         assert!(text.contains("is −500.0 standard errors"), "{text}");
     }
@@ -456,6 +456,10 @@ mod tests {
         assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
         assert_eq!(grouped(100), "100");
         assert_eq!(file_name("a/b c:ü.x"), "a-b-c-ü.x");
+        let mut slope = SlopeRow::default();
+        assert_eq!(order(&slope)[5].text, "");
+        slope.fit.last = Some([-1.31, 0.02]);
+        assert_eq!(order(&slope)[5].text, "−1.310 ± 0.020");
     }
 
     #[test]

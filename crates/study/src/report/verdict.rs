@@ -51,16 +51,12 @@ impl Verdict {
 
     fn at(record: &StudyRecord, scene: &str, samples: u32) -> Option<Self> {
         let rows = || record.rows.iter().filter(|row| row.scene == scene);
-        let is_points = |row: &&ResultRow| row.estimator.starts_with("point");
         let is_noisy = |row: &&ResultRow| !row.is_noiseless() && row.mse > 0.0;
-        let lines = rows().filter(|row| !is_points(row)).filter(is_noisy);
+        let lines = rows().filter(|row| !row.is_points()).filter(is_noisy);
         let timed = lines.filter(|row| row.samples == samples && row.cpu_seconds > 0.0);
-        let best = timed.min_by(|a, b| {
-            let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
-            cost(a).total_cmp(&cost(b))
-        })?;
+        let best = timed.min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
         let error = best.mse.sqrt();
-        let points = rows().filter(is_points);
+        let points = rows().filter(|row| row.is_points());
         let reached = points.filter_map(|row| {
             let time = record.time_to(row, error)?;
             Some((format!("{} ({})", row.estimator, row.sampler), time))
@@ -103,9 +99,7 @@ impl Verdict {
 
     /// A table of all of them, and a sentence.
     pub(super) fn table(all: &[Self]) -> Table {
-        let rows = all
-            .iter()
-            .map(|verdict| verdict.cells().map(Cell::text).to_vec());
+        let rows = all.iter().map(|v| v.cells().map(Cell::text).to_vec());
         let caption = "What the best points take to reach the error of the best lines. A ratio above one \
              says that lines are faster; below one, that points are.";
         Table::new(caption, Self::COLUMNS.split(','), rows)

@@ -216,10 +216,9 @@ fn best(
     let of_kind = |r: &&&ResultRow| {
         r.estimator.starts_with(kind) && r.sampler == pattern && r.samples >= samples
     };
-    let cost = |r: &ResultRow| r.mse * r.cpu_seconds;
     let row = rows.iter().filter(of_kind).min_by(|a, b| {
         let by_samples = a.samples.cmp(&b.samples);
-        by_samples.then(cost(a).total_cmp(&cost(b)))
+        by_samples.then(a.cost().total_cmp(&b.cost()))
     })?;
     let mut all = spec.estimators.iter();
     all.find(|e| e.to_string() == row.estimator).copied()
