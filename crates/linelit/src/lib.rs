@@ -59,6 +59,9 @@ pub use linelit_simd as simd;
 #[cfg(feature = "study")]
 pub use linelit_study as study;
 #[doc(inline)]
+#[cfg(feature = "viewfactors")]
+pub use linelit_viewfactors as viewfactors;
+#[doc(inline)]
 pub use linelit_visibility as visibility;
 
 /// The example of the project's page, run as a test.

@@ -95,8 +95,8 @@ impl ResultRow {
         self.mse * self.cpu_seconds
     }
 
-    /// The row that efficiencies on a scene, 1/cost, are relative to: the most efficient points with
-    /// noise, or what else is most efficient where no points were measured.
+    /// The row that efficiencies on a scene, 1/cost, are relative to: the most efficient points
+    /// with noise, or what else is most efficient where no points were measured.
     pub(crate) fn unit_of_efficiency<'a>(rows: &'a [Self], scene: &str) -> Option<&'a Self> {
         let noisy = |r: &&Self| r.scene == scene && !r.is_noiseless() && r.is_known();
         let timed = rows.iter().filter(noisy).filter(|r| r.cpu_seconds > 0.0);

@@ -1,0 +1,77 @@
+//! View factors from a point.
+
+use crate::facets::{Facets, Piece, Sides};
+use linelit_estimators::{Measure, VisibleRegion};
+use linelit_geometry::{DVec3, Margins, Vector3, predicates};
+use linelit_visibility::{Scratch, ShaftQuery};
+use std::f64::consts::FRAC_1_PI;
+
+/// The view factors from a point to all facets.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// The factor to each facet.
+    pub facets: Vec<f64>,
+    /// The rest to one: what no facet takes.
+    pub sky: f64,
+}
+
+/// The memory of queries, which any number of points use one after the other.
+#[derive(Debug, Default)]
+pub struct Memory {
+    pub(crate) region: VisibleRegion,
+    pub(crate) scratch: Scratch,
+}
+
+impl Facets {
+    /// The view factors from a point with a normal to all facets:
+    ///
+    /// ```text
+    /// F(x, n → j) = 1/π ∫ V cos θ dω over facet j
+    /// ```
+    ///
+    /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
+    /// not finite, or a normal without direction, sees the sky alone.
+    pub fn from_point(
+        &self,
+        point: impl Vector3,
+        normal: impl Vector3,
+        memory: &mut Memory,
+    ) -> Row {
+        let mut row = Row {
+            facets: vec![0.0; self.len()],
+            sky: 1.0,
+        };
+        let (x, n) = (point.dvec3() - self.middle, normal.dvec3());
+        let Some(n) = predicates::normalize(n).filter(|_| x.is_finite()) else {
+            return row;
+        };
+        for (factor, facet) in row.facets.iter_mut().zip(&self.facets) {
+            let pieces = self.pieces[facet.pieces.clone()].iter();
+            *factor = pieces.map(|piece| self.piece(x, n, piece, memory)).sum();
+        }
+        row.sky = 1.0 - row.facets.iter().sum::<f64>();
+        row
+    }
+
+    /// The view factor to a piece.
+    pub(crate) fn piece(&self, x: DVec3, n: DVec3, piece: &Piece, memory: &mut Memory) -> f64 {
+        let corners = piece.polygon.vertices();
+        let is_above = corners.iter().any(|v| n.dot(*v - x) > 0.0);
+        let [a, b, c] = [corners[0], corners[1], corners[2]];
+        let height = predicates::determinant(b - a, c - a, x - a);
+        let faces = match self.sides {
+            Sides::One => height > 0.0,
+            Sides::Two => height != 0.0,
+        };
+        if !is_above || !faces {
+            return 0.0;
+        }
+        let query = ShaftQuery {
+            margins: Margins::NONE,
+            ..ShaftQuery::new(x, &piece.polygon).excluding(piece.triangles.clone())
+        };
+        let Memory { region, scratch } = memory;
+        region.find(&self.occluders, query, scratch);
+        FRAC_1_PI * region.measure(Measure::Cosine(n))
+    }
+}

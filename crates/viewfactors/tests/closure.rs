@@ -1,0 +1,117 @@
+//! What a point sees of a closed room adds up to one.
+#![allow(clippy::float_cmp, reason = "answers are compared bit by bit")]
+
+use linelit_testkit::rng::SplitMix64;
+use linelit_viewfactors::{Facets, Memory, Sides};
+
+type Room = (Vec<[f64; 3]>, Vec<Vec<u32>>);
+
+fn direction(rng: &mut SplitMix64) -> [f64; 3] {
+    loop {
+        let v = [(); 3].map(|()| rng.in_range(-1.0, 1.0));
+        if (0.01..1.0).contains(&v.iter().map(|x| x * x).sum::<f64>()) {
+            return v;
+        }
+    }
+}
+
+fn add(room: &mut Room, polygon: &[[f64; 3]]) {
+    let first = u32::try_from(room.0.len()).unwrap();
+    room.0.extend(polygon);
+    let count = u32::try_from(polygon.len()).unwrap();
+    room.1.push((first..first + count).collect());
+}
+
+/// Adds a box of n × n squares on each side, seen from inside or outside.
+fn add_box(room: &mut Room, low: [f64; 3], high: [f64; 3], n: u32, inside: bool) {
+    for axis in 0..3 {
+        for end in [0, 1] {
+            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+            for i in 0..n {
+                for j in 0..n {
+                    let corner = |di: u32, dj: u32| {
+                        let mut p = [0.0; 3];
+                        p[axis] = if end == 0 { low[axis] } else { high[axis] };
+                        let share = |k: u32| f64::from(k) / f64::from(n);
+                        p[u] = low[u] + (high[u] - low[u]) * share(i + di);
+                        p[v] = low[v] + (high[v] - low[v]) * share(j + dj);
+                        p
+                    };
+                    let mut square = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+                    // Counter-clockwise seen from above the axis.
+                    if (end == 1) == inside {
+                        square.reverse();
+                    }
+                    add(room, &square);
+                }
+            }
+        }
+    }
+}
+
+fn random_room(rng: &mut SplitMix64, fins: u32, boxes: u32, n: u32) -> Room {
+    let mut room = (Vec::new(), Vec::new());
+    add_box(&mut room, [-1.0, -1.3, -0.7], [1.0, 1.2, 0.9], n, true);
+    for _ in 0..boxes {
+        let at = [(); 3].map(|()| rng.in_range(-0.6, 0.4));
+        let size = [(); 3].map(|()| rng.in_range(0.05, 0.3));
+        add_box(&mut room, at, [0, 1, 2].map(|k| at[k] + size[k]), 1, false);
+    }
+    for _ in 0..fins {
+        let at = [(); 3].map(|()| rng.in_range(-0.6, 0.6));
+        let fin = [(); 3].map(|()| at.map(|x| x + rng.in_range(-0.3, 0.3)));
+        add(&mut room, &fin);
+    }
+    room
+}
+
+/// The largest |Σ − 1| of points in random rooms with fins and boxes through each other.
+fn worst_closure(rooms: u32, points: u32, seed: u64) -> f64 {
+    let mut rng = linelit_testkit::cases::rng(seed);
+    let mut memory = Memory::default();
+    let mut worst = 0.0_f64;
+    for round in 0..rooms {
+        let room = random_room(&mut rng, 20 * (round % 3), 3 * (round % 5), 1 + round % 4);
+        let facets = Facets::new(&room.0, &room.1, Sides::Two).unwrap();
+        for _ in 0..points {
+            let point = [(); 3].map(|()| rng.in_range(-0.65, 0.65));
+            let row = facets.from_point(point, direction(&mut rng), &mut memory);
+            assert!(row.facets.iter().all(|f| (0.0..=1.0 + 1e-12).contains(f)));
+            worst = worst.max(row.sky.abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn rows_of_points_in_closed_rooms_add_up_to_one() {
+    // Each of a hundred facets is right to 1e-12 of its own factor.
+    let worst = worst_closure(16, 100, 31);
+    assert!(worst <= 1e-11, "{worst:e}");
+}
+
+#[test]
+#[ignore = "long: 100,000 points in 64 rooms"]
+fn rows_of_points_in_many_rooms_add_up_to_one() {
+    let worst = worst_closure(64, 1_600, 32);
+    assert!(worst <= 1e-11, "{worst:e}");
+}
+
+#[test]
+fn what_a_room_lacks_is_sky() {
+    let mut room = (Vec::new(), Vec::new());
+    add_box(&mut room, [-1.0; 3], [1.0; 3], 1, true);
+    let whole = Facets::new(&room.0, &room.1, Sides::One).unwrap();
+    let mut memory = Memory::default();
+    let row = whole.from_point([0.2, 0.1, 0.3], [0.0, 0.0, 1.0], &mut memory);
+    // The last is the ceiling.
+    let open = Facets::new(&room.0, &room.1[..5], Sides::One).unwrap();
+    let without = open.from_point([0.2, 0.1, 0.3], [0.0, 0.0, 1.0], &mut memory);
+    assert!((without.sky - row.facets[5]).abs() < 1e-14 && row.sky.abs() < 1e-14);
+    assert_eq!(without.facets, row.facets[..5]);
+    // From outside, the inner sides are not seen.
+    let outside = whole.from_point([0.0, 0.0, -3.0], [0.0, 0.0, 1.0], &mut memory);
+    assert_eq!(outside.sky, 1.0);
+    let nowhere = whole.from_point([f64::NAN, 0.0, 0.0], [0.0, 0.0, 1.0], &mut memory);
+    assert_eq!(nowhere.sky, 1.0);
+}
