@@ -108,8 +108,10 @@ def test_calls_from_many_threads_agree():
     ],
 )
 def test_an_interrupt_ends_a_long_call(call):
+    # A process that was started in the background ignores interrupts unless it is told not to.
     code = f"""
-import numpy as np, linelit as ll
+import signal, numpy as np, linelit as ll
+signal.signal(signal.SIGINT, signal.default_int_handler)
 lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], 3.0)
 scene = ll.Scene([[-.1, -.1, 1], [.2, 0, 1], [0, .3, 1]], [[0, 1, 2]])
 print("ready", flush=True)
@@ -123,7 +125,10 @@ except KeyboardInterrupt:
         assert child.stdout.readline() == "ready\n"
         time.sleep(0.5)
         child.send_signal(signal.SIGINT)
-        out, _ = child.communicate(timeout=60)
+        try:
+            out, _ = child.communicate(timeout=60)
+        finally:
+            child.kill()
     assert out == "interrupted\n" and child.returncode == 0
 
 
