@@ -64,6 +64,9 @@ pub(crate) struct Facet {
 }
 
 /// Planar facets that see each other, and hide each other.
+///
+/// Facets in one plane do not hide each other. Those that overlap in one plane, such as the bottom
+/// of a box in a floor, are therefore both seen there, and rows exceed one: cut the lower one out.
 #[derive(Clone, Debug)]
 pub struct Facets {
     pub(crate) pieces: Vec<Piece>,
