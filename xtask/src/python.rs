@@ -40,18 +40,19 @@ pub(crate) fn test() -> Result<(), String> {
     ];
     run(Command::new(&python).args(pip).args(PACKAGES.split(' ')))?;
     let maturin = ["-m", "maturin", "develop", "--profile", "quick", "--quiet"];
-    let target = environment.join("target");
-    run(inside(&python, &package, &environment)
-        .args(maturin)
-        .env("CARGO_TARGET_DIR", target))?;
-    run(inside(&python, &package, &environment).args(["-m", "mypy", "python/linelit"]))?;
-    run(inside(&python, &package, &environment).args(["-m", "pytest", "--quiet"]))
+    let mypy = ["-m", "mypy", "python/linelit"];
+    let inside = |arguments: &[&str]| run(inside(&python, &package, &environment).args(arguments));
+    inside(&maturin)?;
+    inside(&mypy)?;
+    inside(&["-m", "pytest", "--quiet"])
 }
 
 /// A command of the environment's Python in the folder of the package.
 fn inside(python: &Path, package: &Path, environment: &Path) -> Command {
     let mut command = Command::new(python);
     command.current_dir(package).env("VIRTUAL_ENV", environment);
+    // A test builds an example, too.
+    command.env("CARGO_TARGET_DIR", environment.join("target"));
     command
 }
 
