@@ -1,7 +1,8 @@
 //! Points with normals, and what is asked of many of them.
 
 use crate::arrays::{Rows, Vectors, shape_text};
-use crate::errors::value_error;
+use crate::errors::{NAMED, of_query, value_error};
+use crate::threads::{in_batches, of_points};
 use linelit::geometry::DVec3;
 use linelit::{Error, Measure, Scene};
 use pyo3::prelude::*;
@@ -35,6 +36,18 @@ impl<'a> Receivers<'a> {
 
     pub(crate) fn get(&self, i: usize) -> [[f64; 3]; 2] {
         [self.points.get(i), self.normal(i).to_array()]
+    }
+
+    /// Does work for all points in batches; an error names the point.
+    pub(crate) fn in_batches(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+        work: impl FnMut(Range<usize>) -> Result<(), Error> + Send,
+    ) -> PyResult<()> {
+        let error = |e, first| of_query(e, first, NAMED, |i| self.get(i));
+        let batches = of_points(self.points.len(), threads);
+        in_batches(py, &batches, work, error, |_| Ok(()))
     }
 
     pub(crate) fn irradiances(

@@ -192,14 +192,7 @@ impl Scene {
         let mut found = vec![[0.0; 3]; asked.points.len()];
         let work =
             |range: Range<usize>| asked.irradiances(&scene, range.clone(), &mut found[range]);
-        let error = |e, first| of_query(e, first, NAMED, |i| asked.get(i));
-        in_batches(
-            py,
-            &of_points(asked.points.len(), threads),
-            work,
-            error,
-            |_| Ok(()),
-        )?;
+        asked.in_batches(py, threads, work)?;
         let mut shape = points.shape.clone();
         if is_single {
             let numbers: Vec<f64> = found.into_iter().map(|[first, ..]| first).collect();
@@ -282,14 +275,7 @@ impl Scene {
             };
             asked.fractions(&scene, range.clone(), measure, &mut found[range.clone()])
         };
-        let error = |e, first| of_query(e, first, NAMED, |i| asked.get(i));
-        in_batches(
-            py,
-            &of_points(asked.points.len(), threads),
-            work,
-            error,
-            |_| Ok(()),
-        )?;
+        asked.in_batches(py, threads, work)?;
         out(py, found, &points.shape)
     }
 

@@ -177,12 +177,13 @@ impl Facets {
             None => {
                 for triangle in fan {
                     let corners = triangle.map(|v| rounded[v as usize].dvec3());
-                    triangles.push(triangle);
-                    let own = number(triangles.len() - 1)..number(triangles.len());
+                    // What rounding left without area neither sends nor hides.
                     if let Ok(polygon) = ConvexPolygon::new(&corners) {
+                        let own = number(triangles.len());
+                        triangles.push(triangle);
                         self.pieces.push(Piece {
                             polygon,
-                            triangles: own,
+                            triangles: own..own + 1,
                         });
                     }
                 }
