@@ -1,5 +1,7 @@
 //! Facets: what sends and receives, and what stands in the way.
 
+use crate::patches::{FLAT, Patch, bounds, patches};
+use crate::tree::Tree;
 use linelit_geometry::{ConvexPolygon, DVec3, Vector3, predicates};
 use linelit_visibility::Occluders;
 use std::fmt;
@@ -56,9 +58,18 @@ pub(crate) struct Piece {
     pub triangles: Range<u32>,
 }
 
+/// A convex part of a facet, before rounding.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub polygon: ConvexPolygon,
+    pub facet: usize,
+    pub patch: usize,
+}
+
 /// A facet.
 #[derive(Clone, Debug)]
 pub(crate) struct Facet {
+    pub parts: Range<usize>,
     pub pieces: Range<usize>,
     pub area: f64,
 }
@@ -69,10 +80,15 @@ pub(crate) struct Facet {
 /// of a box in a floor, are therefore both seen there, and rows exceed one: cut the lower one out.
 #[derive(Clone, Debug)]
 pub struct Facets {
+    pub(crate) parts: Vec<Part>,
     pub(crate) pieces: Vec<Piece>,
     pub(crate) facets: Vec<Facet>,
-    /// The piece of each triangle of the occluders.
-    pub(crate) piece_of: Vec<u32>,
+    pub(crate) patches: Vec<Patch>,
+    pub(crate) patch_tree: Tree,
+    /// The largest coordinate.
+    pub(crate) size: f64,
+    /// The height above a plane that is rounding.
+    pub(crate) room: f64,
     pub(crate) occluders: Occluders,
     pub(crate) sides: Sides,
     pub(crate) middle: DVec3,
@@ -109,23 +125,33 @@ impl Facets {
             rounded.push(near.to_array());
         }
         let mut built = Self {
+            parts: Vec::new(),
             pieces: Vec::new(),
             facets: Vec::new(),
-            piece_of: Vec::new(),
+            patches: Vec::new(),
+            patch_tree: Tree::default(),
+            size: (high - middle).max_element(),
+            room: FLAT * (high - middle).max_element(),
             occluders: Occluders::default(),
             sides,
             middle,
             displacement,
         };
-        let mut triangles = Vec::new();
+        let (mut triangles, mut outlines) = (Vec::new(), Vec::new());
         for (i, polygon) in polygons.iter().enumerate() {
             built.add(i, polygon.as_ref(), vertices, &rounded, &mut triangles)?;
+            let moved = |v: &u32| vertices[*v as usize].dvec3() - middle;
+            outlines.push(polygon.as_ref().iter().map(moved).collect());
         }
-        built.piece_of = vec![0; triangles.len()];
-        for (k, piece) in (0..).zip(&built.pieces) {
-            let Range { start, end } = piece.triangles;
-            built.piece_of[start as usize..end as usize].fill(k);
+        let polygons: Vec<ConvexPolygon> = built.parts.iter().map(|part| part.polygon).collect();
+        built.patches = patches(&polygons, &outlines, |part| built.parts[part].facet);
+        for (k, patch) in built.patches.iter().enumerate() {
+            for &part in &patch.tree.order {
+                built.parts[part].patch = k;
+            }
         }
+        let all = (0..built.patches.len()).collect();
+        built.patch_tree = Tree::build(all, |k| bounds(built.patches[k].polygon.vertices()));
         built.occluders = Occluders::build(&rounded, &triangles);
         Ok(built)
     }
@@ -146,59 +172,58 @@ impl Facets {
         if !(3..=ConvexPolygon::CAPACITY).contains(&polygon.len()) {
             return Err(FacetError::NoArea(i));
         }
-        let given: Vec<DVec3> = polygon
-            .iter()
-            .map(|&v| vertices[v as usize].dvec3())
-            .collect();
-        ConvexPolygon::new(&given).map_err(|_| FacetError::NotConvex(i))?;
-        let corners: Vec<DVec3> = polygon
-            .iter()
-            .map(|&v| rounded[v as usize].dvec3())
-            .collect();
-        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-        let (first_piece, first) = (self.pieces.len(), triangles.len());
-        let fan: Vec<[u32; 3]> = (2..polygon.len())
-            .map(|k| [polygon[0], polygon[k - 1], polygon[k]])
-            .collect();
-        // One piece where rounding left the corners in one plane; else triangles, which are flat.
-        let [a, b, c] = [corners[0], corners[1], corners[2]];
-        let is_flat = corners[3..]
-            .iter()
-            .all(|d| predicates::determinant(b - a, c - a, *d - a) == 0.0);
-        let whole = is_flat.then(|| ConvexPolygon::new(&corners).ok()).flatten();
-        match whole {
-            Some(polygon) => {
-                triangles.extend(&fan);
-                self.pieces.push(Piece {
-                    polygon,
-                    triangles: number(first)..number(triangles.len()),
-                });
-            }
-            None => {
-                for triangle in fan {
-                    let corners = triangle.map(|v| rounded[v as usize].dvec3());
-                    // What rounding left without area neither sends nor hides.
-                    if let Ok(polygon) = ConvexPolygon::new(&corners) {
-                        let own = number(triangles.len());
-                        triangles.push(triangle);
-                        self.pieces.push(Piece {
-                            polygon,
-                            triangles: own..own + 1,
-                        });
-                    }
-                }
-            }
-        }
-        let pieces = first_piece..self.pieces.len();
-        let area: f64 = self.pieces[pieces.clone()]
-            .iter()
-            .map(|p| p.polygon.area())
-            .sum();
-        if !(area > 0.0) {
+        let moved = |v: &u32| vertices[*v as usize].dvec3() - self.middle;
+        let corners: Vec<DVec3> = polygon.iter().map(moved).collect();
+        let whole = ConvexPolygon::new(&corners).map_err(|_| FacetError::NotConvex(i))?;
+        let first = (self.parts.len(), self.pieces.len());
+        self.parts.push(Part {
+            polygon: whole,
+            facet: i,
+            patch: 0,
+        });
+        self.add_pieces(polygon, rounded, triangles);
+        if self.pieces.len() == first.1 {
             return Err(FacetError::NoArea(i));
         }
-        self.facets.push(Facet { pieces, area });
+        self.facets.push(Facet {
+            parts: first.0..self.parts.len(),
+            pieces: first.1..self.pieces.len(),
+            area: whole.area(),
+        });
         Ok(())
+    }
+
+    /// Adds what rounding leaves of a polygon: one piece where its corners still lie in one plane,
+    /// else triangles, which are flat.
+    fn add_pieces(&mut self, polygon: &[u32], rounded: &[[f32; 3]], triangles: &mut Vec<[u32; 3]>) {
+        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let corner = |v: &u32| rounded[*v as usize].dvec3();
+        let corners: Vec<DVec3> = polygon.iter().map(corner).collect();
+        let fan = (2..polygon.len()).map(|k| [polygon[0], polygon[k - 1], polygon[k]]);
+        let [a, b, c] = [corners[0], corners[1], corners[2]];
+        let height = |d: &DVec3| predicates::determinant(b - a, c - a, *d - a);
+        let is_flat = corners[3..].iter().all(|d| height(d) == 0.0);
+        let whole = is_flat.then(|| ConvexPolygon::new(&corners).ok()).flatten();
+        let first = number(triangles.len());
+        if let Some(polygon) = whole {
+            triangles.extend(fan);
+            self.pieces.push(Piece {
+                polygon,
+                triangles: first..number(triangles.len()),
+            });
+            return;
+        }
+        for triangle in fan {
+            // What rounding left without area neither sends nor hides.
+            if let Ok(polygon) = ConvexPolygon::new(&triangle.map(|v| corner(&v))) {
+                let own = number(triangles.len());
+                triangles.push(triangle);
+                self.pieces.push(Piece {
+                    polygon,
+                    triangles: own..own + 1,
+                });
+            }
+        }
     }
 
     /// The number of facets.
@@ -213,7 +238,7 @@ impl Facets {
         self.facets.is_empty()
     }
 
-    /// The area of a facet, after rounding.
+    /// The area of a facet.
     ///
     /// # Panics
     /// If there is no facet of this number.

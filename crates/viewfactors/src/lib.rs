@@ -6,15 +6,21 @@
 
 mod cubature;
 mod facets;
+mod hull;
 mod pair;
+mod partners;
+mod patches;
 mod point;
 mod rows;
+mod tree;
 mod unobstructed;
+mod view;
 
 pub use facets::{FacetError, Facets, Sides};
-pub use pair::{Estimate, Settled};
+pub use pair::Estimate;
+pub use partners::Settled;
 pub use point::{Memory, Row};
-pub use rows::{Plan, SparseRow};
+pub use rows::{Matrix, Plan, SparseRow};
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;

@@ -1,6 +1,9 @@
 //! View factors from a point.
 
 use crate::facets::{Facets, Piece, Sides};
+use crate::hull::Hull;
+use crate::pair::before_all;
+use crate::view::View;
 use linelit_estimators::{Measure, VisibleRegion};
 use linelit_geometry::{DVec3, Margins, Vector3, predicates};
 use linelit_visibility::{Scratch, ShaftQuery};
@@ -18,6 +21,7 @@ pub struct Row {
 /// The memory of queries, which any number of points use one after the other.
 #[derive(Debug, Default)]
 pub struct Memory {
+    pub(crate) view: View,
     pub(crate) region: VisibleRegion,
     pub(crate) scratch: Scratch,
 }
@@ -70,8 +74,42 @@ impl Facets {
             margins: Margins::NONE,
             ..ShaftQuery::new(x, &piece.polygon).excluding(piece.triangles.clone())
         };
-        let Memory { region, scratch } = memory;
+        let Memory {
+            region, scratch, ..
+        } = memory;
         region.find(&self.occluders, query, scratch);
         FRAC_1_PI * region.measure(Measure::Cosine(n))
+    }
+
+    /// The share of a facet that light from one direction reaches, such as that of the sun, towards
+    /// which the direction points: exact but for rounding. It is 0 where the facet faces away, and
+    /// that of the lit side where facets have two.
+    ///
+    /// # Panics
+    /// If there is no facet of this number.
+    pub fn sunlit(&self, facet: usize, direction: impl Vector3, memory: &mut Memory) -> f64 {
+        let Some(direction) = predicates::normalize(direction.dvec3()) else {
+            return 0.0;
+        };
+        let lit = self
+            .sides_of(facet)
+            .filter(|side| side.polygon.normal().dot(direction) > 0.0);
+        let area = lit.map(|side| {
+            let p = side.polygon.vertices();
+            // Beyond all facets.
+            let far: Vec<DVec3> = p.iter().map(|v| *v + 4.0 * self.size * direction).collect();
+            let hull = Hull::new(p, &far);
+            let (mut room, mut blockers) = ([Vec::new(), Vec::new()], Vec::new());
+            let own = self.parts[side.part].patch;
+            let holds = |low: DVec3, high: DVec3| hull.may_hold(low, high);
+            self.patch_tree.find(holds, |k| {
+                let polygon = &self.patches[k].polygon;
+                if k != own && hull.meets(polygon, &mut room) {
+                    blockers.extend(before_all(polygon, &[&side.polygon], self.room));
+                }
+            });
+            memory.view.lit(direction, &side.polygon, &blockers)
+        });
+        area.sum::<f64>() / self.area(facet)
     }
 }

@@ -1,9 +1,14 @@
 //! Rows of the matrix of view factors, each to a tolerance.
 
 use crate::facets::Facets;
-use crate::pair::Settled;
+use crate::pair::Estimate;
+use crate::partners::{Partner, Settled};
 use crate::point::Memory;
+use linelit_geometry::ConvexPolygon;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::ops::{Range, RangeInclusive};
 
 /// The view factors from a facet to others: those that are not zero.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,18 +25,47 @@ pub struct SparseRow {
     pub sky: f64,
 }
 
-/// The facets whose pairs are counted, by how each pair was settled.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// The matrix of view factors by compressed rows, as `scipy.sparse.csr_matrix` takes it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Matrix {
+    /// The factors that are not zero, row after row.
+    pub data: Vec<f64>,
+    /// The column of each.
+    pub indices: Vec<u32>,
+    /// Where each row begins, and the end of the last.
+    pub indptr: Vec<usize>,
+    /// The told error of each factor.
+    pub error: Vec<f64>,
+    /// For each row, what no facet receives.
+    pub sky: Vec<f64>,
+}
+
+/// What is known of all pairs before any is integrated.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
-    /// The number of facets that are partly hidden from each.
-    partly: Vec<u32>,
-    /// Unordered pairs that were settled by facing, by a facet that hides all, by an empty hull,
-    /// and those that are partly hidden.
+    /// For each facet, the sum of the weights by which the pairs that are partly hidden share its
+    /// tolerance.
+    pub weights: Vec<f64>,
+    /// Unordered pairs of sides of flat parts that were settled by facing, by a patch that hides
+    /// all, by an empty hull, and those that are partly hidden.
     pub pairs: [u64; 4],
 }
 
 /// Rows that threads compute before they are handed on.
 const BLOCK: usize = 64;
+/// The most exchanges that are kept for rows to come, 16 bytes each; others are computed again.
+const KEPT: usize = 4 << 20;
+/// The share of a row's tolerance that pairs with nothing in between have.
+const OPEN: f64 = 0.1;
+
+/// Exchanges that rows to come need, by the row and the column.
+#[derive(Default)]
+struct Kept {
+    rows: BTreeMap<usize, Vec<(u32, Estimate)>>,
+    count: usize,
+    /// The end of the rows that handed on what they computed.
+    end: usize,
+}
 
 impl Facets {
     /// Looks at all pairs: which are settled without an integral over what is hidden. Rows share
@@ -39,75 +73,203 @@ impl Facets {
     #[must_use]
     pub fn plan(&self) -> Plan {
         let one = |i: usize| {
-            let (mut partly, mut pairs) = (0, [0; 4]);
-            for j in (0..self.len()).filter(|j| *j != i) {
-                let by = self.settled(i, j);
-                partly += u32::from(by == Settled::Partly);
-                pairs[by as usize] += u64::from(i < j);
+            let (mut weights, mut pairs) = (Vec::new(), [0; 4]);
+            for side in self.sides_of(i) {
+                self.partners(&side, &|all| *all.end() <= i, &mut |partner| {
+                    pairs[partner.settled as usize] += partner.count;
+                    if let (Settled::Partly, Some(polygons)) = (partner.settled, &partner.polygons)
+                    {
+                        weights.push((self.parts[partner.part].facet, weight(polygons)));
+                    }
+                });
             }
-            (partly, pairs)
+            (weights, pairs)
         };
-        let all: Vec<(u32, [u64; 4])> = (0..self.len()).into_par_iter().map(one).collect();
-        let mut plan = Plan::default();
-        for (partly, pairs) in all {
-            plan.partly.push(partly);
-            plan.pairs = [0, 1, 2, 3].map(|k| plan.pairs[k] + pairs[k]);
+        let mut plan = Plan {
+            weights: vec![0.0; self.len()],
+            pairs: [0; 4],
+        };
+        for first in (0..self.len()).step_by(BLOCK) {
+            let block = first..self.len().min(first + BLOCK);
+            let all: Vec<_> = block.clone().into_par_iter().map(one).collect();
+            for (i, (weights, pairs)) in block.zip(all) {
+                for (j, weight) in weights {
+                    plan.weights[i] += weight;
+                    plan.weights[j] += weight;
+                }
+                plan.pairs = [0, 1, 2, 3].map(|k| plan.pairs[k] + pairs[k]);
+            }
         }
         plan
     }
 
-    /// The view factors from a facet: the sum of the told errors is at most the tolerance, wherever
-    /// [`Facets::between`] keeps to its own. A row does not depend on others, or on threads, and
-    /// areas times factors are the same both ways to the bit.
-    ///
-    /// # Panics
-    /// If there is no facet of this number, or the plan is of other facets.
-    #[must_use]
-    pub fn row(&self, facet: usize, tolerance: f64, plan: &Plan, memory: &mut Memory) -> SparseRow {
-        let share = |k: usize| {
-            let pairs = f64::from(plan.partly[k].max(1));
-            tolerance * self.facets[k].area * self.side_count() / pairs
-        };
-        let area = self.facets[facet].area * self.side_count();
-        let mut row = SparseRow {
-            facet,
-            sky: 1.0,
-            ..SparseRow::default()
-        };
-        for (column, other) in (0_u32..).zip(0..self.len()) {
-            let tolerance = share(facet).min(share(other));
-            let (found, _) = self.exchange(facet, other, tolerance, memory);
-            if found.value > 0.0 || found.error > 0.0 {
-                row.columns.push(column);
-                row.values.push(found.value / area);
-                row.errors.push(found.error / area);
-            }
+    /// What a facet exchanges with others that are not known.
+    fn exchanges(
+        &self,
+        facet: usize,
+        tolerance: f64,
+        plan: &Plan,
+        is_known: impl Fn(RangeInclusive<usize>) -> bool,
+        memory: &mut Memory,
+    ) -> Vec<(u32, Estimate)> {
+        let mut found = BTreeMap::<u32, Estimate>::new();
+        let share = |k: usize| self.sending_area(k) / plan.weights[k].max(f64::MIN_POSITIVE);
+        for side in self.sides_of(facet) {
+            self.partners(&side, &is_known, &mut |partner: Partner<'_>| {
+                let Some([p, q]) = partner
+                    .polygons
+                    .filter(|_| partner.settled >= Settled::Clear)
+                else {
+                    return;
+                };
+                let other = self.parts[partner.part].facet;
+                let share = share(facet).min(share(other)) * weight(&[p, q]);
+                let tolerance = match partner.settled {
+                    // Factors with nothing in between add up to one at most.
+                    Settled::Clear => OPEN * tolerance,
+                    _ => (1.0 - OPEN) * tolerance * share,
+                };
+                let (polygons, facets) = if facet < other {
+                    ([p, q], [facet, other])
+                } else {
+                    ([q, p], [other, facet])
+                };
+                let by = (partner.settled, partner.between);
+                let part = self.parts(&polygons, facets, by, tolerance, memory);
+                if part != Estimate::default() {
+                    found.entry(number(other)).or_default().add(part);
+                }
+            });
         }
-        row.sky = 1.0 - row.values.iter().sum::<f64>();
-        row
+        found.into_iter().collect()
     }
 
-    /// Computes all rows on all threads of the rayon pool, and hands them on in their order. Memory
-    /// does not grow with the square of the number of facets.
+    /// Computes the rows of a range of facets on all threads of the rayon pool, and hands them on in
+    /// their order. The sum of a row's told errors is at most the tolerance wherever
+    /// [`Facets::between`] keeps to its own. A row depends neither on threads nor on the range, and
+    /// areas times factors are the same both ways to the bit.
+    ///
+    /// Each exchange within the range is computed once, those with other facets besides. Four
+    /// million exchanges are kept, 64 MB; beyond that they are computed again.
+    ///
+    /// # Errors
+    /// The first error of `each`, which ends the work.
+    ///
+    /// # Panics
+    /// If the range or the plan is not of these facets.
+    pub fn rows_of<E>(
+        &self,
+        range: Range<usize>,
+        tolerance: f64,
+        plan: &Plan,
+        mut each: impl FnMut(SparseRow) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut kept = Kept {
+            end: range.start,
+            ..Kept::default()
+        };
+        for first in range.clone().step_by(BLOCK) {
+            let block = first..range.end.min(first + BLOCK);
+            // Once there is no room, rows compute all that was not handed on before.
+            let hands = kept.end == first && kept.count < KEPT;
+            if hands {
+                kept.end = block.end;
+            }
+            let (start, end) = (range.start, kept.end);
+            let found: Vec<Vec<(u32, Estimate)>> = block
+                .clone()
+                .into_par_iter()
+                .map_init(Memory::default, |memory, i| {
+                    let is_known = |all: RangeInclusive<usize>| {
+                        *all.start() >= start && *all.end() < i.min(end)
+                    };
+                    self.exchanges(i, tolerance, plan, is_known, memory)
+                })
+                .collect();
+            for (i, found) in block.zip(found) {
+                let mut all = kept.rows.remove(&i).unwrap_or_default();
+                kept.count -= all.len();
+                if hands {
+                    let later = |j: u32| (i + 1..range.end).contains(&(j as usize));
+                    for (j, estimate) in found.iter().filter(|(j, _)| later(*j)) {
+                        let row = kept.rows.entry(*j as usize).or_default();
+                        row.push((number(i), *estimate));
+                        kept.count += 1;
+                    }
+                }
+                all.extend(found);
+                all.sort_unstable_by_key(|(j, _)| *j);
+                each(self.sparse(i, &all))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A row by what its facet exchanges.
+    fn sparse(&self, facet: usize, exchanges: &[(u32, Estimate)]) -> SparseRow {
+        let area = self.sending_area(facet);
+        let factors = || exchanges.iter().map(|(_, exchange)| exchange.over(area));
+        SparseRow {
+            facet,
+            columns: exchanges.iter().map(|(column, _)| *column).collect(),
+            values: factors().map(|f| f.value).collect(),
+            errors: factors().map(|f| f.error).collect(),
+            sky: 1.0 - factors().map(|f| f.value).sum::<f64>(),
+        }
+    }
+
+    /// Computes all rows, as [`Facets::rows_of`] does.
     ///
     /// # Errors
     /// The first error of `each`, which ends the work.
     pub fn rows<E>(
         &self,
         tolerance: f64,
-        mut each: impl FnMut(SparseRow) -> Result<(), E>,
+        each: impl FnMut(SparseRow) -> Result<(), E>,
     ) -> Result<Plan, E> {
         let plan = self.plan();
-        for first in (0..self.len()).step_by(BLOCK) {
-            let block = first..self.len().min(first + BLOCK);
-            let rows: Vec<SparseRow> = block
-                .into_par_iter()
-                .map_init(Memory::default, |memory, i| {
-                    self.row(i, tolerance, &plan, memory)
-                })
-                .collect();
-            rows.into_iter().try_for_each(&mut each)?;
-        }
+        self.rows_of(0..self.len(), tolerance, &plan, each)?;
         Ok(plan)
     }
+
+    /// The whole matrix in memory: for the small.
+    #[must_use]
+    pub fn matrix(&self, tolerance: f64) -> Matrix {
+        let mut matrix = Matrix {
+            indptr: vec![0],
+            ..Matrix::default()
+        };
+        let add = |row: SparseRow| {
+            matrix.data.extend(row.values);
+            matrix.indices.extend(row.columns);
+            matrix.error.extend(row.errors);
+            matrix.sky.push(row.sky);
+            matrix.indptr.push(matrix.data.len());
+            Ok::<(), std::convert::Infallible>(())
+        };
+        match self.rows(tolerance, add) {
+            Ok(_) => matrix,
+            Err(never) => match never {},
+        }
+    }
+}
+
+/// A facet's number: there are fewer than 2³².
+fn number(facet: usize) -> u32 {
+    u32::try_from(facet).unwrap_or(u32::MAX)
+}
+
+/// What two polygons exchange, roughly: that of a disk of the same area on the axis.
+pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
+    let between = q.centroid() - p.centroid();
+    let square = between.length_squared();
+    let cosines = p.normal().dot(between) * q.normal().dot(-between) / square;
+    let (small, large) = (p.area().min(q.area()), p.area().max(q.area()));
+    small * large * cosines.clamp(0.01, 1.0) / (PI * square + large)
+}
+
+/// The weight of a pair that is partly hidden: the cost grows as the inverse of the tolerance, so
+/// that roots of what is exchanged share it best.
+fn weight(polygons: &[ConvexPolygon; 2]) -> f64 {
+    coarse(polygons).sqrt()
 }

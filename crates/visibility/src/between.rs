@@ -4,7 +4,7 @@ use crate::bvh::Bvh;
 use crate::node::Child;
 use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
-use linelit_geometry::{DVec3, Vector3};
+use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
 
 /// The space between a shading point and a light, their convex hull: what a
 /// renderer asks its own hierarchy for, to build [`Occluders`](crate::Occluders) of the triangles
@@ -42,13 +42,14 @@ pub struct Between {
     hi: DVec3,
     /// Planes that it lies on one side of, n·(p − o) ≥ 0: through the shading point and an edge of
     /// the light, and the light's own.
-    planes: Vec<(DVec3, DVec3)>,
+    planes: [(DVec3, DVec3); PLANES],
+    count: usize,
     /// The largest coordinate.
     largest: f64,
-    /// The room for rounding beside a plane that a triangle needs: what touches the space meets it,
-    /// or what is inside by more than rounding.
-    room: f64,
 }
+
+/// One for each edge, and the light's; of a line two that face each other and three sides.
+const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 
 /// The relative rounding error of a side: the coordinates that it is found from are products and
 /// sums of differences, each rounded to ε/2, of which there are fewer than 64.
@@ -64,9 +65,9 @@ impl Between {
         let mut all = Self {
             lo,
             hi,
-            planes: Vec::new(),
+            planes: [(DVec3::ZERO, DVec3::ZERO); PLANES],
+            count: 0,
             largest: lo.abs().max(hi.abs()).max_element(),
-            room: ROOM,
         };
         if let [a, b] = *light {
             let normal = (a - x).cross(b - x);
@@ -98,61 +99,9 @@ impl Between {
         all
     }
 
-    /// Creates the region between two convex polygons, their convex hull. Triangles that only touch
-    /// it do not meet it: they hide nothing of one polygon from the other.
-    ///
-    /// ```
-    /// use linelit_visibility::Between;
-    /// use linelit_visibility::geometry::DVec3;
-    /// let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    /// let [low, high] = [0.0, 1.0].map(|z| square.map(|[x, y]| DVec3::new(x, y, z)));
-    /// let space = Between::polygons(&low, &high);
-    /// let wall = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]].map(DVec3::from);
-    /// assert!(!space.meets(wall) && space.meets(wall.map(|p| p - 0.5 * DVec3::X)));
-    /// ```
-    #[must_use]
-    pub fn polygons(first: &[DVec3], second: &[DVec3]) -> Self {
-        let all = || first.iter().chain(second).copied();
-        let start = first.first().copied().unwrap_or_default();
-        let (lo, hi) = (all().fold(start, DVec3::min), all().fold(start, DVec3::max));
-        let mut space = Self {
-            lo,
-            hi,
-            planes: Vec::new(),
-            largest: lo.abs().max(hi.abs()).max_element(),
-            room: -ROOM,
-        };
-        for (own, other) in [(first, second), (second, first)] {
-            let pairs = own.iter().zip(own.iter().cycle().skip(1));
-            for ((a, b), c) in pairs.flat_map(|edge| other.iter().map(move |c| (edge, c))) {
-                space.add_if_outside((*b - *a).cross(*c - *a), *a, all());
-            }
-            if let [a, b, .., c] = *own {
-                space.add_if_outside((b - a).cross(c - a), a, all());
-            }
-        }
-        space
-    }
-
-    /// Adds a plane if all points are on one side of it, but for rounding.
-    fn add_if_outside(
-        &mut self,
-        normal: DVec3,
-        origin: DVec3,
-        points: impl Iterator<Item = DVec3>,
-    ) {
-        let heights = points.map(|p| normal.dot(p - origin));
-        let (low, high) = heights.fold((0.0, 0.0), |(low, high), h: f64| (h.min(low), h.max(high)));
-        let room = ROOM * self.largest * normal.abs().element_sum();
-        match (low >= -room, high <= room) {
-            (true, false) => self.add(normal, origin),
-            (false, true) => self.add(-normal, origin),
-            (true, true) | (false, false) => {}
-        }
-    }
-
     fn add(&mut self, normal: DVec3, origin: DVec3) {
-        self.planes.push((normal, origin));
+        self.planes[self.count] = (normal, origin);
+        self.count += 1;
     }
 
     /// Whether a box may hold something that hides a part of the light: no false negatives, few
@@ -170,7 +119,7 @@ impl Between {
             return false;
         }
         let largest = low.abs().max(high.abs()).max_element().max(self.largest);
-        !self.planes.iter().any(|(normal, origin)| {
+        !self.planes[..self.count].iter().any(|(normal, origin)| {
             // The corner farthest along the normal.
             let corner = DVec3::select(normal.cmpge(DVec3::ZERO), high, low);
             let room = ROOM * largest * normal.abs().element_sum();
@@ -181,25 +130,14 @@ impl Between {
     /// Whether a triangle meets the space. Touching it counts, up to rounding.
     #[must_use]
     pub fn meets(&self, triangle: [DVec3; 3]) -> bool {
+        let mut part = triangle.to_vec();
         let largest = triangle.iter().fold(self.largest, |largest, corner| {
             largest.max(corner.abs().max_element())
         });
-        let mut part = Vec::new();
-        for (normal, origin) in &self.planes {
-            let room = self.room * largest * normal.abs().element_sum();
-            let height = |p: DVec3| normal.dot(p - *origin) + room;
-            // Most triangles are on one side of most planes.
-            let whole = triangle.map(height);
-            if whole.iter().all(|h| *h < 0.0) {
-                return false;
-            }
-            if whole.iter().all(|h| *h >= 0.0) {
-                continue;
-            }
+        for (normal, origin) in &self.planes[..self.count] {
             // Clip the triangle to the inner side of the plane.
-            if part.is_empty() {
-                part = triangle.to_vec();
-            }
+            let room = ROOM * largest * normal.abs().element_sum();
+            let height = |p: DVec3| normal.dot(p - *origin) + room;
             let next = part.iter().cycle().skip(1);
             let edges = part.iter().zip(next).flat_map(|(&p, &q)| {
                 let (from, to) = (height(p), height(q));
@@ -208,11 +146,8 @@ impl Between {
                 [(from >= 0.0).then_some(p), crossing]
             });
             part = edges.flatten().collect();
-            if part.is_empty() {
-                return false;
-            }
         }
-        true
+        !part.is_empty()
     }
 }
 
@@ -234,12 +169,7 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn between<'a>(&self, point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Vec<u32> {
-        self.within(&Between::new(point, light))
-    }
-
-    /// The triangles that meet a space, as [`Occluders::between`] gives them.
-    #[must_use]
-    pub fn within(&self, space: &Between) -> Vec<u32> {
+        let space = Between::new(point, light);
         let mut found = Vec::new();
         let holes = self.holes.as_ref().map(|holes| &holes.bvh);
         for bvh in std::iter::once(&self.bvh).chain(holes) {

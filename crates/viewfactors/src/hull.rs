@@ -1,0 +1,135 @@
+//! The space between two convex polygons.
+
+use linelit_geometry::{ConvexPolygon, DVec3};
+
+/// The relative rounding error of a height: products and sums of differences of coordinates.
+const ROOM: f64 = 32.0 * f64::EPSILON;
+
+/// The convex hull of two convex polygons.
+#[derive(Clone, Debug)]
+pub(crate) struct Hull {
+    low: DVec3,
+    high: DVec3,
+    /// Unit normals inwards, and the heights of planes along them.
+    planes: Vec<(DVec3, f64)>,
+    /// What touches the hull is not in it, or what is inside by no more than rounding.
+    room: f64,
+}
+
+impl Hull {
+    /// The hull of two polygons, each given by its corners.
+    pub(crate) fn new(first: &[DVec3], second: &[DVec3]) -> Self {
+        let all = || first.iter().chain(second).copied();
+        let start = first.first().copied().unwrap_or_default();
+        let (low, high) = (all().fold(start, DVec3::min), all().fold(start, DVec3::max));
+        let mut hull = Self {
+            low,
+            high,
+            planes: Vec::with_capacity(16),
+            room: ROOM * low.abs().max(high.abs()).max_element(),
+        };
+        for (own, other) in [(first, second), (second, first)] {
+            let edges = own.iter().zip(own.iter().cycle().skip(1));
+            for (a, b) in edges {
+                for c in other {
+                    hull.add_if_outside((*b - *a).cross(*c - *a), *a, all());
+                }
+            }
+            if let [a, b, .., c] = *own {
+                hull.add_if_outside((b - a).cross(c - a), a, all());
+            }
+        }
+        hull
+    }
+
+    /// Adds a plane if all points are on one side of it, but for rounding.
+    fn add_if_outside(
+        &mut self,
+        normal: DVec3,
+        origin: DVec3,
+        points: impl Iterator<Item = DVec3>,
+    ) {
+        let Some(normal) = normal.try_normalize() else {
+            return;
+        };
+        let at = normal.dot(origin);
+        let (mut low, mut high) = (0.0_f64, 0.0_f64);
+        for point in points {
+            let height = normal.dot(point) - at;
+            (low, high) = (low.min(height), high.max(height));
+            if low < -self.room && high > self.room {
+                return;
+            }
+        }
+        let plane = match (low >= -self.room, high <= self.room) {
+            (true, false) => (normal, at),
+            (false, true) => (-normal, -at),
+            (true, true) | (false, false) => return,
+        };
+        let is_known = |(n, d): &(DVec3, f64)| {
+            n.dot(plane.0) >= 1.0 - f64::EPSILON && (d - plane.1).abs() <= self.room
+        };
+        if !self.planes.iter().any(is_known) {
+            self.planes.push(plane);
+        }
+    }
+
+    /// Whether a box may hold a part of the hull.
+    pub(crate) fn may_hold(&self, low: DVec3, high: DVec3) -> bool {
+        let apart = high.cmplt(self.low) | low.cmpgt(self.high);
+        !apart.any()
+            && self.planes.iter().all(|(normal, at)| {
+                // The corner farthest along the normal.
+                let corner = DVec3::select(normal.cmpge(DVec3::ZERO), high, low);
+                normal.dot(corner) > *at
+            })
+    }
+
+    /// Whether a polygon meets the inside of the hull.
+    pub(crate) fn meets(&self, polygon: &ConvexPolygon, memory: &mut [Vec<DVec3>; 2]) -> bool {
+        let mut is_cut = false;
+        let [part, next] = memory;
+        for (normal, at) in &self.planes {
+            let height = |p: &DVec3| normal.dot(*p) - at - self.room;
+            let corners = if is_cut {
+                part.as_slice()
+            } else {
+                polygon.vertices()
+            };
+            let inside = corners.iter().filter(|p| height(p) > 0.0).count();
+            if inside == 0 {
+                return false;
+            }
+            if inside < corners.len() {
+                next.clear();
+                for (p, q) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+                    let (from, to) = (height(p), height(q));
+                    if from > 0.0 {
+                        next.push(*p);
+                    }
+                    if (from > 0.0) != (to > 0.0) {
+                        next.push(*p + (*q - *p) * (from / (from - to)));
+                    }
+                }
+                std::mem::swap(part, next);
+                is_cut = true;
+            }
+        }
+        true
+    }
+}
+
+/// Whether all segments between two polygons pass a third.
+pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3]) -> bool {
+    let (n, v) = (blocker.normal(), blocker.vertices());
+    let height = |x: &DVec3| n.dot(*x - v[0]);
+    let passes = |a: &DVec3, b: &DVec3| {
+        let (from, to) = (height(a), height(b));
+        let x = *a + (*b - *a) * (from / (from - to));
+        let edges = v.iter().zip(v.iter().cycle().skip(1));
+        from * to < 0.0 && { edges }.all(|(c, d)| n.dot((*d - *c).cross(x - *c)) >= 0.0)
+    };
+    // All of one polygon on one side, all of the other on the other.
+    let side = p.first().map_or(0.0, &height).signum();
+    p.iter().all(|x| height(x) * side > 0.0) && p.iter().all(|a| q.iter().all(|b| passes(a, b)))
+}

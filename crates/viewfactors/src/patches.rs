@@ -1,0 +1,247 @@
+//! Patches: neighbours in one plane, which hide as one.
+
+use crate::tree::Tree;
+use linelit_geometry::{ConvexPolygon, DVec3};
+use std::collections::HashMap;
+use std::ops::RangeInclusive;
+
+/// A convex polygon of parts in one plane.
+#[derive(Clone, Debug)]
+pub(crate) struct Patch {
+    pub polygon: ConvexPolygon,
+    /// The first and the last facet that it has parts of.
+    pub facets: RangeInclusive<usize>,
+    /// Its parts.
+    pub tree: Tree,
+    /// A rectangle around the parts of each node, that of a leaf being its part.
+    pub around: Vec<ConvexPolygon>,
+}
+
+/// The distance from a plane or a line that is rounding, relative to the largest coordinate: corners
+/// are differences and sums of coordinates.
+pub(crate) const FLAT: f64 = 16.0 * f64::EPSILON;
+
+/// Joins polygons in one plane that share edges, wherever the result is convex. The outlines are
+/// their corners to the last bit, by which neighbours know each other.
+pub(crate) fn patches(
+    polygons: &[ConvexPolygon],
+    outlines: &[Vec<DVec3>],
+    facet: impl Fn(usize) -> usize,
+) -> Vec<Patch> {
+    let mut joiner = Joiner::new(polygons, outlines);
+    while joiner.pass() {}
+    let Joiner {
+        loops,
+        members,
+        points,
+        ..
+    } = joiner;
+    let mut patches = Vec::new();
+    for (outline, members) in loops
+        .iter()
+        .zip(members)
+        .filter(|(outline, _)| !outline.is_empty())
+    {
+        let bounds = |k: usize| bounds(polygons[k].vertices());
+        let (first, count) = (members[0], members.len());
+        let facets = || members.iter().map(|&k| facet(k));
+        let facets = facets().min().unwrap_or(0)..=facets().max().unwrap_or(0);
+        let tree = Tree::build(members, bounds);
+        let corners: Vec<DVec3> = outline.iter().map(|&v| points[v as usize]).collect();
+        let corners = without_flat(&corners, polygons[first].normal());
+        let whole = ConvexPolygon::new(&corners).ok().filter(|_| count > 1);
+        let around = tree.nodes.iter().map(|node| {
+            let parts = tree.order[node.items.clone()].iter().map(|&k| &polygons[k]);
+            rectangle(parts).unwrap_or(polygons[tree.order[node.items.start]])
+        });
+        patches.push(Patch {
+            polygon: whole.unwrap_or(polygons[first]),
+            facets,
+            around: around.collect(),
+            tree,
+        });
+    }
+    patches
+}
+
+/// The box of some points.
+pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
+    let start = points.first().copied().unwrap_or_default();
+    points
+        .iter()
+        .fold([start; 2], |[low, high], p| [low.min(*p), high.max(*p)])
+}
+
+/// A rectangle around more than one polygon in one plane.
+fn rectangle<'a>(
+    polygons: impl Iterator<Item = &'a ConvexPolygon> + Clone,
+) -> Option<ConvexPolygon> {
+    let first = polygons
+        .clone()
+        .next()
+        .filter(|_| polygons.clone().nth(1).is_some())?;
+    let n = first.normal();
+    let [a, b] = [first.vertices()[0], first.vertices()[1]];
+    let u = (b - a).normalize_or_zero();
+    let v = n.cross(u);
+    let corners = polygons.flat_map(|p| p.vertices());
+    let places = corners.map(|p| DVec3::new(u.dot(*p - a), v.dot(*p - a), 0.0));
+    let [low, high] = bounds(&places.collect::<Vec<_>>());
+    let at = |s: f64, t: f64| a + u * s + v * t;
+    let corners = [
+        at(low.x, low.y),
+        at(high.x, low.y),
+        at(high.x, high.y),
+        at(low.x, high.y),
+    ];
+    ConvexPolygon::new(&corners).ok()
+}
+
+/// Outlines of polygons, which become fewer.
+struct Joiner {
+    points: Vec<DVec3>,
+    /// The corners of each, those in the middle of a side too; none where it was joined.
+    loops: Vec<Vec<u32>>,
+    normals: Vec<DVec3>,
+    members: Vec<Vec<usize>>,
+    /// The polygon on the left of each edge.
+    left: HashMap<[u32; 2], usize>,
+    room: f64,
+}
+
+impl Joiner {
+    fn new(polygons: &[ConvexPolygon], outlines: &[Vec<DVec3>]) -> Self {
+        let (mut points, mut numbers) = (Vec::new(), HashMap::new());
+        let mut number = |p: &DVec3| {
+            // Zeros of both signs are one.
+            let key = (*p + DVec3::ZERO).to_array().map(f64::to_bits);
+            *numbers.entry(key).or_insert_with(|| {
+                points.push(*p);
+                u32::try_from(points.len() - 1).unwrap_or(u32::MAX)
+            })
+        };
+        let numbers = |outline: &Vec<DVec3>| outline.iter().map(&mut number).collect();
+        let loops: Vec<Vec<u32>> = outlines.iter().map(numbers).collect();
+        let mut left = HashMap::new();
+        for (k, outline) in loops.iter().enumerate() {
+            left.extend(edges(outline).map(|edge| (edge, k)));
+        }
+        let largest = points
+            .iter()
+            .map(|p| p.abs().max_element())
+            .fold(0.0, f64::max);
+        Self {
+            points,
+            loops,
+            normals: polygons.iter().map(ConvexPolygon::normal).collect(),
+            members: (0..polygons.len()).map(|k| vec![k]).collect(),
+            left,
+            room: FLAT * largest,
+        }
+    }
+
+    /// Joins each with its neighbours; whether there were any.
+    fn pass(&mut self) -> bool {
+        let mut any = false;
+        for k in 0..self.loops.len() {
+            while let Some((other, joined)) = self.neighbour(k) {
+                self.left.extend(edges(&joined).map(|edge| (edge, k)));
+                self.loops[k] = joined;
+                self.loops[other] = Vec::new();
+                let members = std::mem::take(&mut self.members[other]);
+                self.members[k].extend(members);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// A neighbour that may be joined, and the outline of both.
+    fn neighbour(&self, k: usize) -> Option<(usize, Vec<u32>)> {
+        let own = &self.loops[k];
+        let mut tried = None;
+        for (place, [a, b]) in edges(own).enumerate() {
+            let Some(&other) = self
+                .left
+                .get(&[b, a])
+                .filter(|o| **o != k && tried != Some(**o))
+            else {
+                continue;
+            };
+            tried = Some(other);
+            let joined = self.joined(own, place, k, other);
+            if joined.is_some() {
+                return joined.map(|outline| (other, outline));
+            }
+        }
+        None
+    }
+
+    /// The outline of two polygons that share an edge, if both are in one plane and it is convex.
+    fn joined(&self, own: &[u32], place: usize, k: usize, other: usize) -> Option<Vec<u32>> {
+        let theirs = &self.loops[other];
+        let (n, m) = (own.len(), theirs.len());
+        let normal = self.normals[k];
+        let point = |v: u32| self.points[v as usize];
+        let origin = point(own[0]);
+        let is_off = |v: &u32| normal.dot(point(*v) - origin).abs() > self.room;
+        if normal.dot(self.normals[other]) <= 0.0 || theirs.iter().any(is_off) {
+            return None;
+        }
+        // The chain of edges that both share, from `start` on, in the order of the first.
+        let there = theirs.iter().position(|v| *v == own[(place + 1) % n])?;
+        let (mut before, mut after) = (0, 1);
+        while before < n && own[(place + n - before) % n] == theirs[(there + 1 + before) % m] {
+            before += 1;
+        }
+        while after < n && own[(place + after) % n] == theirs[(there + m + 1 - after) % m] {
+            after += 1;
+        }
+        let shared = before + after - 1;
+        if before == 0 || shared >= n.min(m) {
+            return None;
+        }
+        let rest = (0..n - shared + 1).map(|j| own[(place + after - 1 + j) % n]);
+        let add = (1..m - shared).map(|j| theirs[(there + before + j) % m]);
+        let outline: Vec<u32> = rest.chain(add).collect();
+        let corners: Vec<DVec3> = outline.iter().map(|&v| point(v)).collect();
+        let turns = turns(&corners, normal, self.room);
+        let corners = turns.iter().filter(|t| **t > 0.0).count();
+        let fits = turns.iter().all(|t| *t >= 0.0) && (3..=16).contains(&corners);
+        fits.then_some(outline)
+    }
+}
+
+/// The edges of an outline.
+fn edges(outline: &[u32]) -> impl Iterator<Item = [u32; 2]> {
+    let next = outline.iter().cycle().skip(1);
+    outline.iter().zip(next).map(|(&a, &b)| [a, b])
+}
+
+/// How far each corner is from the line through those beside it, to the right of it: zero where that
+/// is rounding.
+fn turns(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<f64> {
+    let n = corners.len();
+    let turn = |k: usize| {
+        let [a, b, c] = [k + n - 1, k, k + 1].map(|j| corners[j % n]);
+        let turn = normal.dot((b - a).cross(c - b));
+        let length = (b - a).length() + (c - b).length();
+        if turn.abs() <= room * length {
+            0.0
+        } else {
+            turn
+        }
+    };
+    (0..n).map(turn).collect()
+}
+
+/// Corners without those in the middle of a side.
+fn without_flat(corners: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let largest = corners
+        .iter()
+        .map(|p| p.abs().max_element())
+        .fold(0.0, f64::max);
+    let turns = turns(corners, normal, FLAT * largest);
+    let kept = corners.iter().zip(turns).filter(|(_, turn)| *turn > 0.0);
+    kept.map(|(corner, _)| *corner).collect()
+}

@@ -1,0 +1,78 @@
+//! A binary tree of boxes.
+
+use linelit_geometry::DVec3;
+use std::ops::Range;
+
+/// A box, and the items in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Places in the tree's order.
+    pub items: Range<usize>,
+    /// Both halves, unless it holds one item.
+    pub children: Option<[usize; 2]>,
+}
+
+/// A binary tree of boxes with one item in each leaf, halved across the longest side.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tree {
+    /// The first is the root.
+    pub nodes: Vec<Node>,
+    /// The items, those of each node side by side.
+    pub order: Vec<usize>,
+}
+
+impl Tree {
+    /// A tree of some items, by their boxes.
+    pub(crate) fn build(items: Vec<usize>, bounds: impl Fn(usize) -> [DVec3; 2]) -> Self {
+        let mut tree = Self {
+            nodes: Vec::new(),
+            order: items,
+        };
+        if !tree.order.is_empty() {
+            tree.add(0..tree.order.len(), &bounds);
+        }
+        tree
+    }
+
+    /// Adds a node and those below it; its number. The depth is the logarithm of the count.
+    fn add(&mut self, items: Range<usize>, bounds: &impl Fn(usize) -> [DVec3; 2]) -> usize {
+        let all = self.order[items.clone()].iter().map(|&i| bounds(i));
+        let whole = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);
+        let [low, high] = whole.unwrap_or_default();
+        let number = self.nodes.len();
+        self.nodes.push(Node {
+            low,
+            high,
+            items: items.clone(),
+            children: None,
+        });
+        if items.len() > 1 {
+            let sides = (high - low).to_array();
+            let axis = (0..3).fold(0, |a, b| if sides[b] > sides[a] { b } else { a });
+            let place = |&i: &usize| bounds(i).map(|x| x[axis]).iter().sum::<f64>();
+            let by_place = |a: &usize, b: &usize| place(a).total_cmp(&place(b)).then(a.cmp(b));
+            let half = items.len() / 2;
+            self.order[items.clone()].select_nth_unstable_by(half, by_place);
+            let middle = items.start + half;
+            let left = self.add(items.start..middle, bounds);
+            let right = self.add(middle..items.end, bounds);
+            self.nodes[number].children = Some([left, right]);
+        }
+        number
+    }
+
+    /// Hands on all items whose boxes may hold something.
+    pub(crate) fn find(&self, holds: impl Fn(DVec3, DVec3) -> bool, mut each: impl FnMut(usize)) {
+        let mut waiting = vec![0];
+        while let Some(node) = waiting.pop().and_then(|k: usize| self.nodes.get(k)) {
+            if holds(node.low, node.high) {
+                match node.children {
+                    Some(children) => waiting.extend(children),
+                    None => self.order[node.items.clone()].iter().for_each(|&i| each(i)),
+                }
+            }
+        }
+    }
+}

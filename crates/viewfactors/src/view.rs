@@ -1,0 +1,214 @@
+//! What a point sees of a polygon past a few convex others.
+
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_shading::polygon;
+use std::f64::consts::FRAC_1_PI;
+
+/// Convex polygons, corner after corner.
+#[derive(Debug, Default)]
+struct Pieces {
+    corners: Vec<DVec3>,
+    /// Where each ends.
+    ends: Vec<usize>,
+}
+
+impl Pieces {
+    fn clear(&mut self) {
+        self.corners.clear();
+        self.ends.clear();
+    }
+
+    fn push(&mut self, corners: &[DVec3]) {
+        self.corners.extend_from_slice(corners);
+        self.ends.push(self.corners.len());
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
+        let starts = std::iter::once(&0).chain(&self.ends);
+        starts
+            .zip(&self.ends)
+            .map(|(&from, &to)| &self.corners[from..to])
+    }
+}
+
+/// Memory for views, which any number of points use one after the other.
+#[derive(Debug, Default)]
+pub(crate) struct View {
+    pieces: Pieces,
+    next: Pieces,
+    /// Normals towards what is inside, and heights along them.
+    planes: Vec<(DVec3, f64)>,
+    inside: Vec<DVec3>,
+    cut: Vec<DVec3>,
+}
+
+/// Heights below this, relative to the distance, are on the plane: products and sums of differences
+/// of coordinates are rounded to less.
+const ON_PLANE: f64 = 64.0 * f64::EPSILON;
+
+impl View {
+    /// The view factors from a point with a normal to a polygon: without blockers, and past them.
+    /// All lies before the point's plane, and blockers before the polygon's.
+    pub(crate) fn factors(
+        &mut self,
+        x: DVec3,
+        n: DVec3,
+        polygon: &ConvexPolygon,
+        blockers: &[ConvexPolygon],
+    ) -> [f64; 2] {
+        let mut room = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let whole = polygon.relative_to(x, &mut room);
+        let open = FRAC_1_PI * polygon::irradiance(whole, n);
+        self.pieces.clear();
+        self.pieces.push(whole);
+        let mut is_cut = false;
+        for blocker in blockers {
+            let corners = blocker.vertices();
+            let height = blocker.normal().dot(corners[0] - x);
+            self.planes.clear();
+            for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+                let normal = (*a - x).cross(*b - x) * height.signum();
+                // An edge in whose line the point is bounds nothing.
+                self.planes.extend(normal.try_normalize().map(|m| (m, 0.0)));
+            }
+            is_cut |= self.subtract(height.abs());
+            if self.pieces.ends.is_empty() {
+                return [open, 0.0];
+            }
+        }
+        if !is_cut {
+            return [open, open];
+        }
+        let each = self
+            .pieces
+            .iter()
+            .map(|piece| polygon::irradiance(piece, n));
+        [open, FRAC_1_PI * each.sum::<f64>()]
+    }
+
+    /// The area of what light of one direction, towards which the polygon's normal is, reaches of
+    /// it past blockers before its plane.
+    pub(crate) fn lit(
+        &mut self,
+        direction: DVec3,
+        polygon: &ConvexPolygon,
+        blockers: &[ConvexPolygon],
+    ) -> f64 {
+        let origin = polygon.vertices()[0];
+        let mut room = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        self.pieces.clear();
+        self.pieces.push(polygon.relative_to(origin, &mut room));
+        for blocker in blockers {
+            let corners = blocker.vertices();
+            let height = blocker.normal().dot(direction);
+            self.planes.clear();
+            for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+                let normal = (*b - *a).cross(-direction) * height.signum();
+                let plane = |m: DVec3| (m, m.dot(*a - origin));
+                self.planes.extend(normal.try_normalize().map(plane));
+            }
+            let size = corners
+                .iter()
+                .map(|v| v.distance(origin))
+                .fold(0.0, f64::max);
+            self.subtract(height.abs() * size);
+        }
+        let n = polygon.normal();
+        let area = |piece: &[DVec3]| {
+            let fan = piece
+                .windows(2)
+                .skip(1)
+                .map(|w| (w[0] - piece[0]).cross(w[1] - piece[0]));
+            0.5 * n.dot(fan.sum::<DVec3>())
+        };
+        self.pieces.iter().map(area).sum()
+    }
+
+    /// Takes away from all pieces what is inside all planes, which bound the shadow of a blocker;
+    /// whether there was any. The height is that of the eye above the blocker.
+    fn subtract(&mut self, height: f64) -> bool {
+        self.next.clear();
+        let mut is_cut = false;
+        let Self {
+            pieces,
+            next,
+            planes,
+            inside,
+            cut,
+        } = self;
+        for piece in pieces.iter() {
+            let most = piece
+                .iter()
+                .fold(0.0_f64, |most, v| most.max(v.abs().max_element()));
+            let room = ON_PLANE * most;
+            let mark = (next.corners.len(), next.ends.len());
+            let misses = |(m, at): &(DVec3, f64)| piece.iter().all(|v| m.dot(*v) - at <= room);
+            // Edge-on, it hides nothing.
+            let mut hides = height > room && !planes.iter().any(misses);
+            if hides {
+                inside.clear();
+                inside.extend_from_slice(piece);
+                for m in planes.iter() {
+                    split(inside, cut, next, *m, room);
+                    if inside.is_empty() {
+                        hides = false;
+                        break;
+                    }
+                }
+            }
+            if !hides {
+                next.corners.truncate(mark.0);
+                next.ends.truncate(mark.1);
+                next.push(piece);
+            }
+            is_cut |= hides;
+        }
+        if is_cut {
+            std::mem::swap(&mut self.pieces, &mut self.next);
+        }
+        is_cut
+    }
+}
+
+/// Leaves of a polygon what is above a plane, and adds what is below to others.
+fn split(
+    inside: &mut Vec<DVec3>,
+    cut: &mut Vec<DVec3>,
+    others: &mut Pieces,
+    (normal, at): (DVec3, f64),
+    room: f64,
+) {
+    let height = |v: &DVec3| normal.dot(*v) - at;
+    let (mut low, mut high) = (0.0_f64, 0.0_f64);
+    for h in inside.iter().map(height) {
+        (low, high) = (low.min(h), high.max(h));
+    }
+    if low >= -room {
+        if high <= room {
+            inside.clear();
+        }
+        return;
+    }
+    if high <= room {
+        others.push(inside);
+        inside.clear();
+        return;
+    }
+    cut.clear();
+    for (p, q) in inside.iter().zip(inside.iter().cycle().skip(1)) {
+        let (from, to) = (height(p), height(q));
+        if from <= 0.0 {
+            others.corners.push(*p);
+        }
+        if from >= 0.0 {
+            cut.push(*p);
+        }
+        if (from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0) {
+            let crossing = *p + (*q - *p) * (from / (from - to));
+            others.corners.push(crossing);
+            cut.push(crossing);
+        }
+    }
+    others.ends.push(others.corners.len());
+    std::mem::swap(inside, cut);
+}
