@@ -14,10 +14,23 @@ pub(crate) struct Integral {
 /// A quadrangle, the image of a square under a bilinear map; a triangle where two corners are one.
 pub(crate) type Corners = [DVec3; 4];
 
+/// Two functions that are not negative.
+pub(crate) trait Integrand {
+    /// What is known of them in a quadrangle.
+    type Known;
+    /// What is known in a quadrangle, by what is known around it.
+    fn narrow(&mut self, corners: &Corners, around: &Self::Known) -> Self::Known;
+    /// Their values at a point.
+    fn at(&mut self, x: DVec3, known: &Self::Known) -> [f64; 2];
+    /// A bound of what lies between the points of the rule.
+    fn unseen(&self, corners: &Corners, known: &Self::Known) -> f64;
+}
+
 /// A quadrangle with what the rule makes of both functions.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
+#[derive(Clone, Debug)]
+struct Cell<K> {
     corners: Corners,
+    known: K,
     sums: [Integral; 2],
     /// For each function, whether it differs more along the second axis of the square.
     is_upright: [bool; 2],
@@ -25,27 +38,27 @@ struct Cell {
     key: (usize, usize),
 }
 
-impl Cell {
+impl<K> Cell<K> {
     fn rank(&self) -> (f64, usize) {
         (self.sums[self.key.0].error, self.key.1)
     }
 }
 
-impl PartialEq for Cell {
+impl<K> PartialEq for Cell<K> {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Cell {}
+impl<K> Eq for Cell<K> {}
 
-impl PartialOrd for Cell {
+impl<K> PartialOrd for Cell<K> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Cell {
+impl<K> Ord for Cell<K> {
     fn cmp(&self, other: &Self) -> Ordering {
         let (a, b) = (self.rank(), other.rank());
         a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))
@@ -66,7 +79,7 @@ const WEIGHTS: [[f64; 2]; 5] = [
 const AT_CORNERS: [f64; 5] = [
     -0.133_126_115_579_259_24,
     0.038_562_946_771_884_77,
-    -0.000_786_998_713_711_934_1,
+    -0.000_786_998_913_711_934_1,
     -0.024_494_418_963_358_026,
     0.02,
 ];
@@ -95,20 +108,21 @@ const fn diagonals(r: f64) -> [[f64; 2]; 4] {
 ///
 /// The error of a quadrangle is the larger of two differences: between rules of degree 7 and 5; and
 /// half of that between the quadrangle it was cut from and both halves. Where one corner has or
-/// lacks a part unlike all points, it is a quarter of that part. To it comes `unseen`: a bound of
-/// what lies between the points. Rules agree by chance now and then: unless a function is `smooth`,
+/// lacks a part unlike all points, it is a quarter of that part. To it comes the bound of what lies
+/// between the points. Rules agree by chance now and then: unless a function is `smooth`,
 /// every quadrangle is halved once where it is not zero.
-pub(crate) fn integrate(
+pub(crate) fn integrate<I: Integrand>(
     polygon: &ConvexPolygon,
     tolerance: f64,
     most: usize,
     is_smooth: bool,
-    mut f: impl FnMut(DVec3) -> [f64; 2],
-    unseen: impl Fn(&Corners) -> f64,
+    integrand: &mut I,
+    known: &I::Known,
 ) -> (usize, Integral) {
-    let mut cell = |corners| {
-        let mut cell = evaluate(corners, &mut f);
-        let missed = unseen(&corners);
+    let mut cell = |corners, around: &I::Known| {
+        let known = integrand.narrow(&corners, around);
+        let missed = integrand.unseen(&corners, &known);
+        let mut cell = evaluate(corners, integrand, known);
         for (sum, is_upright) in cell.sums.iter_mut().zip(&mut cell.is_upright) {
             if missed > sum.error {
                 *is_upright = is_longer_upright(&corners);
@@ -117,7 +131,8 @@ pub(crate) fn integrate(
         }
         cell
     };
-    let mut cells: Vec<Cell> = quadrangles(polygon).map(&mut cell).collect();
+    let quadrangles = quadrangles(polygon);
+    let mut cells: Vec<Cell<I::Known>> = quadrangles.map(|corners| cell(corners, known)).collect();
     let total = |k: usize| cells.iter().map(|c| c.sums[k].error).sum::<f64>();
     let k = usize::from(total(1) < total(0));
     for (number, cell) in cells.iter_mut().enumerate() {
@@ -131,7 +146,8 @@ pub(crate) fn integrate(
     let mut cells = BinaryHeap::from(cells);
     while error > tolerance && cells.len() < most {
         let Some(whole) = cells.pop() else { break };
-        let mut halves = halves(&whole.corners, whole.is_upright[k]).map(&mut cell);
+        let halves = halves(&whole.corners, whole.is_upright[k]);
+        let mut halves = halves.map(|corners| cell(corners, &whole.known));
         for j in 0..2 {
             let sum = halves[0].sums[j].value + halves[1].sums[j].value;
             let differs = 0.5 * (sum - whole.sums[j].value).abs();
@@ -156,7 +172,7 @@ pub(crate) fn integrate(
 }
 
 /// The integrals over a quadrangle and their errors.
-fn evaluate(corners: Corners, f: &mut impl FnMut(DVec3) -> [f64; 2]) -> Cell {
+fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) -> Cell<I::Known> {
     let [a, b, c, d] = corners;
     let middle = 0.25 * (a + b + c + d);
     let (u, v) = (0.25 * (b + c - a - d), 0.25 * (c + d - a - b));
@@ -164,7 +180,8 @@ fn evaluate(corners: Corners, f: &mut impl FnMut(DVec3) -> [f64; 2]) -> Cell {
     // The functions at a place, and the area there.
     let mut at = |[s, t]: [f64; 2]| {
         let area = (u + twist * t).cross(v + twist * s).length();
-        (f(middle + u * s + v * t + twist * (s * t)), area)
+        let x = middle + u * s + v * t + twist * (s * t);
+        (integrand.at(x, &known), area)
     };
     let center = at([0.0; 2]);
     let points = PLACES.map(|orbit| orbit.map(&mut at));
@@ -213,6 +230,7 @@ fn evaluate(corners: Corners, f: &mut impl FnMut(DVec3) -> [f64; 2]) -> Cell {
     let both = [one(0), one(1)];
     Cell {
         corners,
+        known,
         sums: both.map(|(sum, _)| sum),
         is_upright: both.map(|(_, is_upright)| is_upright),
         key: (0, 0),
@@ -241,5 +259,85 @@ fn halves(&[a, b, c, d]: &Corners, is_upright: bool) -> [Corners; 2] {
     } else {
         let (low, high) = (middle(a, b), middle(d, c));
         [[a, low, high, d], [low, b, c, high]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A function, and nothing besides.
+    struct Function<F>(F);
+
+    impl<F: Fn(DVec3) -> f64> Integrand for Function<F> {
+        type Known = ();
+
+        fn narrow(&mut self, _: &Corners, (): &()) {}
+
+        fn at(&mut self, x: DVec3, (): &()) -> [f64; 2] {
+            [self.0(x); 2]
+        }
+
+        fn unseen(&self, _: &Corners, (): &()) -> f64 {
+            0.0
+        }
+    }
+
+    fn integral(corners: &[[f64; 3]], tolerance: f64, f: impl Fn(DVec3) -> f64) -> Integral {
+        let polygon = ConvexPolygon::new(corners).unwrap();
+        integrate(&polygon, tolerance, 1_000_000, true, &mut Function(f), &()).1
+    }
+
+    const SQUARE: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+
+    #[test]
+    fn polynomials_are_exact() {
+        let seventh = |p: DVec3| p.x.powi(4) * p.y.powi(3);
+        let found = integral(&SQUARE, f64::INFINITY, seventh);
+        assert!(
+            (found.value - 0.05).abs() < 1e-15 && found.error > 1e-4,
+            "{found:?}"
+        );
+        // The rules that tell the error have degree 5.
+        let fifth = |p: DVec3| p.x.powi(2) * p.y.powi(3);
+        let found = integral(&SQUARE, f64::INFINITY, fifth);
+        assert!(
+            (found.value - 1.0 / 12.0).abs() < 1e-15 && found.error < 1e-15,
+            "{found:?}"
+        );
+        // On triangles the map doubles the degree and adds one: ∫ x² y = 2! / 5!.
+        let found = integral(&[SQUARE[0], SQUARE[1], SQUARE[3]], f64::INFINITY, |p| {
+            p.x.powi(2) * p.y
+        });
+        assert!((found.value - 1.0 / 60.0).abs() < 1e-15, "{found:?}");
+        // A pentagon is a quadrangle and a triangle.
+        let roof = [
+            SQUARE[0],
+            SQUARE[1],
+            [1., 2., 0.],
+            [0.5, 3., 0.],
+            [0., 2., 0.],
+        ];
+        let found = integral(&roof, f64::INFINITY, |p| p.y);
+        assert!(
+            (found.value - (2.0 + 0.5 * (2.0 + 1.0 / 3.0))).abs() < 1e-14,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn kinks_are_told() {
+        for tolerance in [1e-3, 1e-6] {
+            let kink = |p: DVec3| (p.x + 0.3 * p.y - 0.55).max(0.0);
+            let found = integral(&SQUARE, tolerance, kink);
+            // ∫ (x + 0.3 y − 0.55)₊ in closed form: cubes of the corners' heights.
+            let cube = |h: f64| h.max(0.0).powi(3) / (6.0 * 0.3);
+            let exact = cube(0.75) - cube(-0.25) - cube(0.45) + cube(-0.55);
+            let error = (found.value - exact).abs();
+            assert!(
+                error <= found.error && found.error <= tolerance,
+                "{error} {found:?}"
+            );
+        }
     }
 }

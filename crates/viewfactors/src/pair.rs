@@ -1,7 +1,8 @@
 //! View factors between two facets.
 
-use crate::cubature::{Corners, Integral, integrate};
+use crate::cubature::{Corners, Integral, Integrand, integrate};
 use crate::facets::{Facets, Sides};
+use crate::hull::{Hull, hides_all};
 use crate::partners::{Settled, Side, before_each_other};
 use crate::point::Memory;
 use crate::rows::coarse;
@@ -38,8 +39,6 @@ const MOST: usize = 20_000;
 /// The most quadrangles of the rule where nothing is in between: the contour integral takes longer
 /// than a few.
 const FEW: usize = 8;
-/// The most patches that are taken from a polygon one by one; more are left to the hierarchy.
-const ONE_BY_ONE: usize = 200;
 
 /// A patch between two polygons, as the adaptive rule knows it.
 struct Blocker {
@@ -102,7 +101,7 @@ impl Facets {
                 Settled::Clear => share / coarse(polygons),
                 _ => share,
             };
-            sum.add(self.parts(polygons, [first, second], (by, &between), share, memory));
+            sum.add(self.parts(polygons, (by, &between), share, memory));
         }
         (sum, settled)
     }
@@ -112,23 +111,19 @@ impl Facets {
     pub(crate) fn parts(
         &self,
         [p, q]: &[ConvexPolygon; 2],
-        facets: [usize; 2],
         (settled, between): (Settled, &[usize]),
         tolerance: f64,
         memory: &mut Memory,
     ) -> Estimate {
         // The smaller one is integrated over.
-        let ([p, q], to) = if p.area() <= q.area() {
-            ([p, q], facets[1])
-        } else {
-            ([q, p], facets[0])
-        };
+        let [p, q] = if p.area() <= q.area() { [p, q] } else { [q, p] };
         match settled {
             Settled::Facing | Settled::Hidden => Estimate::default(),
             Settled::Clear => open_exchange(p, q, tolerance),
             Settled::Partly => {
                 let blockers = self.blockers([p, q], between);
-                self.partly([p, q], to, &blockers, tolerance, memory)
+                let open = open_exchange(p, q, 0.05 * tolerance / coarse(&[*p, *q]));
+                partly([p, q], open, &blockers, tolerance, memory)
             }
         }
     }
@@ -144,44 +139,112 @@ impl Facets {
         blockers.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
         blockers
     }
+}
 
-    /// What two polygons exchange past others.
-    fn partly(
-        &self,
-        [p, q]: [&ConvexPolygon; 2],
-        to: usize,
-        blockers: &[Blocker],
-        tolerance: f64,
-        memory: &mut Memory,
-    ) -> Estimate {
-        let open = open_exchange(p, q, 0.05 * tolerance / coarse(&[*p, *q]));
-        let n = p.normal();
-        let polygons: Vec<ConvexPolygon> = blockers.iter().map(|b| b.polygon).collect();
-        let hidden_and_visible = |x: DVec3| {
-            let [open, visible] = if polygons.len() <= ONE_BY_ONE {
-                memory.view.factors(x, n, q, &polygons)
-            } else {
-                let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-                let open = polygon::irradiance(q.relative_to(x, &mut relative), n);
-                let pieces = &self.pieces[self.facets[to].pieces.clone()];
-                let each = pieces.iter().map(|piece| self.piece(x, n, piece, memory));
-                [FRAC_1_PI * open, each.sum()]
-            };
-            // What is visible or hidden by less than rounding is nothing.
-            let part = |x: f64| if x > 1e-12 * open { x } else { 0.0 };
-            [part(open - visible), part(visible)]
+/// What two polygons exchange past others.
+fn partly(
+    [p, q]: [&ConvexPolygon; 2],
+    open: Estimate,
+    blockers: &[Blocker],
+    tolerance: f64,
+    memory: &mut Memory,
+) -> Estimate {
+    let mut past = Past {
+        p,
+        q,
+        blockers,
+        memory,
+    };
+    let all = Known::Between((0..blockers.len()).collect());
+    let rest = (tolerance - open.error).max(0.5 * tolerance);
+    let (visible, found) = integrate(p, rest, MOST, are_apart(p, q), &mut past, &all);
+    let (value, error) = match visible {
+        1 => (found.value, found.error),
+        _ => (open.value - found.value, open.error + found.error),
+    };
+    Estimate {
+        value: value.clamp(0.0, open.value + open.error),
+        error: error.min(open.value + open.error),
+    }
+}
+
+/// What points of a polygon see of another past blockers: what is hidden, and what is visible.
+struct Past<'a> {
+    p: &'a ConvexPolygon,
+    q: &'a ConvexPolygon,
+    blockers: &'a [Blocker],
+    memory: &'a mut Memory,
+}
+
+/// What is between a part of one polygon and another.
+enum Known {
+    /// A blocker hides all.
+    Hidden,
+    /// The numbers of the blockers.
+    Between(Vec<usize>),
+}
+
+impl Integrand for Past<'_> {
+    type Known = Known;
+
+    fn narrow(&mut self, corners: &Corners, around: &Known) -> Known {
+        let around = match around {
+            Known::Hidden => return Known::Hidden,
+            Known::Between(numbers) => numbers,
         };
-        let unseen = |corners: &Corners| blockers.iter().map(|b| b.unseen(corners)).sum::<f64>();
-        let rest = (tolerance - open.error).max(0.5 * tolerance);
-        let (visible, found) = integrate(p, rest, MOST, false, hidden_and_visible, unseen);
-        let (value, error) = match visible {
-            1 => (found.value, found.error),
-            _ => (open.value - found.value, open.error + found.error),
-        };
-        Estimate {
-            value: value.clamp(0.0, open.value + open.error),
-            error: error.min(open.value + open.error),
+        let hull = Hull::new(corners, self.q.vertices());
+        let mut room = [Vec::new(), Vec::new()];
+        let mut meets = |k: &usize| hull.meets(&self.blockers[*k].polygon, &mut room);
+        let between: Vec<usize> = around.iter().copied().filter(&mut meets).collect();
+        let hides = |k: &usize| hides_all(&self.blockers[*k].polygon, corners, self.q.vertices());
+        match between.iter().any(hides) {
+            true => Known::Hidden,
+            false => Known::Between(between),
         }
+    }
+
+    fn at(&mut self, x: DVec3, known: &Known) -> [f64; 2] {
+        let n = self.p.normal();
+        let view = &mut self.memory.view;
+        let [open, visible] = match known {
+            Known::Hidden => [view.factors(x, n, self.q, std::iter::empty())[0], 0.0],
+            Known::Between(numbers) => {
+                let polygons = numbers.iter().map(|&k| &self.blockers[k].polygon);
+                view.factors(x, n, self.q, polygons)
+            }
+        };
+        // What is visible or hidden by less than rounding is nothing.
+        let part = |x: f64| if x > 1e-12 * open { x } else { 0.0 };
+        [part(open - visible), part(visible)]
+    }
+
+    fn unseen(&self, corners: &Corners, known: &Known) -> f64 {
+        match known {
+            Known::Hidden => 0.0,
+            Known::Between(all) => all.iter().map(|&k| self.blockers[k].unseen(corners)).sum(),
+        }
+    }
+}
+
+/// What points of a polygon see of another with nothing in between, twice.
+struct Open<'a> {
+    n: DVec3,
+    q: &'a ConvexPolygon,
+}
+
+impl Integrand for Open<'_> {
+    type Known = ();
+
+    fn narrow(&mut self, _: &Corners, (): &()) {}
+
+    fn at(&mut self, x: DVec3, (): &()) -> [f64; 2] {
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let irradiance = polygon::irradiance(self.q.relative_to(x, &mut relative), self.n);
+        [FRAC_1_PI * irradiance; 2]
+    }
+
+    fn unseen(&self, _: &Corners, (): &()) -> f64 {
+        0.0
     }
 }
 
@@ -273,23 +336,24 @@ fn distance(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     edges().map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// What two polygons exchange with nothing in between, to a relative tolerance.
-fn open_exchange(p: &ConvexPolygon, q: &ConvexPolygon, tolerance: f64) -> Estimate {
-    let n = p.normal();
-    let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-    let factor = |x: DVec3| {
-        let irradiance = polygon::irradiance(q.relative_to(x, &mut relative), n);
-        [FRAC_1_PI * irradiance; 2]
-    };
-    // A few points do where the polygons are far from each other.
+/// Whether one polygon is so far from another, for its size, that what points of it see of the other
+/// is smooth.
+fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
     let middle = p.centroid();
     let radius = p
         .vertices()
         .iter()
         .fold(0.0_f64, |r, v| r.max(v.distance(middle)));
-    if distance(q, middle) > 1.5 * radius {
+    distance(q, middle) > 1.5 * radius
+}
+
+/// What two polygons exchange with nothing in between, to a relative tolerance.
+fn open_exchange(p: &ConvexPolygon, q: &ConvexPolygon, tolerance: f64) -> Estimate {
+    // A few points do where the polygons are far from each other.
+    if are_apart(p, q) {
         let goal = 0.5 * tolerance * coarse(&[*p, *q]);
-        let (_, Integral { value, error }) = integrate(p, goal, FEW, true, factor, |_| 0.0);
+        let mut open = Open { n: p.normal(), q };
+        let (_, Integral { value, error }) = integrate(p, goal, FEW, true, &mut open, &());
         if error <= tolerance * value {
             return Estimate { value, error };
         }

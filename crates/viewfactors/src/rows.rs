@@ -129,13 +129,9 @@ impl Facets {
                     Settled::Clear => OPEN * tolerance,
                     _ => (1.0 - OPEN) * tolerance * share,
                 };
-                let (polygons, facets) = if facet < other {
-                    ([p, q], [facet, other])
-                } else {
-                    ([q, p], [other, facet])
-                };
+                let polygons = if facet < other { [p, q] } else { [q, p] };
                 let by = (partner.settled, partner.between);
-                let part = self.parts(&polygons, facets, by, tolerance, memory);
+                let part = self.parts(&polygons, by, tolerance, memory);
                 if part != Estimate::default() {
                     found.entry(number(other)).or_default().add(part);
                 }

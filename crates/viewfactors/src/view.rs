@@ -49,12 +49,12 @@ const ON_PLANE: f64 = 64.0 * f64::EPSILON;
 impl View {
     /// The view factors from a point with a normal to a polygon: without blockers, and past them.
     /// All lies before the point's plane, and blockers before the polygon's.
-    pub(crate) fn factors(
+    pub(crate) fn factors<'a>(
         &mut self,
         x: DVec3,
         n: DVec3,
         polygon: &ConvexPolygon,
-        blockers: &[ConvexPolygon],
+        blockers: impl Iterator<Item = &'a ConvexPolygon>,
     ) -> [f64; 2] {
         let mut room = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         let whole = polygon.relative_to(x, &mut room);
@@ -67,9 +67,9 @@ impl View {
             let height = blocker.normal().dot(corners[0] - x);
             self.planes.clear();
             for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+                // Of an edge in whose line the point is, it bounds nothing.
                 let normal = (*a - x).cross(*b - x) * height.signum();
-                // An edge in whose line the point is bounds nothing.
-                self.planes.extend(normal.try_normalize().map(|m| (m, 0.0)));
+                self.planes.push((normal, 0.0));
             }
             is_cut |= self.subtract(height.abs());
             if self.pieces.ends.is_empty() {
@@ -104,8 +104,7 @@ impl View {
             self.planes.clear();
             for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
                 let normal = (*b - *a).cross(-direction) * height.signum();
-                let plane = |m: DVec3| (m, m.dot(*a - origin));
-                self.planes.extend(normal.try_normalize().map(plane));
+                self.planes.push((normal, normal.dot(*a - origin)));
             }
             let size = corners
                 .iter()
@@ -127,6 +126,24 @@ impl View {
     /// Takes away from all pieces what is inside all planes, which bound the shadow of a blocker;
     /// whether there was any. The height is that of the eye above the blocker.
     fn subtract(&mut self, height: f64) -> bool {
+        let most = self
+            .pieces
+            .corners
+            .iter()
+            .map(|v| v.abs().max_element())
+            .fold(0.0, f64::max);
+        let room = ON_PLANE * most;
+        let misses = |piece: &[DVec3]| {
+            let misses = |(m, at): &(DVec3, f64)| {
+                let room = room * m.abs().element_sum();
+                piece.iter().all(|v| m.dot(*v) - at <= room)
+            };
+            self.planes.iter().any(misses)
+        };
+        // Edge-on, it hides nothing.
+        if height <= room || self.pieces.iter().all(misses) {
+            return false;
+        }
         self.next.clear();
         let mut is_cut = false;
         let Self {
@@ -137,31 +154,28 @@ impl View {
             cut,
         } = self;
         for piece in pieces.iter() {
-            let most = piece
-                .iter()
-                .fold(0.0_f64, |most, v| most.max(v.abs().max_element()));
-            let room = ON_PLANE * most;
             let mark = (next.corners.len(), next.ends.len());
-            let misses = |(m, at): &(DVec3, f64)| piece.iter().all(|v| m.dot(*v) - at <= room);
-            // Edge-on, it hides nothing.
-            let mut hides = height > room && !planes.iter().any(misses);
-            if hides {
-                inside.clear();
-                inside.extend_from_slice(piece);
-                for m in planes.iter() {
-                    split(inside, cut, next, *m, room);
-                    if inside.is_empty() {
-                        hides = false;
-                        break;
-                    }
+            inside.clear();
+            inside.extend_from_slice(piece);
+            for (normal, at) in planes.iter() {
+                split(
+                    inside,
+                    cut,
+                    next,
+                    (*normal, *at),
+                    room * normal.abs().element_sum(),
+                );
+                if inside.is_empty() {
+                    break;
                 }
             }
-            if !hides {
+            if inside.is_empty() {
                 next.corners.truncate(mark.0);
                 next.ends.truncate(mark.1);
                 next.push(piece);
+            } else {
+                is_cut = true;
             }
-            is_cut |= hides;
         }
         if is_cut {
             std::mem::swap(&mut self.pieces, &mut self.next);
