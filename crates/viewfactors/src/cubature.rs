@@ -242,6 +242,17 @@ fn is_longer_upright(&[a, b, c, d]: &Corners) -> bool {
     (c + d - a - b).length_squared() > (b + c - a - d).length_squared()
 }
 
+/// The points of the rule, for each quadrangle first those at corners and farthest from the middle.
+pub(crate) fn places(polygon: &ConvexPolygon) -> impl Iterator<Item = DVec3> {
+    quadrangles(polygon).flat_map(|[a, b, c, d]| {
+        let around = PLACES.iter().rev().flatten().copied();
+        around.chain([[0.0; 2]]).map(move |[s, t]| {
+            let low = (a * (1.0 - s) + b * (1.0 + s)) * (1.0 - t);
+            0.25 * (low + (d * (1.0 - s) + c * (1.0 + s)) * (1.0 + t))
+        })
+    })
+}
+
 /// A polygon in quadrangles with a corner in common.
 fn quadrangles(polygon: &ConvexPolygon) -> impl Iterator<Item = Corners> {
     let v = polygon.vertices();
@@ -285,7 +296,15 @@ mod tests {
 
     fn integral(corners: &[[f64; 3]], tolerance: f64, f: impl Fn(DVec3) -> f64) -> Integral {
         let polygon = ConvexPolygon::new(corners).unwrap();
-        integrate(&polygon, tolerance, 1_000_000, true, &mut Function(f), &()).1
+        integrate(
+            &polygon,
+            |_| tolerance,
+            1_000_000,
+            true,
+            &mut Function(f),
+            &(),
+        )
+        .1
     }
 
     const SQUARE: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];

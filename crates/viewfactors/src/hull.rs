@@ -12,7 +12,7 @@ pub(crate) struct Hull {
     high: DVec3,
     /// Unit normals inwards, and the heights of planes along them.
     planes: Vec<(DVec3, f64)>,
-    /// What touches the hull is not in it, or what is inside by no more than rounding.
+    /// The height above a plane that is rounding.
     room: f64,
 }
 
@@ -81,16 +81,22 @@ impl Hull {
             && self.planes.iter().all(|(normal, at)| {
                 // The corner farthest along the normal.
                 let corner = DVec3::select(normal.cmpge(DVec3::ZERO), high, low);
-                normal.dot(corner) > *at
+                normal.dot(corner) > *at - self.room
             })
     }
 
-    /// Whether a polygon meets the inside of the hull.
-    pub(crate) fn meets(&self, polygon: &ConvexPolygon, memory: &mut [Vec<DVec3>; 2]) -> bool {
+    /// Whether a polygon meets the inside of the hull, or with `or_touches` its surface.
+    pub(crate) fn meets(
+        &self,
+        polygon: &ConvexPolygon,
+        or_touches: bool,
+        memory: &mut [Vec<DVec3>; 2],
+    ) -> bool {
+        let room = if or_touches { -self.room } else { self.room };
         let mut is_cut = false;
         let [part, next] = memory;
         for (normal, at) in &self.planes {
-            let height = |p: &DVec3| normal.dot(*p) - at - self.room;
+            let height = |p: &DVec3| normal.dot(*p) - at - room;
             let corners = if is_cut {
                 part.as_slice()
             } else {

@@ -7,6 +7,7 @@ use crate::partners::{Settled, Side, before_each_other};
 use crate::point::Memory;
 use crate::rows::coarse;
 use crate::unobstructed;
+use crate::view::SEEN;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
@@ -35,17 +36,10 @@ impl Estimate {
 }
 
 /// The most quadrangles of the adaptive rule.
-const MOST: usize = 20_000;
+pub(crate) const MOST: usize = 20_000;
 /// The most quadrangles of the rule where nothing is in between: the contour integral takes longer
 /// than a few.
 const FEW: usize = 8;
-
-/// A patch between two polygons, as the adaptive rule knows it.
-struct Blocker {
-    polygon: ConvexPolygon,
-    /// The least width of its shadows.
-    width: f64,
-}
 
 impl Facets {
     /// The view factor from one facet to another: the share of what leaves the first, evenly and
@@ -94,70 +88,45 @@ impl Facets {
         }
         for (polygons, p, q) in &pairs {
             let own = [p, q].map(|side: &Side| self.parts[side.part].patch);
-            let (by, between) = self.between_polygons(polygons, own, None);
+            let (by, blockers) = self.settle(polygons, own, None, memory);
             settled = settled.max(by);
             let share = tolerance / pairs.len() as f64;
-            let share = match by {
-                Settled::Clear => share / coarse(polygons),
-                _ => share,
-            };
-            sum.add(self.parts(polygons, (by, &between), share, memory));
+            sum.add(match by {
+                Settled::Facing | Settled::Hidden => Estimate::default(),
+                Settled::Clear => open_exchange(polygons, share / coarse(polygons)),
+                Settled::Partly => past(polygons, &blockers, share, memory),
+            });
         }
         (sum, settled)
-    }
-
-    /// What two parts of facets exchange, of which each lies before the other. The tolerance is
-    /// relative where nothing is in between.
-    pub(crate) fn parts(
-        &self,
-        [p, q]: &[ConvexPolygon; 2],
-        (settled, between): (Settled, &[usize]),
-        tolerance: f64,
-        memory: &mut Memory,
-    ) -> Estimate {
-        // The smaller one is integrated over.
-        let [p, q] = if p.area() <= q.area() { [p, q] } else { [q, p] };
-        match settled {
-            Settled::Facing | Settled::Hidden => Estimate::default(),
-            Settled::Clear => open_exchange(p, q, tolerance),
-            Settled::Partly => {
-                let blockers = self.blockers([p, q], between);
-                let open = open_exchange(p, q, 0.05 * tolerance / coarse(&[*p, *q]));
-                partly([p, q], open, &blockers, tolerance, memory)
-            }
-        }
-    }
-
-    /// The parts of patches that lie before two polygons.
-    fn blockers(&self, [p, q]: [&ConvexPolygon; 2], between: &[usize]) -> Vec<Blocker> {
-        let cut = |&k: &usize| {
-            let polygon = before_all(&self.patches[k].polygon, &[p, q], self.room)?;
-            Some(Blocker::new(polygon, [p, q]))
-        };
-        let mut blockers: Vec<Blocker> = between.iter().filter_map(cut).collect();
-        // What hides most comes first.
-        blockers.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
-        blockers
     }
 }
 
 /// What two polygons exchange past others.
-fn partly(
-    [p, q]: [&ConvexPolygon; 2],
-    open: Estimate,
-    blockers: &[Blocker],
+pub(crate) fn past(
+    polygons: &[ConvexPolygon; 2],
+    blockers: &[ConvexPolygon],
     tolerance: f64,
     memory: &mut Memory,
 ) -> Estimate {
+    let [p, q] = by_area(polygons);
     let mut past = Past {
         p,
         q,
         blockers,
+        widths: blockers.iter().map(|b| shadow_width(b, [p, q])).collect(),
         memory,
     };
     let all = Known::Between((0..blockers.len()).collect());
-    let rest = (tolerance - open.error).max(0.5 * tolerance);
-    let (visible, found) = integrate(p, rest, MOST, are_apart(p, q), &mut past, &all);
+    // What is hidden is taken from what is open, whose tolerance is the rest.
+    let most = 0.95 * tolerance;
+    let (visible, found) = integrate(p, most, MOST, are_apart(p, q), &mut past, &all);
+    if visible == 1 && found.error <= found.value {
+        return Estimate {
+            value: found.value,
+            error: found.error,
+        };
+    }
+    let open = open_exchange(polygons, 0.05 * tolerance / coarse(polygons));
     let (value, error) = match visible {
         1 => (found.value, found.error),
         _ => (open.value - found.value, open.error + found.error),
@@ -168,11 +137,18 @@ fn partly(
     }
 }
 
+/// Two polygons: first the smaller, which is integrated over.
+fn by_area([p, q]: &[ConvexPolygon; 2]) -> [&ConvexPolygon; 2] {
+    if p.area() <= q.area() { [p, q] } else { [q, p] }
+}
+
 /// What points of a polygon see of another past blockers: what is hidden, and what is visible.
 struct Past<'a> {
     p: &'a ConvexPolygon,
     q: &'a ConvexPolygon,
-    blockers: &'a [Blocker],
+    blockers: &'a [ConvexPolygon],
+    /// The least width of the shadow of each.
+    widths: Vec<f64>,
     memory: &'a mut Memory,
 }
 
@@ -194,9 +170,9 @@ impl Integrand for Past<'_> {
         };
         let hull = Hull::new(corners, self.q.vertices());
         let mut room = [Vec::new(), Vec::new()];
-        let mut meets = |k: &usize| hull.meets(&self.blockers[*k].polygon, &mut room);
+        let mut meets = |k: &usize| hull.meets(&self.blockers[*k], false, &mut room);
         let between: Vec<usize> = around.iter().copied().filter(&mut meets).collect();
-        let hides = |k: &usize| hides_all(&self.blockers[*k].polygon, corners, self.q.vertices());
+        let hides = |k: &usize| hides_all(&self.blockers[*k], corners, self.q.vertices());
         match between.iter().any(hides) {
             true => Known::Hidden,
             false => Known::Between(between),
@@ -209,19 +185,24 @@ impl Integrand for Past<'_> {
         let [open, visible] = match known {
             Known::Hidden => [view.factors(x, n, self.q, std::iter::empty())[0], 0.0],
             Known::Between(numbers) => {
-                let polygons = numbers.iter().map(|&k| &self.blockers[k].polygon);
+                let polygons = numbers.iter().map(|&k| &self.blockers[k]);
                 view.factors(x, n, self.q, polygons)
             }
         };
         // What is visible or hidden by less than rounding is nothing.
-        let part = |x: f64| if x > 1e-12 * open { x } else { 0.0 };
+        let part = |x: f64| if x > SEEN * open { x } else { 0.0 };
         [part(open - visible), part(visible)]
     }
 
     fn unseen(&self, corners: &Corners, known: &Known) -> f64 {
         match known {
             Known::Hidden => 0.0,
-            Known::Between(all) => all.iter().map(|&k| self.blockers[k].unseen(corners)).sum(),
+            Known::Between(all) => {
+                let each = all
+                    .iter()
+                    .map(|&k| unseen(&self.blockers[k], self.widths[k], corners));
+                each.sum()
+            }
         }
     }
 }
@@ -248,65 +229,40 @@ impl Integrand for Open<'_> {
     }
 }
 
-/// The part of a patch that lies before some polygons.
-pub(crate) fn before_all(
-    patch: &ConvexPolygon,
-    polygons: &[&ConvexPolygon],
-    room: f64,
-) -> Option<ConvexPolygon> {
-    let mut part = *patch;
-    for other in polygons {
-        let (n, origin) = (other.normal(), other.vertices()[0]);
-        let heights = || part.vertices().iter().map(|v| n.dot(*v - origin));
-        if heights().all(|h| h <= room) {
-            return None;
-        }
-        if heights().any(|h| h < 0.0) {
-            part = part.clip(origin, n)?;
-        }
-    }
-    Some(part)
+/// The least width of the shadows that a blocker casts on the first of two polygons, as seen from
+/// the second.
+fn shadow_width(blocker: &ConvexPolygon, [p, q]: [&ConvexPolygon; 2]) -> f64 {
+    let heights = |of: &ConvexPolygon| {
+        let (n, origin) = (of.normal(), of.vertices()[0]);
+        let heights = blocker.vertices().iter().map(move |v| n.dot(*v - origin));
+        heights.fold([f64::INFINITY, 0.0], |[low, high], h| {
+            [h.min(low), h.max(high)]
+        })
+    };
+    // Between parallel planes a shadow is as wide as the blocker and the image of what is seen
+    // through a point of it, which are smallest where it is nearest.
+    let (near, far) = (heights(p)[0].max(0.0), heights(q)[1].max(f64::MIN_POSITIVE));
+    width(blocker) + (width(q) * near / far).min(width(p))
 }
 
-impl Blocker {
-    /// A blocker between a polygon that is integrated over and one that is seen.
-    fn new(polygon: ConvexPolygon, [p, q]: [&ConvexPolygon; 2]) -> Self {
-        let heights = |of: &ConvexPolygon, v: &[DVec3]| {
-            let (n, origin) = (of.normal(), of.vertices()[0]);
-            let heights = v.iter().map(|v| n.dot(*v - origin));
-            heights.fold([f64::INFINITY, 0.0], |[low, high], h| {
-                [h.min(low), h.max(high)]
-            })
-        };
-        // Between parallel planes a shadow is as wide as the blocker and the image of what is seen
-        // through a point of it, which are smallest where it is nearest.
-        let near = heights(p, polygon.vertices())[0].max(0.0);
-        let far = heights(q, polygon.vertices())[1].max(f64::MIN_POSITIVE);
-        let image = (width(q) * near / far).min(width(p));
-        Self {
-            width: width(&polygon) + image,
-            polygon,
-        }
+/// A bound of what a blocker hides from a quadrangle, where that is so coarse that no point may see
+/// its shadow.
+fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
+    let [a, b, c, d] = *corners;
+    let middle = 0.25 * (a + b + c + d);
+    let radius = corners
+        .iter()
+        .fold(0.0_f64, |r, v| r.max(v.distance(middle)));
+    // Points of the rule are no farther apart than the radius.
+    if radius <= width {
+        return 0.0;
     }
-
-    /// A bound of what it hides from a quadrangle, where that is so coarse that no point may see it.
-    fn unseen(&self, corners: &Corners) -> f64 {
-        let [a, b, c, d] = *corners;
-        let middle = 0.25 * (a + b + c + d);
-        let radius = corners
-            .iter()
-            .fold(0.0_f64, |r, v| r.max(v.distance(middle)));
-        // Points of the rule are no farther apart than the radius.
-        if radius <= self.width {
-            return 0.0;
-        }
-        let distance = distance(&self.polygon, middle) - radius;
-        let factor = match distance > 0.0 {
-            true => (FRAC_1_PI * self.polygon.area() / (distance * distance)).min(1.0),
-            false => 1.0,
-        };
-        0.5 * (c - a).cross(d - b).length() * factor
-    }
+    let distance = distance(blocker, middle) - radius;
+    let factor = match distance > 0.0 {
+        true => (FRAC_1_PI * blocker.area() / (distance * distance)).min(1.0),
+        false => 1.0,
+    };
+    0.5 * (c - a).cross(d - b).length() * factor
 }
 
 /// The least width of a polygon: the least distance between an edge and the corner farthest from it.
@@ -348,10 +304,11 @@ fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
 }
 
 /// What two polygons exchange with nothing in between, to a relative tolerance.
-fn open_exchange(p: &ConvexPolygon, q: &ConvexPolygon, tolerance: f64) -> Estimate {
+pub(crate) fn open_exchange(polygons: &[ConvexPolygon; 2], tolerance: f64) -> Estimate {
+    let [p, q] = by_area(polygons);
     // A few points do where the polygons are far from each other.
     if are_apart(p, q) {
-        let goal = 0.5 * tolerance * coarse(&[*p, *q]);
+        let goal = 0.5 * tolerance * coarse(polygons);
         let mut open = Open { n: p.normal(), q };
         let (_, Integral { value, error }) = integrate(p, goal, FEW, true, &mut open, &());
         if error <= tolerance * value {

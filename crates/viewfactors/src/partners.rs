@@ -1,7 +1,10 @@
 //! Which parts of facets see each other: what faces, and what is between.
 
+use crate::cubature::places;
 use crate::facets::{Facets, Sides};
 use crate::hull::{Hull, hides_all};
+use crate::point::Memory;
+use crate::view::SEEN;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use std::ops::RangeInclusive;
 
@@ -21,20 +24,22 @@ pub enum Settled {
 
 /// A part of a facet that another may see, and what is between.
 pub(crate) struct Partner<'a> {
-    /// The part, and how many more like it: none where it is not facing or hidden alone.
+    /// The part, and how many more like it: one where something is to be integrated.
     pub part: usize,
+    pub back: bool,
     pub count: u64,
-    /// What lies before each other of both.
-    pub polygons: Option<[ConvexPolygon; 2]>,
     pub settled: Settled,
-    /// The patches between.
-    pub between: &'a [usize],
+    /// What lies before each other of both, first that of the facet with the lower number.
+    pub polygons: Option<[ConvexPolygon; 2]>,
+    /// The parts of patches that hide some of one from the other.
+    pub blockers: &'a [ConvexPolygon],
 }
 
 /// A part as seen from one of its sides.
 #[derive(Clone, Copy)]
 pub(crate) struct Side {
     pub part: usize,
+    pub back: bool,
     pub polygon: ConvexPolygon,
 }
 
@@ -48,19 +53,21 @@ impl Facets {
         let sides = move |part| {
             backs.iter().map(move |&back| Side {
                 part,
+                back,
                 polygon: turned(&self.parts[part].polygon, back),
             })
         };
         self.facets[facet].parts.clone().flat_map(sides)
     }
 
-    /// Hands on all parts of other facets, those that are settled alike together. Of patches that
-    /// `is_known` knows all parts nothing is said, nor of parts.
+    /// Hands on all parts of other facets, those that are settled alike together. Of parts of facets
+    /// that `is_known` knows nothing is said.
     pub(crate) fn partners(
         &self,
         from: &Side,
         is_known: &impl Fn(RangeInclusive<usize>) -> bool,
-        each: &mut impl FnMut(Partner<'_>),
+        memory: &mut Memory,
+        each: &mut impl FnMut(Partner<'_>, &mut Memory),
     ) {
         let backs: &[bool] = match self.sides {
             Sides::One => &[false],
@@ -70,69 +77,35 @@ impl Facets {
         for (number, patch) in self.patches.iter().enumerate() {
             if number != own && !is_known(patch.facets.clone()) {
                 for &back in backs {
-                    self.descend(from, [number, 0], back, None, is_known, each);
+                    let mut descent = Descent {
+                        all: self,
+                        from,
+                        patch: number,
+                        back,
+                        is_known,
+                    };
+                    descent.node(0, None, memory, each);
                 }
             }
         }
     }
 
-    /// Hands on the parts of a node of a patch.
-    fn descend(
-        &self,
-        from: &Side,
-        [patch, node]: [usize; 2],
-        back: bool,
-        known: Option<&[usize]>,
-        is_known: &impl Fn(RangeInclusive<usize>) -> bool,
-        each: &mut impl FnMut(Partner<'_>),
-    ) {
-        let tree = &self.patches[patch].tree;
-        let items = tree.nodes[node].items.clone();
-        let part = tree.order[items.start];
-        let children = tree.nodes[node].children;
-        let facet = self.parts[part].facet;
-        if children.is_none() && is_known(facet..=facet) {
-            return;
-        }
-        let around = turned(&self.patches[patch].around[node], back);
-        let polygons = before_each_other(&from.polygon, &around, self.room);
-        let (settled, between) = match &polygons {
-            None => (Settled::Facing, Vec::new()),
-            Some(pair) => self.between_polygons(pair, [self.parts[from.part].patch, patch], known),
-        };
-        match children {
-            Some(children) if settled >= Settled::Clear => {
-                for child in children {
-                    self.descend(from, [patch, child], back, Some(&between), is_known, each);
-                }
-            }
-            _ => each(Partner {
-                part,
-                count: items.len() as u64,
-                polygons,
-                settled,
-                between: &between,
-            }),
-        }
-    }
-
-    /// How much stands between two polygons of which each lies before the other, and the patches
-    /// that do: of some that are known, or of all.
-    pub(crate) fn between_polygons(
+    /// The patches that meet the hull of two polygons: of some that are known, or of all.
+    fn patches_between(
         &self,
         [p, q]: &[ConvexPolygon; 2],
         own: [usize; 2],
         known: Option<&[usize]>,
-    ) -> (Settled, Vec<usize>) {
-        if known.is_some_and(<[usize]>::is_empty) {
-            return (Settled::Clear, Vec::new());
-        }
-        let (p, q) = (p.vertices(), q.vertices());
-        let hull = Hull::new(p, q);
-        let mut memory = [Vec::new(), Vec::new()];
+        or_touches: bool,
+    ) -> Vec<usize> {
         let mut between = Vec::new();
+        if known.is_some_and(<[usize]>::is_empty) {
+            return between;
+        }
+        let hull = Hull::new(p.vertices(), q.vertices());
+        let mut room = [Vec::new(), Vec::new()];
         let mut meet = |k: usize| {
-            if !own.contains(&k) && hull.meets(&self.patches[k].polygon, &mut memory) {
+            if !own.contains(&k) && hull.meets(&self.patches[k].polygon, or_touches, &mut room) {
                 between.push(k);
             }
         };
@@ -143,13 +116,130 @@ impl Facets {
                 self.patch_tree.find(holds, meet);
             }
         }
-        let hides = |&k: &usize| hides_all(&self.patches[k].polygon, p, q);
-        let settled = match between.as_slice() {
-            [] => Settled::Clear,
-            some if some.iter().any(hides) => Settled::Hidden,
-            _ => Settled::Partly,
+        between
+    }
+
+    /// How much stands between two polygons of facets in the order of their numbers, and the parts
+    /// of patches that do.
+    pub(crate) fn settle(
+        &self,
+        polygons: &[ConvexPolygon; 2],
+        own: [usize; 2],
+        known: Option<&[usize]>,
+        memory: &mut Memory,
+    ) -> (Settled, Vec<ConvexPolygon>) {
+        let between = self.patches_between(polygons, own, known, false);
+        let [p, q] = polygons;
+        let hides = |&k: &usize| hides_all(&self.patches[k].polygon, p.vertices(), q.vertices());
+        if between.iter().any(hides) {
+            return (Settled::Hidden, Vec::new());
+        }
+        let blockers = self.blockers([p, q], &between);
+        let settled = match blockers.is_empty() {
+            true => Settled::Clear,
+            false if sees(p, q, &blockers, memory) => Settled::Partly,
+            false => Settled::Hidden,
         };
-        (settled, between)
+        (settled, blockers)
+    }
+
+    /// The parts of patches that lie before two polygons, first those that hide most.
+    fn blockers(&self, [p, q]: [&ConvexPolygon; 2], between: &[usize]) -> Vec<ConvexPolygon> {
+        let middle = p.centroid();
+        let size = |polygon: &ConvexPolygon| {
+            let to = polygon.centroid() - middle;
+            let square = to.length_squared();
+            polygon.area() * polygon.normal().dot(to).abs() / (square * square.sqrt())
+        };
+        let cut = |&k: &usize| before_all(&self.patches[k].polygon, &[p, q], self.room);
+        let cut = between.iter().filter_map(cut);
+        let mut blockers: Vec<(f64, ConvexPolygon)> = cut.map(|b| (size(&b), b)).collect();
+        blockers.sort_by(|a, b| b.0.total_cmp(&a.0));
+        blockers.into_iter().map(|(_, blocker)| blocker).collect()
+    }
+}
+
+/// Whether any point of the adaptive rule sees a part of a polygon.
+fn sees(
+    p: &ConvexPolygon,
+    q: &ConvexPolygon,
+    blockers: &[ConvexPolygon],
+    memory: &mut Memory,
+) -> bool {
+    places(p).any(|x| {
+        let [open, visible] = memory.view.factors(x, p.normal(), q, blockers.iter());
+        visible > SEEN * open
+    })
+}
+
+/// The way down the tree of a patch, from a side of a part.
+struct Descent<'a, K> {
+    all: &'a Facets,
+    from: &'a Side,
+    patch: usize,
+    back: bool,
+    is_known: &'a K,
+}
+
+impl<K: Fn(RangeInclusive<usize>) -> bool> Descent<'_, K> {
+    /// Hands on the parts of a node, of which some patches are known that may be before it.
+    fn node(
+        &mut self,
+        node: usize,
+        known: Option<&[usize]>,
+        memory: &mut Memory,
+        each: &mut impl FnMut(Partner<'_>, &mut Memory),
+    ) {
+        let all = self.all;
+        let patch = &all.patches[self.patch];
+        let (items, children) = (
+            patch.tree.nodes[node].items.clone(),
+            patch.tree.nodes[node].children,
+        );
+        let part = patch.tree.order[items.start];
+        let (own, facet) = (all.parts[self.from.part].facet, all.parts[part].facet);
+        if children.is_none() && (self.is_known)(facet..=facet) {
+            return;
+        }
+        let mut partner = Partner {
+            part,
+            back: self.back,
+            count: items.len() as u64,
+            settled: Settled::Facing,
+            polygons: None,
+            blockers: &[],
+        };
+        let around = turned(&patch.around[node], self.back);
+        let Some(pair) = before_each_other(&self.from.polygon, &around, all.room) else {
+            return each(partner, memory);
+        };
+        let patches = [all.parts[self.from.part].patch, self.patch];
+        let Some(children) = children else {
+            let [p, q] = pair;
+            let polygons = if own < facet { [p, q] } else { [q, p] };
+            let (settled, blockers) = all.settle(&polygons, patches, known, memory);
+            partner.settled = settled;
+            partner.polygons = Some(polygons);
+            partner.blockers = &blockers;
+            return each(partner, memory);
+        };
+        let between = all.patches_between(&pair, patches, known, true);
+        let [p, q] = &pair;
+        let hides = |&k: &usize| hides_all(&all.patches[k].polygon, p.vertices(), q.vertices());
+        // Points see nothing of all parts if they see nothing of what is around them; they are on
+        // the facet with the lower number.
+        let is_hidden = between.iter().any(hides)
+            || (own < *patch.facets.start() && {
+                let blockers = all.blockers([p, q], &between);
+                !blockers.is_empty() && !sees(p, q, &blockers, memory)
+            });
+        if is_hidden {
+            partner.settled = Settled::Hidden;
+            return each(partner, memory);
+        }
+        for child in children {
+            self.node(child, Some(&between), memory, each);
+        }
     }
 }
 
@@ -180,4 +270,24 @@ pub(crate) fn before_each_other(
         a.clip(b.vertices()[0], b.normal())
     };
     Some([part(p, q)?, part(q, p)?])
+}
+
+/// The part of a patch that lies before some polygons.
+pub(crate) fn before_all(
+    patch: &ConvexPolygon,
+    polygons: &[&ConvexPolygon],
+    room: f64,
+) -> Option<ConvexPolygon> {
+    let mut part = *patch;
+    for other in polygons {
+        let (n, origin) = (other.normal(), other.vertices()[0]);
+        let heights = || part.vertices().iter().map(|v| n.dot(*v - origin));
+        if heights().all(|h| h <= room) {
+            return None;
+        }
+        if heights().any(|h| h < 0.0) {
+            part = part.clip(origin, n)?;
+        }
+    }
+    Some(part)
 }

@@ -2,7 +2,7 @@
 
 use crate::facets::{Facets, Piece, Sides};
 use crate::hull::Hull;
-use crate::pair::before_all;
+use crate::partners::before_all;
 use crate::view::View;
 use linelit_estimators::{Measure, VisibleRegion};
 use linelit_geometry::{DVec3, Margins, Vector3, predicates};
@@ -104,7 +104,7 @@ impl Facets {
             let holds = |low: DVec3, high: DVec3| hull.may_hold(low, high);
             self.patch_tree.find(holds, |k| {
                 let polygon = &self.patches[k].polygon;
-                if k != own && hull.meets(polygon, &mut room) {
+                if k != own && hull.meets(polygon, false, &mut room) {
                     blockers.extend(before_all(polygon, &[&side.polygon], self.room));
                 }
             });

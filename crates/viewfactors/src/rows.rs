@@ -1,7 +1,7 @@
 //! Rows of the matrix of view factors, each to a tolerance.
 
 use crate::facets::Facets;
-use crate::pair::Estimate;
+use crate::pair::{Estimate, open_exchange, past};
 use crate::partners::{Partner, Settled};
 use crate::point::Memory;
 use linelit_geometry::ConvexPolygon;
@@ -72,10 +72,11 @@ impl Facets {
     /// their tolerance among the others.
     #[must_use]
     pub fn plan(&self) -> Plan {
-        let one = |i: usize| {
+        let one = |memory: &mut Memory, i: usize| {
             let (mut weights, mut pairs) = (Vec::new(), [0; 4]);
             for side in self.sides_of(i) {
-                self.partners(&side, &|all| *all.end() <= i, &mut |partner| {
+                let known = |all: RangeInclusive<usize>| *all.end() <= i;
+                self.partners(&side, &known, memory, &mut |partner, _| {
                     pairs[partner.settled as usize] += partner.count;
                     if let (Settled::Partly, Some(polygons)) = (partner.settled, &partner.polygons)
                     {
@@ -91,7 +92,11 @@ impl Facets {
         };
         for first in (0..self.len()).step_by(BLOCK) {
             let block = first..self.len().min(first + BLOCK);
-            let all: Vec<_> = block.clone().into_par_iter().map(one).collect();
+            let all: Vec<_> = block
+                .clone()
+                .into_par_iter()
+                .map_init(Memory::default, one)
+                .collect();
             for (i, (weights, pairs)) in block.zip(all) {
                 for (j, weight) in weights {
                     plan.weights[i] += weight;
@@ -112,32 +117,40 @@ impl Facets {
         is_known: impl Fn(RangeInclusive<usize>) -> bool,
         memory: &mut Memory,
     ) -> Vec<(u32, Estimate)> {
-        let mut found = BTreeMap::<u32, Estimate>::new();
+        // By the other facet and both sides, so that sums do not depend on the way round.
+        let mut found = BTreeMap::<(u32, [(usize, bool); 2]), Estimate>::new();
         let share = |k: usize| self.sending_area(k) / plan.weights[k].max(f64::MIN_POSITIVE);
         for side in self.sides_of(facet) {
-            self.partners(&side, &is_known, &mut |partner: Partner<'_>| {
-                let Some([p, q]) = partner
-                    .polygons
-                    .filter(|_| partner.settled >= Settled::Clear)
-                else {
-                    return;
-                };
-                let other = self.parts[partner.part].facet;
-                let share = share(facet).min(share(other)) * weight(&[p, q]);
-                let tolerance = match partner.settled {
-                    // Factors with nothing in between add up to one at most.
-                    Settled::Clear => OPEN * tolerance,
-                    _ => (1.0 - OPEN) * tolerance * share,
-                };
-                let polygons = if facet < other { [p, q] } else { [q, p] };
-                let by = (partner.settled, partner.between);
-                let part = self.parts(&polygons, by, tolerance, memory);
-                if part != Estimate::default() {
-                    found.entry(number(other)).or_default().add(part);
-                }
-            });
+            self.partners(
+                &side,
+                &is_known,
+                memory,
+                &mut |partner: Partner<'_>, memory| {
+                    let Some(polygons) = &partner.polygons else {
+                        return;
+                    };
+                    let other = self.parts[partner.part].facet;
+                    let share = (1.0 - OPEN) * tolerance * share(facet).min(share(other));
+                    let share = share * weight(polygons);
+                    let part = match partner.settled {
+                        Settled::Facing | Settled::Hidden => return,
+                        // Factors with nothing in between add up to one at most.
+                        Settled::Clear => open_exchange(polygons, OPEN * tolerance),
+                        Settled::Partly => past(polygons, partner.blockers, share, memory),
+                    };
+                    if part != Estimate::default() {
+                        let sides = [(side.part, side.back), (partner.part, partner.back)];
+                        let sides = [sides[0].min(sides[1]), sides[0].max(sides[1])];
+                        found.entry((number(other), sides)).or_default().add(part);
+                    }
+                },
+            );
         }
-        found.into_iter().collect()
+        let mut sums = BTreeMap::<u32, Estimate>::new();
+        for ((other, _), part) in found {
+            sums.entry(other).or_default().add(part);
+        }
+        sums.into_iter().collect()
     }
 
     /// Computes the rows of a range of facets on all threads of the rayon pool, and hands them on in
@@ -265,7 +278,7 @@ pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
 }
 
 /// The weight of a pair that is partly hidden: the cost grows as the inverse of the tolerance, so
-/// that roots of what is exchanged share it best.
+/// that roots share it best.
 fn weight(polygons: &[ConvexPolygon; 2]) -> f64 {
     coarse(polygons).sqrt()
 }

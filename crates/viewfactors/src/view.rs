@@ -46,6 +46,9 @@ pub(crate) struct View {
 /// of coordinates are rounded to less.
 const ON_PLANE: f64 = 64.0 * f64::EPSILON;
 
+/// The share of a polygon below which what is seen of it is rounding.
+pub(crate) const SEEN: f64 = 1e-12;
+
 impl View {
     /// The view factors from a point with a normal to a polygon: without blockers, and past them.
     /// All lies before the point's plane, and blockers before the polygon's.
