@@ -68,7 +68,7 @@ impl Mesh {
         for i in 0..side {
             for j in 0..side {
                 let (x, y) = (20.0 * f64::from(i), 20.0 * f64::from(j));
-                let height = 6.0 + f64::from((7 * i + 11 * j + i * j) % 13) * 1.5;
+                let height = 9.0 + f64::from((7 * i + 11 * j + i * j) % 5) * 0.75;
                 mesh.house([x + 4.0, y + 4.0], [12.0, 12.0, height], 4);
                 let cuts = [0.0, 4.0, 16.0, 20.0];
                 for k in [0, 1, 2, 3, 5, 6, 7, 8] {

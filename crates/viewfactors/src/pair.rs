@@ -7,7 +7,7 @@ use crate::partners::{Settled, Side, before_each_other};
 use crate::point::Memory;
 use crate::rows::coarse;
 use crate::unobstructed;
-use crate::view::SEEN;
+use crate::view::unseen_below;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
@@ -190,7 +190,8 @@ impl Integrand for Past<'_> {
             }
         };
         // What is visible or hidden by less than rounding is nothing.
-        let part = |x: f64| if x > SEEN * open { x } else { 0.0 };
+        let least = unseen_below(open);
+        let part = |x: f64| if x > least { x } else { 0.0 };
         [part(open - visible), part(visible)]
     }
 

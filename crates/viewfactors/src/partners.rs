@@ -4,7 +4,7 @@ use crate::cubature::places;
 use crate::facets::{Facets, Sides};
 use crate::hull::{Hull, hides_all};
 use crate::point::Memory;
-use crate::view::SEEN;
+use crate::view::unseen_below;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use std::ops::RangeInclusive;
 
@@ -168,7 +168,7 @@ fn sees(
 ) -> bool {
     places(p).any(|x| {
         let [open, visible] = memory.view.factors(x, p.normal(), q, blockers.iter());
-        visible > SEEN * open
+        visible > unseen_below(open)
     })
 }
 

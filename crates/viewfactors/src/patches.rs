@@ -197,7 +197,8 @@ impl Joiner {
         while after < n && own[(place + after) % n] == theirs[(there + m + 1 - after) % m] {
             after += 1;
         }
-        let shared = before + after - 1;
+        // Edges: `after` counts the first twice.
+        let shared = before + after - 2;
         if before == 0 || shared >= n.min(m) {
             return None;
         }

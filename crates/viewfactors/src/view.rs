@@ -36,8 +36,8 @@ impl Pieces {
 pub(crate) struct View {
     pieces: Pieces,
     next: Pieces,
-    /// Normals towards what is inside, and heights along them.
-    planes: Vec<(DVec3, f64)>,
+    /// Normals towards what is inside, and heights along them: of the plane, and what is rounding.
+    planes: Vec<(DVec3, f64, f64)>,
     inside: Vec<DVec3>,
     cut: Vec<DVec3>,
 }
@@ -46,8 +46,11 @@ pub(crate) struct View {
 /// of coordinates are rounded to less.
 const ON_PLANE: f64 = 64.0 * f64::EPSILON;
 
-/// The share of a polygon below which what is seen of it is rounding.
-pub(crate) const SEEN: f64 = 1e-12;
+/// The view factor below which what is seen of a polygon is rounding, of which a few ε are those of
+/// Lambert's sum.
+pub(crate) fn unseen_below(open: f64) -> f64 {
+    1e-12 * open + 8.0 * f64::EPSILON
+}
 
 impl View {
     /// The view factors from a point with a normal to a polygon: without blockers, and past them.
@@ -61,20 +64,15 @@ impl View {
     ) -> [f64; 2] {
         let mut room = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         let whole = polygon.relative_to(x, &mut room);
-        let open = FRAC_1_PI * polygon::irradiance(whole, n);
+        let open = FRAC_1_PI * polygon::irradiance_by_edges(whole, n);
         self.pieces.clear();
         self.pieces.push(whole);
         let mut is_cut = false;
         for blocker in blockers {
-            let corners = blocker.vertices();
-            let height = blocker.normal().dot(corners[0] - x);
-            self.planes.clear();
-            for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-                // Of an edge in whose line the point is, it bounds nothing.
-                let normal = (*a - x).cross(*b - x) * height.signum();
-                self.planes.push((normal, 0.0));
-            }
-            is_cut |= self.subtract(height.abs());
+            let height = blocker.normal().dot(blocker.vertices()[0] - x);
+            // Of an edge in whose line the point is, the plane bounds nothing.
+            let plane = |a: DVec3, b: DVec3| ((a - x).cross(b - x) * height.signum(), 0.0);
+            is_cut |= self.subtract(blocker, height.abs(), plane);
             if self.pieces.ends.is_empty() {
                 return [open, 0.0];
             }
@@ -85,7 +83,7 @@ impl View {
         let each = self
             .pieces
             .iter()
-            .map(|piece| polygon::irradiance(piece, n));
+            .map(|piece| polygon::irradiance_by_edges(piece, n));
         [open, FRAC_1_PI * each.sum::<f64>()]
     }
 
@@ -102,18 +100,14 @@ impl View {
         self.pieces.clear();
         self.pieces.push(polygon.relative_to(origin, &mut room));
         for blocker in blockers {
-            let corners = blocker.vertices();
             let height = blocker.normal().dot(direction);
-            self.planes.clear();
-            for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-                let normal = (*b - *a).cross(-direction) * height.signum();
-                self.planes.push((normal, normal.dot(*a - origin)));
-            }
-            let size = corners
-                .iter()
-                .map(|v| v.distance(origin))
-                .fold(0.0, f64::max);
-            self.subtract(height.abs() * size);
+            let plane = |a: DVec3, b: DVec3| {
+                let normal = (b - a).cross(-direction) * height.signum();
+                (normal, normal.dot(a - origin))
+            };
+            let corners = blocker.vertices().iter();
+            let size = corners.map(|v| v.distance(origin)).fold(0.0, f64::max);
+            self.subtract(blocker, height.abs() * size, plane);
         }
         let n = polygon.normal();
         let area = |piece: &[DVec3]| {
@@ -126,26 +120,32 @@ impl View {
         self.pieces.iter().map(area).sum()
     }
 
-    /// Takes away from all pieces what is inside all planes, which bound the shadow of a blocker;
-    /// whether there was any. The height is that of the eye above the blocker.
-    fn subtract(&mut self, height: f64) -> bool {
-        let most = self
-            .pieces
-            .corners
-            .iter()
-            .map(|v| v.abs().max_element())
-            .fold(0.0, f64::max);
-        let room = ON_PLANE * most;
-        let misses = |piece: &[DVec3]| {
-            let misses = |(m, at): &(DVec3, f64)| {
-                let room = room * m.abs().element_sum();
-                piece.iter().all(|v| m.dot(*v) - at <= room)
-            };
-            self.planes.iter().any(misses)
-        };
+    /// Takes away from all pieces the shadow of a blocker, which planes through its edges bound,
+    /// their normals inwards; whether there was any. The height is that of the eye above it.
+    fn subtract(
+        &mut self,
+        blocker: &ConvexPolygon,
+        height: f64,
+        plane: impl Fn(DVec3, DVec3) -> (DVec3, f64),
+    ) -> bool {
+        let all = &self.pieces.corners;
+        let room = ON_PLANE
+            * all
+                .iter()
+                .fold(0.0_f64, |most, v| most.max(v.abs().max_element()));
         // Edge-on, it hides nothing.
-        if height <= room || self.pieces.iter().all(misses) {
+        if height <= room {
             return false;
+        }
+        self.planes.clear();
+        let corners = blocker.vertices();
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let (normal, at) = plane(*a, *b);
+            let room = room * normal.abs().element_sum();
+            if all.iter().all(|v| normal.dot(*v) - at <= room) {
+                return false;
+            }
+            self.planes.push((normal, at, room));
         }
         self.next.clear();
         let mut is_cut = false;
@@ -160,14 +160,8 @@ impl View {
             let mark = (next.corners.len(), next.ends.len());
             inside.clear();
             inside.extend_from_slice(piece);
-            for (normal, at) in planes.iter() {
-                split(
-                    inside,
-                    cut,
-                    next,
-                    (*normal, *at),
-                    room * normal.abs().element_sum(),
-                );
+            for plane in planes.iter() {
+                split(inside, cut, next, *plane);
                 if inside.is_empty() {
                     break;
                 }
@@ -192,8 +186,7 @@ fn split(
     inside: &mut Vec<DVec3>,
     cut: &mut Vec<DVec3>,
     others: &mut Pieces,
-    (normal, at): (DVec3, f64),
-    room: f64,
+    (normal, at, room): (DVec3, f64, f64),
 ) {
     let height = |v: &DVec3| normal.dot(*v) - at;
     let (mut low, mut high) = (0.0_f64, 0.0_f64);

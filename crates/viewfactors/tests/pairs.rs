@@ -43,6 +43,32 @@ fn a_quarter_blocker_half_way_hides_a_quarter() {
 }
 
 #[test]
+fn a_divided_blocker_hides_as_much_as_a_whole_one() {
+    // Two halves share one edge in the middle, which their joined outline loses on both sides.
+    let at = |x: f64, y: f64| [0.5 * x, 0.5 * y, 0.5];
+    let blocker = [[0., 0.], [0.5, 0.], [1., 0.], [1., 1.], [0.5, 1.], [0., 1.]];
+    let vertices: Vec<[f64; 3]> = [&LOW[..], &HIGH, &blocker.map(|[x, y]| at(x, y))].concat();
+    let mut memory = Memory::default();
+    for first in 0..4 {
+        // The edge they share is at any place of the first.
+        let turned = [8, 9, 12, 13].iter().cycle().skip(first).take(4);
+        let half: Vec<u32> = turned.copied().collect();
+        let polygons = [
+            vec![0, 1, 2, 3],
+            vec![4, 5, 6, 7],
+            half,
+            vec![9, 10, 11, 12],
+        ];
+        let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
+        let found = facets.between(0, 1, 1e-7, &mut memory);
+        assert!(
+            (found.value - 0.75 * OPEN).abs() <= found.error,
+            "{found:?}"
+        );
+    }
+}
+
+#[test]
 fn triangles_with_an_obstruction_that_touches_both() {
     // Coordinates as published by u-dales.
     let first = [
