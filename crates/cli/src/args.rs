@@ -13,6 +13,7 @@ use std::path::PathBuf;
 mod picture;
 mod plan;
 mod study;
+mod viewfactors;
 
 pub use picture::{Aov, ImageArgs, PictureArgs};
 pub use plan::{
@@ -20,6 +21,8 @@ pub use plan::{
 };
 
 pub use study::{ConvergeArgs, PlanConvergeArgs, StudyArgs};
+pub(crate) use viewfactors::ENDINGS;
+pub use viewfactors::{FactorArgs, PlanViewFactorsArgs, ViewFactorsArgs};
 
 /// A contradiction in the command line itself: the program exits with 2.
 #[derive(Debug, thiserror::Error)]
@@ -55,6 +58,9 @@ pub enum Command {
     /// Measure how the error falls with samples and with time; writes a report.
     #[command(after_help = CONVERGE_EXAMPLES)]
     Converge(ConvergeArgs),
+    /// Compute the view factors of facets, past whatever stands in between, to a told error.
+    #[command(name = "viewfactors", after_help = viewfactors::VIEWFACTORS_EXAMPLES)]
+    ViewFactors(ViewFactorsArgs),
     /// Plan work for any number of machines: a folder that `run` works off and `merge` reads.
     #[command(after_help = plan::PLAN_EXAMPLES)]
     Plan(PlanArgs),

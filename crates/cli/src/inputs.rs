@@ -63,6 +63,14 @@ impl<'a> Sources<'a> {
         name: &str,
         lit: impl Fn(&Library, Loaded) -> Result<Loaded>,
     ) -> Result<Scene> {
+        self.read_by(name, |library| Ok(lit(library, library.load(name)?)?.scene))
+    }
+
+    /// Reads anything by a library that watches which files are read.
+    ///
+    /// # Errors
+    /// Those of reading it.
+    pub fn read_by<T>(&self, name: &str, read: impl Fn(&Library) -> Result<T>) -> Result<T> {
         let seen: Arc<Mutex<Files>> = Arc::default();
         let (told, pack) = (Arc::clone(&seen), self.pack);
         let mut library = self.read.library();
@@ -76,7 +84,7 @@ impl<'a> Sources<'a> {
                 seen.0.push(file);
             }
         });
-        let scene = lit(&library, library.load(name)?)?.scene;
+        let read = read(&library)?;
         let (files, packed) = std::mem::take(&mut *locked(&seen));
         let input = Input {
             name: whole_path(name)?,
@@ -86,7 +94,7 @@ impl<'a> Sources<'a> {
         let mut found = locked(&self.found);
         found.inputs.insert(name.to_owned(), input);
         found.packed.extend(packed);
-        Ok(scene)
+        Ok(read)
     }
 
     /// The plan of units of a `kind` on scenes that were read, and the files that it keeps.
@@ -136,24 +144,47 @@ pub fn whole_path(name: &str) -> Result<String> {
 /// # Errors
 /// If it cannot be found or read, or has changed.
 pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<Scene> {
+    open_by(folder, number, read, |library, name, packed| {
+        let loaded = match packed {
+            Some((files, main)) => library.load_from(files, main)?,
+            None => library.load(name)?,
+        };
+        Ok(library.lit(loaded, name)?.scene)
+    })
+}
+
+/// Files of a plan by their names, and the name of the first.
+pub type InPlan<'a> = (BTreeMap<String, Vec<u8>>, &'a str);
+
+/// Reads anything of a plan again, by its number: `again` gets its name, and its files if they are
+/// packed there.
+///
+/// # Errors
+/// If it cannot be found or read, or has changed.
+pub fn open_by<T>(
+    folder: &Folder,
+    number: usize,
+    read: &ReadArgs,
+    again: impl Fn(&Library, &str, Option<InPlan<'_>>) -> Result<T>,
+) -> Result<T> {
     let input = folder.plan().inputs.get(number);
     let input = input.context("the plan does not say what its scenes are")?;
     let name = &input.name;
     if !input.packed {
         let sources = Sources::new(read, false);
-        let scene = sources.load(name).with_context(|| {
+        let found = sources.read_by(name, |library| again(library, name, None));
+        let found = found.with_context(|| {
             format!("reading {name}, which the plan was made for (--pack keeps scenes in the plan)")
         })?;
         input.check(&locked(&sources.found).inputs[name].files)?;
-        return Ok(scene);
+        return Ok(found);
     }
     let mut files = BTreeMap::new();
     for file in &input.files {
         files.insert(file.name.clone(), folder.file(&file.sha256)?);
     }
     let main = input.files.first().map_or("", |file| file.name.as_str());
-    let library = read.library();
-    Ok(library.lit(library.load_from(files, main)?, name)?.scene)
+    again(&read.library(), name, Some((files, main)))
 }
 
 /// The value of a mutex, whether or not a thread that held it panicked.

@@ -13,6 +13,7 @@ fn main() -> ExitCode {
         match &cli.command {
             Command::Render(args) => commands::render(args, out),
             Command::Converge(args) => commands::converge(args, out),
+            Command::ViewFactors(args) => commands::viewfactors(args, out),
             Command::Plan(args) => commands::plan(args, out),
             Command::Run(args) => commands::run(args, out),
             Command::Merge(args) => commands::merge(args, out),

@@ -206,6 +206,13 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A positive tolerance below one.
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+    let found = text.parse::<f64>().ok();
+    let found = found.filter(|tolerance| *tolerance > 0.0 && *tolerance < 1.0);
+    found.ok_or_else(|| "expected a number between 0 and 1".to_owned())
+}
+
 /// An instruction set that this processor has.
 ///
 /// # Errors

@@ -35,10 +35,20 @@ const MOST_LINKS: usize = 40;
 /// # Ok::<(), linelit_film::FilmError>(())
 /// ```
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FilmError> {
+    write_atomically_by(path, |mut file| file.write_all(bytes))
+}
+
+/// Does as [`write_atomically`] with what `write` writes piece by piece: give it a buffer.
+///
+/// # Errors
+/// Those of [`write_atomically`].
+pub fn write_atomically_by(
+    path: &Path,
+    write: impl FnOnce(&File) -> io::Result<()>,
+) -> Result<(), FilmError> {
     let destination = Destination::find(path)?;
-    let (mut file, temporary) = destination.temporary()?;
-    let written = file
-        .write_all(bytes)
+    let (file, temporary) = destination.temporary()?;
+    let written = write(&file)
         .and_then(|()| destination.older_permissions(&file))
         .and_then(|()| file.sync_all());
     written.map_err(|e| FilmError::io(path, "write", e))?;

@@ -53,7 +53,7 @@ mod read;
 mod tga;
 mod tiles;
 
-pub use atomic::{check_writable, write_atomically};
+pub use atomic::{check_writable, write_atomically, write_atomically_by};
 pub use compression::Compression;
 pub use decode::{
     ByteImage, DecodeError, Decoded, IntegerImage, Pixels, WordImage, decode_alpha, decode_picture,

@@ -6,6 +6,7 @@
 
 mod cubature;
 mod facets;
+pub mod files;
 mod hull;
 mod pair;
 mod partners;

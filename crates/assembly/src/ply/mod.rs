@@ -55,6 +55,18 @@ pub fn read(source: &Source) -> Result<Mesh> {
     Ok(Mesh { mesh, left_out })
 }
 
+/// Reads the positions of the vertices, and the corners of each polygon, uncut.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_polygons(source: &Source) -> Result<(Vec<DVec3>, Vec<Vec<u32>>)> {
+    let header = Header::parse(source)?;
+    let mut sink = Sink::new(source, &header)?;
+    sink.polygons = Some(Vec::new());
+    rows::read(source, &header, &mut sink)?;
+    Ok((sink.mesh.positions, sink.polygons.unwrap_or_default()))
+}
+
 /// Names that a warning lists.
 const LISTED: usize = 12;
 
@@ -70,6 +82,8 @@ enum Role {
 #[derive(Debug)]
 struct Sink {
     mesh: MeshData,
+    /// Polygons that are not to be cut, if that is asked.
+    polygons: Option<Vec<Vec<u32>>>,
     faces: usize,
     /// The index of the element of vertices.
     vertex: usize,
@@ -108,6 +122,7 @@ impl Sink {
         let uvs = ["u v", "s t", "texture_u texture_v", "texture_s texture_t"];
         Ok(Self {
             mesh: MeshData::default(),
+            polygons: None,
             faces: 0,
             vertex,
             face,
@@ -213,7 +228,10 @@ impl Sink {
             .all(|i| (*i as usize) < count && *i < 1 << 31);
         if fits {
             self.faces += 1;
-            self.mesh.triangles.push(triangle);
+            match &mut self.polygons {
+                Some(polygons) => polygons.push(triangle.to_vec()),
+                None => self.mesh.triangles.push(triangle),
+            }
         }
         fits
     }
@@ -234,14 +252,20 @@ impl Sink {
                 "face {number} refers to vertex {i}, but there are {count} vertices"
             ))
         };
-        if let [a, b, c] = *indices {
-            self.mesh.triangles.push([index(a)?, index(b)?, index(c)?]);
+        if let (None, [a, b, c]) = (&self.polygons, indices) {
+            self.mesh
+                .triangles
+                .push([index(*a)?, index(*b)?, index(*c)?]);
             return Ok(());
         }
         let corners = indices.iter().map(|i| index(*i));
         let corners: Vec<u32> = corners.collect::<std::result::Result<_, _>>()?;
         if corners.len() < 3 {
             return Err(format!("face {number} has {} corners", corners.len()));
+        }
+        if let Some(polygons) = &mut self.polygons {
+            polygons.push(corners);
+            return Ok(());
         }
         // Where vertices come behind the faces, polygons are fans.
         if self.mesh.positions.len() < count {

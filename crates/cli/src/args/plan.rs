@@ -1,6 +1,6 @@
 //! `plan`, `run`, `merge` and `status`.
 
-use super::{ImageArgs, PictureArgs, PlanConvergeArgs, ReadArgs};
+use super::{ImageArgs, PictureArgs, PlanConvergeArgs, PlanViewFactorsArgs, ReadArgs};
 use crate::words::threads;
 use clap::{Args, Subcommand, ValueEnum};
 use linelit_plan::Shard;
@@ -50,6 +50,9 @@ pub enum PlanKind {
     /// Plan a convergence study; flags are those of `converge`.
     #[command(long_about = CONVERGE_ABOUT)]
     Converge(Box<PlanConvergeArgs>),
+    /// Plan view factors; flags are those of `viewfactors`, but for its output and report.
+    #[command(name = "viewfactors")]
+    ViewFactors(Box<PlanViewFactorsArgs>),
 }
 
 const CONVERGE_ABOUT: &str = "\
@@ -143,9 +146,12 @@ pub struct MergeArgs {
     /// Folder of a plan.
     pub plan: PathBuf,
     /// Output: of a picture, the image to write, .exr (linear, with metadata) or .png; of a study,
-    /// the folder for its report, by default `out`.
+    /// the folder for its report, by default `out`; of view factors, .csv, .npz, .txt or .vf.
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
+    /// Folder for a report of view factors.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// The picture's file.
     #[command(flatten)]
     pub file: ImageArgs,

@@ -98,7 +98,7 @@ fn converge(
 const GOES_ON: &str = "the report in `unfinished` says what of it there is, and the same command";
 
 /// The command that was given, as one would give it again.
-fn command() -> String {
+pub(super) fn command() -> String {
     let words = std::env::args_os().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
     format!("linelit {}", study::quoted(words))

@@ -13,6 +13,7 @@ mod render;
 mod study;
 mod tev;
 mod units;
+mod viewfactors;
 
 pub use compare::run as compare;
 pub use converge::run as converge;
@@ -21,6 +22,7 @@ pub use list::run as list;
 pub use pages::{completions, man};
 pub use plan::{merge, plan, run, status};
 pub use render::run as render;
+pub use viewfactors::run as viewfactors;
 
 use crate::args::SceneArgs;
 use anyhow::{Context, Result};

@@ -3,6 +3,7 @@
 use super::picture::{self, Picture, RENDER};
 use super::study::{self, CONVERGE, StudyPlan};
 use super::units::{quoted, work_off};
+use super::viewfactors::{self, Factors, VIEWFACTORS};
 use crate::args::{
     MergeArgs, PlanArgs, PlanKind, PlannedArgs, ReadArgs, RunArgs, Script, StatusArgs, UsageError,
 };
@@ -21,6 +22,7 @@ const PAUSE: Duration = Duration::from_secs(2);
 enum Planned {
     Picture(Box<(Picture, ReadArgs)>),
     Study(Box<StudyPlan>),
+    Factors(Box<Factors>),
 }
 
 /// Opens a plan that this program made.
@@ -30,6 +32,7 @@ fn open(path: &Path) -> Result<(Folder, Planned)> {
     let planned = match folder.plan().kind.as_str() {
         RENDER => Planned::Picture(Box::new(Picture::open(&folder)?)),
         CONVERGE => Planned::Study(Box::new(StudyPlan::open(&folder)?)),
+        VIEWFACTORS => Planned::Factors(Box::new(Factors::open(&folder)?)),
         other => bail!("a plan of the kind `{other}`, which this program does not know"),
     };
     Ok((folder, planned))
@@ -43,6 +46,9 @@ pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
     match &args.kind {
         PlanKind::Render(args) => finish(&picture::plan(args)?, &args.planned, "picture.exr", out),
         PlanKind::Converge(args) => finish(&study::make(args)?, &args.planned, "out", out),
+        PlanKind::ViewFactors(args) => {
+            finish(&viewfactors::plan(args)?, &args.planned, "factors.npz", out)
+        }
     }
 }
 
@@ -67,6 +73,7 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
         |options| match &planned {
             Planned::Picture(plan) => plan.0.run(&plan.1, &folder, options),
             Planned::Study(plan) => plan.run(&folder, options),
+            Planned::Factors(plan) => plan.run(&folder, options),
         },
     )?;
     let (computed, found, elsewhere) = (ran.computed, ran.found, ran.elsewhere);
@@ -117,6 +124,11 @@ fn shard(args: &RunArgs) -> Result<Shard> {
 /// If parts are missing, which are named, or the result cannot be written.
 pub fn merge(args: &MergeArgs, out: &mut Output) -> Result<()> {
     match open(&args.plan)? {
+        (folder, Planned::Factors(plan)) => plan.merge(&folder, args, out),
+        _ if args.report.is_some() => {
+            let text = "--report is for plans of view factors";
+            Err(UsageError(text.to_owned()).into())
+        }
         (folder, Planned::Picture(plan)) => plan.0.merge(&folder, args, out),
         (folder, Planned::Study(plan)) => plan.merge(&folder, args, out),
     }

@@ -9,7 +9,6 @@ use crate::inputs::{self, Packed, Sources};
 use crate::output::{Output, OutputError, note};
 use anyhow::{Context as _, Result, anyhow};
 use clap::Parser as _;
-use linelit_film::ToneCurve;
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
 use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
@@ -301,14 +300,7 @@ impl StudyPlan {
     /// Puts the parts together and writes the report.
     pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
         let start = Instant::now();
-        let file = &args.file;
-        if file.exposure.abs() > 0.0
-            || file.tone_curve != ToneCurve::Clip
-            || file.compression.is_some()
-        {
-            let text = "--exposure, --tone-curve and --compression are for plans of pictures";
-            return Err(usage(text.to_owned()));
-        }
+        units::refuse_picture_flags(&args.file)?;
         let missing = folder.read_all(|_, _| Ok(()))?;
         units::check(folder, &missing)?;
         let default = Path::new("out");

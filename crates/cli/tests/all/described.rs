@@ -116,6 +116,9 @@ fn documents_schema_and_page_agree() {
         "compare",
         &[&["compare", path(&image), path(&image)], &maps[..]].concat(),
     );
+    let factors = dir.join("f.csv");
+    let facets = ["viewfactors", "cornell-box", "--tolerance", "0.1", "-o"];
+    check("viewfactors", &[&facets[..], &[path(&factors)]].concat());
     check("list", &["list"]);
     for scene in ["plates", "window", "cornell-box-line"] {
         check("info", &["info", scene]);

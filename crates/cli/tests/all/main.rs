@@ -17,4 +17,5 @@ mod plans;
 mod studies;
 mod study_plans;
 mod tev;
+mod viewfactors;
 mod words;

@@ -175,6 +175,7 @@ fn help_shells_and_readers_hear_of_all_commands() {
     let commands = [
         "render",
         "converge",
+        "viewfactors",
         "plan",
         "run",
         "merge",

@@ -154,8 +154,9 @@ fn section(id: &str, part: &Section) -> Markup {
 
 fn figure(picture: &Picture) -> Markup {
     let small = picture.width.max(picture.height) <= 128;
+    let wide = picture.width >= 512;
     html! {
-        figure {
+        figure class=[wide.then_some("wide")] {
             (image(picture, if small { "small" } else { "" }))
             @if let Some(scale) = picture.scale {
                 div.scale {

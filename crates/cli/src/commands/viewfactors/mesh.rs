@@ -1,0 +1,99 @@
+//! Facets from files.
+
+use crate::inputs::InPlan;
+use anyhow::{Result, anyhow, bail};
+use linelit_formats::assembly::{Source, ply};
+use linelit_scenes::{Library, Place};
+use linelit_viewfactors::files::{self, Mesh};
+use linelit_viewfactors::{FacetError, Facets, Sides};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A reader of polygons.
+type Reader = fn(&Arc<Source>) -> Result<Mesh>;
+
+/// Reads facets from a file, or from those that a plan keeps: polygons where the format's reader
+/// here knows them, else the triangles of a scene.
+pub(super) fn read(library: &Library, name: &str, packed: Option<InPlan<'_>>) -> Result<Mesh> {
+    let mesh = match (reader(name), packed) {
+        (None, Some((files, main))) => triangles(library.load_from(files, main)?),
+        (None, None) => triangles(library.load(name)?),
+        (Some(reader), Some((files, main))) => {
+            let bytes = files.get(main).cloned().unwrap_or_default();
+            reader(&Source::new(name, bytes))?
+        }
+        (Some(reader), None) => {
+            let Place::File(path) = Place::find(name)? else {
+                bail!("`{name}` is no file");
+            };
+            let source = Source::open(&path, &library.options)?;
+            let own = path.file_name().unwrap_or_default().to_string_lossy();
+            library.options.watch.tell(&own, source.bytes());
+            reader(&source)?
+        }
+    };
+    for note in &mesh.notes {
+        (library.note)(format_args!("note: {name}: {note}"));
+    }
+    if mesh.senders == 0 {
+        bail!("{name}: no facets");
+    }
+    Ok(mesh)
+}
+
+/// The reader of polygons of files with this name's ending.
+fn reader(name: &str) -> Option<Reader> {
+    let ending = Path::new(name).extension()?.to_str()?.to_ascii_lowercase();
+    let reader: Reader = match ending.as_str() {
+        "vs3" => |source| of_file(source, files::vs3),
+        "stl" => |source| of_file(source, files::stl),
+        "obj" => |source| of_file(source, files::obj),
+        "ply" => polygons,
+        _ => return None,
+    };
+    Some(reader)
+}
+
+fn of_file(
+    source: &Source,
+    read: impl Fn(&[u8]) -> Result<Mesh, files::FileError>,
+) -> Result<Mesh> {
+    read(source.bytes()).map_err(|error| anyhow!("{}, {error}", source.name()))
+}
+
+fn polygons(source: &Arc<Source>) -> Result<Mesh> {
+    let (positions, polygons) = ply::read_polygons(source)?;
+    Ok(Mesh {
+        vertices: positions.iter().map(|p| p.to_array()).collect(),
+        senders: polygons.len(),
+        polygons,
+        ..Mesh::default()
+    })
+}
+
+fn triangles(loaded: linelit_formats::Loaded) -> Mesh {
+    let scene = loaded.scene;
+    Mesh {
+        vertices: scene.positions.iter().map(|p| p.map(f64::from)).collect(),
+        polygons: scene.triangles.iter().map(|t| t.to_vec()).collect(),
+        senders: scene.triangles.len(),
+        ..Mesh::default()
+    }
+}
+
+/// The facets of a file, or the place in it of the first that is none.
+pub(super) fn facets(name: &str, mesh: &Mesh, sides: u8) -> Result<Facets> {
+    let sides = if sides == 2 { Sides::Two } else { Sides::One };
+    Facets::new(&mesh.vertices, &mesh.polygons, sides).map_err(|error| {
+        let facet = match error {
+            FacetError::Vertex(_) => None,
+            FacetError::NoVertex { facet, .. }
+            | FacetError::NoArea(facet)
+            | FacetError::NotConvex(facet) => mesh.places.get(facet),
+        };
+        match facet {
+            Some(place) => anyhow!("{name}, {place}: {error} (facets are counted from 0)"),
+            None => anyhow!("{name}: {error} (counted from 0)"),
+        }
+    })
+}

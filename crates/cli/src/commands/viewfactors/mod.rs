@@ -1,0 +1,397 @@
+//! `linelit viewfactors`, at once or as a plan whose units are blocks of rows.
+
+mod mesh;
+mod report;
+mod write;
+
+use super::units::{check, refuse_picture_flags};
+use super::{bar, converge, pool, pool_of, render};
+use crate::args::{
+    Again, ENDINGS, FactorArgs, MergeArgs, PlanViewFactorsArgs, UsageError, ViewFactorsArgs, given,
+};
+use crate::folder::OutputFolder;
+use crate::inputs::{self, Packed, Sources};
+use crate::output::Output;
+use crate::program::TryAgain;
+use crate::{interrupt, output::note};
+use anyhow::{Context as _, Result, bail};
+use clap::Parser as _;
+use linelit_plan::{BoxError, Folder, PlanError, Ran, Run, Task, Unit};
+use linelit_study::engine::{from_bytes, to_bytes};
+use linelit_viewfactors::files::Mesh;
+use linelit_viewfactors::{Facets, Matrix, Plan, SparseRow};
+use serde::{Deserialize, Serialize};
+use std::convert::Infallible;
+use std::ops::Range;
+use std::path::Path;
+use std::time::Instant;
+
+/// The kind of plans of view factors.
+pub(super) const VIEWFACTORS: &str = "viewfactors";
+
+/// Seconds of one thread for a pair, within a factor of ten.
+const PAIR_SECONDS: f64 = 2e-5;
+
+/// The settings of such a plan.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    /// The words of `viewfactors` that numbers depend on.
+    viewfactors: Vec<String>,
+}
+
+/// The work of a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Work {
+    /// Looking at all pairs, which rows need.
+    Pairs,
+    /// Rows from and to.
+    Rows([usize; 2]),
+}
+
+/// The part of a unit of rows: those of [`Matrix`].
+type Part = (Vec<usize>, Vec<u32>, Vec<f64>, Vec<f64>, Vec<f64>);
+
+/// Facets of a file.
+pub(super) struct Factors {
+    name: String,
+    mesh: Mesh,
+    facets: Facets,
+    args: FactorArgs,
+}
+
+/// View factors, and what is said of them.
+struct Found {
+    matrix: Matrix,
+    /// Areas and emittances of the facets that send.
+    areas: Vec<f64>,
+    emittances: Vec<f64>,
+    pairs: [u64; 4],
+}
+
+impl Found {
+    /// The sum of some numbers of a row's factors.
+    fn sum_of(&self, numbers: &[f64], row: usize) -> f64 {
+        let ends = &self.matrix.indptr[row..row + 2];
+        // Not by `sum`, whose nothing is −0.
+        numbers[ends[0]..ends[1]].iter().fold(0.0, |sum, x| sum + x)
+    }
+
+    /// The sum of the errors of a row.
+    fn error(&self, row: usize) -> f64 {
+        self.sum_of(&self.matrix.error, row)
+    }
+
+    /// The sum of a row.
+    fn sum(&self, row: usize) -> f64 {
+        self.sum_of(&self.matrix.data, row)
+    }
+
+    /// The largest of a number of each row.
+    fn most(&self, of: impl Fn(&Self, usize) -> f64) -> f64 {
+        let rows = (0..self.areas.len()).map(|row| of(self, row));
+        rows.fold(0.0, f64::max)
+    }
+}
+
+/// The files that a command writes.
+struct Destination<'a> {
+    path: &'a Path,
+    report: Option<OutputFolder>,
+    json: bool,
+    start: Instant,
+}
+
+impl<'a> Destination<'a> {
+    /// Tries whether they can be written, before the work.
+    fn open(path: &'a Path, report: Option<&Path>, json: bool) -> Result<Self> {
+        linelit_film::check_writable(path)?;
+        Ok(Self {
+            path,
+            report: report.map(OutputFolder::open).transpose()?,
+            json,
+            start: Instant::now(),
+        })
+    }
+}
+
+/// Computes view factors and writes them.
+pub fn run(args: &ViewFactorsArgs, out: &mut Output) -> Result<()> {
+    let to = Destination::open(&args.output, args.report.as_deref(), args.common.json)?;
+    let mesh = mesh::read(&args.common.read.library(), &args.facets, None)?;
+    let factors = Factors::new(&args.facets, mesh, &args.factors)?;
+    interrupt::watch().context("watching for signals")?;
+    let found = pool(&args.common)?.install(|| factors.at_once())?;
+    factors.write(&found, to, out)
+}
+
+/// The plan that `plan viewfactors` asks for.
+pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<Packed> {
+    let sources = Sources::new(&args.read, args.planned.pack);
+    let mesh = sources.read_by(&args.facets, |library| {
+        mesh::read(library, &args.facets, None)
+    })?;
+    let factors = Factors::new(&args.facets, mesh, &args.factors)?;
+    let (rows, step) = (factors.mesh.senders, args.rows as usize);
+    let row_seconds = PAIR_SECONDS * factors.facets.len() as f64;
+    let work = |work: Work| serde_json::to_string(&work);
+    let all = row_seconds * rows as f64;
+    let mut units = vec![Unit::new("all pairs", 0.1 * all, work(Work::Pairs)?)];
+    for first in (0..rows).step_by(step) {
+        let end = rows.min(first.saturating_add(step));
+        let (name, cost) = (
+            format!("rows {first}..{end}"),
+            row_seconds * (end - first) as f64,
+        );
+        units.push(Unit {
+            needs: 0..1,
+            ..Unit::new(name, cost, work(Work::Rows([first, end]))?)
+        });
+    }
+    let settings = Settings {
+        viewfactors: given::<Again<FactorArgs>>()?,
+    };
+    sources.plan(
+        VIEWFACTORS,
+        &settings,
+        std::slice::from_ref(&args.facets),
+        units,
+    )
+}
+
+impl Factors {
+    fn new(name: &str, mesh: Mesh, args: &FactorArgs) -> Result<Self> {
+        Ok(Self {
+            name: name.to_owned(),
+            facets: mesh::facets(name, &mesh, args.sides)?,
+            mesh,
+            args: args.clone(),
+        })
+    }
+
+    /// The facets of a plan.
+    pub(super) fn open(folder: &Folder) -> Result<Self> {
+        let settings: Settings = serde_json::from_str(&folder.plan().settings)?;
+        let again = Again::<FactorArgs>::try_parse_from(settings.viewfactors)?;
+        let mesh = inputs::open_by(folder, 0, &again.read, mesh::read)?;
+        let name = folder.plan().inputs.first().map_or("", |input| &input.name);
+        Self::new(name, mesh, &again.args)
+    }
+
+    /// Adds a row, without its columns of facets that only hide.
+    fn add(&self, matrix: &mut Matrix, row: SparseRow) {
+        let count = row
+            .columns
+            .partition_point(|k| (*k as usize) < self.mesh.senders);
+        matrix.indices.extend(&row.columns[..count]);
+        matrix.data.extend(&row.values[..count]);
+        matrix.error.extend(&row.errors[..count]);
+        matrix.sky.push(row.sky);
+        matrix.indptr.push(matrix.data.len());
+    }
+
+    /// Computes all rows by the threads of the current pool.
+    fn at_once(&self) -> Result<Found> {
+        let progress = bar("looking at all pairs");
+        progress.enable_steady_tick(std::time::Duration::from_millis(500));
+        let plan = self.facets.plan();
+        let rows = self.mesh.senders;
+        progress.set_message("rows");
+        progress.set_length(rows as u64);
+        let mut matrix = Matrix {
+            indptr: vec![0],
+            ..Matrix::default()
+        };
+        let done = self
+            .facets
+            .rows_of(0..rows, self.args.tolerance, &plan, |row| {
+                if interrupt::stopped() {
+                    return Err(TryAgain(format!(
+                        "interrupted at row {} of {rows}, and nothing is kept: `linelit plan \
+                     viewfactors` makes what can be gone on with",
+                        row.facet
+                    )));
+                }
+                progress.inc(1);
+                self.add(&mut matrix, row);
+                Ok(())
+            });
+        progress.finish_and_clear();
+        done?;
+        Ok(self.found(matrix, plan.pairs))
+    }
+
+    fn found(&self, matrix: Matrix, pairs: [u64; 4]) -> Found {
+        Found {
+            matrix,
+            areas: (0..self.mesh.senders)
+                .map(|i| self.facets.area(i))
+                .collect(),
+            emittances: self.mesh.emittances.clone(),
+            pairs,
+        }
+    }
+
+    /// Computes the remaining units of a plan, one at a time on all threads.
+    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
+        let work = works(folder)?;
+        let pool = pool_of(options.threads)?;
+        let options = Run {
+            threads: 1,
+            ..*options
+        };
+        Ok(linelit_plan::run(folder, &options, |task| {
+            pool.install(|| self.compute(work[task.number() as usize], task))
+        })?)
+    }
+
+    fn compute(&self, work: Work, task: &Task<'_>) -> Result<Vec<u8>, BoxError> {
+        let Work::Rows([first, end]) = work else {
+            let Plan { weights, pairs } = self.facets.plan();
+            return Ok(to_bytes(&(weights, pairs)));
+        };
+        let (weights, pairs) = from_bytes::<(Vec<f64>, [u64; 4])>(&task.part(0)?)?;
+        if weights.len() != self.facets.len() || first > end || end > self.mesh.senders {
+            return Err("the plan is of other facets".into());
+        }
+        let mut matrix = Matrix {
+            indptr: vec![0],
+            ..Matrix::default()
+        };
+        let plan = Plan { weights, pairs };
+        let Ok(()) = self
+            .facets
+            .rows_of(first..end, self.args.tolerance, &plan, |row| {
+                self.add(&mut matrix, row);
+                Ok::<(), Infallible>(())
+            });
+        let Matrix {
+            data,
+            indices,
+            indptr,
+            error,
+            sky,
+        } = matrix;
+        Ok(to_bytes(&(indptr, indices, data, error, sky)))
+    }
+
+    /// Puts the parts of a plan together.
+    fn gather(&self, folder: &Folder) -> Result<Found> {
+        let work = works(folder)?;
+        let (mut pairs, mut all) = (
+            [0; 4],
+            Matrix {
+                indptr: vec![0],
+                ..Matrix::default()
+            },
+        );
+        let missing = folder.read_all(|number, payload| {
+            let added = match work[number as usize] {
+                Work::Pairs => from_bytes::<(Vec<f64>, [u64; 4])>(&payload).map(|(_, p)| pairs = p),
+                Work::Rows([first, end]) => from_bytes(&payload)
+                    .and_then(|part| append(&mut all, part, first..end, self.mesh.senders)),
+            };
+            added.map_err(|error| PlanError::Work {
+                number,
+                name: folder.plan().units[number as usize].name.clone(),
+                error: error.into(),
+            })
+        })?;
+        check(folder, &missing)?;
+        if all.sky.len() != self.mesh.senders {
+            bail!("{}: the plan lacks rows", folder.path().display());
+        }
+        Ok(self.found(all, pairs))
+    }
+
+    /// Puts the parts of a plan together, and writes the factors.
+    pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
+        let named = |path: &&Path| ENDINGS.iter().any(|ending| render::ends_in(path, ending));
+        let Some(path) = args.output.as_deref().filter(named) else {
+            let text = "merging view factors writes a file: -o FACTORS.csv, .npz, .txt or .vf";
+            return Err(UsageError(text.to_owned()).into());
+        };
+        refuse_picture_flags(&args.file)?;
+        let to = Destination::open(path, args.report.as_deref(), args.json)?;
+        self.write(&self.gather(folder)?, to, out)
+    }
+
+    /// Writes the file and the report, and says what is in them.
+    fn write(&self, found: &Found, to: Destination<'_>, out: &mut Output) -> Result<()> {
+        let path = to.path;
+        write::write(path, found)?;
+        let seconds = to.start.elapsed().as_secs_f64();
+        if let Some(mut folder) = to.report {
+            let mut report = report::page(self, found, seconds)?;
+            report.command = converge::command();
+            folder.add("report.html", report.render());
+            let page = folder.path_of("report.html");
+            folder.finish()?;
+            note(format_args!("report: {}", page.display()));
+        }
+        let (facets, factors) = (found.areas.len(), found.matrix.data.len());
+        let [row_error, row_sum] = [found.most(Found::error), found.most(Found::sum)];
+        let [facing, hidden, clear, partly] = found.pairs;
+        let moved = self.facets.displacement();
+        if to.json {
+            let value = serde_json::json!({
+                "scene": self.name,
+                "output": path,
+                "facets": facets,
+                "obstructions": self.facets.len() - facets,
+                "factors": factors,
+                "pairs": {"facing": facing, "hidden": hidden, "clear": clear, "partly": partly},
+                "row_error": row_error,
+                "row_sum": row_sum,
+                "displacement": moved,
+                "seconds": seconds,
+            });
+            writeln!(out, "{value}")?;
+            return Ok(());
+        }
+        writeln!(
+            out,
+            "{}: {facets} facets, {factors} factors in {seconds:.1} s\n\
+             pairs: {facing} by facing, {hidden} hidden, {clear} clear, {partly} partly hidden\n\
+             rows sum to {row_sum:.7} at most, with errors of {row_error:.1e} at most; rounding \
+             moved corners by {moved:.1e} at most",
+            path.display()
+        )?;
+        Ok(())
+    }
+}
+
+/// The work of a plan's units.
+fn works(folder: &Folder) -> Result<Vec<Work>> {
+    let work = folder
+        .plan()
+        .units
+        .iter()
+        .map(|u| serde_json::from_str(&u.work));
+    let what = || format!("{}: no plan of view factors", folder.path().display());
+    work.collect::<Result<_, _>>().with_context(what)
+}
+
+/// Adds the rows of a part, which are to be these, of so many columns.
+fn append(all: &mut Matrix, part: Part, rows: Range<usize>, columns: usize) -> Result<()> {
+    let (indptr, indices, data, error, sky) = part;
+    let ends = [indptr.first(), indptr.last()] == [Some(&0), Some(&data.len())];
+    let lengths = [indices.len(), error.len()] == [data.len(); 2];
+    let fits = all.sky.len() == rows.start && sky.len() == rows.len();
+    let is_whole = ends && indptr.is_sorted() && lengths && fits && indptr.len() == sky.len() + 1;
+    if !is_whole || indices.iter().any(|k| *k as usize >= columns) {
+        bail!(
+            "its part does not hold what rows {}..{} do",
+            rows.start,
+            rows.end
+        );
+    }
+    let before = all.data.len();
+    all.indptr.extend(indptr[1..].iter().map(|k| before + k));
+    all.indices.extend(indices);
+    all.data.extend(data);
+    all.error.extend(error);
+    all.sky.extend(sky);
+    Ok(())
+}
