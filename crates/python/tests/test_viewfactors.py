@@ -163,6 +163,24 @@ def test_a_facet_is_the_mean_of_its_points():
     assert mean[0] == 0 and mean[1] == pytest.approx(0.75 * OPEN, abs=1e-4)
 
 
+@pytest.mark.parametrize("n, m", [(1, 1), (2, 1), (1, 2), (3, 2)])
+def test_a_divided_screen_hides_as_much_as_a_whole_one(n, m):
+    # A screen at a right angle to a wall, below a lid; divided, its facets hide as one.
+    wall = np.array([[9.0, 0, 3], [6, 0, 3], [6, 0, 7], [9, 0, 7]])
+    lid = np.array([[0.0, 0, 10], [0, 16, 10], [24, 16, 10], [24, 0, 10]])
+    u, v = np.array([0, -16.0, 0]), np.array([0, 0, 2.0])
+    corners = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    screen = [
+        [[7, 16, 5] + (i + s) / n * u + (j + t) / m * v for s, t in corners] for i in range(n) for j in range(m)
+    ]
+    found = facets(wall, lid, *screen).between(0, 1, 1e-4)
+    x = (np.arange(50) + 0.5) / 50
+    points = np.array([6, 0, 3]) + np.stack(np.meshgrid(3 * x, [0.0], 4 * x), -1).reshape(-1, 3)
+    mean = facets(wall, lid, *screen).from_point(points, [0, 1, 0]).facets[:, 1].mean()
+    # Midpoints of 50 × 50 cells err by some 1e-5.
+    assert abs(found.value - mean) <= found.error + 5e-5
+
+
 def test_the_matrix_is_that_of_scipy():
     sparse = pytest.importorskip("scipy.sparse")
     m = ROOM.matrix(1e-2)
