@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArrayMethods as _, PyUntypedArray, PyUntypedArrayMethods
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 
 /// An array of real numbers, in rows one after another.
 pub(crate) enum Reals<'py> {
@@ -147,25 +147,60 @@ pub(crate) fn triangles<'py>(
     name: &str,
     given: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, u32>> {
-    let found = match as_it_is::<u32>(given) {
-        Some(array) => array,
-        None => {
-            let array = any_array(name, given)?;
-            match array.dtype().kind() {
-                b'i' | b'u' => whole(name, &array)?,
-                _ if array.is_empty() => converted(name, &array)?,
-                _ => {
-                    let what = format!("{name} has the type {}, and needs integers", array.dtype());
-                    return Err(PyTypeError::new_err(what));
-                }
-            }
-        }
-    };
+    let found = integers(name, given)?;
     match found.shape() {
         [_, 3] | [0] => Ok(found),
         shape => Err(value_error(format!(
             "{name} has the shape {}, and needs (m, 3): triangles",
             shape_text(shape)
+        ))),
+    }
+}
+
+/// The polygons of an argument, by the numbers of their vertices: an array of two axes, or a
+/// sequence of sequences of different lengths.
+pub(crate) fn polygons(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<u32>>> {
+    if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
+        let one = |(i, each): (usize, PyResult<Bound<'_, PyAny>>)| {
+            let name = format!("{name}[{i}]");
+            let found = integers(&name, &each?)?;
+            match found.shape() {
+                [_] => Ok(found.as_slice()?.to_vec()),
+                shape => Err(value_error(format!(
+                    "{name} has the shape {}, and needs (k,): the vertices of a polygon",
+                    shape_text(shape)
+                ))),
+            }
+        };
+        return given.try_iter()?.enumerate().map(one).collect();
+    }
+    let found = integers(name, given)?;
+    match found.shape() {
+        [0] => Ok(Vec::new()),
+        &[count, width] => {
+            let all = found.as_slice()?;
+            let row = |i| all[i * width..(i + 1) * width].to_vec();
+            Ok((0..count).map(row).collect())
+        }
+        shape => Err(value_error(format!(
+            "{name} has the shape {}, and needs (m, k): polygons of k corners",
+            shape_text(shape)
+        ))),
+    }
+}
+
+/// The numbers of vertices of an argument.
+fn integers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, u32>> {
+    if let Some(array) = as_it_is::<u32>(given) {
+        return Ok(array);
+    }
+    let array = any_array(name, given)?;
+    match array.dtype().kind() {
+        b'i' | b'u' => whole(name, &array),
+        _ if array.is_empty() => converted(name, &array),
+        _ => Err(PyTypeError::new_err(format!(
+            "{name} has the type {}, and needs integers",
+            array.dtype()
         ))),
     }
 }

@@ -13,6 +13,7 @@ mod sampling;
 mod scene;
 mod study;
 mod threads;
+mod viewfactors;
 
 use pyo3::prelude::*;
 
@@ -29,6 +30,8 @@ mod _linelit {
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::study::converge;
+    #[pymodule_export]
+    use crate::viewfactors::ViewFactors;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name")]

@@ -41,7 +41,7 @@ fn lit(
 }
 
 /// A number above zero.
-fn positive(name: &str, x: f64) -> PyResult<f64> {
+pub(crate) fn positive(name: &str, x: f64) -> PyResult<f64> {
     match x > 0.0 && x.is_finite() {
         true => Ok(x),
         false => Err(value_error(format!(
@@ -63,7 +63,7 @@ fn place(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
 }
 
 /// A vector with a direction.
-fn direction(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
+pub(crate) fn direction(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     let v = place(name, given)?;
     match v == DVec3::ZERO {
         true => Err(value_error(format!(

@@ -5,7 +5,11 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Batches grow until they take so long: the time that Ctrl-C may wait.
@@ -93,4 +97,38 @@ pub(crate) fn in_batches<E: Send>(
         done(first)?;
     }
     Ok(())
+}
+
+/// Does work that has no batches on a thread of its own, in the pool of a number of threads, and
+/// looks for Ctrl-C meanwhile, after which the work is told to stop.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let pool = pool(threads)?;
+    let stop = AtomicBool::new(false);
+    let run = || match pool {
+        Some(pool) => pool.install(|| work(&stop)),
+        None => work(&stop),
+    };
+    let watch = || {
+        thread::scope(|scope| {
+            // The end of the work drops the sender.
+            let (sender, ended) = channel::<()>();
+            let worker = scope.spawn(move || {
+                let _sender = sender;
+                run()
+            });
+            while ended.recv_timeout(BATCH) == Err(RecvTimeoutError::Timeout) {
+                let asked = Python::attach(|py| py.check_signals());
+                if asked.is_err() {
+                    stop.store(true, Ordering::Relaxed);
+                }
+                asked?;
+            }
+            Ok(worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        })
+    };
+    py.detach(watch)
 }

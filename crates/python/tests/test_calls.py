@@ -103,6 +103,9 @@ def test_calls_from_many_threads_agree():
     "call",
     [
         "scene.irradiance(np.zeros((50_000_000, 3)), [0, 0, 1], lamp, samples=1024)",
+        "views.from_point(np.zeros((10_000_000, 3)), [0, 0, 1])",
+        "views.sunlit(np.ones((10_000_000, 3)))",
+        "many.matrix()",
         "ll.render('cornell-box', samples=100_000, resolution=(2000, 2000))",
         "ll.converge('cornell-box', trials=100_000, samples=[1024])",
     ],
@@ -114,6 +117,12 @@ import signal, numpy as np, linelit as ll
 signal.signal(signal.SIGINT, signal.default_int_handler)
 lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], 3.0)
 scene = ll.Scene([[-.1, -.1, 1], [.2, 0, 1], [0, .3, 1]], [[0, 1, 2]])
+views = ll.ViewFactors([[-.1, -.1, 1], [0, .3, 1], [.2, 0, 1]], [[0, 1, 2]])
+x, y = np.meshgrid(np.arange(32.0), np.arange(32.0))
+square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+low = (np.stack([x, y, 0 * x], -1).reshape(-1, 1, 3) + square).reshape(-1, 3)
+high = low.reshape(-1, 4, 3)[:, ::-1].reshape(-1, 3) + [0, 0, 9]
+many = ll.ViewFactors(np.concatenate([low, high]), np.arange(8192).reshape(-1, 4))
 print("ready", flush=True)
 try:
     {call}

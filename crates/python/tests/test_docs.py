@@ -12,7 +12,7 @@ METHODS = {
     for owner, cls in PUBLIC.items()
     if inspect.isclass(cls)
     for name in vars(cls)
-    if not name.startswith("_") and callable(getattr(cls, name)) and owner in ("Light", "Scene", "Study")
+    if not name.startswith("_") and callable(getattr(cls, name)) and owner in ("Light", "Scene", "Study", "ViewFactors")
 }
 DOCUMENTED = {"linelit": ll, **PUBLIC, **METHODS}
 

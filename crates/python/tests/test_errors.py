@@ -19,6 +19,7 @@ DISK = ll.Disk([0, 0, 2], [0, 0, -1], 1.0, 1.0)
 BALL = ll.Sphere([0, 0, 2], 0.5, 1.0)
 SUN = ll.Sun([0, 0, 1], 0.01, 1.0)
 SKY = ll.Environment(1.0)
+VIEWS = ll.ViewFactors(VERTICES, FACES)
 NAN = np.array([[0.0, 0, 0], [np.nan, 0, 1]])
 
 
@@ -140,6 +141,40 @@ WRONG = [
     (lambda: ll.converge("cornell-box", pixels="many"), ValueError, 'pixels="many"'),
     (lambda: ll.from_trimesh("mesh"), TypeError, "needs to be a trimesh"),
     (lambda: ll.from_mitsuba([1]), TypeError, "shape 0 is <class 'int'>"),
+    (lambda: ll.ViewFactors(VERTICES[:, :2], FACES), ValueError, "vertices has the shape (3, 2)"),
+    (lambda: ll.ViewFactors(VERTICES[0], FACES), ValueError, "vertices are () vectors"),
+    (lambda: ll.ViewFactors(NAN, FACES), ValueError, "vertices[1] is not finite, or beyond 2^60"),
+    (lambda: ll.ViewFactors(VERTICES * 1e300, FACES), ValueError, "vertices[0] is not finite"),
+    (lambda: ll.ViewFactors(VERTICES, FACES, 3), ValueError, "sides is 3"),
+    (lambda: ll.ViewFactors(VERTICES, FACES, "both"), TypeError, ""),
+    (lambda: ll.ViewFactors(VERTICES, np.array([0, 1, 2])), ValueError, "polygons has the shape (3,)"),
+    (lambda: ll.ViewFactors(VERTICES, FACES[None]), ValueError, "polygons has the shape (1, 1, 3)"),
+    (lambda: ll.ViewFactors(VERTICES, np.array([[0, 1, -1]])), ValueError, "polygons[0] has the vertex -1"),
+    (lambda: ll.ViewFactors(VERTICES, FACES * 1.0), TypeError, "polygons has the type float64"),
+    (lambda: ll.ViewFactors(VERTICES, None), TypeError, "polygons is None"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0, 1, 2, 3]]), ValueError, "polygons[1] has vertex 3, but"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0, -1, 2]]), ValueError, "polygons[1][1] has the vertex -1"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], 0]), ValueError, "polygons[1] has the shape ()"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0.5, 1, 2]]), TypeError, "polygons[1] has the type float64"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0, 1]]), ValueError, "polygons[1] has no area, or not 3 to 16"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 1]]), ValueError, "polygons[0] is not flat and convex"),
+    (lambda: ll.ViewFactors(SQUARE + np.diag([0, 0, 1, 0])[:, :3], [[0, 1, 2, 3]]), ValueError, "not flat"),
+    (lambda: VIEWS.between(0, 1), ValueError, "j is 1, but there are 1 facets"),
+    (lambda: VIEWS.between(-1, 0), ValueError, "i is -1"),
+    (lambda: VIEWS.between(0, 0, tolerance=0.0), ValueError, "tolerance is 0"),
+    (lambda: VIEWS.between(0, 0, tolerance=np.nan), ValueError, "tolerance is NaN"),
+    (lambda: VIEWS.matrix(-1e-4), ValueError, "tolerance is -0.0001"),
+    (lambda: VIEWS.matrix(np.inf), ValueError, "tolerance is inf"),
+    (lambda: VIEWS.matrix(threads=0), ValueError, "threads is 0"),
+    (lambda: VIEWS.from_point([0, 0], UP), ValueError, "points has the shape (2,)"),
+    (lambda: VIEWS.from_point(NAN, UP), ValueError, "points[1] is not finite, or beyond 2^60: [NaN"),
+    (lambda: VIEWS.from_point(FLOOR, 0 * UP), ValueError, "normals[0] is zero or not finite"),
+    (lambda: VIEWS.from_point(FLOOR, np.ones((3, 3))), ValueError, "points are (2,) vectors, normals (3,)"),
+    (lambda: VIEWS.sunlit([0, 0, 0]), ValueError, "direction[0] is zero or not finite: [0, 0, 0]"),
+    (lambda: VIEWS.sunlit(NAN + UP), ValueError, "direction[1] is zero or not finite: [NaN"),
+    (lambda: VIEWS.sunlit([0, 1]), ValueError, "direction has the shape (2,)"),
+    (lambda: VIEWS.sunlit(UP, 1), ValueError, "i is 1, but"),
+    (lambda: VIEWS.sunlit(UP, threads=2000), ValueError, "threads is 2000"),
     (lambda: ll.Light(), TypeError, ""),
 ]
 

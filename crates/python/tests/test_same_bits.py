@@ -37,3 +37,26 @@ def test_same_bits_as_the_rust_library(tmp_path):
         got = scene.irradiance(points, normals, lamp, method=name, samples=samples, seed=3)
         assert np.array_equal(got, want), name
         assert got.mean() > 0.1
+
+
+@pytest.mark.skipif(shutil.which("cargo") is None, reason="there is no cargo")
+def test_view_factors_have_the_bits_of_the_rust_library(tmp_path):
+    rng = np.random.default_rng(2)
+    vertices = (rng.uniform(-1, 1, (40, 1, 3)) + rng.uniform(-0.3, 0.3, (40, 3, 3))).reshape(-1, 3)
+    points, directions = rng.uniform(-1, 1, (2, 1000, 3))
+    for name, array in {"vertices": vertices, "points": points, "directions": directions}.items():
+        array.tofile(tmp_path / name)
+    build = ["cargo", "run", "--profile", "quick", "--quiet", "--example", "factors", "--", tmp_path]
+    subprocess.check_output(build, cwd=CRATE)
+    v = ll.ViewFactors(vertices, np.arange(120).reshape(-1, 3))
+    m, seen = v.matrix(1e-2), v.from_point(points, directions)
+    got = {
+        "factors": np.concatenate([m.data, m.error, m.sky]),
+        "columns": np.concatenate([m.indices, m.indptr]).astype(float),
+        "facets": seen.facets,
+        "sky": seen.sky,
+        "sunlit": v.sunlit(directions),
+    }
+    for name, array in got.items():
+        assert np.array_equal(array.ravel(), np.fromfile(tmp_path / name)), name
+        assert array.std() > 0.01

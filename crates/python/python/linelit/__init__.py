@@ -13,9 +13,10 @@ arrays are numpy's; lengths are in any unit, radiance too.
 0.766364
 """
 
-from linelit._linelit import Light, Scene, __version__, pdf, sample
+from linelit._linelit import Light, Scene, ViewFactors, __version__, pdf, sample
 from linelit._files import Picture, Study, converge, render
 from linelit._meshes import from_mitsuba, from_trimesh
+from linelit._viewfactors import Estimate, FactorMatrix, PointFactors
 
 Polygon = Light.polygon
 Rectangle = Light.rectangle
@@ -34,10 +35,13 @@ __all__ = [
     "Disk",
     "Distant",
     "Environment",
+    "Estimate",
+    "FactorMatrix",
     "Light",
     "Line",
     "Picture",
     "Point",
+    "PointFactors",
     "Polygon",
     "Rectangle",
     "Scene",
@@ -45,6 +49,7 @@ __all__ = [
     "Spot",
     "Study",
     "Sun",
+    "ViewFactors",
     "__version__",
     "converge",
     "from_mitsuba",

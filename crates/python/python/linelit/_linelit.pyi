@@ -3,6 +3,8 @@ from typing import Any, Callable, Sequence, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from linelit._viewfactors import Estimate, FactorMatrix, PointFactors
+
 __version__: str
 
 Lights: TypeAlias = Light | Sequence[Light]
@@ -83,6 +85,24 @@ class Scene:
         self, points: ArrayLike, lines: ArrayLike, *, threads: int | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]: ...
     def between(self, point: ArrayLike, polygon: Light | ArrayLike) -> NDArray[np.uint32]: ...
+
+class ViewFactors:
+    def __new__(
+        cls, vertices: ArrayLike, polygons: ArrayLike | Sequence[Sequence[int]], sides: int = 1
+    ) -> ViewFactors: ...
+    @property
+    def area(self) -> NDArray[np.float64]: ...
+    @property
+    def displacement(self) -> float: ...
+    def __len__(self) -> int: ...
+    def between(self, i: int, j: int, tolerance: float = 1e-4) -> Estimate: ...
+    def from_point(
+        self, points: ArrayLike, normals: ArrayLike, *, threads: int | None = None
+    ) -> PointFactors: ...
+    def matrix(self, tolerance: float = 1e-4, *, threads: int | None = None) -> FactorMatrix: ...
+    def sunlit(
+        self, direction: ArrayLike, i: int | None = None, *, threads: int | None = None
+    ) -> NDArray[np.float64]: ...
 
 def sample(
     light: Light,

@@ -1,0 +1,471 @@
+//! View factors of facets.
+
+use crate::arrays::{Vectors, out, polygons, shape_text};
+use crate::errors::{NAMED, of_query, of_scene, shown, value_error};
+use crate::light::positive;
+use crate::receivers::Receivers;
+use crate::threads::{detached, pool, watched};
+use linelit::Error;
+use linelit::geometry::{DVec3, predicates};
+use linelit::viewfactors::{FacetError, Facets, Matrix, Memory, Sides, SparseRow};
+use numpy::{IntoPyArray as _, PyArray1};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Facets that see each other, and hide each other.
+///
+/// A view factor is the share of what leaves a facet, evenly and diffusely, that reaches another;
+/// what no facet receives goes to the sky.
+///
+/// Parameters
+/// ----------
+/// vertices : (n, 3) array
+///     Positions, up to 2⁶⁰.
+/// polygons : (m, k) array of int, or list of sequences of int
+///     The vertices of each facet, from 0: 3 to 16, of a flat and convex polygon. A list may mix
+///     triangles, quadrangles and others.
+/// sides : int
+///     1 if facets send and receive on the side from which their corners run counter-clockwise, 2
+///     if on both. Both sides hide what is behind. With 2, a factor is the share of what leaves
+///     both sides together.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an array has a wrong shape or type, a vertex is not finite, or a facet is not flat,
+///     convex and of some area: with its index.
+///
+/// Notes
+/// -----
+/// Coordinates are moved to the middle of all, and rounded to float32 once: `displacement` is how
+/// far that moved a vertex at most. Facets in one plane do not hide each other: cut a floor out
+/// where a box stands on it, or rows exceed 1.
+///
+/// Examples
+/// --------
+/// Two unit squares face each other, and a square of half their side is between them.
+///
+/// >>> import linelit as ll
+/// >>> low = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+/// >>> high = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]
+/// >>> between = [[0, 0, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0.5], [0, 0.5, 0.5]]
+/// >>> v = ll.ViewFactors(low + high + between, [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]])
+/// >>> v, len(v), v.area
+/// (<linelit.ViewFactors: 3 facets>, 3, array([1.  , 1.  , 0.25]))
+/// >>> round(v.between(0, 1, tolerance=1e-7).value, 6)
+/// 0.149869
+#[pyclass(frozen, module = "linelit")]
+pub(crate) struct ViewFactors {
+    facets: Facets,
+}
+
+/// The factors of a call that is short without a thread that looks for Ctrl-C.
+const SHORT: usize = 1024;
+
+#[pymethods]
+impl ViewFactors {
+    #[new]
+    #[pyo3(signature = (vertices, polygons, sides = 1))]
+    fn new(
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        polygons: &Bound<'_, PyAny>,
+        sides: i64,
+    ) -> PyResult<Self> {
+        let vertices = Vectors::new_or_none("vertices", vertices)?;
+        if vertices.shape.len() != 1 {
+            let shape = shape_text(&vertices.shape);
+            return Err(value_error(format!(
+                "vertices are {shape} vectors, and need (n,)"
+            )));
+        }
+        let rows = vertices.rows()?;
+        let positions: Vec<_> = (0..rows.len()).map(|i| rows.get(i)).collect();
+        let polygons = self::polygons("polygons", polygons)?;
+        let sides = match sides {
+            1 => Sides::One,
+            2 => Sides::Two,
+            other => {
+                return Err(value_error(format!(
+                    "sides is {other}, and needs to be 1 or 2"
+                )));
+            }
+        };
+        let built = py.detach(|| Facets::new(&positions, &polygons, sides));
+        let facets = built.map_err(|e| value_error(not_built(e, positions.len())))?;
+        Ok(Self { facets })
+    }
+
+    /// Compute the view factor from one facet to another.
+    ///
+    /// Parameters
+    /// ----------
+    /// i, j : int
+    ///     The facet that sends, and the one that receives.
+    /// tolerance : float
+    ///     The error that is wanted, absolute. Where something is in between, the time grows as
+    ///     its inverse.
+    ///
+    /// Returns
+    /// -------
+    /// Estimate
+    ///     ``value``, and ``error``, a bound of its error that is at most the tolerance wherever
+    ///     the adaptive rule ends in time.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If there is no such facet, or the tolerance is not positive.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    /// >>> wall = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]
+    /// >>> value, error = ll.ViewFactors(square + wall, [[0, 1, 2, 3], [4, 5, 6, 7]]).between(0, 1)
+    /// >>> round(value, 12), error < 1e-4
+    /// (0.200043776075, True)
+    #[pyo3(signature = (i, j, tolerance = 1e-4))]
+    fn between<'py>(
+        &self,
+        py: Python<'py>,
+        i: i64,
+        j: i64,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let [i, j] = [self.number("i", i)?, self.number("j", j)?];
+        let tolerance = positive("tolerance", tolerance)?;
+        let between = || self.facets.between(i, j, tolerance, &mut Memory::default());
+        let found = py.detach(between);
+        named(py, &ESTIMATE, "Estimate")?.call1((found.value, found.error))
+    }
+
+    /// Compute the view factors from points to all facets, exactly but for rounding.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : (…, 3) array
+    ///     The points that see the facets.
+    /// normals : (…, 3) array
+    ///     The normal of each point, of any length but zero, or one for all.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// PointFactors
+    ///     ``facets``, an array of the shape (…, m), and ``sky``, (…): what no facet takes of 1.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If an argument is not valid, with its name, index and value.
+    /// MemoryError
+    ///     If there is no room for so many factors.
+    ///
+    /// Notes
+    /// -----
+    /// Lambert's sum over the boundary of the visible part of each facet, divided by π. Lift points
+    /// that are on a facet by more than `displacement`, or it may hide all from them.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> roof = [[-1, -1, 1], [-1, 1, 1], [1, 1, 1], [1, -1, 1]]
+    /// >>> v = ll.ViewFactors(roof, [[0, 1, 2, 3]])
+    /// >>> seen = v.from_point([[0, 0, 0], [0, 0, 0.5]], [0, 0, 1])
+    /// >>> seen.facets.round(6).tolist(), seen.sky.round(6).tolist()
+    /// ([[0.554126], [0.831029]], [0.445874, 0.168971])
+    #[pyo3(signature = (points, normals, *, threads = None))]
+    #[allow(
+        clippy::wrong_self_convention,
+        reason = "factors are from a point, as in Rust"
+    )]
+    fn from_point<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = Vectors::new("points", points)?;
+        let normals = Vectors::new("normals", normals)?;
+        let asked = Receivers::new(&points, &normals)?;
+        let checked = (0..asked.points.len()).try_for_each(|i| check(asked.get(i), i));
+        checked.map_err(|e| of_query(e, 0, NAMED, |i| asked.get(i)))?;
+        let (count, width) = (asked.points.len(), self.facets.len());
+        let (mut found, mut sky) = (zeros(count, width)?, vec![1.0; count]);
+        let rows = found.par_chunks_exact_mut(width.max(1));
+        self.for_each(py, rows.zip(&mut sky), threads, |i, (row, sky), memory| {
+            let [point, normal] = asked.get(i);
+            let seen = self.facets.from_point(point, normal, memory);
+            row.copy_from_slice(&seen.facets);
+            *sky = seen.sky;
+        })?;
+        let sky = out(py, sky, &points.shape)?;
+        let mut shape = points.shape.clone();
+        shape.push(width);
+        let facets = out(py, found, &shape)?;
+        named(py, &POINT_FACTORS, "PointFactors")?.call1((facets, sky))
+    }
+
+    /// Compute the matrix of all view factors, by compressed rows of those that are not zero.
+    ///
+    /// Parameters
+    /// ----------
+    /// tolerance : float
+    ///     The error that is wanted of the sum of a row, absolute.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// FactorMatrix
+    ///     ``data``, ``indices`` and ``indptr`` as ``scipy.sparse.csr_matrix`` takes them,
+    ///     ``error``, a bound of the error of each factor, and ``sky``, what no facet receives of
+    ///     each row's 1.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the tolerance is not positive.
+    ///
+    /// Notes
+    /// -----
+    /// Areas times factors are the same both ways to the bit but for the division. Ctrl-C ends the
+    /// work after the rows that are being computed, 64 at most.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    /// >>> wall = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]
+    /// >>> m = ll.ViewFactors(square + wall, [[0, 1, 2, 3], [4, 5, 6, 7]]).matrix(1e-6)
+    /// >>> m.data.round(5), m.indices.tolist(), m.indptr.tolist()
+    /// (array([0.20004, 0.20004]), [1, 0], [0, 1, 2])
+    /// >>> # scipy.sparse.csr_matrix((m.data, m.indices, m.indptr), shape=(2, 2))
+    #[pyo3(signature = (tolerance = 1e-4, *, threads = None))]
+    fn matrix<'py>(
+        &self,
+        py: Python<'py>,
+        tolerance: f64,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let tolerance = positive("tolerance", tolerance)?;
+        let found = watched(py, threads, |stop| self.rows(tolerance, stop))?;
+        #[allow(
+            clippy::cast_possible_wrap,
+            reason = "facets have 3 corners of 2³² vertices"
+        )]
+        let indices: Vec<_> = found.indices.into_iter().map(|i| i as i32).collect();
+        let ends = found
+            .indptr
+            .into_iter()
+            .map(|end| i64::try_from(end).unwrap_or(i64::MAX));
+        let ends: Vec<_> = ends.collect();
+        named(py, &FACTOR_MATRIX, "FactorMatrix")?.call1((
+            found.data.into_pyarray(py),
+            indices.into_pyarray(py),
+            ends.into_pyarray(py),
+            found.error.into_pyarray(py),
+            found.sky.into_pyarray(py),
+        ))
+    }
+
+    /// Compute the share of facets that light of one direction reaches, exactly but for rounding.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : (…, 3) array
+    ///     Towards the light, such as the sun, of any length but zero.
+    /// i : int, optional
+    ///     The facet, all if none is given.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (…, m), or (…) where ``i`` is given
+    ///     0 where a facet faces away; the share of the lit side where facets have two.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a direction is zero or not finite, or there is no such facet.
+    /// MemoryError
+    ///     If there is no room for so many shares.
+    ///
+    /// Examples
+    /// --------
+    /// A plate hangs over a quarter of a floor.
+    ///
+    /// >>> import linelit as ll
+    /// >>> floor = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]
+    /// >>> plate = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    /// >>> v = ll.ViewFactors(floor + plate, [[0, 1, 2, 3], [4, 5, 6, 7]])
+    /// >>> v.sunlit([0, 0, 1]), v.sunlit([[0, 0, 1], [2, 0, 1]], 0)
+    /// (array([0.75, 1.  ]), array([0.75, 1.  ]))
+    #[pyo3(signature = (direction, i = None, *, threads = None))]
+    fn sunlit<'py>(
+        &self,
+        py: Python<'py>,
+        direction: &Bound<'py, PyAny>,
+        i: Option<i64>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let directions = Vectors::new("direction", direction)?;
+        let rows = directions.rows()?;
+        let bad = |i: &usize| predicates::normalize(DVec3::from(rows.get(*i))).is_none();
+        if let Some(k) = (0..rows.len()).find(bad) {
+            let value = shown(rows.get(k));
+            return Err(value_error(format!(
+                "direction[{k}] is zero or not finite: {value}"
+            )));
+        }
+        let only = i.map(|i| self.number("i", i)).transpose()?;
+        let width = only.map_or(self.facets.len(), |_| 1);
+        let mut found = zeros(rows.len(), width)?;
+        self.for_each(py, found.par_iter_mut(), threads, |k, share, memory| {
+            let facet = only.unwrap_or(k % width);
+            *share = self.facets.sunlit(facet, rows.get(k / width), memory);
+        })?;
+        let mut shape = directions.shape.clone();
+        shape.extend(only.is_none().then_some(width));
+        out(py, found, &shape)
+    }
+
+    /// The area of each facet, of one side.
+    #[getter]
+    fn area<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let areas: Vec<_> = (0..self.facets.len())
+            .map(|i| self.facets.area(i))
+            .collect();
+        areas.into_pyarray(py)
+    }
+
+    /// The distance by which rounding to float32 moved a vertex, at most.
+    #[getter]
+    const fn displacement(&self) -> f64 {
+        self.facets.displacement()
+    }
+
+    const fn __len__(&self) -> usize {
+        self.facets.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<linelit.ViewFactors: {} facets>", self.facets.len())
+    }
+}
+
+impl ViewFactors {
+    /// The number of a facet.
+    fn number(&self, name: &str, i: i64) -> PyResult<usize> {
+        let count = self.facets.len();
+        let found = usize::try_from(i).ok().filter(|i| *i < count);
+        found.ok_or_else(|| value_error(format!("{name} is {i}, but there are {count} facets")))
+    }
+
+    /// Computes values, each by its number, on all threads; Ctrl-C ends it between two.
+    fn for_each<T: Send>(
+        &self,
+        py: Python<'_>,
+        values: impl IndexedParallelIterator<Item = T>,
+        threads: Option<usize>,
+        one: impl Fn(usize, T, &mut Memory) + Sync,
+    ) -> PyResult<()> {
+        let is_short = values.len().saturating_mul(self.facets.len()) <= SHORT;
+        let work = |stop: &AtomicBool| {
+            let all = values.enumerate();
+            let all = all.try_for_each_init(Memory::default, |memory, (i, value)| {
+                one(i, value, memory);
+                going(stop)
+            });
+            // Who told it to stop takes no answer.
+            all.unwrap_or(())
+        };
+        match is_short {
+            true => {
+                let pool = pool(threads)?;
+                detached(py, pool.as_deref(), || work(&AtomicBool::new(false)));
+                Ok(())
+            }
+            false => watched(py, threads, work),
+        }
+    }
+
+    /// All rows of the matrix, or those until it is told to stop.
+    fn rows(&self, tolerance: f64, stop: &AtomicBool) -> Matrix {
+        let mut matrix = Matrix {
+            indptr: vec![0],
+            ..Matrix::default()
+        };
+        let add = |row: SparseRow| {
+            matrix.data.extend(row.values);
+            matrix.indices.extend(row.columns);
+            matrix.error.extend(row.errors);
+            matrix.sky.push(row.sky);
+            matrix.indptr.push(matrix.data.len());
+            going(stop)
+        };
+        // Who told it to stop takes no answer.
+        match self.facets.rows(tolerance, add) {
+            Ok(_) | Err(()) => matrix,
+        }
+    }
+}
+
+/// An error once work is told to stop.
+fn going(stop: &AtomicBool) -> Result<(), ()> {
+    (!stop.load(Ordering::Relaxed)).then_some(()).ok_or(())
+}
+
+static ESTIMATE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static POINT_FACTORS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static FACTOR_MATRIX: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+
+/// A tuple with names, of `_viewfactors.py`.
+fn named<'py>(
+    py: Python<'py>,
+    once: &'static PyOnceLock<Py<PyType>>,
+    name: &str,
+) -> PyResult<&'py Bound<'py, PyType>> {
+    once.import(py, "linelit._viewfactors", name)
+}
+
+/// The first error of a point with a normal.
+fn check([point, normal]: [[f64; 3]; 2], i: usize) -> Result<(), Error> {
+    const LARGEST: f64 = (1_u64 << 60) as f64;
+    if !point.iter().all(|x| x.abs() <= LARGEST) {
+        return Err(Error::Point(i));
+    }
+    let is_direction = predicates::normalize(DVec3::from(normal)).is_some();
+    is_direction.then_some(()).ok_or(Error::Normal(i))
+}
+
+/// Zeros of a number of rows, if there is room for them.
+fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
+    let mut values = Vec::new();
+    let room = rows.checked_mul(width).ok_or(());
+    let room = room.and_then(|all| values.try_reserve_exact(all).map(|()| all).map_err(drop));
+    let all =
+        room.map_err(|()| PyMemoryError::new_err(format!("{rows} rows of {width} factors")))?;
+    values.resize(all, 0.0);
+    Ok(values)
+}
+
+/// The message of facets that were refused.
+fn not_built(error: FacetError, vertices: usize) -> String {
+    match error {
+        FacetError::Vertex(i) => of_scene(&Error::Vertex(i)),
+        FacetError::NoVertex { facet, vertex } => {
+            format!("polygons[{facet}] has vertex {vertex}, but there are {vertices} vertices")
+        }
+        FacetError::NoArea(i) => format!("polygons[{i}] has no area, or not 3 to 16 corners"),
+        FacetError::NotConvex(i) => format!("polygons[{i}] is not flat and convex: split it"),
+    }
+}
