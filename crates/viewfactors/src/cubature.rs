@@ -298,7 +298,7 @@ mod tests {
         let polygon = ConvexPolygon::new(corners).unwrap();
         integrate(
             &polygon,
-            |_| tolerance,
+            tolerance,
             1_000_000,
             true,
             &mut Function(f),
