@@ -465,7 +465,9 @@ fn not_built(error: FacetError, vertices: usize) -> String {
         FacetError::NoVertex { facet, vertex } => {
             format!("polygons[{facet}] has vertex {vertex}, but there are {vertices} vertices")
         }
-        FacetError::NoArea(i) => format!("polygons[{i}] has no area, or not 3 to 16 corners"),
-        FacetError::NotConvex(i) => format!("polygons[{i}] is not flat and convex: split it"),
+        FacetError::NoArea(i) => format!("polygons[{i}] has no area"),
+        FacetError::NotFlat(i) => format!("polygons[{i}] is not flat: split it into triangles"),
+        FacetError::Crossing(i) => format!("polygons[{i}] crosses or touches itself"),
+        FacetError::TooMany => error.to_string(),
     }
 }

@@ -1,8 +1,11 @@
 //! Facets: what sends and receives, and what stands in the way.
 
+use crate::covered;
+use crate::outline::{Refused, convex_parts};
 use crate::patches::{FLAT, Patch, bounds, patches};
+use crate::rounded::{Rounder, flat_pieces};
 use crate::tree::Tree;
-use linelit_geometry::{ConvexPolygon, DVec3, Vector3, predicates};
+use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
 use linelit_visibility::Occluders;
 use std::fmt;
 use std::ops::Range;
@@ -29,10 +32,14 @@ pub enum FacetError {
         /// The vertex that it names.
         vertex: u32,
     },
-    /// The facet has fewer than 3 corners, more than 16, or no area after rounding to `f32`.
+    /// The facet has fewer than 3 corners, or no area, or none after rounding to `f32`.
     NoArea(usize),
-    /// The corners of the facet do not lie in one plane, or are not convex.
-    NotConvex(usize),
+    /// The corners of the facet do not lie in one plane.
+    NotFlat(usize),
+    /// The outline of the facet crosses or touches itself.
+    Crossing(usize),
+    /// There are 2³¹ facets or more.
+    TooMany,
 }
 
 impl fmt::Display for FacetError {
@@ -42,8 +49,10 @@ impl fmt::Display for FacetError {
             Self::NoVertex { facet, vertex } => {
                 write!(f, "facet {facet} has vertex {vertex}, which does not exist")
             }
-            Self::NoArea(i) => write!(f, "facet {i} has no area, or not 3 to 16 corners"),
-            Self::NotConvex(i) => write!(f, "facet {i} is not flat and convex: split it"),
+            Self::NoArea(i) => write!(f, "facet {i} has no area"),
+            Self::NotFlat(i) => write!(f, "facet {i} is not flat: split it into triangles"),
+            Self::Crossing(i) => write!(f, "the outline of facet {i} crosses or touches itself"),
+            Self::TooMany => write!(f, "there are more than 2^31 facets"),
         }
     }
 }
@@ -54,7 +63,7 @@ impl std::error::Error for FacetError {}
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub polygon: ConvexPolygon,
-    /// Its triangles among the occluders.
+    /// Its triangles among the occluders, and those of pieces with the same corners.
     pub triangles: Range<u32>,
 }
 
@@ -67,7 +76,7 @@ pub(crate) struct Part {
 }
 
 /// A facet.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Facet {
     pub parts: Range<usize>,
     pub pieces: Range<usize>,
@@ -76,8 +85,9 @@ pub(crate) struct Facet {
 
 /// Planar facets that see each other, and hide each other.
 ///
-/// Facets in one plane do not hide each other. Those that overlap in one plane, such as the bottom
-/// of a box in a floor, are therefore both seen there, and rows exceed one: cut the lower one out.
+/// Facets in one plane do not hide each other. Where facets coincide in one plane and are seen from
+/// the same side, that with the lowest number is there alone: what it covers of others neither
+/// sends nor receives.
 #[derive(Clone, Debug)]
 pub struct Facets {
     pub(crate) parts: Vec<Part>,
@@ -99,7 +109,8 @@ pub struct Facets {
 const LARGEST: f64 = (1_u64 << 60) as f64;
 
 impl Facets {
-    /// Facets from vertices and the vertices' numbers of each polygon, which is flat and convex.
+    /// Facets from vertices and the vertices' numbers of each polygon, which is flat and whose
+    /// outline does not cross itself.
     ///
     /// # Errors
     /// The first vertex or facet that is not valid.
@@ -116,114 +127,68 @@ impl Facets {
         let all = vertices.iter().map(|v| v.dvec3());
         let (low, high) = all.fold((first, first), |(low, high), v| (low.min(v), high.max(v)));
         let middle = 0.5 * (low + high);
-        let mut displacement = 0.0_f64;
-        let mut rounded = Vec::with_capacity(vertices.len());
-        for vertex in vertices {
-            let exact = vertex.dvec3() - middle;
-            let near = exact.as_vec3();
-            displacement = displacement.max(near.as_dvec3().distance(exact));
-            rounded.push(near.to_array());
+        if polygons.len() >= 1 << 31 {
+            return Err(FacetError::TooMany);
         }
+        let size = (high - middle).max_element();
+        let outlines = outlines(vertices, polygons, middle)?;
+        let outlines = covered::without(&outlines, FLAT * size, sides);
         let mut built = Self {
-            parts: Vec::new(),
+            parts: Vec::with_capacity(outlines.len()),
             pieces: Vec::new(),
-            facets: Vec::new(),
+            facets: vec![Facet::default(); polygons.len()],
             patches: Vec::new(),
             patch_tree: Tree::default(),
-            size: (high - middle).max_element(),
-            room: FLAT * (high - middle).max_element(),
+            size,
+            room: FLAT * size,
             occluders: Occluders::default(),
             sides,
             middle,
-            displacement,
+            displacement: 0.0,
         };
-        let (mut triangles, mut outlines) = (Vec::new(), Vec::new());
-        for (i, polygon) in polygons.iter().enumerate() {
-            built.add(i, polygon.as_ref(), vertices, &rounded, &mut triangles)?;
-            let moved = |v: &u32| vertices[*v as usize].dvec3() - middle;
-            outlines.push(polygon.as_ref().iter().map(moved).collect());
-        }
-        let polygons: Vec<ConvexPolygon> = built.parts.iter().map(|part| part.polygon).collect();
-        built.patches = patches(&polygons, &outlines, |part| built.parts[part].facet);
-        for (k, patch) in built.patches.iter().enumerate() {
-            for &part in &patch.tree.order {
-                built.parts[part].patch = k;
-            }
-        }
-        let all = (0..built.patches.len()).collect();
-        built.patch_tree = Tree::build(all, |k| bounds(built.patches[k].polygon.vertices()));
-        built.occluders = Occluders::build(&rounded, &triangles);
-        Ok(built)
-    }
-
-    /// Adds a facet.
-    fn add(
-        &mut self,
-        i: usize,
-        polygon: &[u32],
-        vertices: &[[f64; 3]],
-        rounded: &[[f32; 3]],
-        triangles: &mut Vec<[u32; 3]>,
-    ) -> Result<(), FacetError> {
-        let missing = |v: &&u32| **v as usize >= vertices.len();
-        if let Some(&vertex) = polygon.iter().find(missing) {
-            return Err(FacetError::NoVertex { facet: i, vertex });
-        }
-        if !(3..=ConvexPolygon::CAPACITY).contains(&polygon.len()) {
-            return Err(FacetError::NoArea(i));
-        }
-        let moved = |v: &u32| vertices[*v as usize].dvec3() - self.middle;
-        let corners: Vec<DVec3> = polygon.iter().map(moved).collect();
-        let whole = ConvexPolygon::new(&corners).map_err(|_| FacetError::NotConvex(i))?;
-        let first = (self.parts.len(), self.pieces.len());
-        self.parts.push(Part {
-            polygon: whole,
-            facet: i,
-            patch: 0,
-        });
-        self.add_pieces(polygon, rounded, triangles);
-        if self.pieces.len() == first.1 {
-            return Err(FacetError::NoArea(i));
-        }
-        self.facets.push(Facet {
-            parts: first.0..self.parts.len(),
-            pieces: first.1..self.pieces.len(),
-            area: whole.area(),
-        });
-        Ok(())
-    }
-
-    /// Adds what rounding leaves of a polygon: one piece where its corners still lie in one plane,
-    /// else triangles, which are flat.
-    fn add_pieces(&mut self, polygon: &[u32], rounded: &[[f32; 3]], triangles: &mut Vec<[u32; 3]>) {
-        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-        let corner = |v: &u32| rounded[*v as usize].dvec3();
-        let corners: Vec<DVec3> = polygon.iter().map(corner).collect();
-        let fan = (2..polygon.len()).map(|k| [polygon[0], polygon[k - 1], polygon[k]]);
-        let [a, b, c] = [corners[0], corners[1], corners[2]];
-        let height = |d: &DVec3| predicates::determinant(b - a, c - a, *d - a);
-        let is_flat = corners[3..].iter().all(|d| height(d) == 0.0);
-        let whole = is_flat.then(|| ConvexPolygon::new(&corners).ok()).flatten();
-        let first = number(triangles.len());
-        if let Some(polygon) = whole {
-            triangles.extend(fan);
-            self.pieces.push(Piece {
-                polygon,
-                triangles: first..number(triangles.len()),
-            });
-            return;
-        }
-        for triangle in fan {
-            // What rounding left without area neither sends nor hides.
-            if let Ok(polygon) = ConvexPolygon::new(&triangle.map(|v| corner(&v))) {
-                let own = number(triangles.len());
-                triangles.push(triangle);
-                self.pieces.push(Piece {
+        let mut rounder = Rounder::default();
+        let (mut corners, mut polygons) = (Vec::new(), Vec::new());
+        for (facet, outline) in outlines {
+            // What coincident facets leave may be a sliver that is rounding.
+            if let Ok(polygon) = ConvexPolygon::new(&outline) {
+                built.facets[facet].area += polygon.area();
+                built.facets[facet].parts.end += 1;
+                rounder.add(facet, &outline);
+                polygons.push(polygon);
+                corners.push(outline);
+                built.parts.push(Part {
                     polygon,
-                    triangles: own..own + 1,
+                    facet,
+                    patch: 0,
                 });
             }
         }
+        built.index(rounder, &polygons, &corners);
+        Ok(built)
+    }
+
+    /// Finds pieces, the ranges of facets, occluders and patches.
+    fn index(&mut self, rounder: Rounder, polygons: &[ConvexPolygon], corners: &[Vec<DVec3>]) {
+        self.displacement = rounder.displacement;
+        let (pieces, of) = rounder.finish(&mut self.occluders);
+        for facet in of {
+            self.facets[facet].pieces.end += 1;
+        }
+        self.pieces = pieces;
+        let (mut parts, mut pieces) = (0, 0);
+        for facet in &mut self.facets {
+            facet.parts = parts..parts + facet.parts.end;
+            facet.pieces = pieces..pieces + facet.pieces.end;
+            (parts, pieces) = (facet.parts.end, facet.pieces.end);
+        }
+        self.patches = patches(polygons, corners, |part| self.parts[part].facet);
+        for (k, patch) in self.patches.iter().enumerate() {
+            for &part in &patch.tree.order {
+                self.parts[part].patch = k;
+            }
+        }
+        let all = (0..self.patches.len()).collect();
+        self.patch_tree = Tree::build(all, |k| bounds(self.patches[k].polygon.vertices()));
     }
 
     /// The number of facets.
@@ -238,7 +203,7 @@ impl Facets {
         self.facets.is_empty()
     }
 
-    /// The area of a facet.
+    /// The area of a facet, less what facets of lower numbers cover.
     ///
     /// # Panics
     /// If there is no facet of this number.
@@ -252,4 +217,37 @@ impl Facets {
     pub const fn displacement(&self) -> f64 {
         self.displacement
     }
+}
+
+/// The convex parts of all polygons, each with the number of its facet.
+fn outlines<P: AsRef<[u32]>>(
+    vertices: &[[f64; 3]],
+    polygons: &[P],
+    middle: DVec3,
+) -> Result<Vec<(usize, Vec<DVec3>)>, FacetError> {
+    let mut parts = Vec::with_capacity(polygons.len());
+    for (facet, polygon) in polygons.iter().enumerate() {
+        let polygon = polygon.as_ref();
+        let missing = |v: &&u32| **v as usize >= vertices.len();
+        if let Some(&vertex) = polygon.iter().find(missing) {
+            return Err(FacetError::NoVertex { facet, vertex });
+        }
+        let moved = |v: &u32| vertices[*v as usize].dvec3() - middle;
+        let corners: Vec<DVec3> = polygon.iter().map(moved).collect();
+        let convex = convex_parts(&corners).map_err(|refused| match refused {
+            Refused::NoArea => FacetError::NoArea(facet),
+            Refused::NotFlat => FacetError::NotFlat(facet),
+            Refused::Crossing => FacetError::Crossing(facet),
+        })?;
+        let rounded = |v: &DVec3| v.as_vec3().as_dvec3();
+        let has_area = |corners: &Vec<DVec3>| {
+            let rounded: Vec<DVec3> = corners.iter().map(rounded).collect();
+            !flat_pieces(&rounded).is_empty()
+        };
+        if !convex.iter().any(has_area) {
+            return Err(FacetError::NoArea(facet));
+        }
+        parts.extend(convex.into_iter().map(|corners| (facet, corners)));
+    }
+    Ok(parts)
 }

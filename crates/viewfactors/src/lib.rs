@@ -4,14 +4,17 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod covered;
 mod cubature;
 mod facets;
 pub mod files;
 mod hull;
+mod outline;
 mod pair;
 mod partners;
 mod patches;
 mod point;
+mod rounded;
 mod rows;
 mod tree;
 mod unobstructed;

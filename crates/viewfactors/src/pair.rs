@@ -28,6 +28,10 @@ impl Estimate {
     }
 
     pub(crate) fn over(self, area: f64) -> Self {
+        // What is covered wholly sends nothing.
+        if area <= 0.0 {
+            return Self::default();
+        }
         Self {
             value: self.value / area,
             error: self.error / area,

@@ -223,7 +223,10 @@ impl Facets {
             columns: exchanges.iter().map(|(column, _)| *column).collect(),
             values: factors().map(|f| f.value).collect(),
             errors: factors().map(|f| f.error).collect(),
-            sky: 1.0 - factors().map(|f| f.value).sum::<f64>(),
+            sky: match area > 0.0 {
+                true => 1.0 - factors().map(|f| f.value).sum::<f64>(),
+                false => 0.0,
+            },
         }
     }
 

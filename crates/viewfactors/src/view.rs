@@ -120,6 +120,26 @@ impl View {
         self.pieces.iter().map(area).sum()
     }
 
+    /// What polygons in the plane of another leave of it, which is convex.
+    pub(crate) fn uncovered(
+        &mut self,
+        n: DVec3,
+        polygon: &[DVec3],
+        others: &[ConvexPolygon],
+    ) -> Vec<Vec<DVec3>> {
+        self.pieces.clear();
+        self.pieces.push(polygon);
+        for other in others {
+            let n = n * n.dot(other.normal()).signum();
+            let plane = |a: DVec3, b: DVec3| {
+                let normal = n.cross(b - a);
+                (normal, normal.dot(a))
+            };
+            self.subtract(other, f64::INFINITY, plane);
+        }
+        self.pieces.iter().map(<[DVec3]>::to_vec).collect()
+    }
+
     /// Takes away from all pieces the shadow of a blocker, which planes through its edges bound,
     /// their normals inwards; whether there was any. The height is that of the eye above it.
     fn subtract(

@@ -86,10 +86,11 @@ pub(super) fn facets(name: &str, mesh: &Mesh, sides: u8) -> Result<Facets> {
     let sides = if sides == 2 { Sides::Two } else { Sides::One };
     Facets::new(&mesh.vertices, &mesh.polygons, sides).map_err(|error| {
         let facet = match error {
-            FacetError::Vertex(_) => None,
+            FacetError::Vertex(_) | FacetError::TooMany => None,
             FacetError::NoVertex { facet, .. }
             | FacetError::NoArea(facet)
-            | FacetError::NotConvex(facet) => mesh.places.get(facet),
+            | FacetError::NotFlat(facet)
+            | FacetError::Crossing(facet) => mesh.places.get(facet),
         };
         match facet {
             Some(place) => anyhow!("{name}, {place}: {error} (facets are counted from 0)"),

@@ -1,0 +1,115 @@
+//! Flat polygons in convex parts.
+
+use crate::patches::FLAT;
+use linelit_geometry::{ConvexPolygon, DVec3};
+
+/// The reason why an outline is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Refused {
+    NoArea,
+    NotFlat,
+    Crossing,
+}
+
+/// The distance of corners from the plane of a polygon, relative to its size and coordinates: what
+/// rounding to `f32` in a file leaves, as `ConvexPolygon::new` has it.
+const FILE_PRECISION: f64 = 1e-6;
+
+/// The convex parts of a flat polygon: itself, or triangles.
+pub(crate) fn convex_parts(corners: &[DVec3]) -> Result<Vec<Vec<DVec3>>, Refused> {
+    if corners.len() < 3 {
+        return Err(Refused::NoArea);
+    }
+    if corners.len() <= 16 && ConvexPolygon::new(corners).is_ok() {
+        return Ok(vec![corners.to_vec()]);
+    }
+    // Newell's normal, of twice the area.
+    let first = corners[0];
+    let fan = corners.windows(2);
+    let normal: DVec3 = fan.map(|w| (w[0] - first).cross(w[1] - first)).sum();
+    let size = corners
+        .iter()
+        .map(|v| v.distance(first))
+        .fold(0.0, f64::max);
+    let largest = corners
+        .iter()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max);
+    let area = normal.length();
+    if !(area > FLAT * largest * size) {
+        return Err(Refused::NoArea);
+    }
+    let normal = normal / area;
+    let bend = corners
+        .iter()
+        .map(|v| normal.dot(*v - first).abs())
+        .fold(0.0, f64::max);
+    if bend > FILE_PRECISION * (size + largest) || bend > 1e-3 * size {
+        return Err(Refused::NotFlat);
+    }
+    if crosses_itself(corners, normal) {
+        return Err(Refused::Crossing);
+    }
+    Ok(ears(corners, normal))
+}
+
+/// Twice the area of a triangle along a normal.
+fn turn(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
+    normal.dot((b - a).cross(c - a))
+}
+
+/// Whether two edges of an outline meet, other than neighbours at their corner.
+fn crosses_itself(corners: &[DVec3], normal: DVec3) -> bool {
+    let n = corners.len();
+    let edge = |k: usize| (corners[k], corners[(k + 1) % n]);
+    let apart = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| {
+        let sides = [turn(a, b, c, normal), turn(a, b, d, normal)];
+        sides[0] * sides[1] > 0.0
+    };
+    let boxes_meet = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| {
+        !(a.max(b).cmplt(c.min(d)) | c.max(d).cmplt(a.min(b))).any()
+    };
+    (0..n).any(|i| {
+        let (a, b) = edge(i);
+        let others = (i + 2..n).filter(|j| (j + 1) % n != i).map(edge);
+        { others }.any(|(c, d)| boxes_meet(a, b, c, d) && !apart(a, b, c, d) && !apart(c, d, a, b))
+    })
+}
+
+/// The triangles of a simple polygon, by cutting off one corner after another.
+fn ears(corners: &[DVec3], normal: DVec3) -> Vec<Vec<DVec3>> {
+    let mut left = corners.to_vec();
+    let mut triangles = Vec::new();
+    while left.len() > 3 {
+        let n = left.len();
+        let at = |k: usize| left[k % n];
+        let is_inside = |p: DVec3, t: [DVec3; 3]| {
+            let edges = [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
+            edges.iter().all(|(a, b)| turn(*a, *b, p, normal) >= 0.0)
+        };
+        let is_ear = |&k: &usize| {
+            let triangle = [at(k + n - 1), at(k), at(k + 1)];
+            let [a, b, c] = triangle;
+            let others = (2..n - 1).map(|j| at(k + j));
+            turn(a, b, c, normal) > 0.0 && { others }
+                .all(|p| triangle.contains(&p) || !is_inside(p, triangle))
+        };
+        // Of all ears the one whose least angle is largest: slivers hide and send badly.
+        let quality = |k: usize| {
+            let [a, b, c] = [at(k + n - 1), at(k), at(k + 1)];
+            let longest = (b - a).length_squared().max((c - b).length_squared());
+            turn(a, b, c, normal) / longest.max((a - c).length_squared())
+        };
+        let best = (0..n)
+            .filter(is_ear)
+            .max_by(|i, j| quality(*i).total_cmp(&quality(*j)));
+        // A simple polygon has two ears, unless the rest has no area.
+        let Some(k) = best else { break };
+        triangles.push(vec![at(k + n - 1), at(k), at(k + 1)]);
+        left.remove(k);
+    }
+    if left.len() == 3 {
+        triangles.push(left);
+    }
+    triangles
+}
