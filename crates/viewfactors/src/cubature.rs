@@ -16,11 +16,11 @@ pub(crate) type Corners = [DVec3; 4];
 
 /// Two functions that are not negative.
 pub(crate) trait Integrand {
-    /// What is known of them in a quadrangle.
+    /// Facts about both functions in a quadrangle.
     type Known;
-    /// What is known in a quadrangle, by what is known around it.
+    /// Finds the facts of a quadrangle by those of one around it.
     fn narrow(&mut self, corners: &Corners, around: &Self::Known) -> Self::Known;
-    /// Their values at a point.
+    /// Evaluates both functions at a point.
     fn at(&mut self, x: DVec3, known: &Self::Known) -> [f64; 2];
     /// A bound of what lies between the points of the rule.
     fn unseen(&self, corners: &Corners, known: &Self::Known) -> f64;
@@ -32,7 +32,7 @@ struct Cell<K> {
     corners: Corners,
     known: K,
     sums: [Integral; 2],
-    /// For each function, whether it differs more along the second axis of the square.
+    /// Whether each function differs more along the second axis of the square.
     is_upright: [bool; 2],
     /// The function whose error counts, and the number among all cells.
     key: (usize, usize),
@@ -65,8 +65,8 @@ impl<K> Ord for Cell<K> {
     }
 }
 
-/// The weights of Genz and Malik's rule of degree 7 on [−1, 1]² for its five orbits, with those of a
-/// rule of degree 5 by the same points.
+/// The weights of Genz and Malik's rule of degree 7 on [−1, 1]² for its five orbits, with those of
+/// a rule of degree 5 by the same points.
 const WEIGHTS: [[f64; 2]; 5] = [
     [-3816.0 / 19683.0, -971.0 / 729.0],
     [980.0 / 6561.0, 245.0 / 486.0],
@@ -74,10 +74,10 @@ const WEIGHTS: [[f64; 2]; 5] = [
     [200.0 / 19683.0, 25.0 / 729.0],
     [6859.0 / 78732.0, 0.0],
 ];
-/// What differences of rules are multiplied by.
+/// The factor of the told error over differences of rules.
 const SAFETY: f64 = 2.0;
-/// The weights of the first four orbits and the corners in a sum that is zero for all polynomials of
-/// degree 5: it tells where a function is not smooth at a corner, as where polygons touch.
+/// The weights of the first four orbits and the corners in a sum that is zero for all polynomials
+/// of degree 5: it tells where a function is not smooth at a corner, as where polygons touch.
 const AT_CORNERS: [f64; 5] = [
     -0.133_126_115_579_259_24,
     0.038_562_946_771_884_77,
@@ -105,15 +105,15 @@ const fn diagonals(r: f64) -> [[f64; 2]; 4] {
 }
 
 /// The integrals of two functions that are not negative over a polygon, until the error of one of
-/// both is below its tolerance: the quadrangle with the largest error is halved, until then or until
-/// there are `most`. The function is the one whose error is smaller at first, and so is the answer.
+/// both is below its tolerance: the quadrangle with the largest error is halved, until then or
+/// until there are `most`. The function is the one whose error is smaller at first, and so is the
+/// answer.
 ///
-/// The error of a quadrangle is the larger of differences: between rules of degree 7 and 5, and of 3
-/// where they tell that it is not smooth; and half of that between the quadrangle it was cut from
-/// and both halves. Where one corner has or
-/// lacks a part unlike all points, it is a quarter of that part. To it comes the bound of what lies
-/// between the points. Rules agree by chance now and then: unless a function is `smooth`,
-/// every quadrangle is halved once where it is not zero.
+/// The error of a quadrangle is the larger of differences: between rules of degree 7 and 5, and of
+/// 3 where they tell that it is not smooth; and half of that between the quadrangle it was cut from
+/// and both halves. Where one corner has or lacks a part unlike all points, it is a quarter of that
+/// part. To it comes the bound of what lies between the points. Rules agree by chance now and then:
+/// unless a function is `smooth`, every quadrangle is halved once where it is not zero.
 pub(crate) fn integrate<I: Integrand>(
     polygon: &ConvexPolygon,
     tolerance: f64,

@@ -38,7 +38,7 @@ pub enum FacetError {
     NotFlat(usize),
     /// The outline of the facet crosses or touches itself.
     Crossing(usize),
-    /// There are 2³¹ facets or more.
+    /// Too many facets: 2³¹ or more.
     TooMany,
 }
 
@@ -63,7 +63,7 @@ impl std::error::Error for FacetError {}
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub polygon: ConvexPolygon,
-    /// Its triangles among the occluders, and those of pieces with the same corners.
+    /// The piece's triangles among the occluders, and those of pieces with the same corners.
     pub triangles: Range<u32>,
 }
 

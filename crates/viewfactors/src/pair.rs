@@ -69,8 +69,8 @@ impl Facets {
         self.facets[facet].area * sides
     }
 
-    /// What two facets exchange, the area of one times its view factor to the other: to the bit the
-    /// same both ways. The tolerance has the unit of an area.
+    /// The exchange of two facets, the area of one times its view factor to the other: to the bit
+    /// the same both ways. The tolerance has the unit of an area.
     pub fn exchange(
         &self,
         a: usize,
@@ -105,7 +105,7 @@ impl Facets {
     }
 }
 
-/// What two polygons exchange past others.
+/// The exchange of two polygons past others.
 pub(crate) fn past(
     polygons: &[ConvexPolygon; 2],
     blockers: &[ConvexPolygon],
@@ -146,7 +146,8 @@ fn by_area([p, q]: &[ConvexPolygon; 2]) -> [&ConvexPolygon; 2] {
     if p.area() <= q.area() { [p, q] } else { [q, p] }
 }
 
-/// What points of a polygon see of another past blockers: what is hidden, and what is visible.
+/// The view factors from points of a polygon to another past blockers: the hidden part, and the
+/// visible one.
 struct Past<'a> {
     p: &'a ConvexPolygon,
     q: &'a ConvexPolygon,
@@ -156,7 +157,7 @@ struct Past<'a> {
     memory: &'a mut Memory,
 }
 
-/// What is between a part of one polygon and another.
+/// The blockers between a part of one polygon and another.
 enum Known {
     /// A blocker hides all.
     Hidden,
@@ -212,7 +213,7 @@ impl Integrand for Past<'_> {
     }
 }
 
-/// What points of a polygon see of another with nothing in between, twice.
+/// The view factor from points of a polygon to another with nothing in between, twice.
 struct Open<'a> {
     n: DVec3,
     q: &'a ConvexPolygon,
@@ -270,7 +271,8 @@ fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
     0.5 * (c - a).cross(d - b).length() * factor
 }
 
-/// The least width of a polygon: the least distance between an edge and the corner farthest from it.
+/// The least width of a polygon: the least distance between an edge and the corner farthest from
+/// it.
 fn width(polygon: &ConvexPolygon) -> f64 {
     let v = polygon.vertices();
     let next = v.iter().cycle().skip(1);
@@ -297,8 +299,8 @@ fn distance(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     edges().map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether one polygon is so far from another, for its size, that what points of it see of the other
-/// is smooth.
+/// Whether one polygon is so far from another, for its size, that what points of it see of the
+/// other is smooth.
 fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
     let middle = p.centroid();
     let radius = p
@@ -308,7 +310,7 @@ fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
     distance(q, middle) > 1.5 * radius
 }
 
-/// What two polygons exchange with nothing in between, to a relative tolerance.
+/// The exchange of two polygons with nothing in between, to a relative tolerance.
 pub(crate) fn open_exchange(polygons: &[ConvexPolygon; 2], tolerance: f64) -> Estimate {
     let [p, q] = by_area(polygons);
     // A few points do where the polygons are far from each other.

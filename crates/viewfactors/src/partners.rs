@@ -29,7 +29,7 @@ pub(crate) struct Partner<'a> {
     pub back: bool,
     pub count: u64,
     pub settled: Settled,
-    /// What lies before each other of both, first that of the facet with the lower number.
+    /// The parts of both that lie before each other, first that of the facet with the lower number.
     pub polygons: Option<[ConvexPolygon; 2]>,
     /// The parts of patches that hide some of one from the other.
     pub blockers: &'a [ConvexPolygon],
@@ -60,8 +60,8 @@ impl Facets {
         self.facets[facet].parts.clone().flat_map(sides)
     }
 
-    /// Hands on all parts of other facets, those that are settled alike together. Of parts of facets
-    /// that `is_known` knows nothing is said.
+    /// Hands on all parts of other facets, those that are settled alike together. Of parts of
+    /// facets that `is_known` knows nothing is said.
     pub(crate) fn partners(
         &self,
         from: &Side,
@@ -119,8 +119,8 @@ impl Facets {
         between
     }
 
-    /// How much stands between two polygons of facets in the order of their numbers, and the parts
-    /// of patches that do.
+    /// Tells how much is between two polygons of facets in the order of their numbers, and the
+    /// parts of patches that hide.
     pub(crate) fn settle(
         &self,
         polygons: &[ConvexPolygon; 2],

@@ -11,14 +11,14 @@ pub(crate) struct Patch {
     pub polygon: ConvexPolygon,
     /// The first and the last facet that it has parts of.
     pub facets: RangeInclusive<usize>,
-    /// Its parts.
+    /// A tree of the parts.
     pub tree: Tree,
     /// A rectangle around the parts of each node, that of a leaf being its part.
     pub around: Vec<ConvexPolygon>,
 }
 
-/// The distance from a plane or a line that is rounding, relative to the largest coordinate: corners
-/// are differences and sums of coordinates.
+/// The distance from a plane or a line that is rounding, relative to the largest coordinate:
+/// corners are differences and sums of coordinates.
 pub(crate) const FLAT: f64 = 16.0 * f64::EPSILON;
 
 /// Joins polygons in one plane that share edges, wherever the result is convex. The outlines are
@@ -30,6 +30,7 @@ pub(crate) fn patches(
 ) -> Vec<Patch> {
     let mut joiner = Joiner::new(polygons, outlines);
     while joiner.pass() {}
+    let room = joiner.room;
     let Joiner {
         loops,
         members,
@@ -48,7 +49,7 @@ pub(crate) fn patches(
         let facets = facets().min().unwrap_or(0)..=facets().max().unwrap_or(0);
         let tree = Tree::build(members, bounds);
         let corners: Vec<DVec3> = outline.iter().map(|&v| points[v as usize]).collect();
-        let corners = without_flat(&corners, polygons[first].normal());
+        let corners = without_flat(&corners, polygons[first].normal(), room);
         let whole = ConvexPolygon::new(&corners).ok().filter(|_| count > 1);
         let around = tree.nodes.iter().map(|node| {
             let parts = tree.order[node.items.clone()].iter().map(|&k| &polygons[k]);
@@ -140,31 +141,34 @@ impl Joiner {
         }
     }
 
-    /// Joins each with its neighbours; whether there were any.
+    /// Joins each with one neighbour at most, so that outlines grow alike; whether any has one.
     fn pass(&mut self) -> bool {
-        let mut any = false;
+        let mut is_joined = vec![false; self.loops.len()];
         for k in 0..self.loops.len() {
-            while let Some((other, joined)) = self.neighbour(k) {
+            let neighbour = match is_joined[k] {
+                true => None,
+                false => self.neighbour(k, &is_joined),
+            };
+            if let Some((other, joined)) = neighbour {
                 self.left.extend(edges(&joined).map(|edge| (edge, k)));
                 self.loops[k] = joined;
                 self.loops[other] = Vec::new();
                 let members = std::mem::take(&mut self.members[other]);
                 self.members[k].extend(members);
-                any = true;
+                is_joined[k] = true;
+                is_joined[other] = true;
             }
         }
-        any
+        is_joined.contains(&true)
     }
 
     /// A neighbour that may be joined, and the outline of both.
-    fn neighbour(&self, k: usize) -> Option<(usize, Vec<u32>)> {
+    fn neighbour(&self, k: usize, is_joined: &[bool]) -> Option<(usize, Vec<u32>)> {
         let own = &self.loops[k];
         let mut tried = None;
         for (place, [a, b]) in edges(own).enumerate() {
-            let Some(&other) = self
-                .left
-                .get(&[b, a])
-                .filter(|o| **o != k && tried != Some(**o))
+            let other = self.left.get(&[b, a]).copied();
+            let Some(other) = other.filter(|o| *o != k && !is_joined[*o] && tried != Some(*o))
             else {
                 continue;
             };
@@ -182,13 +186,10 @@ impl Joiner {
         let theirs = &self.loops[other];
         let (n, m) = (own.len(), theirs.len());
         let normal = self.normals[k];
-        let point = |v: u32| self.points[v as usize];
-        let origin = point(own[0]);
-        let is_off = |v: &u32| normal.dot(point(*v) - origin).abs() > self.room;
-        if normal.dot(self.normals[other]) <= 0.0 || theirs.iter().any(is_off) {
+        if normal.dot(self.normals[other]) <= 0.0 {
             return None;
         }
-        // The chain of edges that both share, from `start` on, in the order of the first.
+        // The chain of corners that both share, in the order of the first.
         let there = theirs.iter().position(|v| *v == own[(place + 1) % n])?;
         let (mut before, mut after) = (0, 1);
         while before < n && own[(place + n - before) % n] == theirs[(there + 1 + before) % m] {
@@ -202,14 +203,27 @@ impl Joiner {
         if before == 0 || shared >= n.min(m) {
             return None;
         }
-        let rest = (0..n - shared + 1).map(|j| own[(place + after - 1 + j) % n]);
-        let add = (1..m - shared).map(|j| theirs[(there + before + j) % m]);
-        let outline: Vec<u32> = rest.chain(add).collect();
+        let rest = |j: usize| own[(place + after - 1 + j) % n];
+        let add = |j: usize| theirs[(there + before + j) % m];
+        let point = |v: u32| self.points[v as usize];
+        // Only where both meet may a corner turn the wrong way.
+        let (last, end) = (n - shared, m - shared - 1);
+        let outline: Vec<u32> = (0..=last).map(rest).chain((1..=end).map(add)).collect();
+        let ends = [
+            [outline.len() - 1, 0, 1],
+            [last - 1, last, (last + 1) % outline.len()],
+        ];
+        let turns_right = |[a, b, c]: &[usize; 3]| {
+            turn([a, b, c].map(|k| point(outline[*k])), normal, self.room) < 0.0
+        };
+        let origin = point(own[0]);
+        let is_off = |v: &u32| normal.dot(point(*v) - origin).abs() > self.room;
+        if ends.iter().any(turns_right) || theirs.iter().any(is_off) {
+            return None;
+        }
         let corners: Vec<DVec3> = outline.iter().map(|&v| point(v)).collect();
-        let turns = turns(&corners, normal, self.room);
-        let corners = turns.iter().filter(|t| **t > 0.0).count();
-        let fits = turns.iter().all(|t| *t >= 0.0) && (3..=16).contains(&corners);
-        fits.then_some(outline)
+        let corners = without_flat(&corners, normal, self.room);
+        (3..=16).contains(&corners.len()).then_some(outline)
     }
 }
 
@@ -219,30 +233,24 @@ fn edges(outline: &[u32]) -> impl Iterator<Item = [u32; 2]> {
     outline.iter().zip(next).map(|(&a, &b)| [a, b])
 }
 
-/// How far each corner is from the line through those beside it, to the right of it: zero where that
-/// is rounding.
-fn turns(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<f64> {
-    let n = corners.len();
-    let turn = |k: usize| {
-        let [a, b, c] = [k + n - 1, k, k + 1].map(|j| corners[j % n]);
-        let turn = normal.dot((b - a).cross(c - b));
-        let length = (b - a).length() + (c - b).length();
-        if turn.abs() <= room * length {
-            0.0
-        } else {
-            turn
-        }
-    };
-    (0..n).map(turn).collect()
+/// Twice the area of a corner and those beside it, positive where the outline turns left: zero
+/// where that is rounding.
+fn turn([a, b, c]: [DVec3; 3], normal: DVec3, room: f64) -> f64 {
+    let turn = normal.dot((b - a).cross(c - b));
+    let length = (b - a).length() + (c - b).length();
+    if turn.abs() <= room * length {
+        0.0
+    } else {
+        turn
+    }
 }
 
 /// Corners without those in the middle of a side.
-fn without_flat(corners: &[DVec3], normal: DVec3) -> Vec<DVec3> {
-    let largest = corners
-        .iter()
-        .map(|p| p.abs().max_element())
-        .fold(0.0, f64::max);
-    let turns = turns(corners, normal, FLAT * largest);
-    let kept = corners.iter().zip(turns).filter(|(_, turn)| *turn > 0.0);
-    kept.map(|(corner, _)| *corner).collect()
+fn without_flat(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<DVec3> {
+    let n = corners.len();
+    let turns = |k: &usize| {
+        let beside = [k + n - 1, *k, k + 1].map(|j| corners[j % n]);
+        turn(beside, normal, room) > 0.0
+    };
+    (0..n).filter(turns).map(|k| corners[k]).collect()
 }

@@ -110,6 +110,7 @@ impl Facets {
             });
             memory.view.lit(direction, &side.polygon, &blockers)
         });
-        area.sum::<f64>() / self.area(facet)
+        // A sum of nothing is -0.
+        area.fold(0.0, |sum, lit| sum + lit) / self.area(facet)
     }
 }

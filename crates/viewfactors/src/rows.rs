@@ -21,7 +21,7 @@ pub struct SparseRow {
     pub values: Vec<f64>,
     /// The told error of each, absolute.
     pub errors: Vec<f64>,
-    /// What no facet receives: one less the sum of all, within the sum of the errors.
+    /// The factor to the sky, which no facet receives: one less the sum of all.
     pub sky: f64,
 }
 
@@ -32,18 +32,18 @@ pub struct Matrix {
     pub data: Vec<f64>,
     /// The column of each.
     pub indices: Vec<u32>,
-    /// Where each row begins, and the end of the last.
+    /// The place in `data` at which each row begins, and the end of the last.
     pub indptr: Vec<usize>,
     /// The told error of each factor.
     pub error: Vec<f64>,
-    /// For each row, what no facet receives.
+    /// The factor from each facet to the sky.
     pub sky: Vec<f64>,
 }
 
-/// What is known of all pairs before any is integrated.
+/// Facts about all pairs that are found before any is integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
-    /// For each facet, the sum of the weights by which the pairs that are partly hidden share its
+    /// The sum, for each facet, of the weights by which pairs that are partly hidden share its
     /// tolerance.
     pub weights: Vec<f64>,
     /// Unordered pairs of sides of flat parts that were settled by facing, by a patch that hides
@@ -108,7 +108,7 @@ impl Facets {
         plan
     }
 
-    /// What a facet exchanges with others that are not known.
+    /// The exchanges of a facet with others that are not known.
     fn exchanges(
         &self,
         facet: usize,
@@ -153,8 +153,8 @@ impl Facets {
         sums.into_iter().collect()
     }
 
-    /// Computes the rows of a range of facets on all threads of the rayon pool, and hands them on in
-    /// their order. The sum of a row's told errors is at most the tolerance wherever
+    /// Computes the rows of a range of facets on all threads of the rayon pool, and hands them on
+    /// in their order. The sum of a row's told errors is at most the tolerance wherever
     /// [`Facets::between`] keeps to its own. A row depends neither on threads nor on the range, and
     /// areas times factors are the same both ways to the bit.
     ///
@@ -271,7 +271,7 @@ fn number(facet: usize) -> u32 {
     u32::try_from(facet).unwrap_or(u32::MAX)
 }
 
-/// What two polygons exchange, roughly: that of a disk of the same area on the axis.
+/// The exchange of two polygons, roughly: that of a disk of the same area on the axis.
 pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
     let between = q.centroid() - p.centroid();
     let square = between.length_squared();

@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Debug, Default)]
 struct Pieces {
     corners: Vec<DVec3>,
-    /// Where each ends.
+    /// The end of each.
     ends: Vec<usize>,
 }
 
@@ -31,13 +31,23 @@ impl Pieces {
     }
 }
 
+/// A plane that bounds a shadow.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    /// Points inwards.
+    normal: DVec3,
+    /// The height of the plane along its normal.
+    at: f64,
+    /// The height above it that is rounding.
+    room: f64,
+}
+
 /// Memory for views, which any number of points use one after the other.
 #[derive(Debug, Default)]
 pub(crate) struct View {
     pieces: Pieces,
     next: Pieces,
-    /// Normals towards what is inside, and heights along them: of the plane, and what is rounding.
-    planes: Vec<(DVec3, f64, f64)>,
+    planes: Vec<Plane>,
     inside: Vec<DVec3>,
     cut: Vec<DVec3>,
 }
@@ -120,7 +130,7 @@ impl View {
         self.pieces.iter().map(area).sum()
     }
 
-    /// What polygons in the plane of another leave of it, which is convex.
+    /// Cuts polygons out of a convex one in the same plane.
     pub(crate) fn uncovered(
         &mut self,
         n: DVec3,
@@ -165,7 +175,7 @@ impl View {
             if all.iter().all(|v| normal.dot(*v) - at <= room) {
                 return false;
             }
-            self.planes.push((normal, at, room));
+            self.planes.push(Plane { normal, at, room });
         }
         self.next.clear();
         let mut is_cut = false;
@@ -206,7 +216,7 @@ fn split(
     inside: &mut Vec<DVec3>,
     cut: &mut Vec<DVec3>,
     others: &mut Pieces,
-    (normal, at, room): (DVec3, f64, f64),
+    Plane { normal, at, room }: Plane,
 ) {
     let height = |v: &DVec3| normal.dot(*v) - at;
     let (mut low, mut high) = (0.0_f64, 0.0_f64);

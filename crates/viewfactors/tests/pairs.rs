@@ -305,8 +305,8 @@ fn wrong_facets_are_told_by_their_number() {
 
 #[test]
 fn the_sun_casts_parallel_shadows() {
-    // A plate of 1 over a floor of 2 x 2 at height 1, with the sun at 45 degrees: the shadow is moved
-    // by 1 in x; a quarter of the floor is as large as the plate.
+    // A plate of 1 over a floor of 2 x 2 at height 1, with the sun at 45 degrees: the shadow is
+    // moved by 1 in x; a quarter of the floor is as large as the plate.
     let floor = LOW.map(|[x, y, _]| [2.0 * x, 2.0 * y, 0.0]);
     let plate = LOW.map(|[x, y, _]| [x + 0.25, y + 0.5, 1.0]);
     let vertices: Vec<[f64; 3]> = [floor, plate].concat();
