@@ -156,7 +156,7 @@ WRONG = [
     (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0, -1, 2]]), ValueError, "polygons[1][1] has the vertex -1"),
     (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], 0]), ValueError, "polygons[1] has the shape ()"),
     (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0.5, 1, 2]]), TypeError, "polygons[1] has the type float64"),
-    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0, 1]]), ValueError, "polygons[1] has no area, or not 3 to 16"),
+    (lambda: ll.ViewFactors(VERTICES, [[0, 1, 2], [0, 1]]), ValueError, "polygons[1] has no area"),
     (lambda: ll.ViewFactors(VERTICES, [[0, 1, 1]]), ValueError, "polygons[0] has no area"),
     (lambda: ll.ViewFactors(SQUARE + np.diag([0, 0, 1, 0])[:, :3], [[0, 1, 2, 3]]), ValueError, "not flat"),
     (lambda: VIEWS.between(0, 1), ValueError, "j is 1, but there are 1 facets"),

@@ -110,7 +110,12 @@ impl Facets {
             });
             memory.view.lit(direction, &side.polygon, &blockers)
         });
-        // A sum of nothing is -0.
-        area.fold(0.0, |sum, lit| sum + lit) / self.area(facet)
+        let lit = area.fold(0.0, |sum, lit| sum + lit);
+        // Nothing of a facet that others cover is lit.
+        if self.area(facet) > 0.0 {
+            lit / self.area(facet)
+        } else {
+            0.0
+        }
     }
 }
