@@ -9,6 +9,13 @@ use linelit_geometry::{DVec3, Margins, Vector3, predicates};
 use linelit_visibility::{Scratch, ShaftQuery};
 use std::f64::consts::FRAC_1_PI;
 
+/// Of a facet on which the point lies but for rounding, directions are rounding: in this fraction of
+/// the way it hides nothing.
+const NEAR: Margins = Margins {
+    point: 1e-12,
+    light: 0.0,
+};
+
 /// The view factors from a point to all facets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
@@ -71,7 +78,7 @@ impl Facets {
             return 0.0;
         }
         let query = ShaftQuery {
-            margins: Margins::NONE,
+            margins: NEAR,
             ..ShaftQuery::new(x, &piece.polygon).excluding(piece.triangles.clone())
         };
         let Memory {

@@ -184,3 +184,20 @@ fn what_a_room_lacks_is_sky() {
     let nowhere = whole.from_point([f64::NAN, 0.0, 0.0], [0.0, 0.0, 1.0], &mut memory);
     assert_eq!(nowhere.sky, 1.0);
 }
+
+#[test]
+fn a_facet_through_the_plane_of_that_on_which_the_point_lies_takes_one_at_most() {
+    let mut room = (Vec::new(), Vec::new());
+    let own = [[0.0, 1.0, -2.0], [-2.0, -1.0, 1.0], [0.0, 2.0, 0.0]];
+    add(&mut room, &own);
+    let other = [[-2.0, 1.0, 2.0], [0.0, 1.0, -2.0], [-2.0, -2.0, 1.0]];
+    add(&mut room, &other);
+    let facets = Facets::new(&room.0, &room.1, Sides::Two).unwrap();
+    let (mut rng, mut memory) = (linelit_testkit::cases::rng(33), Memory::default());
+    for _ in 0..1_000 {
+        let (u, v) = (rng.in_range(0.0, 0.5), rng.in_range(0.0, 0.5));
+        let at = |k: usize| own[0][k] + u * (own[1][k] - own[0][k]) + v * (own[2][k] - own[0][k]);
+        let row = facets.from_point([0, 1, 2].map(at), [-7.0, 4.0, -2.0], &mut memory);
+        assert!(row.sky >= -1e-12, "{row:?}");
+    }
+}
