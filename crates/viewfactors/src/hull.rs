@@ -125,7 +125,7 @@ impl Hull {
     }
 }
 
-/// Whether all segments between two polygons pass a third.
+/// Whether all segments between two polygons pass a third, which neither touches but for rounding.
 pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3]) -> bool {
     let (n, v) = (blocker.normal(), blocker.vertices());
     let height = |x: &DVec3| n.dot(*x - v[0]);
@@ -133,9 +133,14 @@ pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3]) -> bo
         let (from, to) = (height(a), height(b));
         let x = *a + (*b - *a) * (from / (from - to));
         let edges = v.iter().zip(v.iter().cycle().skip(1));
-        from * to < 0.0 && { edges }.all(|(c, d)| n.dot((*d - *c).cross(x - *c)) >= 0.0)
+        { edges }.all(|(c, d)| n.dot((*d - *c).cross(x - *c)) >= 0.0)
     };
     // All of one polygon on one side, all of the other on the other.
     let side = p.first().map_or(0.0, &height).signum();
-    p.iter().all(|x| height(x) * side > 0.0) && p.iter().all(|a| q.iter().all(|b| passes(a, b)))
+    let all = p.iter().chain(q).map(|x| x.abs().max_element());
+    let room = ROOM * all.fold(0.0, f64::max);
+    let is_off = |x: &DVec3, side: f64| height(x) * side > room;
+    p.iter().all(|x| is_off(x, side))
+        && q.iter().all(|x| is_off(x, -side))
+        && p.iter().all(|a| q.iter().all(|b| passes(a, b)))
 }

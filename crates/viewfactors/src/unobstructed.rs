@@ -14,7 +14,9 @@ pub(crate) fn exchange(first: &ConvexPolygon, second: &ConvexPolygon) -> (f64, f
     let edges = |polygon: &ConvexPolygon| -> Vec<[DVec3; 2]> {
         let v = polygon.vertices();
         let next = v.iter().cycle().skip(1);
-        v.iter().zip(next).map(|(a, b)| [*a, *b]).collect()
+        // Cuts may leave corners in one place.
+        let edges = v.iter().zip(next).map(|(a, b)| [*a, *b]);
+        edges.filter(|[a, b]| a != b).collect()
     };
     // The unit of length is the largest distance, so that no logarithm is far from zero.
     let corners = || first.vertices().iter().chain(second.vertices());

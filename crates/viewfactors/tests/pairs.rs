@@ -355,4 +355,46 @@ fn crossed_strings_of_long_strips() {
         found.error <= 1e-9 && (found.value - want).abs() < 1e-9,
         "{found:?} {want}"
     );
+fn rows_of_overlapping_facets_do_not_depend_on_the_range() {
+    // One facet of a divided wall is there twice, before another wall, in no plane of the axes.
+    for k in 0..40 {
+        let (sin, cos) = linelit_elementary::sin_cos(0.3 + 0.1 * f64::from(k));
+        let turned = |[x, y, z]: [f64; 3]| {
+            let (x, y) = (cos * x - sin * y, sin * x + cos * y);
+            [x, cos * y - sin * z, sin * y + cos * z]
+        };
+        let mut vertices = Vec::new();
+        let mut polygons = Vec::new();
+        let mut add = |square: [[f64; 3]; 4]| {
+            let first = u32::try_from(vertices.len()).unwrap();
+            vertices.extend(square.map(turned));
+            polygons.push([first, first + 1, first + 2, first + 3]);
+        };
+        let place = |k: u32| f64::from(k) / 5.0;
+        for number in [0].into_iter().chain(0..50) {
+            let [a, b] = [number % 5, number / 5 % 5].map(place);
+            let [c, d] = [number % 5 + 1, number / 5 % 5 + 1].map(place);
+            let x = if number < 25 { 0.0 } else { 1.0 };
+            let mut square = [[x, a, b], [x, c, b], [x, c, d], [x, a, d]];
+            if number >= 25 {
+                square.reverse();
+            }
+            add(square);
+        }
+        let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
+        let plan = facets.plan();
+        let rows = |range: std::ops::Range<usize>| {
+            let mut rows: Vec<linelit_viewfactors::SparseRow> = Vec::new();
+            let keep = |row| {
+                rows.push(row);
+                Ok::<(), std::convert::Infallible>(())
+            };
+            facets.rows_of(range, 1e-2, &plan, keep).unwrap();
+            rows
+        };
+        let all = rows(0..51);
+        assert_eq!([rows(0..4), rows(4..51)].concat(), all, "{k}");
+        // What is twice in one place is seen twice.
+        assert_eq!(all[1].columns, all[0].columns);
+    }
 }
