@@ -3,7 +3,7 @@
 use crate::cubature::{Corners, Integral, Integrand, integrate};
 use crate::facets::{Facets, Sides};
 use crate::hull::{Hull, hides_all};
-use crate::partners::{Settled, Side, before_each_other};
+use crate::partners::{Settled, Side, before_each_other, sees};
 use crate::point::Memory;
 use crate::rows::coarse;
 use crate::unobstructed;
@@ -112,7 +112,12 @@ pub(crate) fn past(
     tolerance: f64,
     memory: &mut Memory,
 ) -> Estimate {
-    let [p, q] = by_area(polygons);
+    let [small, large] = by_area(polygons);
+    // Through a slit only the other may be seen.
+    let [p, q] = match sees(small, large, blockers, memory) {
+        true => [small, large],
+        false => [large, small],
+    };
     let mut past = Past {
         p,
         q,
@@ -142,7 +147,7 @@ pub(crate) fn past(
 }
 
 /// Two polygons: first the smaller, which is integrated over.
-fn by_area([p, q]: &[ConvexPolygon; 2]) -> [&ConvexPolygon; 2] {
+pub(crate) fn by_area([p, q]: &[ConvexPolygon; 2]) -> [&ConvexPolygon; 2] {
     if p.area() <= q.area() { [p, q] } else { [q, p] }
 }
 

@@ -3,6 +3,7 @@
 use crate::cubature::places;
 use crate::facets::{Facets, Sides};
 use crate::hull::{Hull, hides_all};
+use crate::pair::by_area;
 use crate::point::Memory;
 use crate::view::unseen_below;
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -137,8 +138,17 @@ impl Facets {
         let blockers = self.blockers([p, q], &between);
         let settled = match blockers.is_empty() {
             true => Settled::Clear,
-            false if sees(p, q, &blockers, memory) => Settled::Partly,
-            false => Settled::Hidden,
+            // Points of the smaller one are closer to each other.
+            false => {
+                let [small, large] = by_area(polygons);
+                let is_seen =
+                    sees(small, large, &blockers, memory) || sees(large, small, &blockers, memory);
+                if is_seen {
+                    Settled::Partly
+                } else {
+                    Settled::Hidden
+                }
+            }
         };
         (settled, blockers)
     }
@@ -160,7 +170,7 @@ impl Facets {
 }
 
 /// Whether any point of the adaptive rule sees a part of a polygon.
-fn sees(
+pub(crate) fn sees(
     p: &ConvexPolygon,
     q: &ConvexPolygon,
     blockers: &[ConvexPolygon],
@@ -226,13 +236,7 @@ impl<K: Fn(RangeInclusive<usize>) -> bool> Descent<'_, K> {
         let between = all.patches_between(&pair, patches, known, true);
         let [p, q] = &pair;
         let hides = |&k: &usize| hides_all(&all.patches[k].polygon, p.vertices(), q.vertices());
-        // Points see nothing of all parts if they see nothing of what is around them; they are on
-        // the facet with the lower number.
-        let is_hidden = between.iter().any(hides)
-            || (own < *patch.facets.start() && {
-                let blockers = all.blockers([p, q], &between);
-                !blockers.is_empty() && !sees(p, q, &blockers, memory)
-            });
+        let is_hidden = between.iter().any(hides);
         if is_hidden {
             partner.settled = Settled::Hidden;
             return each(partner, memory);

@@ -42,6 +42,9 @@ impl Facets {
     ///
     /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
     /// not finite, or a normal without direction, sees the sky alone.
+    ///
+    /// A point on a facet is to be lifted off it by a few times [`Facets::displacement`]: rounding may
+    /// have put it below.
     pub fn from_point(
         &self,
         point: impl Vector3,

@@ -156,7 +156,7 @@ impl Facets {
     /// Computes the rows of a range of facets on all threads of the rayon pool, and hands them on
     /// in their order. The sum of a row's told errors is at most the tolerance wherever
     /// [`Facets::between`] keeps to its own. A row depends neither on threads nor on the range, and
-    /// areas times factors are the same both ways to the bit.
+    /// both ways between two facets are one exchange, divided by the area of each.
     ///
     /// Each exchange within the range is computed once, those with other facets besides. Four
     /// million exchanges are kept, 64 MB; beyond that they are computed again.

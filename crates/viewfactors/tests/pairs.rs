@@ -351,10 +351,14 @@ fn crossed_strings_of_long_strips() {
     let left = length(1.5, 1.0) + length(0.3, 0.6) - length(0.7, 0.6) - length(0.5, 1.0);
     let want = 0.5 * (right + left);
     let found = facets.between(0, 1, 1e-9, &mut Memory::default());
+    // The told error has that of a contour of 4e5, rounded.
     assert!(
-        found.error <= 1e-9 && (found.value - want).abs() < 1e-9,
+        found.error <= 2e-9 && (found.value - want).abs() < 1e-9,
         "{found:?} {want}"
     );
+}
+
+#[test]
 fn rows_of_overlapping_facets_do_not_depend_on_the_range() {
     // One facet of a divided wall is there twice, before another wall, in no plane of the axes.
     for k in 0..40 {
@@ -394,7 +398,40 @@ fn rows_of_overlapping_facets_do_not_depend_on_the_range() {
         };
         let all = rows(0..51);
         assert_eq!([rows(0..4), rows(4..51)].concat(), all, "{k}");
-        // What is twice in one place is seen twice.
-        assert_eq!(all[1].columns, all[0].columns);
+        // The second of two in one place is not there.
+        assert!(all[1].columns.is_empty() && !all[0].columns.is_empty());
     }
+}
+
+#[test]
+fn a_slit_that_few_points_see_through_is_not_hidden() {
+    // A small facet above a slit of .01 between two plates: one in fifty points of the large one
+    // sees it, but each of its own sees the large one.
+    let plate = |x: f64, w: f64| {
+        [
+            [x, -5., 0.5],
+            [x + w, -5., 0.5],
+            [x + w, 5., 0.5],
+            [x, 5., 0.5],
+        ]
+    };
+    let small = [
+        [0.6, 0.3, 1.],
+        [0.6, 0.35, 1.],
+        [0.65, 0.35, 1.],
+        [0.65, 0.3, 1.],
+    ];
+    let plates = [plate(-5.0, 5.6), plate(0.61, 5.39)].concat();
+    let polygons: [[u32; 4]; 4] = [0, 4, 8, 12].map(|k| [k, k + 1, k + 2, k + 3]);
+    let mut memory = Memory::default();
+    let [first, second] = [[LOW, small], [small, LOW]].map(|pair| {
+        let vertices: Vec<[f64; 3]> = [pair.concat(), plates.clone()].concat();
+        let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
+        facets.exchange(0, 1, 1e-8, &mut memory).0
+    });
+    assert!(
+        (first.value - 1.319e-5).abs() < 1e-8 + first.error,
+        "{first:?}"
+    );
+    assert!((first.value - second.value).abs() <= first.error + second.error);
 }
