@@ -9,8 +9,8 @@ use linelit_geometry::{DVec3, Margins, Vector3, predicates};
 use linelit_visibility::{Scratch, ShaftQuery};
 use std::f64::consts::FRAC_1_PI;
 
-/// Of a facet on which the point lies but for rounding, directions are rounding: in this fraction of
-/// the way it hides nothing.
+/// The margin at the point: of a facet on which it lies but for rounding, directions are rounding:
+/// in this fraction of the way it hides nothing.
 const NEAR: Margins = Margins {
     point: 1e-12,
     light: 0.0,
@@ -43,8 +43,8 @@ impl Facets {
     /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
     /// not finite, or a normal without direction, sees the sky alone.
     ///
-    /// A point on a facet is to be lifted off it by a few times [`Facets::displacement`]: rounding may
-    /// have put it below.
+    /// A point on a facet is to be lifted off it by a few times [`Facets::displacement`]: rounding
+    /// may have put it below.
     pub fn from_point(
         &self,
         point: impl Vector3,

@@ -39,7 +39,8 @@ pub(crate) fn exchange(first: &ConvexPolygon, second: &ConvexPolygon) -> (f64, f
 /// The relative error of the integral of two edges: that of tanh-sinh quadrature with this step.
 const ROUNDING: f64 = 1e-14;
 
-/// `∫∫ ln r ds dt` over the edges from `a` to `b` and from `c` to `d`, and what its quadrature lacks.
+/// `∫∫ ln r ds dt` over the edges from `a` to `b` and from `c` to `d`, and what its quadrature
+/// lacks.
 fn edge_pair([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
     // The integrand has kinks where the first edge passes the ends of the second, and the second.
     let along = b - a;
