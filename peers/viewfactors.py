@@ -31,7 +31,7 @@ def house(x, y, w, d, h):
 
 
 def canyon(facets):
-    """Two rows of houses along a street, as `crates/viewfactors/examples/canyon.rs` has them."""
+    """Two rows of houses along a street, as `crates/viewfactors/examples/streets.rs` has them."""
     houses, parts = round(facets * 0.8 / 40), []
     for k in range(houses):
         y, height = 12.0 * k, 8.0 + k % 4 * 3

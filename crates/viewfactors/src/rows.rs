@@ -46,14 +46,14 @@ pub struct Plan {
     /// The sum, for each facet, of the weights by which pairs that are partly hidden share its
     /// tolerance.
     pub weights: Vec<f64>,
-    /// Unordered pairs of sides of flat parts that were settled by facing, by a patch that hides
-    /// all, by an empty hull, and those that are partly hidden.
+    /// The numbers of unordered pairs of sides of flat parts by [`Settled`](crate::Settled): facing
+    /// away, hidden, clear, and partly hidden.
     pub pairs: [u64; 4],
 }
 
 /// Rows that threads compute before they are handed on.
 const BLOCK: usize = 64;
-/// The most exchanges that are kept for rows to come, 16 bytes each; others are computed again.
+/// The most exchanges that are kept for rows to come, 24 bytes each; others are computed again.
 const KEPT: usize = 4 << 20;
 /// The share of a row's tolerance that pairs with nothing in between have.
 const OPEN: f64 = 0.1;
@@ -159,7 +159,7 @@ impl Facets {
     /// both ways between two facets are one exchange, divided by the area of each.
     ///
     /// Each exchange within the range is computed once, those with other facets besides. Four
-    /// million exchanges are kept, 64 MB; beyond that they are computed again.
+    /// million exchanges are kept, 100 MB; beyond that they are computed again.
     ///
     /// # Errors
     /// The first error of `each`, which ends the work.
