@@ -15,8 +15,7 @@ pub enum Settled {
     /// Neither has a part before the other that faces it.
     #[default]
     Facing,
-    /// A patch of facets between them hides each from the other, or no point of the adaptive rule on
-    /// either sees the other. The factor and its told error are zero.
+    /// A patch between them hides all, or no point of the adaptive rule on either sees the other.
     Hidden,
     /// Nothing is between them.
     Clear,

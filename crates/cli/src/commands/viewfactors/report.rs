@@ -131,9 +131,9 @@ fn pairs(found: &Found) -> Table {
     let all = found.pairs.iter().sum::<u64>().max(1) as f64;
     let names = [
         "do not face each other",
-        "hidden by something that hides all",
+        "hidden: nothing of one is seen from the other",
         "clear: nothing in between",
-        "partly hidden, or not known",
+        "partly hidden",
     ];
     let lines = names.iter().zip(found.pairs).map(|(name, count)| {
         let share = format!("{:.2} %", 100.0 * count as f64 / all);
