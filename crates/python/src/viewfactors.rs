@@ -169,8 +169,8 @@ impl ViewFactors {
     ///
     /// Notes
     /// -----
-    /// Lambert's sum over the boundary of the visible part of each facet, divided by π. Lift points
-    /// that are on a facet by more than `displacement`, or it may hide all from them.
+    /// Lambert's sum over the boundary of the visible part of each facet, divided by π. Points are
+    /// lifted along their normals by twice `displacement`, so that one on a facet is above it.
     ///
     /// Examples
     /// --------

@@ -43,8 +43,8 @@ impl Facets {
     /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
     /// not finite, or a normal without direction, sees the sky alone.
     ///
-    /// A point on a facet is to be lifted off it by a few times [`Facets::displacement`]: rounding
-    /// may have put it below.
+    /// The point is lifted along the normal by twice [`Facets::displacement`], so that one on a facet
+    /// is not below it when that was rounded.
     pub fn from_point(
         &self,
         point: impl Vector3,
@@ -55,10 +55,11 @@ impl Facets {
             facets: vec![0.0; self.len()],
             sky: 1.0,
         };
-        let (x, n) = (point.dvec3() - self.middle, normal.dvec3());
-        let Some(n) = predicates::normalize(n).filter(|_| x.is_finite()) else {
+        let x = point.dvec3() - self.middle;
+        let Some(n) = predicates::normalize(normal.dvec3()).filter(|_| x.is_finite()) else {
             return row;
         };
+        let x = x + n * (2.0 * self.displacement());
         for (factor, facet) in row.facets.iter_mut().zip(&self.facets) {
             let pieces = self.pieces[facet.pieces.clone()].iter();
             *factor = pieces.map(|piece| self.piece(x, n, piece, memory)).sum();

@@ -198,3 +198,35 @@ fn wrong_outlines_are_refused() {
     ];
     assert_eq!(of(&bridge), Err(FacetError::Crossing(0)));
 }
+
+#[test]
+fn points_on_a_facet_are_above_it() {
+    // A floor and a wall at right angles, turned in any way: points of the floor see as much of the
+    // wall as they do where nothing is rounded.
+    let mut rng = linelit_testkit::cases::rng(52);
+    let mut memory = Memory::default();
+    let floor = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+    let wall = [[1., 0., 0.], [1., 0., 1.], [1., 1., 1.], [1., 1., 0.]];
+    let exact = Facets::new(
+        &[floor, wall].concat(),
+        &[[0, 1, 2, 3], [4, 5, 6, 7]],
+        Sides::One,
+    );
+    let exact = exact.unwrap();
+    for _ in 0..500 {
+        let (sin, cos) = linelit_elementary::sin_cos(rng.in_range(0.0, 6.0));
+        let (s, c) = linelit_elementary::sin_cos(rng.in_range(0.0, 6.0));
+        let turned = |[x, y, z]: [f64; 3]| {
+            let (x, y) = (cos * x - sin * y, sin * x + cos * y);
+            [x, c * y - s * z, s * y + c * z]
+        };
+        let vertices = [floor, wall].concat().into_iter().map(turned);
+        let vertices: Vec<[f64; 3]> = vertices.collect();
+        let facets = Facets::new(&vertices, &[[0, 1, 2, 3], [4, 5, 6, 7]], Sides::One).unwrap();
+        let x = [rng.in_range(0.1, 0.9), rng.in_range(0.1, 0.9), 0.0];
+        let want = exact.from_point(x, [0., 0., 1.], &mut memory).facets[1];
+        let found = facets.from_point(turned(x), turned([0., 0., 1.]), &mut memory);
+        // The point and the corners of the wall are off by displacements of some 1e-7 at 0.1.
+        assert!((found.facets[1] - want).abs() < 20.0 * facets.displacement() / 0.1);
+    }
+}
