@@ -43,8 +43,8 @@ impl Facets {
     /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
     /// not finite, or a normal without direction, sees the sky alone.
     ///
-    /// The point is lifted along the normal by twice [`Facets::displacement`], so that one on a facet
-    /// is not below it when that was rounded.
+    /// The point is lifted along the normal by twice [`Facets::displacement`], so that one on a
+    /// facet is not below it when that was rounded.
     pub fn from_point(
         &self,
         point: impl Vector3,
