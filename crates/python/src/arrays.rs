@@ -73,6 +73,18 @@ impl<'py> Vectors<'py> {
         }
     }
 
+    /// The vectors of an argument of shape (n, 3).
+    pub(crate) fn list(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let vectors = Self::new_or_none(name, given)?;
+        match vectors.shape.len() {
+            1 => Ok(vectors),
+            _ => Err(value_error(format!(
+                "{name} are {} vectors, and need (n,)",
+                shape_text(&vectors.shape)
+            ))),
+        }
+    }
+
     pub(crate) fn rows(&self) -> PyResult<Rows<'_>> {
         Ok(match &self.array {
             Reals::Single(array) => Rows::Single(array.as_slice()?.as_chunks().0),

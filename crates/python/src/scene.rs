@@ -72,13 +72,7 @@ impl Scene {
         light_margin: Option<f64>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        let vertices = Vectors::new_or_none("vertices", vertices)?;
-        if vertices.shape.len() != 1 {
-            let shape = shape_text(&vertices.shape);
-            return Err(value_error(format!(
-                "vertices are {shape} vectors, and need (n,)"
-            )));
-        }
+        let vertices = Vectors::list("vertices", vertices)?;
         let faces = triangles("faces", faces)?;
         let faces = faces.as_slice()?.as_chunks::<3>().0;
         let rounded;

@@ -1,13 +1,13 @@
 //! View factors of facets.
 
-use crate::arrays::{Vectors, out, polygons, shape_text};
+use crate::arrays::{Vectors, out, polygons};
 use crate::errors::{NAMED, of_query, of_scene, shown, value_error};
 use crate::light::positive;
 use crate::receivers::Receivers;
 use crate::threads::{detached, pool, watched};
 use linelit::Error;
 use linelit::geometry::{DVec3, predicates};
-use linelit::viewfactors::{FacetError, Facets, Matrix, Memory, Sides, SparseRow};
+use linelit::viewfactors::{FacetError, Facets, Matrix, Memory, Sides};
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
@@ -76,13 +76,7 @@ impl ViewFactors {
         polygons: &Bound<'_, PyAny>,
         sides: i64,
     ) -> PyResult<Self> {
-        let vertices = Vectors::new_or_none("vertices", vertices)?;
-        if vertices.shape.len() != 1 {
-            let shape = shape_text(&vertices.shape);
-            return Err(value_error(format!(
-                "vertices are {shape} vectors, and need (n,)"
-            )));
-        }
+        let vertices = Vectors::list("vertices", vertices)?;
         let rows = vertices.rows()?;
         let positions: Vec<_> = (0..rows.len()).map(|i| rows.get(i)).collect();
         let polygons = self::polygons("polygons", polygons)?;
@@ -400,16 +394,9 @@ impl ViewFactors {
 
     /// All rows of the matrix, or those until it is told to stop.
     fn rows(&self, tolerance: f64, stop: &AtomicBool) -> Matrix {
-        let mut matrix = Matrix {
-            indptr: vec![0],
-            ..Matrix::default()
-        };
-        let add = |row: SparseRow| {
-            matrix.data.extend(row.values);
-            matrix.indices.extend(row.columns);
-            matrix.error.extend(row.errors);
-            matrix.sky.push(row.sky);
-            matrix.indptr.push(matrix.data.len());
+        let mut matrix = Matrix::default();
+        let add = |row| {
+            matrix.push(row);
             going(stop)
         };
         // Who told it to stop takes no answer.

@@ -50,7 +50,17 @@ pub(crate) fn convex_parts(corners: &[DVec3]) -> Result<Vec<Vec<DVec3>>, Refused
     if crosses_itself(corners, normal) {
         return Err(Refused::Crossing);
     }
-    Ok(ears(corners, normal))
+    let room = FLAT * largest * size;
+    let triangles = ears(corners, normal, room);
+    // Each ear has an area, and all of them that of the whole, but for rounding.
+    let sum: f64 = triangles
+        .iter()
+        .map(|t| turn(t[0], t[1], t[2], normal))
+        .sum();
+    if (sum - area).abs() > room * corners.len() as f64 {
+        return Err(Refused::Crossing);
+    }
+    Ok(triangles)
 }
 
 /// Twice the area of a triangle along a normal.
@@ -77,7 +87,7 @@ fn crosses_itself(corners: &[DVec3], normal: DVec3) -> bool {
 }
 
 /// The triangles of a simple polygon, by cutting off one corner after another.
-fn ears(corners: &[DVec3], normal: DVec3) -> Vec<Vec<DVec3>> {
+fn ears(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<Vec<DVec3>> {
     let mut left = corners.to_vec();
     let mut triangles = Vec::new();
     while left.len() > 3 {
@@ -103,9 +113,15 @@ fn ears(corners: &[DVec3], normal: DVec3) -> Vec<Vec<DVec3>> {
         let best = (0..n)
             .filter(is_ear)
             .max_by(|i, j| quality(*i).total_cmp(&quality(*j)));
-        // A simple polygon has two ears, unless the rest has no area.
-        let Some(k) = best else { break };
-        triangles.push(vec![at(k + n - 1), at(k), at(k + 1)]);
+        // A simple polygon has two ears, or corners in the middle of a side.
+        let flat = || {
+            let is_flat = |k: &usize| turn(at(k + n - 1), at(*k), at(k + 1), normal).abs() <= room;
+            (0..n).find(is_flat)
+        };
+        let Some(k) = best.or_else(flat) else { break };
+        if best.is_some() {
+            triangles.push(vec![at(k + n - 1), at(k), at(k + 1)]);
+        }
         left.remove(k);
     }
     if left.len() == 3 {

@@ -26,7 +26,7 @@ pub struct SparseRow {
 }
 
 /// The matrix of view factors by compressed rows, as `scipy.sparse.csr_matrix` takes it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Matrix {
     /// The factors that are not zero, row after row.
     pub data: Vec<f64>,
@@ -38,6 +38,30 @@ pub struct Matrix {
     pub error: Vec<f64>,
     /// The factor from each facet to the sky.
     pub sky: Vec<f64>,
+}
+
+impl Default for Matrix {
+    /// A matrix without rows.
+    fn default() -> Self {
+        Self {
+            data: Vec::new(),
+            indices: Vec::new(),
+            indptr: vec![0],
+            error: Vec::new(),
+            sky: Vec::new(),
+        }
+    }
+}
+
+impl Matrix {
+    /// Adds the row of the next facet.
+    pub fn push(&mut self, row: SparseRow) {
+        self.data.extend(row.values);
+        self.indices.extend(row.columns);
+        self.error.extend(row.errors);
+        self.sky.push(row.sky);
+        self.indptr.push(self.data.len());
+    }
 }
 
 /// Facts about all pairs that are found before any is integrated.
@@ -247,16 +271,9 @@ impl Facets {
     /// The whole matrix in memory: for the small.
     #[must_use]
     pub fn matrix(&self, tolerance: f64) -> Matrix {
-        let mut matrix = Matrix {
-            indptr: vec![0],
-            ..Matrix::default()
-        };
-        let add = |row: SparseRow| {
-            matrix.data.extend(row.values);
-            matrix.indices.extend(row.columns);
-            matrix.error.extend(row.errors);
-            matrix.sky.push(row.sky);
-            matrix.indptr.push(matrix.data.len());
+        let mut matrix = Matrix::default();
+        let add = |row| {
+            matrix.push(row);
             Ok::<(), std::convert::Infallible>(())
         };
         match self.rows(tolerance, add) {

@@ -180,15 +180,13 @@ impl Factors {
     }
 
     /// Adds a row, without its columns of facets that only hide.
-    fn add(&self, matrix: &mut Matrix, row: SparseRow) {
-        let count = row
-            .columns
-            .partition_point(|k| (*k as usize) < self.mesh.senders);
-        matrix.indices.extend(&row.columns[..count]);
-        matrix.data.extend(&row.values[..count]);
-        matrix.error.extend(&row.errors[..count]);
-        matrix.sky.push(row.sky);
-        matrix.indptr.push(matrix.data.len());
+    fn add(&self, matrix: &mut Matrix, mut row: SparseRow) {
+        let senders = self.mesh.senders;
+        let count = row.columns.partition_point(|k| (*k as usize) < senders);
+        row.columns.truncate(count);
+        row.values.truncate(count);
+        row.errors.truncate(count);
+        matrix.push(row);
     }
 
     /// Computes all rows by the threads of the current pool.
@@ -199,10 +197,7 @@ impl Factors {
         let rows = self.mesh.senders;
         progress.set_message("rows");
         progress.set_length(rows as u64);
-        let mut matrix = Matrix {
-            indptr: vec![0],
-            ..Matrix::default()
-        };
+        let mut matrix = Matrix::default();
         let done = self
             .facets
             .rows_of(0..rows, self.args.tolerance, &plan, |row| {
@@ -255,10 +250,7 @@ impl Factors {
         if weights.len() != self.facets.len() || first > end || end > self.mesh.senders {
             return Err("the plan is of other facets".into());
         }
-        let mut matrix = Matrix {
-            indptr: vec![0],
-            ..Matrix::default()
-        };
+        let mut matrix = Matrix::default();
         let plan = Plan { weights, pairs };
         let Ok(()) = self
             .facets
@@ -279,13 +271,7 @@ impl Factors {
     /// Puts the parts of a plan together.
     fn gather(&self, folder: &Folder) -> Result<Found> {
         let work = works(folder)?;
-        let (mut pairs, mut all) = (
-            [0; 4],
-            Matrix {
-                indptr: vec![0],
-                ..Matrix::default()
-            },
-        );
+        let (mut pairs, mut all) = ([0; 4], Matrix::default());
         let missing = folder.read_all(|number, payload| {
             let added = match work[number as usize] {
                 Work::Pairs => from_bytes::<(Vec<f64>, [u64; 4])>(&payload).map(|(_, p)| pairs = p),
