@@ -3,8 +3,8 @@
 use crate::facets::Sides;
 use crate::patches::bounds;
 use crate::tree::Tree;
-use crate::view::View;
-use linelit_geometry::{ConvexPolygon, DVec3};
+use crate::view::{divided, edge_planes};
+use linelit_geometry::DVec3;
 
 /// The parts of facets without what facets of lower numbers cover: in one plane but for rounding,
 /// and seen from the same side.
@@ -20,26 +20,34 @@ pub(crate) fn without(
         let fan = v.windows(2).map(|w| (w[0] - v[0]).cross(w[1] - v[0]));
         fan.sum::<DVec3>().normalize_or_zero()
     };
+    let bend = |k: usize| {
+        let (n, v) = (normal(k), &parts[k].1);
+        v.iter()
+            .fold(0.0_f64, |most, p| most.max(n.dot(*p - v[0]).abs()))
+    };
     let mut left = Vec::with_capacity(parts.len());
-    let mut view = View::default();
     for (k, (facet, corners)) in parts.iter().enumerate() {
         let (n, [low, high]) = (normal(k), bounds(corners));
         let meets = |l: DVec3, h: DVec3| !(h.cmplt(low - room) | l.cmpgt(high + room)).any();
         let mut lower = Vec::new();
         tree.find(meets, |other| {
             let (number, polygon) = &parts[other];
-            let is_flat = |v: &DVec3| n.dot(*v - corners[0]).abs() <= room;
+            let flatness = room + bend(k) + bend(other);
+            let is_flat = |v: &DVec3| n.dot(*v - corners[0]).abs() <= flatness;
             let is_seen = sides == Sides::Two || n.dot(normal(other)) > 0.0;
             if number < facet && is_seen && polygon.iter().all(is_flat) {
-                lower.extend(ConvexPolygon::new(polygon));
+                lower.push(edge_planes(normal(other), polygon, room));
             }
         });
-        if lower.is_empty() {
-            left.push((*facet, corners.clone()));
-        } else {
-            let rest = view.uncovered(n, corners, &lower);
-            left.extend(rest.into_iter().map(|corners| (*facet, corners)));
+        let mut rest = vec![corners.clone()];
+        for planes in lower {
+            let outside = |piece: Vec<DVec3>| match divided(&piece, &planes) {
+                Some((_, outside)) => outside,
+                None => vec![piece],
+            };
+            rest = rest.into_iter().flat_map(outside).collect();
         }
+        left.extend(rest.into_iter().map(|corners| (*facet, corners)));
     }
     left
 }

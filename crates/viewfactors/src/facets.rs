@@ -1,9 +1,10 @@
 //! Facets: what sends and receives, and what stands in the way.
 
 use crate::covered;
+use crate::layers::stacks;
 use crate::outline::{Refused, convex_parts};
 use crate::patches::{FLAT, Patch, bounds, patches};
-use crate::rounded::{Rounder, flat_pieces};
+use crate::rounded::{Rounder, flat_pieces, rounded};
 use crate::tree::Tree;
 use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
 use linelit_visibility::Occluders;
@@ -59,11 +60,13 @@ impl fmt::Display for FacetError {
 
 impl std::error::Error for FacetError {}
 
-/// A part of a facet that is exactly flat: all of it, or a triangle.
+/// A part of facets that is exactly flat after rounding.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub polygon: ConvexPolygon,
-    /// The piece's triangles among the occluders, and those of pieces with the same corners.
+    /// The facet that is seen from the side to which the normal points, and from the other one.
+    pub seen: [Option<usize>; 2],
+    /// The piece's triangles among the occluders.
     pub triangles: Range<u32>,
 }
 
@@ -73,13 +76,14 @@ pub(crate) struct Part {
     pub polygon: ConvexPolygon,
     pub facet: usize,
     pub patch: usize,
+    /// The height above its plane within which corners that it shares with others lie.
+    pub flatness: f64,
 }
 
 /// A facet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Facet {
     pub parts: Range<usize>,
-    pub pieces: Range<usize>,
     pub area: f64,
 }
 
@@ -95,10 +99,8 @@ pub struct Facets {
     pub(crate) facets: Vec<Facet>,
     pub(crate) patches: Vec<Patch>,
     pub(crate) patch_tree: Tree,
-    /// The largest coordinate.
+    /// The largest coordinate after the middle was subtracted.
     pub(crate) size: f64,
-    /// The height above a plane that is rounding.
-    pub(crate) room: f64,
     pub(crate) occluders: Occluders,
     pub(crate) sides: Sides,
     pub(crate) middle: DVec3,
@@ -123,16 +125,22 @@ impl Facets {
         if let Some(i) = vertices.iter().position(|v| !is_valid(v)) {
             return Err(FacetError::Vertex(i));
         }
-        let first = vertices.first().map_or(DVec3::ZERO, |v| v.dvec3());
-        let all = vertices.iter().map(|v| v.dvec3());
-        let (low, high) = all.fold((first, first), |(low, high), v| (low.min(v), high.max(v)));
-        let middle = 0.5 * (low + high);
         if polygons.len() >= 1 << 31 {
             return Err(FacetError::TooMany);
         }
+        // Find the middle of the vertices that facets use, and what of their coordinates is
+        // rounding: those as given, which are larger.
+        let numbers = polygons.iter().flat_map(|polygon| polygon.as_ref());
+        let used = numbers.filter_map(|v| vertices.get(*v as usize));
+        let used: Vec<DVec3> = used.map(|v| v.dvec3()).collect();
+        let [low, high] = bounds(&used);
+        let middle = 0.5 * (low + high);
         let size = (high - middle).max_element();
-        let outlines = outlines(vertices, polygons, middle)?;
-        let outlines = covered::without(&outlines, FLAT * size, sides);
+        let largest = low.abs().max(high.abs()).max_element();
+        let flatness = FLAT * largest;
+        // Cut facets into convex parts, and take away what coincides.
+        let outlines = outlines(vertices, polygons, middle, largest)?;
+        let outlines = covered::without(&outlines, flatness, sides);
         let mut built = Self {
             parts: Vec::with_capacity(outlines.len()),
             pieces: Vec::new(),
@@ -140,48 +148,47 @@ impl Facets {
             patches: Vec::new(),
             patch_tree: Tree::default(),
             size,
-            room: FLAT * size,
             occluders: Occluders::default(),
             sides,
             middle,
             displacement: 0.0,
         };
-        let mut rounder = Rounder::default();
-        let (mut corners, mut polygons) = (Vec::new(), Vec::new());
+        let mut corners = Vec::new();
         for (facet, outline) in outlines {
             // What coincident facets leave may be a sliver that is rounding.
             if let Ok(polygon) = ConvexPolygon::new(&outline) {
                 built.facets[facet].area += polygon.area();
                 built.facets[facet].parts.end += 1;
-                rounder.add(facet, &outline);
-                polygons.push(polygon);
+                // Corners are moved onto the plane, here and where another part shares them.
+                let moved = outline.iter().zip(polygon.vertices());
+                let moved = moved.fold(0.0_f64, |most, (v, w)| most.max(v.distance(*w)));
                 corners.push(outline);
                 built.parts.push(Part {
                     polygon,
                     facet,
                     patch: 0,
+                    flatness: flatness + 2.0 * moved,
                 });
             }
         }
-        built.index(rounder, &polygons, &corners);
+        built.index(&corners);
         Ok(built)
     }
 
     /// Finds pieces, the ranges of facets, occluders and patches.
-    fn index(&mut self, rounder: Rounder, polygons: &[ConvexPolygon], corners: &[Vec<DVec3>]) {
-        self.displacement = rounder.displacement;
-        let (pieces, of) = rounder.finish(&mut self.occluders);
-        for facet in of {
-            self.facets[facet].pieces.end += 1;
+    fn index(&mut self, corners: &[Vec<DVec3>]) {
+        let mut rounder = Rounder::default();
+        for (corners, seen) in stacks(&self.parts, corners, self.sides) {
+            rounder.add(seen, &corners);
         }
-        self.pieces = pieces;
-        let (mut parts, mut pieces) = (0, 0);
+        self.displacement = rounder.displacement;
+        (self.pieces, self.occluders) = rounder.finish();
+        let mut parts = 0;
         for facet in &mut self.facets {
             facet.parts = parts..parts + facet.parts.end;
-            facet.pieces = pieces..pieces + facet.pieces.end;
-            (parts, pieces) = (facet.parts.end, facet.pieces.end);
+            parts = facet.parts.end;
         }
-        self.patches = patches(polygons, corners, |part| self.parts[part].facet);
+        self.patches = patches(&self.parts, corners);
         for (k, patch) in self.patches.iter().enumerate() {
             for &part in &patch.tree.order {
                 self.parts[part].patch = k;
@@ -212,7 +219,9 @@ impl Facets {
         self.facets[facet].area
     }
 
-    /// The distance by which rounding to `f32` moved a vertex, at most.
+    /// The distance by which rounding to `f32` moved a vertex, at most: what view factors from
+    /// points may be off by, relative to their distance. A facet that is not much wider than this
+    /// has no digits there; those between facets are in `f64`.
     #[must_use]
     pub const fn displacement(&self) -> f64 {
         self.displacement
@@ -224,6 +233,7 @@ fn outlines<P: AsRef<[u32]>>(
     vertices: &[[f64; 3]],
     polygons: &[P],
     middle: DVec3,
+    largest: f64,
 ) -> Result<Vec<(usize, Vec<DVec3>)>, FacetError> {
     let mut parts = Vec::with_capacity(polygons.len());
     for (facet, polygon) in polygons.iter().enumerate() {
@@ -234,12 +244,11 @@ fn outlines<P: AsRef<[u32]>>(
         }
         let moved = |v: &u32| vertices[*v as usize].dvec3() - middle;
         let corners: Vec<DVec3> = polygon.iter().map(moved).collect();
-        let convex = convex_parts(&corners).map_err(|refused| match refused {
+        let convex = convex_parts(&corners, largest).map_err(|refused| match refused {
             Refused::NoArea => FacetError::NoArea(facet),
             Refused::NotFlat => FacetError::NotFlat(facet),
             Refused::Crossing => FacetError::Crossing(facet),
         })?;
-        let rounded = |v: &DVec3| v.as_vec3().as_dvec3();
         let has_area = |corners: &Vec<DVec3>| {
             let rounded: Vec<DVec3> = corners.iter().map(rounded).collect();
             !flat_pieces(&rounded).is_empty()

@@ -2,7 +2,9 @@
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 
-/// The relative rounding error of a height: products and sums of differences of coordinates.
+/// The relative rounding error of a height: products and sums of differences of coordinates. What
+/// reaches into a hull by less hides a part of the same size, which no value shows; a larger margin
+/// would lose what is thin.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 /// The convex hull of two convex polygons.
@@ -17,8 +19,9 @@ pub(crate) struct Hull {
 }
 
 impl Hull {
-    /// The hull of two polygons, each given by its corners.
-    pub(crate) fn new(first: &[DVec3], second: &[DVec3]) -> Self {
+    /// The hull of two polygons, each given by its corners, which lie in their planes up to a
+    /// tolerance.
+    pub(crate) fn new(first: &[DVec3], second: &[DVec3], tolerance: f64) -> Self {
         let all = || first.iter().chain(second).copied();
         let start = first.first().copied().unwrap_or_default();
         let (low, high) = (all().fold(start, DVec3::min), all().fold(start, DVec3::max));
@@ -26,7 +29,7 @@ impl Hull {
             low,
             high,
             planes: Vec::with_capacity(16),
-            room: ROOM * low.abs().max(high.abs()).max_element(),
+            room: tolerance.max(ROOM * low.abs().max(high.abs()).max_element()),
         };
         for (own, other) in [(first, second), (second, first)] {
             let edges = own.iter().zip(own.iter().cycle().skip(1));
@@ -125,8 +128,9 @@ impl Hull {
     }
 }
 
-/// Whether all segments between two polygons pass a third, which neither touches but for rounding.
-pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3]) -> bool {
+/// Whether all segments between two polygons pass a third, which neither touches: nor comes closer
+/// to its plane than a tolerance.
+pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3], tolerance: f64) -> bool {
     let (n, v) = (blocker.normal(), blocker.vertices());
     let height = |x: &DVec3| n.dot(*x - v[0]);
     let passes = |a: &DVec3, b: &DVec3| {
@@ -138,9 +142,59 @@ pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3]) -> bo
     // All of one polygon on one side, all of the other on the other.
     let side = p.first().map_or(0.0, &height).signum();
     let all = p.iter().chain(q).map(|x| x.abs().max_element());
-    let room = ROOM * all.fold(0.0, f64::max);
+    let room = tolerance.max(ROOM * all.fold(0.0, f64::max));
     let is_off = |x: &DVec3, side: f64| height(x) * side > room;
     p.iter().all(|x| is_off(x, side))
         && q.iter().all(|x| is_off(x, -side))
         && p.iter().all(|a| q.iter().all(|b| passes(a, b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_reaches_into_a_hull_by_more_than_rounding_meets_it() {
+        let square =
+            |z: f64| [[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, z));
+        let mut low = square(0.0);
+        let high = square(1.0);
+        low.reverse();
+        let hull = Hull::new(&low, &high, 0.0);
+        let mut memory = [Vec::new(), Vec::new()];
+        let mut meets = |hull: &Hull, depth: f64, or_touches: bool| {
+            let corners = [[-1., 0.3], [depth, 0.3], [depth, 0.6], [-1., 0.6]];
+            let fin = ConvexPolygon::new(&corners.map(|[x, z]| [x, 0.5, z])).unwrap();
+            hull.meets(&fin, or_touches, &mut memory)
+        };
+        for depth in [1e-12, 1e-6, 0.5] {
+            assert!(
+                meets(&hull, depth, false) && !meets(&hull, -depth, true),
+                "{depth}"
+            );
+        }
+        // What touches it is rounding, or within the tolerance of its corners.
+        for depth in [0.0, 1e-15, -1e-15] {
+            assert!(
+                !meets(&hull, depth, false) && meets(&hull, depth, true),
+                "{depth}"
+            );
+        }
+        let hull = Hull::new(&low, &high, 1e-9);
+        assert!(!meets(&hull, 5e-10, false) && meets(&hull, 2e-9, false));
+    }
+
+    #[test]
+    fn what_two_polygons_touch_does_not_hide_them() {
+        let square = |z: f64, half: f64| {
+            [[-1., -1.], [1., -1.], [1., 1.], [-1., 1.]]
+                .map(|[x, y]| DVec3::new(half * x, half * y, z))
+        };
+        let plate = ConvexPolygon::new(&square(0.0, 3.0)).unwrap();
+        let hides = |z: f64, tolerance: f64| {
+            hides_all(&plate, &square(z, 1.0), &square(-1.0, 1.0), tolerance)
+        };
+        assert!(hides(1.0, 0.0) && hides(1e-12, 0.0) && hides(2e-9, 1e-9));
+        assert!(!hides(0.0, 0.0) && !hides(1e-15, 0.0) && !hides(5e-10, 1e-9));
+    }
 }

@@ -9,6 +9,7 @@ mod cubature;
 mod facets;
 pub mod files;
 mod hull;
+mod layers;
 mod outline;
 mod pair;
 mod partners;

@@ -15,8 +15,9 @@ pub(crate) enum Refused {
 /// rounding to `f32` in a file leaves, as `ConvexPolygon::new` has it.
 const FILE_PRECISION: f64 = 1e-6;
 
-/// The convex parts of a flat polygon: itself, or triangles.
-pub(crate) fn convex_parts(corners: &[DVec3]) -> Result<Vec<Vec<DVec3>>, Refused> {
+/// The convex parts of a flat polygon: itself, or triangles. The corners are relative to a point
+/// near them, the largest coordinate is that as given, whose rounding they have.
+pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DVec3>>, Refused> {
     if corners.len() < 3 {
         return Err(Refused::NoArea);
     }
@@ -31,10 +32,6 @@ pub(crate) fn convex_parts(corners: &[DVec3]) -> Result<Vec<Vec<DVec3>>, Refused
         .iter()
         .map(|v| v.distance(first))
         .fold(0.0, f64::max);
-    let largest = corners
-        .iter()
-        .map(|v| v.abs().max_element())
-        .fold(0.0, f64::max);
     let area = normal.length();
     if !(area > FLAT * largest * size) {
         return Err(Refused::NoArea);
@@ -44,7 +41,11 @@ pub(crate) fn convex_parts(corners: &[DVec3]) -> Result<Vec<Vec<DVec3>>, Refused
         .iter()
         .map(|v| normal.dot(*v - first).abs())
         .fold(0.0, f64::max);
-    if bend > FILE_PRECISION * (size + largest) || bend > 1e-3 * size {
+    let extent = corners
+        .iter()
+        .fold(0.0_f64, |most, v| most.max(v.abs().max_element()));
+    let is_flat = bend <= FILE_PRECISION * (size + extent) || bend <= FLAT * largest;
+    if !is_flat || bend > 1e-3 * size {
         return Err(Refused::NotFlat);
     }
     if crosses_itself(corners, normal) {

@@ -86,13 +86,14 @@ impl Facets {
         let mut pairs = Vec::new();
         for p in self.sides_of(first) {
             for q in self.sides_of(second) {
-                let polygons = before_each_other(&p.polygon, &q.polygon, self.room);
-                pairs.extend(polygons.map(|polygons| (polygons, p, q)));
+                let own = [&p, &q].map(|side: &Side| self.parts[side.part].patch);
+                let flatness = self.flatness(own);
+                let polygons = before_each_other(&p.polygon, &q.polygon, flatness);
+                pairs.extend(polygons.map(|polygons| (polygons, own)));
             }
         }
-        for (polygons, p, q) in &pairs {
-            let own = [p, q].map(|side: &Side| self.parts[side.part].patch);
-            let (by, blockers) = self.settle(polygons, own, None, memory);
+        for (polygons, own) in &pairs {
+            let (by, blockers) = self.settle(polygons, *own, None, memory);
             settled = settled.max(by);
             let share = tolerance / pairs.len() as f64;
             sum.add(match by {
@@ -178,11 +179,12 @@ impl Integrand for Past<'_> {
             Known::Hidden => return Known::Hidden,
             Known::Between(numbers) => numbers,
         };
-        let hull = Hull::new(corners, self.q.vertices());
+        let hull = Hull::new(corners, self.q.vertices(), 0.0);
         let mut room = [Vec::new(), Vec::new()];
         let mut meets = |k: &usize| hull.meets(&self.blockers[*k], false, &mut room);
         let between: Vec<usize> = around.iter().copied().filter(&mut meets).collect();
-        let hides = |k: &usize| hides_all(&self.blockers[*k], corners, self.q.vertices());
+        let q = self.q.vertices();
+        let hides = |k: &usize| hides_all(&self.blockers[*k], corners, q, 0.0);
         match between.iter().any(hides) {
             true => Known::Hidden,
             false => Known::Between(between),
@@ -273,7 +275,8 @@ fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
         true => (FRAC_1_PI * blocker.area() / (distance * distance)).min(1.0),
         false => 1.0,
     };
-    0.5 * (c - a).cross(d - b).length() * factor
+    // By reciprocity it hides no more than its own area: what it sends to a plane, by both sides.
+    (0.5 * (c - a).cross(d - b).length() * factor).min(blocker.area())
 }
 
 /// The least width of a polygon: the least distance between an edge and the corner farthest from

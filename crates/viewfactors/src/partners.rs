@@ -103,7 +103,7 @@ impl Facets {
         if known.is_some_and(<[usize]>::is_empty) {
             return between;
         }
-        let hull = Hull::new(p.vertices(), q.vertices());
+        let hull = Hull::new(p.vertices(), q.vertices(), self.flatness(own));
         let mut room = [Vec::new(), Vec::new()];
         let mut meet = |k: usize| {
             if !own.contains(&k) && hull.meets(&self.patches[k].polygon, or_touches, &mut room) {
@@ -130,12 +130,10 @@ impl Facets {
         memory: &mut Memory,
     ) -> (Settled, Vec<ConvexPolygon>) {
         let between = self.patches_between(polygons, own, known, false);
-        let [p, q] = polygons;
-        let hides = |&k: &usize| hides_all(&self.patches[k].polygon, p.vertices(), q.vertices());
-        if between.iter().any(hides) {
+        if self.is_hidden(polygons, own, &between) {
             return (Settled::Hidden, Vec::new());
         }
-        let blockers = self.blockers([p, q], &between);
+        let blockers = self.blockers(polygons, own, &between);
         let settled = match blockers.is_empty() {
             true => Settled::Clear,
             // Points of the smaller one are closer to each other.
@@ -153,15 +151,39 @@ impl Facets {
         (settled, blockers)
     }
 
+    /// The height above the plane of one of two patches within which a corner lies in it.
+    pub(crate) fn flatness(&self, [a, b]: [usize; 2]) -> f64 {
+        self.patches[a].flatness.max(self.patches[b].flatness)
+    }
+
+    /// Whether one of some patches hides all of two polygons of others from each other.
+    fn is_hidden(&self, [p, q]: &[ConvexPolygon; 2], own: [usize; 2], between: &[usize]) -> bool {
+        between.iter().any(|&k| {
+            let flatness = self.flatness(own).max(self.patches[k].flatness);
+            hides_all(
+                &self.patches[k].polygon,
+                p.vertices(),
+                q.vertices(),
+                flatness,
+            )
+        })
+    }
+
     /// The parts of patches that lie before two polygons, first those that hide most.
-    fn blockers(&self, [p, q]: [&ConvexPolygon; 2], between: &[usize]) -> Vec<ConvexPolygon> {
+    fn blockers(
+        &self,
+        [p, q]: &[ConvexPolygon; 2],
+        own: [usize; 2],
+        between: &[usize],
+    ) -> Vec<ConvexPolygon> {
         let middle = p.centroid();
         let size = |polygon: &ConvexPolygon| {
             let to = polygon.centroid() - middle;
             let square = to.length_squared();
             polygon.area() * polygon.normal().dot(to).abs() / (square * square.sqrt())
         };
-        let cut = |&k: &usize| before_all(&self.patches[k].polygon, &[p, q], self.room);
+        let flatness = |k: usize| self.flatness(own).max(self.patches[k].flatness);
+        let cut = |&k: &usize| before_all(&self.patches[k].polygon, &[p, q], flatness(k));
         let cut = between.iter().filter_map(cut);
         let mut blockers: Vec<(f64, ConvexPolygon)> = cut.map(|b| (size(&b), b)).collect();
         blockers.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -220,10 +242,11 @@ impl<K: Fn(RangeInclusive<usize>) -> bool> Descent<'_, K> {
             blockers: &[],
         };
         let around = turned(&patch.around[node], self.back);
-        let Some(pair) = before_each_other(&self.from.polygon, &around, all.room) else {
+        let patches = [all.parts[self.from.part].patch, self.patch];
+        let flatness = all.flatness(patches);
+        let Some(pair) = before_each_other(&self.from.polygon, &around, flatness) else {
             return each(partner, memory);
         };
-        let patches = [all.parts[self.from.part].patch, self.patch];
         let Some(children) = children else {
             let [p, q] = pair;
             let polygons = if own < facet { [p, q] } else { [q, p] };
@@ -234,10 +257,7 @@ impl<K: Fn(RangeInclusive<usize>) -> bool> Descent<'_, K> {
             return each(partner, memory);
         };
         let between = all.patches_between(&pair, patches, known, true);
-        let [p, q] = &pair;
-        let hides = |&k: &usize| hides_all(&all.patches[k].polygon, p.vertices(), q.vertices());
-        let is_hidden = between.iter().any(hides);
-        if is_hidden {
+        if all.is_hidden(&pair, patches, &between) {
             partner.settled = Settled::Hidden;
             return each(partner, memory);
         }

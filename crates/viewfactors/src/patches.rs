@@ -1,5 +1,6 @@
 //! Patches: neighbours in one plane, which hide as one.
 
+use crate::facets::Part;
 use crate::tree::Tree;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use std::collections::HashMap;
@@ -15,41 +16,42 @@ pub(crate) struct Patch {
     pub tree: Tree,
     /// A rectangle around the parts of each node, that of a leaf being its part.
     pub around: Vec<ConvexPolygon>,
+    /// The height above its plane within which corners that it shares with others lie.
+    pub flatness: f64,
 }
 
-/// The distance from a plane or a line that is rounding, relative to the largest coordinate:
-/// corners are differences and sums of coordinates.
+/// The distance from a plane or a line that is rounding, relative to the largest coordinate as
+/// given: corners are differences and sums of coordinates.
 pub(crate) const FLAT: f64 = 16.0 * f64::EPSILON;
 
 /// Joins polygons in one plane that share edges, wherever the result is convex. The outlines are
 /// their corners to the last bit, by which neighbours know each other.
-pub(crate) fn patches(
-    polygons: &[ConvexPolygon],
-    outlines: &[Vec<DVec3>],
-    facet: impl Fn(usize) -> usize,
-) -> Vec<Patch> {
-    let mut joiner = Joiner::new(polygons, outlines);
+pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
+    let polygons: Vec<ConvexPolygon> = parts.iter().map(|part| part.polygon).collect();
+    let flatness = parts.iter().map(|part| part.flatness).collect();
+    let mut joiner = Joiner::new(&polygons, outlines, flatness);
     while joiner.pass() {}
-    let room = joiner.room;
     let Joiner {
         loops,
         members,
         points,
+        flatness,
         ..
     } = joiner;
     let mut patches = Vec::new();
-    for (outline, members) in loops
+    for ((outline, members), flatness) in loops
         .iter()
         .zip(members)
-        .filter(|(outline, _)| !outline.is_empty())
+        .zip(flatness)
+        .filter(|((outline, _), _)| !outline.is_empty())
     {
         let bounds = |k: usize| bounds(polygons[k].vertices());
         let (first, count) = (members[0], members.len());
-        let facets = || members.iter().map(|&k| facet(k));
+        let facets = || members.iter().map(|&k| parts[k].facet);
         let facets = facets().min().unwrap_or(0)..=facets().max().unwrap_or(0);
         let tree = Tree::build(members, bounds);
         let corners: Vec<DVec3> = outline.iter().map(|&v| points[v as usize]).collect();
-        let corners = without_flat(&corners, polygons[first].normal(), room);
+        let corners = without_flat(&corners, polygons[first].normal(), flatness);
         let whole = ConvexPolygon::new(&corners).ok().filter(|_| count > 1);
         let around = tree.nodes.iter().map(|node| {
             let parts = tree.order[node.items.clone()].iter().map(|&k| &polygons[k]);
@@ -60,6 +62,7 @@ pub(crate) fn patches(
             facets,
             around: around.collect(),
             tree,
+            flatness,
         });
     }
     patches
@@ -107,11 +110,11 @@ struct Joiner {
     members: Vec<Vec<usize>>,
     /// The polygon on the left of each edge.
     left: HashMap<[u32; 2], usize>,
-    room: f64,
+    flatness: Vec<f64>,
 }
 
 impl Joiner {
-    fn new(polygons: &[ConvexPolygon], outlines: &[Vec<DVec3>]) -> Self {
+    fn new(polygons: &[ConvexPolygon], outlines: &[Vec<DVec3>], flatness: Vec<f64>) -> Self {
         let (mut points, mut numbers) = (Vec::new(), HashMap::new());
         let mut number = |p: &DVec3| {
             // Zeros of both signs are one.
@@ -127,17 +130,13 @@ impl Joiner {
         for (k, outline) in loops.iter().enumerate() {
             left.extend(edges(outline).map(|edge| (edge, k)));
         }
-        let largest = points
-            .iter()
-            .map(|p| p.abs().max_element())
-            .fold(0.0, f64::max);
         Self {
             points,
             loops,
             normals: polygons.iter().map(ConvexPolygon::normal).collect(),
             members: (0..polygons.len()).map(|k| vec![k]).collect(),
             left,
-            room: FLAT * largest,
+            flatness,
         }
     }
 
@@ -153,6 +152,7 @@ impl Joiner {
                 self.left.extend(edges(&joined).map(|edge| (edge, k)));
                 self.loops[k] = joined;
                 self.loops[other] = Vec::new();
+                self.flatness[k] = self.flatness[k].max(self.flatness[other]);
                 let members = std::mem::take(&mut self.members[other]);
                 self.members[k].extend(members);
                 is_joined[k] = true;
@@ -186,6 +186,7 @@ impl Joiner {
         let theirs = &self.loops[other];
         let (n, m) = (own.len(), theirs.len());
         let normal = self.normals[k];
+        let flatness = self.flatness[k].max(self.flatness[other]);
         if normal.dot(self.normals[other]) <= 0.0 {
             return None;
         }
@@ -214,16 +215,16 @@ impl Joiner {
             [last - 1, last, (last + 1) % outline.len()],
         ];
         let turns_right = |[a, b, c]: &[usize; 3]| {
-            turn([a, b, c].map(|k| point(outline[*k])), normal, self.room) < 0.0
+            turn([a, b, c].map(|k| point(outline[*k])), normal, flatness) < 0.0
         };
         let origin = point(own[0]);
-        let is_off = |v: &u32| normal.dot(point(*v) - origin).abs() > self.room;
+        let is_off = |v: &u32| normal.dot(point(*v) - origin).abs() > flatness;
         if ends.iter().any(turns_right) || theirs.iter().any(is_off) {
             return None;
         }
         let corners: Vec<DVec3> = outline.iter().map(|&v| point(v)).collect();
-        let corners = without_flat(&corners, normal, self.room);
-        (3..=16).contains(&corners.len()).then_some(outline)
+        let corners = without_flat(&corners, normal, flatness);
+        ConvexPolygon::new(&corners).is_ok().then_some(outline)
     }
 }
 

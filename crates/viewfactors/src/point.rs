@@ -1,6 +1,6 @@
 //! View factors from a point.
 
-use crate::facets::{Facets, Piece, Sides};
+use crate::facets::{Facets, Piece};
 use crate::hull::Hull;
 use crate::partners::before_all;
 use crate::view::View;
@@ -33,6 +33,20 @@ pub struct Memory {
     pub(crate) scratch: Scratch,
 }
 
+impl Piece {
+    /// The facet that is seen from the side of the piece on which a point lies.
+    fn seen_from(&self, x: DVec3) -> Option<usize> {
+        let corners = self.polygon.vertices();
+        let [a, b, c] = [corners[0], corners[1], corners[2]];
+        let height = predicates::determinant(b - a, c - a, x - a);
+        match (height > 0.0, height < 0.0) {
+            (true, _) => self.seen[0],
+            (_, true) => self.seen[1],
+            _ => None,
+        }
+    }
+}
+
 impl Facets {
     /// The view factors from a point with a normal to all facets:
     ///
@@ -43,8 +57,10 @@ impl Facets {
     /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
     /// not finite, or a normal without direction, sees the sky alone.
     ///
-    /// The point is lifted along the normal by twice [`Facets::displacement`], so that one on a
-    /// facet is not below it when that was rounded.
+    /// Of facets that are closer together than rounding to `f32`, and nearly in one plane, that
+    /// hides the others which is in front by its corners as given. The point is lifted along the
+    /// normal by twice [`Facets::displacement`], so that one on a facet is not below it when that
+    /// was rounded: factors, whatever their size, are off by up to about that over the distance.
     pub fn from_point(
         &self,
         point: impl Vector3,
@@ -60,25 +76,19 @@ impl Facets {
             return row;
         };
         let x = x + n * (2.0 * self.displacement());
-        for (factor, facet) in row.facets.iter_mut().zip(&self.facets) {
-            let pieces = self.pieces[facet.pieces.clone()].iter();
-            *factor = pieces.map(|piece| self.piece(x, n, piece, memory)).sum();
+        for piece in &self.pieces {
+            if let Some(facet) = piece.seen_from(x) {
+                row.facets[facet] += self.piece(x, n, piece, memory);
+            }
         }
         row.sky = 1.0 - row.facets.iter().sum::<f64>();
         row
     }
 
     /// The view factor to a piece.
-    pub(crate) fn piece(&self, x: DVec3, n: DVec3, piece: &Piece, memory: &mut Memory) -> f64 {
+    fn piece(&self, x: DVec3, n: DVec3, piece: &Piece, memory: &mut Memory) -> f64 {
         let corners = piece.polygon.vertices();
-        let is_above = corners.iter().any(|v| n.dot(*v - x) > 0.0);
-        let [a, b, c] = [corners[0], corners[1], corners[2]];
-        let height = predicates::determinant(b - a, c - a, x - a);
-        let faces = match self.sides {
-            Sides::One => height > 0.0,
-            Sides::Two => height != 0.0,
-        };
-        if !is_above || !faces {
+        if corners.iter().all(|v| n.dot(*v - x) <= 0.0) {
             return 0.0;
         }
         let query = ShaftQuery {
@@ -109,14 +119,15 @@ impl Facets {
             let p = side.polygon.vertices();
             // Beyond all facets.
             let far: Vec<DVec3> = p.iter().map(|v| *v + 4.0 * self.size * direction).collect();
-            let hull = Hull::new(p, &far);
-            let (mut room, mut blockers) = ([Vec::new(), Vec::new()], Vec::new());
             let own = self.parts[side.part].patch;
+            let hull = Hull::new(p, &far, self.patches[own].flatness);
+            let (mut room, mut blockers) = ([Vec::new(), Vec::new()], Vec::new());
             let holds = |low: DVec3, high: DVec3| hull.may_hold(low, high);
             self.patch_tree.find(holds, |k| {
                 let polygon = &self.patches[k].polygon;
                 if k != own && hull.meets(polygon, false, &mut room) {
-                    blockers.extend(before_all(polygon, &[&side.polygon], self.room));
+                    let flatness = self.flatness([own, k]);
+                    blockers.extend(before_all(polygon, &[&side.polygon], flatness));
                 }
             });
             memory.view.lit(direction, &side.polygon, &blockers)

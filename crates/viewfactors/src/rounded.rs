@@ -32,77 +32,53 @@ pub(crate) fn flat_pieces(corners: &[DVec3]) -> Vec<(ConvexPolygon, Vec<[usize; 
     fan.filter_map(one).collect()
 }
 
-/// A piece, its facet, and its corners in their order in space.
-struct Rounded {
-    piece: Piece,
-    facet: usize,
-    key: Vec<[u32; 3]>,
-    triangles: Vec<[u32; 3]>,
-}
-
 /// Collects pieces and the triangles that hide others.
 #[derive(Default)]
 pub(crate) struct Rounder {
     vertices: Vec<[f32; 3]>,
-    pieces: Vec<Rounded>,
+    triangles: Vec<[u32; 3]>,
+    pieces: Vec<Piece>,
     /// The largest distance of a corner from where it was.
     pub displacement: f64,
 }
 
 impl Rounder {
-    /// Adds a convex polygon.
-    pub(crate) fn add(&mut self, facet: usize, corners: &[DVec3]) {
-        let first = u32::try_from(self.vertices.len()).unwrap_or(u32::MAX);
-        let number = |v: usize| first.saturating_add(u32::try_from(v).unwrap_or(u32::MAX));
-        let mut rounded = Vec::with_capacity(corners.len());
-        for corner in corners {
-            let near = corner.as_vec3();
-            self.displacement = self.displacement.max(near.as_dvec3().distance(*corner));
-            self.vertices.push(near.to_array());
-            rounded.push(near.as_dvec3());
-        }
+    /// Adds a convex polygon, and the facets that are seen from either side of it.
+    pub(crate) fn add(&mut self, seen: [Option<usize>; 2], corners: &[DVec3]) {
+        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let start = self.vertices.len();
+        self.displacement = self.displacement.max(displacement(corners));
+        let rounded: Vec<DVec3> = corners.iter().map(rounded).collect();
+        self.vertices
+            .extend(rounded.iter().map(|v| v.as_vec3().to_array()));
         for (polygon, triangles) in flat_pieces(&rounded) {
-            let triangles: Vec<_> = triangles.into_iter().map(|t| t.map(number)).collect();
-            let mut corners: Vec<u32> = triangles.iter().flatten().copied().collect();
-            corners.sort_unstable();
-            corners.dedup();
-            let bits = |v: &u32| self.vertices[*v as usize].map(|x| (x + 0.0).to_bits());
-            let mut key: Vec<[u32; 3]> = corners.iter().map(bits).collect();
-            key.sort_unstable();
-            self.pieces.push(Rounded {
-                piece: Piece {
-                    polygon,
-                    triangles: 0..0,
-                },
-                facet,
-                key,
-                triangles,
+            let first = number(self.triangles.len());
+            self.triangles
+                .extend(triangles.iter().map(|t| t.map(|v| number(start + v))));
+            self.pieces.push(Piece {
+                polygon,
+                seen,
+                triangles: first..number(self.triangles.len()),
             });
         }
     }
 
-    /// The pieces in the order of facets, the facet of each, and the occluders: triangles of pieces
-    /// with the same corners are side by side, so that none of them hides another.
-    pub(crate) fn finish(mut self, occluders: &mut Occluders) -> (Vec<Piece>, Vec<usize>) {
-        let mut order: Vec<usize> = (0..self.pieces.len()).collect();
-        order.sort_by(|a, b| self.pieces[*a].key.cmp(&self.pieces[*b].key));
-        let mut triangles = Vec::new();
-        let same = |a: &usize, b: &usize| self.pieces[*a].key == self.pieces[*b].key;
-        let groups: Vec<Vec<usize>> = order.chunk_by(same).map(<[usize]>::to_vec).collect();
-        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-        for group in groups {
-            let first = number(triangles.len());
-            for &k in &group {
-                triangles.extend(&self.pieces[k].triangles);
-            }
-            for k in group {
-                self.pieces[k].piece.triangles = first..number(triangles.len());
-            }
-        }
-        *occluders = Occluders::build(&self.vertices, &triangles);
-        self.pieces
-            .into_iter()
-            .map(|rounded| (rounded.piece, rounded.facet))
-            .unzip()
+    /// The pieces, and the occluders.
+    pub(crate) fn finish(self) -> (Vec<Piece>, Occluders) {
+        (
+            self.pieces,
+            Occluders::build(&self.vertices, &self.triangles),
+        )
     }
+}
+
+/// The place of a corner when it is rounded.
+pub(crate) fn rounded(corner: &DVec3) -> DVec3 {
+    corner.as_vec3().as_dvec3()
+}
+
+/// The largest distance by which rounding moves some corners.
+pub(crate) fn displacement(corners: &[DVec3]) -> f64 {
+    let moved = corners.iter().map(|v| rounded(v).distance(*v));
+    moved.fold(0.0, f64::max)
 }

@@ -31,15 +31,42 @@ impl Pieces {
     }
 }
 
-/// A plane that bounds a shadow.
+/// A plane that bounds a shadow, or a part of a polygon.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+pub(crate) struct Plane {
     /// Points inwards.
-    normal: DVec3,
+    pub normal: DVec3,
     /// The height of the plane along its normal.
-    at: f64,
+    pub at: f64,
     /// The height above it that is rounding.
-    room: f64,
+    pub room: f64,
+}
+
+/// The planes through the edges of a convex polygon, across the plane of a normal.
+pub(crate) fn edge_planes(n: DVec3, corners: &[DVec3], room: f64) -> Vec<Plane> {
+    let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+    let plane = |(a, b): (&DVec3, &DVec3)| {
+        let normal = n.cross(*b - *a).try_normalize()?;
+        let at = normal.dot(*a);
+        Some(Plane { normal, at, room })
+    };
+    edges.filter_map(plane).collect()
+}
+
+/// Divides a convex polygon into the part above some planes and the rest in convex pieces; `None`
+/// where nothing of it is above all of them.
+pub(crate) fn divided(
+    polygon: &[DVec3],
+    planes: &[Plane],
+) -> Option<(Vec<DVec3>, Vec<Vec<DVec3>>)> {
+    let (mut inside, mut cut, mut rest) = (polygon.to_vec(), Vec::new(), Pieces::default());
+    for plane in planes {
+        split(&mut inside, &mut cut, &mut rest, *plane);
+        if inside.is_empty() {
+            return None;
+        }
+    }
+    Some((inside, rest.iter().map(<[DVec3]>::to_vec).collect()))
 }
 
 /// Memory for views, which any number of points use one after the other.
@@ -53,7 +80,7 @@ pub(crate) struct View {
 }
 
 /// Heights below this, relative to the distance, are on the plane: products and sums of differences
-/// of coordinates are rounded to less.
+/// of coordinates are rounded to less. A larger margin would close slits.
 const ON_PLANE: f64 = 64.0 * f64::EPSILON;
 
 /// The view factor below which what is seen of a polygon is rounding, of which a few ε are those of
@@ -128,26 +155,6 @@ impl View {
             0.5 * n.dot(fan.sum::<DVec3>())
         };
         self.pieces.iter().map(area).sum()
-    }
-
-    /// Cuts polygons out of a convex one in the same plane.
-    pub(crate) fn uncovered(
-        &mut self,
-        n: DVec3,
-        polygon: &[DVec3],
-        others: &[ConvexPolygon],
-    ) -> Vec<Vec<DVec3>> {
-        self.pieces.clear();
-        self.pieces.push(polygon);
-        for other in others {
-            let n = n * n.dot(other.normal()).signum();
-            let plane = |a: DVec3, b: DVec3| {
-                let normal = n.cross(b - a);
-                (normal, normal.dot(a))
-            };
-            self.subtract(other, f64::INFINITY, plane);
-        }
-        self.pieces.iter().map(<[DVec3]>::to_vec).collect()
     }
 
     /// Takes away from all pieces the shadow of a blocker, which planes through its edges bound,

@@ -1,6 +1,8 @@
 //! Facets that coincide, are not convex, or are back to back.
 
+use linelit_shading::polygon::irradiance_by_edges;
 use linelit_testkit::rng::SplitMix64;
+use linelit_viewfactors::geometry::DVec3;
 use linelit_viewfactors::{FacetError, Facets, Memory, Sides};
 
 /// The numbers of so many corners.
@@ -245,4 +247,208 @@ fn points_on_a_facet_are_above_it() {
         // The point and the corners of the wall are off by displacements of some 1e-7 at 0.1.
         assert!((found.facets[1] - want).abs() < 20.0 * facets.displacement() / 0.1);
     }
+}
+
+/// A rectangle `[x0, y0, x1, y1]` in a plane `z = a + b x`, seen from above or below.
+#[derive(Clone, Copy)]
+struct Pane {
+    rectangle: [f64; 4],
+    plane: [f64; 2],
+    is_up: bool,
+}
+
+impl Pane {
+    fn height(&self, x: f64) -> f64 {
+        self.plane[0] + self.plane[1] * x
+    }
+
+    fn corners(&self) -> [[f64; 3]; 4] {
+        let [a, b, c, d] = self.rectangle;
+        let mut corners = [[a, b], [c, b], [c, d], [a, d]].map(|[x, y]| [x, y, self.height(x)]);
+        if !self.is_up {
+            corners.reverse();
+        }
+        corners
+    }
+}
+
+/// What a point sees of panes that are so close that no parallax counts, and the least distance to
+/// them: in each cell between the lines of all edges and crossings that pane which is nearest.
+fn seen_of_panes(panes: &[Pane], x: [f64; 3], n: [f64; 3], sides: Sides) -> Vec<f64> {
+    let mut cuts = [Vec::new(), Vec::new()];
+    for pane in panes {
+        let [a, b, c, d] = pane.rectangle;
+        cuts[0].extend([a, c]);
+        cuts[1].extend([b, d]);
+        let crossing =
+            |other: &Pane| (other.plane[0] - pane.plane[0]) / (pane.plane[1] - other.plane[1]);
+        cuts[0].extend(panes.iter().map(crossing).filter(|x| x.is_finite()));
+    }
+    for cuts in &mut cuts {
+        cuts.sort_by(f64::total_cmp);
+    }
+    let mut seen = vec![0.0; panes.len()];
+    for u in cuts[0].windows(2) {
+        for v in cuts[1].windows(2) {
+            let [s, t] = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+            let covers = |pane: &Pane| {
+                let [a, b, c, d] = pane.rectangle;
+                a < s && s < c && b < t && t < d
+            };
+            let covering = (0..panes.len()).filter(|&k| covers(&panes[k]));
+            let faces = |k: usize| sides == Sides::Two || panes[k].is_up == (x[2] > 0.0);
+            // Of two in one place that which faces the point is seen.
+            let order = |k: &usize| ((x[2] - panes[*k].height(s)).abs(), !faces(*k));
+            let nearest = |a: &usize, b: &usize| {
+                let (a, b) = (order(a), order(b));
+                a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+            };
+            let Some(k) = { covering }.min_by(nearest) else {
+                continue;
+            };
+            if faces(k) {
+                let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]];
+                let cell = corners.map(|[a, b]| DVec3::new(a, b, 0.0) - DVec3::from(x));
+                let n = DVec3::from(n).normalize();
+                seen[k] += irradiance_by_edges(&cell, n).abs() / std::f64::consts::PI;
+            }
+        }
+    }
+    seen
+}
+
+/// Compares what points see of panes with closed values, at some size and turned in any way.
+fn compare_panes(panes: &[Pane], sides: Sides, scale: f64, rng: &mut SplitMix64) {
+    // Some are as they are, with their middle at zero, where the least heights have all digits.
+    let most = if rng.in_range(0.0, 1.0) < 0.3 {
+        0.0
+    } else {
+        6.0
+    };
+    let [(sin, cos), (s, c)] =
+        [(); 2].map(|()| linelit_elementary::sin_cos(rng.in_range(0.0, 1.0) * most));
+    let turned = |[x, y, z]: [f64; 3]| {
+        let (x, y) = (cos * x - sin * y, sin * x + cos * y);
+        [x, c * y - s * z, s * y + c * z].map(|v| scale * v)
+    };
+    // A lid on either side: where one is farther away, heights are rounded.
+    let below = if most > 0.0 { -0.8 } else { -1.0 };
+    let lid = |z: f64| [[-3., -3., z], [3., -3., z], [3., 3., z], [-3., 3., z]];
+    let corners = panes
+        .iter()
+        .map(Pane::corners)
+        .chain([lid(1.0), lid(below)]);
+    let vertices: Vec<[f64; 3]> = corners.flatten().map(turned).collect();
+    let polygons: Vec<Vec<u32>> = numbers(panes.len() + 2)
+        .map(|k| (4 * k..4 * k + 4).collect())
+        .collect();
+    let facets = Facets::new(&vertices, &polygons, sides).unwrap();
+    let mut memory = Memory::default();
+    for side in [1.0, -1.0] {
+        let x = [
+            rng.in_range(-0.5, 0.5),
+            rng.in_range(-0.5, 0.5),
+            side * rng.in_range(0.3, 0.7),
+        ];
+        let n = [rng.in_range(-0.3, 0.3), rng.in_range(-0.3, 0.3), -side];
+        let want = seen_of_panes(panes, x, n, sides);
+        let row = facets.from_point(turned(x), turned(n), &mut memory);
+        // Heights, and twice the displacement of both, move lines: the four of each pane and those
+        // where two cross, each up to 2 long, at a distance of .3.
+        let heights = panes
+            .iter()
+            .flat_map(|pane| pane.corners().map(|v| v[2].abs()));
+        let moved = 4.0 * facets.displacement() / scale + heights.fold(0.0, f64::max);
+        let lines = (panes.len() * (panes.len() + 7)) as f64 / 2.0;
+        let most = 1e-12 + lines * 2.0 * moved / (std::f64::consts::PI * 0.3 * 0.3);
+        for (k, want) in want.iter().enumerate() {
+            let found = row.facets[k];
+            assert!(
+                (found - want).abs() < most,
+                "{k}: {found} {want}, {most:e} {scale} {sides:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn of_facets_closer_than_rounding_that_in_front_is_seen() {
+    let mut rng = linelit_testkit::cases::rng(53);
+    for k in 0..400 {
+        let count = 2 + k % 5;
+        let apart = [0.0, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5][k / 5 % 8];
+        let scale = [1.0, 37.0, 1_000.0, 10_000.0][k / 40 % 4];
+        let sides = [Sides::One, Sides::Two][k % 2];
+        let mut panes = Vec::new();
+        for layer in 0..count {
+            let [x, y] = [(); 2].map(|()| rng.in_range(-1.0, 0.2));
+            // Half of them as party walls are, with one outline.
+            let rectangle = match k % 3 {
+                0 => [-0.5, -0.6, 0.7, 0.4],
+                _ => [x, y, x + rng.in_range(0.3, 1.0), y + rng.in_range(0.3, 1.0)],
+            };
+            // Facets in one plane that face one way are there once, which is another test.
+            let is_exact = apart <= 0.0;
+            let height = apart * (layer as f64 - rng.in_range(0.2, 0.4));
+            panes.push(Pane {
+                rectangle,
+                plane: [if is_exact { 0.0 } else { height }, 0.0],
+                is_up: if is_exact {
+                    layer == 0
+                } else {
+                    rng.in_range(0.0, 1.0) < 0.6
+                },
+            });
+            if is_exact && layer == 1 {
+                break;
+            }
+        }
+        if apart <= 0.0 && sides == Sides::Two {
+            continue;
+        }
+        compare_panes(&panes, sides, scale, &mut rng);
+    }
+}
+
+#[test]
+fn of_facets_that_cross_within_rounding_each_is_in_front_on_its_side() {
+    let mut rng = linelit_testkit::cases::rng(54);
+    for k in 0..200 {
+        let slope = [1e-11, 1e-10, 1e-9, 1e-8, 1e-7][k % 5];
+        let panes: Vec<Pane> = (0..2 + k / 5 % 3)
+            .map(|_| Pane {
+                rectangle: [
+                    rng.in_range(-1.0, -0.3),
+                    rng.in_range(-1.0, -0.3),
+                    rng.in_range(0.3, 1.0),
+                    rng.in_range(0.3, 1.0),
+                ],
+                plane: [
+                    slope * rng.in_range(-0.3, 0.3),
+                    slope * rng.in_range(-1.0, 1.0),
+                ],
+                is_up: rng.in_range(0.0, 1.0) < 0.7,
+            })
+            .collect();
+        let sides = [Sides::One, Sides::Two][k % 2];
+        compare_panes(&panes, sides, [1.0, 1_000.0][k / 20 % 2], &mut rng);
+    }
+}
+
+#[test]
+fn a_vertex_that_no_facet_uses_changes_nothing() {
+    let vertices = [
+        [0.1, 0., 0.3],
+        [1., 0., 0.7],
+        [1., 1., 0.9],
+        [0.3, 0.2, 1.],
+        [0., 1., 1.],
+    ];
+    let far = [vertices.to_vec(), vec![[1e9, -3e8, 2e9]]].concat();
+    let rows = [&vertices[..], &far].map(|vertices| {
+        let facets = Facets::new(vertices, &[[0, 1, 2], [2, 3, 4]], Sides::Two).unwrap();
+        let row = facets.from_point([0.2, 0.1, 3.0], [0., 0.1, -1.], &mut Memory::default());
+        (row, facets.displacement().to_bits(), facets.matrix(1e-6))
+    });
+    assert_eq!(rows[0], rows[1]);
 }

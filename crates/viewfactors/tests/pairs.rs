@@ -435,3 +435,93 @@ fn a_slit_that_few_points_see_through_is_not_hidden() {
     );
     assert!((first.value - second.value).abs() <= first.error + second.error);
 }
+
+/// A closed room of 4 × 3 × 2.5 with a box in it, which stands on the floor or does not, and a
+/// fin that touches a wall: quadrangles, or triangles.
+fn room_with_a_box(bottom: f64, as_triangles: bool) -> Vec<Vec<[f64; 3]>> {
+    let mut all = Vec::new();
+    let mut add_box = |low: [f64; 3], high: [f64; 3], is_inside: bool| {
+        for axis in 0..3 {
+            for is_high in [false, true] {
+                let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+                let corner = |a: [f64; 3], b: [f64; 3]| {
+                    let mut p = if is_high { high } else { low };
+                    (p[u], p[v]) = (a[u], b[v]);
+                    p
+                };
+                let mut square = vec![
+                    corner(low, low),
+                    corner(high, low),
+                    corner(high, high),
+                    corner(low, high),
+                ];
+                if is_high == is_inside {
+                    square.reverse();
+                }
+                all.push(square);
+            }
+        }
+    };
+    add_box([0.0; 3], [4.0, 3.0, 2.5], true);
+    add_box([1.0, 1.0, bottom], [1.5, 1.7, bottom + 0.5], false);
+    let fin = [
+        [3.0, 0.0, 0.5],
+        [3.0, 0.8, 0.5],
+        [3.0, 0.8, 2.0],
+        [3.0, 0.0, 2.0],
+    ];
+    all.push(fin.to_vec());
+    if as_triangles {
+        all = all
+            .iter()
+            .flat_map(|q| [vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]])
+            .collect();
+    }
+    all
+}
+
+#[test]
+fn a_room_that_is_turned_far_from_the_origin_takes_the_same_steps() {
+    let mut rng = linelit_testkit::cases::rng(61);
+    let places = [
+        [0.0; 3],
+        [-3.0, 4_000.0, 70.0],
+        [512_345.67, 5_234_567.89, 432.1],
+    ];
+    for k in 0..24 {
+        let room = room_with_a_box([0.3, 0.0][k % 2], k / 2 % 2 == 1);
+        let [(sin, cos), (s, c)] =
+            [(); 2].map(|()| linelit_elementary::sin_cos(rng.in_range(0.0, 6.0)));
+        let place = places[k / 4 % 3];
+        let turned = |[x, y, z]: [f64; 3]| {
+            let (x, y) = (cos * x - sin * y, sin * x + cos * y);
+            let p = [x, c * y - s * z, s * y + c * z];
+            [0, 1, 2].map(|k| place[k] + p[k])
+        };
+        let facets = |at: &dyn Fn([f64; 3]) -> [f64; 3]| {
+            let vertices: Vec<[f64; 3]> = room.iter().flatten().map(|v| at(*v)).collect();
+            let mut first = 0;
+            let number = |polygon: &Vec<[f64; 3]>| -> Vec<u32> {
+                let count = u32::try_from(polygon.len()).unwrap();
+                first += count;
+                (first - count..first).collect()
+            };
+            let polygons: Vec<Vec<u32>> = room.iter().map(number).collect();
+            Facets::new(&vertices, &polygons, Sides::One).unwrap()
+        };
+        let (as_it_is, moved) = (facets(&|v| v), facets(&turned));
+        assert_eq!(moved.plan().pairs, as_it_is.plan().pairs, "{k}");
+        let mut memory = Memory::default();
+        for a in 0..room.len() {
+            let b = (a + 1 + k % (room.len() - 1)) % room.len();
+            let [want, found] = [&as_it_is, &moved].map(|f| f.between(a, b, 1e-3, &mut memory));
+            assert!(want.error <= 1e-3 && found.error <= 1e-3, "{found:?}");
+            // Coordinates are rounded to 1e-9 of the room.
+            let room = want.error + found.error + 1e-8;
+            assert!(
+                (found.value - want.value).abs() <= room,
+                "{k} {a} {b}: {found:?} {want:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Facets that are closer together than rounding to `f32`: which of them is in front.
+//!
+//! Where two facets are that close and nearly in one plane, their rounded corners do not say which
+//! hides the other. So they become a *stack* before they are rounded: one polygon for the part that
+//! they have in common, with the facet that is seen from either side, by corners as given.
+//!
+//! ```text
+//!   ────────── A                A    A above, B below      B
+//!         ───────── B   →    ────── ──────────────────── ─────
+//! ```
+
+use crate::facets::{Part, Sides};
+use crate::patches::bounds;
+use crate::rounded::displacement;
+use crate::tree::Tree;
+use crate::view::{Plane, divided, edge_planes};
+use linelit_geometry::DVec3;
+
+/// The sine of the angle between planes up to which facets become stacks. Steeper ones cross: their
+/// rounded corners say which is in front, but for a strip that is no wider than a thousand times
+/// what rounding moves, and cuts along it would be rounded themselves.
+const STEEPEST: f64 = 1e-3;
+
+/// A polygon, and the facets that are seen from the side of its normal and from the other one.
+pub(crate) type Seen = (Vec<DVec3>, [Option<usize>; 2]);
+
+/// The common part of some facets' parts, which are closer together than rounding.
+#[derive(Clone, Debug)]
+struct Stack {
+    corners: Vec<DVec3>,
+    /// The numbers of the parts, of which the first gave the corners.
+    parts: Vec<usize>,
+}
+
+/// All parts in stacks: most are alone in theirs, with their corners to the bit.
+pub(crate) fn stacks(parts: &[Part], corners: &[Vec<DVec3>], sides: Sides) -> Vec<Seen> {
+    let mut stacker = Stacker {
+        parts,
+        stacks: Vec::with_capacity(parts.len()),
+        of: vec![Vec::new(); parts.len()],
+    };
+    let tree = Tree::build((0..parts.len()).collect(), |k| bounds(&corners[k]));
+    // No displacement is larger than half a unit in the last digit of three coordinates.
+    let [low, high] = tree
+        .nodes
+        .first()
+        .map_or_else(Default::default, |n| [n.low, n.high]);
+    let largest = low.abs().max(high.abs()).max_element();
+    let margin = 4.0 * largest * f64::from(f32::EPSILON);
+    for (k, corners) in corners.iter().enumerate() {
+        let [low, high] = bounds(corners);
+        let meets = |l: DVec3, h: DVec3| !(h.cmplt(low - margin) | l.cmpgt(high + margin)).any();
+        let mut near = Vec::new();
+        tree.find(meets, |other| {
+            if other < k && stacker.sine(other, k) <= STEEPEST {
+                near.extend(&stacker.of[other]);
+            }
+        });
+        stacker.add(k, corners, near);
+    }
+    let uncrossed = stacker
+        .stacks
+        .iter()
+        .flat_map(|stack| stacker.uncrossed(stack));
+    uncrossed.map(|stack| stacker.seen(stack, sides)).collect()
+}
+
+/// Puts parts on stacks.
+struct Stacker<'a> {
+    parts: &'a [Part],
+    stacks: Vec<Stack>,
+    /// The stacks of each part.
+    of: Vec<Vec<usize>>,
+}
+
+impl Stacker<'_> {
+    /// The sine of the angle between the planes of two parts.
+    fn sine(&self, a: usize, b: usize) -> f64 {
+        let [a, b] = [a, b].map(|k| self.parts[k].polygon.normal());
+        a.cross(b).length()
+    }
+
+    /// Adds a part, of which some may be on stacks that are near it.
+    fn add(&mut self, part: usize, corners: &[DVec3], mut near: Vec<usize>) {
+        let mut left = vec![corners.to_vec()];
+        near.sort_unstable();
+        near.dedup();
+        while let Some(stack) = near.pop() {
+            for piece in std::mem::take(&mut left) {
+                match self.shared(stack, part, &piece) {
+                    None => left.push(piece),
+                    // The rest of the stack is another one, with which others share parts.
+                    Some([shared, others, rest]) => {
+                        left.extend(rest);
+                        let below = self.stacks[stack].parts.clone();
+                        for corners in others {
+                            near.push(self.stacks.len());
+                            self.push(corners, below.clone());
+                        }
+                        let stack_of = &mut self.stacks[stack];
+                        stack_of.corners = shared.into_iter().flatten().collect();
+                        stack_of.parts.push(part);
+                        self.of[part].push(stack);
+                    }
+                }
+            }
+        }
+        for piece in left {
+            self.push(piece, vec![part]);
+        }
+    }
+
+    /// Begins a stack.
+    fn push(&mut self, corners: Vec<DVec3>, parts: Vec<usize>) {
+        for &part in &parts {
+            self.of[part].push(self.stacks.len());
+        }
+        self.stacks.push(Stack { corners, parts });
+    }
+
+    /// What a stack and a piece of a part share, and what is left of either, if they are closer
+    /// than rounding may tell apart.
+    fn shared(&self, stack: usize, part: usize, piece: &[DVec3]) -> Option<[Vec<Vec<DVec3>>; 3]> {
+        let Stack { corners, parts } = &self.stacks[stack];
+        if parts.contains(&part) {
+            return None;
+        }
+        let n = self.parts[parts[0]].polygon.normal();
+        // Twice what rounding moves both, and what is flat.
+        let flatness = self.flatness(parts[0], part);
+        let near = 2.0 * (displacement(corners) + displacement(piece)) + flatness;
+        let mut planes = edge_planes(n, corners, near);
+        let at = n.dot(corners[0]);
+        let slab = |side: f64| Plane {
+            normal: side * n,
+            at: side * at - near,
+            room: 0.1 * near,
+        };
+        planes.extend([slab(1.0), slab(-1.0)]);
+        let (inside, rest) = divided(piece, &planes)?;
+        let around = edge_planes(self.parts[part].polygon.normal(), &inside, near);
+        let (shared, others) = divided(corners, &around)?;
+        Some([vec![shared], others, rest])
+    }
+
+    /// The height within which two parts are in one plane.
+    fn flatness(&self, a: usize, b: usize) -> f64 {
+        self.parts[a].flatness.max(self.parts[b].flatness)
+    }
+
+    /// The height of a part's plane above a point along a normal.
+    fn height(&self, part: usize, n: DVec3, x: DVec3) -> f64 {
+        let plane = &self.parts[part].polygon;
+        plane.normal().dot(plane.vertices()[0] - x) / plane.normal().dot(n)
+    }
+
+    /// Divides a stack where planes of its parts cross.
+    fn uncrossed(&self, stack: &Stack) -> Vec<Stack> {
+        let parts = &stack.parts;
+        let n = self.parts[parts[0]].polygon.normal();
+        let mut pieces = vec![stack.corners.clone()];
+        for (k, &a) in parts.iter().enumerate() {
+            for &b in &parts[..k] {
+                let along = |part: usize| {
+                    let normal = self.parts[part].polygon.normal();
+                    normal / normal.dot(n)
+                };
+                // The height of one above the other grows along this.
+                let slope = along(b) - along(a);
+                let Some(normal) = slope.try_normalize() else {
+                    continue;
+                };
+                let x = stack.corners[0];
+                let height = self.height(a, n, x) - self.height(b, n, x);
+                let plane = Plane {
+                    normal,
+                    at: normal.dot(x) - height / slope.length(),
+                    // Where heights differ by less, neither is above the other.
+                    room: self.flatness(a, b) / slope.length(),
+                };
+                let halves = |piece: Vec<DVec3>| match divided(&piece, &[plane]) {
+                    Some((above, below)) => [vec![above], below].concat(),
+                    None => vec![piece],
+                };
+                pieces = pieces.into_iter().flat_map(halves).collect();
+            }
+        }
+        let with = |corners| Stack {
+            corners,
+            parts: parts.clone(),
+        };
+        pieces.into_iter().map(with).collect()
+    }
+
+    /// The facets that are seen of a stack from either side.
+    fn seen(&self, Stack { corners, parts }: Stack, sides: Sides) -> Seen {
+        let n = self.parts[parts[0]].polygon.normal();
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let from = |side: f64| {
+            let height = |&part: &usize| side * self.height(part, n, middle);
+            let top = parts
+                .iter()
+                .max_by(|a, b| height(a).total_cmp(&height(b)))?;
+            let faces = |&part: &usize| {
+                let facing = side * self.parts[part].polygon.normal().dot(n);
+                sides == Sides::Two || facing > 0.0
+            };
+            // Of those in one plane that which faces this side is seen.
+            let is_top = |part: &&usize| height(top) - height(part) <= self.flatness(*top, **part);
+            let tops = parts.iter().filter(is_top);
+            tops.copied()
+                .filter(faces)
+                .map(|part| self.parts[part].facet)
+                .min()
+        };
+        let seen = [from(1.0), from(-1.0)];
+        (corners, seen)
+    }
+}
