@@ -376,4 +376,35 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn what_one_corner_alone_has_or_lacks_is_told() {
+        // Along two sides of the square lie strips that no other point of the rule is in.
+        let is_in = |p: DVec3| {
+            let strip = |s: f64, t: f64| s > 0.976 && t > 0.003;
+            strip(p.x, p.y) || strip(p.y, p.x)
+        };
+        let area = 2.0 * 0.024 * 0.997 - 0.024 * 0.024;
+        for is_there in [true, false] {
+            let f = |p: DVec3| f64::from(u8::from(is_in(p) == is_there));
+            let found = integral(&SQUARE, f64::INFINITY, f);
+            let exact = if is_there { area } else { 1.0 - area };
+            assert!(
+                (found.value - exact).abs() <= found.error,
+                "{found:?} {exact}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_high_at_a_corner_alone_is_told() {
+        // Of 1 + 10 exp(−k (x + y)) the rules see a constant, but for the points at the corner.
+        for k in [150.0, 300.0, 600.0] {
+            let steep = |p: DVec3| 1.0 + 10.0 * linelit_elementary::exp(-k * (p.x + p.y));
+            let found = integral(&SQUARE, f64::INFINITY, steep);
+            let exact = 1.0 + 10.0 / (k * k);
+            let off = (found.value - exact).abs();
+            assert!(off > 1e-5 && off <= found.error, "{off} {found:?}");
+        }
+    }
 }

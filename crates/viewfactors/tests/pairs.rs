@@ -525,3 +525,87 @@ fn a_room_that_is_turned_far_from_the_origin_takes_the_same_steps() {
         }
     }
 }
+
+#[test]
+fn a_plate_close_to_a_facet_hides_what_it_sends_itself() {
+    // All light from the floor to the ceiling that a plate hides passes the plate, and back from
+    // there the floor: so much is hidden as the plate sends. Few points of the rule are below it,
+    // or none: then the error has to say so.
+    let mut memory = Memory::default();
+    let polygons: [[u32; 4]; 3] = [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]];
+    for [x, y] in [[0.825, 0.65], [0.4, 0.65], [0.66, 0.82]] {
+        for side in [0.02, 0.05, 0.1, 0.15, 0.2, 0.25] {
+            let at = |u: f64, v: f64| [x + side * (u - 0.5), y + side * (v - 0.5), 1e-3];
+            let plate = LOW.map(|[u, v, _]| at(u, v));
+            let vertices = [LOW, HIGH, plate].concat();
+            let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
+            let sent = facets.exchange(1, 2, 1e-12, &mut memory);
+            assert_eq!(sent.1, Settled::Clear);
+            let want = OPEN - sent.0.value;
+            for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
+                let found = facets.between(0, 1, tolerance, &mut memory);
+                let off = (found.value - want).abs();
+                assert!(
+                    found.error <= tolerance && off <= found.error + 1e-11,
+                    "{x} {y} {side} {tolerance}: {found:?} {want}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_facet_behind_a_hole_that_only_the_other_sees_through_is_not_hidden() {
+    // A small facet closely above plates with a hole of .003 x .2 that is next to no point of the
+    // rule on it; but each point of the large one sees a part of it. What passes the hole is what
+    // the hole would send.
+    let small = [
+        [0.3, 0.3, 1.],
+        [0.3, 0.7, 1.],
+        [0.7, 0.7, 1.],
+        [0.7, 0.3, 1.],
+    ];
+    let plate = |[a, b, c, d]: [f64; 4]| {
+        let z = 1.0 - 1e-4;
+        [[a, b, z], [a, d, z], [c, d, z], [c, b, z]]
+    };
+    let hole = plate([0.52, 0.4, 0.523, 0.6]);
+    let around = [
+        plate([-1.0, -1.0, 0.52, 2.0]),
+        plate([0.523, -1.0, 2.0, 2.0]),
+        plate([0.52, -1.0, 0.523, 0.4]),
+        plate([0.52, 0.6, 0.523, 2.0]),
+    ];
+    let facets = |squares: &[[[f64; 3]; 4]]| {
+        let numbers = 0..u32::try_from(squares.len()).unwrap();
+        let polygons: Vec<[u32; 4]> = numbers.map(|k| [0, 1, 2, 3].map(|j| 4 * k + j)).collect();
+        Facets::new(&squares.concat(), &polygons, Sides::One).unwrap()
+    };
+    let mut memory = Memory::default();
+    let want = facets(&[LOW, hole]).exchange(0, 1, 1e-12, &mut memory).0;
+    let all = [vec![LOW, small], around.to_vec()].concat();
+    let (found, settled) = facets(&all).exchange(0, 1, 1e-7, &mut memory);
+    assert_eq!(settled, Settled::Partly);
+    let off = (found.value - want.value).abs();
+    assert!(
+        off <= found.error + want.error && found.error <= 1e-7,
+        "{found:?} {want:?}"
+    );
+}
+
+#[test]
+fn a_slit_is_open_however_narrow() {
+    // Two plates above a floor leave a slit that is wider than rounding.
+    for width in [1.0 / (1_u64 << 40) as f64, 1e-9, 1e-3] {
+        let plate =
+            |from: f64, to: f64| [[from, -1., 1.], [to, -1., 1.], [to, 2., 1.], [from, 2., 1.]];
+        let vertices = [LOW, plate(-1.0, 0.5), plate(0.5 + width, 2.0)].concat();
+        let polygons: [[u32; 4]; 3] = [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]];
+        let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
+        let lit = facets.sunlit(0, [0., 0., 1.], &mut Memory::default());
+        assert!(
+            (lit - width).abs() <= 4.0 * f64::EPSILON,
+            "{lit:e} {width:e}"
+        );
+    }
+}
