@@ -28,6 +28,17 @@ pub enum PlanError {
         /// The reason why it is broken.
         reason: String,
     },
+    /// The folder holds another plan.
+    #[error(
+        "{} holds another plan ({differs}): choose another folder, or remove it",
+        path.display()
+    )]
+    Another {
+        /// The folder.
+        path: PathBuf,
+        /// What differs, the value of the plan that is there first.
+        differs: String,
+    },
     /// Something differs from what was planned; the text says what.
     #[error("{0}")]
     Refused(String),
@@ -83,7 +94,7 @@ impl PlanError {
             Self::Work { error, .. } => {
                 error.downcast_ref::<Self>().is_some_and(Self::is_temporary)
             }
-            Self::Broken { .. } | Self::Refused(_) => false,
+            Self::Broken { .. } | Self::Another { .. } | Self::Refused(_) => false,
         }
     }
 }

@@ -56,16 +56,17 @@ impl Folder {
     ) -> Result<Self, PlanError> {
         let (text, digest) = plan.text()?;
         let file = path.join(PLAN);
-        if let Some(there) = read(&file)? {
-            let there = Self::of(path, &there)?;
-            if let Some(differs) = there.plan.difference(plan) {
-                return Err(PlanError::Refused(format!(
-                    "{} holds another plan ({differs}): choose another folder, or remove it",
-                    path.display()
-                )));
+        let there = read(&file)?;
+        match &there {
+            // A plan is its text: nothing has to survive being written and read.
+            Some(there) if there == text.as_bytes() => {}
+            Some(there) => {
+                return Err(PlanError::Another {
+                    path: path.to_owned(),
+                    differs: Self::of(path, there)?.plan.difference(plan),
+                });
             }
-        } else {
-            refuse_others(path)?;
+            None => refuse_others(path)?,
         }
         make_folder(&path.join(PARTS))?;
         if !packed.is_empty() {
@@ -77,7 +78,7 @@ impl Folder {
                 durable::write(&to, &[bytes])?;
             }
         }
-        if read(&file)?.is_none_or(|there| there != text.as_bytes()) {
+        if there.is_none() {
             durable::write(&file, &[text.as_bytes()])?;
         }
         Ok(Self {

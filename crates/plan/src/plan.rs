@@ -38,7 +38,7 @@ pub struct Unit {
     /// A guess of what it costs, in seconds of one thread.
     pub cost: f64,
     /// Units before this one whose parts it reads (`Task::part`).
-    #[serde(default, skip_serializing_if = "Range::is_empty")]
+    #[serde(default)]
     pub needs: Range<u32>,
     /// The settings of the unit: JSON.
     #[serde(with = "raw")]
@@ -192,8 +192,8 @@ impl Plan {
         Ok((plan, seal))
     }
 
-    /// The differences between two plans, in words; `None` if there are none.
-    pub(crate) fn difference(&self, other: &Self) -> Option<String> {
+    /// The differences between two plans whose texts differ, in words.
+    pub(crate) fn difference(&self, other: &Self) -> String {
         let mut words = Vec::new();
         for (what, a, b) in [
             ("program", &self.program, &other.program),
@@ -206,15 +206,29 @@ impl Plan {
         if self.settings != other.settings {
             words.push(settings_difference(&self.settings, &other.settings));
         }
-        if self.inputs != other.inputs {
-            words.push("inputs".to_owned());
+        for (a, b) in self.inputs.iter().zip(&other.inputs) {
+            if a.name == b.name {
+                words.extend(a.check(&b.files).err().map(|e| e.to_string()));
+            } else {
+                words.push(format!("input `{}`, not `{}`", a.name, b.name));
+            }
         }
-        match [self, other].map(|plan| plan.units.len()) {
-            [a, b] if a != b => words.push(format!("{a} units, not {b}")),
-            _ if self.units != other.units => words.push("units".to_owned()),
-            _ => {}
+        for (what, a, b) in [
+            ("inputs", self.inputs.len(), other.inputs.len()),
+            ("units", self.units.len(), other.units.len()),
+        ] {
+            if a != b {
+                words.push(format!("{a} {what}, not {b}"));
+            }
         }
-        (!words.is_empty()).then(|| words.join("; "))
+        let mut units = self.units.iter().zip(&other.units);
+        if let Some((unit, _)) = units.find(|(a, b)| a != b) {
+            words.push(format!("the unit `{}` and perhaps others", unit.name));
+        }
+        if words.is_empty() {
+            words.push("how it is written".to_owned());
+        }
+        words.join("; ")
     }
 }
 

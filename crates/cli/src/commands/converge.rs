@@ -1,6 +1,6 @@
 //! `linelit converge`.
 
-use super::units::{self, keep, work_off};
+use super::units::{keep, work_off};
 use super::{bar, list, pool, study};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
 use crate::folder::OutputFolder;
@@ -114,7 +114,9 @@ fn findings(
     let start = Instant::now();
     let name = name(args);
     if folder.temporary(args.fresh)?.exists() {
-        bail!("{}", units::interrupted("study"));
+        bail!(
+            "an interrupted study is there: the command that began it goes on, --fresh begins anew"
+        );
     }
     let progress = bar(name);
     let mut found = page.run(&Context {

@@ -18,7 +18,11 @@ const NAMED: usize = 8;
 /// interrupted command kept.
 pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> {
     let folder = Folder::create(path, &planned.0, &planned.1).map_err(|e| match e {
-        PlanError::Refused(why) => anyhow!("{why}. {}", interrupted(what)),
+        PlanError::Another { path, differs } => anyhow!(
+            "{} keeps an interrupted {what} of another command ({differs}): that command goes on \
+             with it, --fresh begins anew",
+            path.display()
+        ),
         other => other.into(),
     })?;
     let before = folder.status()?;
@@ -30,13 +34,6 @@ pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> 
         ));
     }
     Ok(folder)
-}
-
-/// Returns the message about an interrupted plan of another picture or study.
-pub(super) fn interrupted(what: &str) -> String {
-    format!(
-        "An interrupted {what} is there: the command that began it goes on, --fresh begins anew"
-    )
 }
 
 /// Works off a plan until it is done, or it is `late` ([`PlanError::Interrupted`]), or a signal

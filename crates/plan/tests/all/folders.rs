@@ -9,6 +9,8 @@ fn a_plan_is_read_as_it_was_written() {
     let path = path("read");
     let mut plan = plan(5);
     plan.settings = "{\"third\": 0.3333333333333333, \"name\": \"a \\\"b\\\"\"}".into();
+    // A range without units is written as it is, wherever it lies.
+    plan.units[2].needs = 2..2;
     plan.units[3].needs = 1..3;
     plan.units[4].cost = 1.0 / 3.0;
     plan.inputs.push(Input {
@@ -73,10 +75,29 @@ fn what_differs_is_said() {
     );
     let fewer = refused(|plan| drop(plan.units.pop()));
     assert!(fewer.contains("3 units, not 2"), "{fewer}");
+    let unit = refused(|plan| plan.units[1].work = "{\"k\": 9}".into());
+    assert!(unit.contains("the unit `unit 1`"), "{unit}");
+    let unit = refused(|plan| plan.units[2].needs = 2..2);
+    assert!(unit.contains("the unit `unit 2`"), "{unit}");
     let opened = Folder::open(&path).unwrap();
     let other = opened.check_program("toy 2").unwrap_err().to_string();
     assert!(other.contains("`toy 1`") && other.contains("`toy 2`"));
     opened.check_program("toy 1").unwrap();
+
+    let with_input = path.with_extension("input");
+    let of_room = |bytes: &[u8]| {
+        let mut plan = plan(1);
+        plan.inputs.push(Input {
+            name: "room.pbrt".into(),
+            packed: false,
+            files: vec![InputFile::of("room.pbrt", bytes)],
+        });
+        Folder::create(&with_input, &plan, &Default::default())
+    };
+    of_room(b"old").unwrap();
+    let changed = of_room(b"new").unwrap_err().to_string();
+    assert!(changed.contains("`room.pbrt` was "), "{changed}");
+    fs::remove_dir_all(with_input).unwrap();
 
     let input = Input {
         name: "room.pbrt".into(),
