@@ -114,20 +114,6 @@ impl StudyRecord {
         least(curve, error)
     }
 
-    /// One row's bias over its standard error, in which the reference's error is included, and the
-    /// probability of one as large without bias: Student's, as the error is itself from few trials.
-    pub(crate) fn bias_test(&self, row: &ResultRow) -> Option<[f64; 2]> {
-        if row.bias.abs() <= 0.0 {
-            return Some([0.0, 1.0]);
-        }
-        let scene = self.scenes.iter().find(|s| s.scene == row.scene);
-        let reference = scene.map_or(0.0, |s| s.reference_mse / s.shading_points.max(1) as f64);
-        let z = row.bias / (row.bias_stderr * row.bias_stderr + reference).sqrt();
-        let freedom = row.trials.checked_sub(1).filter(|&f| f > 0)?;
-        let p = 1.0 - central_probability(z.abs(), freedom);
-        z.is_finite().then_some([z, p])
-    }
-
     /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`, which shows the
     /// exhibits.
     ///
@@ -142,6 +128,20 @@ impl StudyRecord {
         files.push(("report.html".to_owned(), page));
         let bytes = |(name, text): (String, String)| (name, text.into_bytes());
         Ok(files.into_iter().map(bytes).collect())
+    }
+}
+
+impl ResultRow {
+    /// The bias over its standard error, and the probability of one as large without bias:
+    /// Student's, as the error is itself from few trials.
+    pub(crate) fn bias_test(&self) -> Option<[f64; 2]> {
+        if self.bias.abs() <= 0.0 {
+            return Some([0.0, 1.0]);
+        }
+        let z = self.bias / self.bias_stderr;
+        let freedom = self.trials.checked_sub(1).filter(|&f| f > 0)?;
+        let p = 1.0 - central_probability(z.abs(), freedom);
+        z.is_finite().then_some([z, p])
     }
 }
 
@@ -226,19 +226,12 @@ mod tests {
     }
 
     #[test]
-    fn the_bias_test_uses_few_trials_and_the_references_error() {
-        let scene = SceneRecord {
-            scene: "room".to_owned(),
-            reference_mse: 3e-6,
-            shading_points: 100,
-            ..SceneRecord::default()
+    fn the_bias_test_knows_of_few_trials() {
+        let biased = ResultRow {
+            bias_stderr: 2e-4,
+            ..row(1, 1.0, 1.0)
         };
-        let record = StudyRecord {
-            scenes: vec![scene],
-            ..StudyRecord::default()
-        };
-        let [z, p] = record.bias_test(&row(1, 1.0, 1.0)).unwrap();
-        // √(1e-8 + 3e-8) = 2e-4.
+        let [z, p] = biased.bias_test().unwrap();
         assert!((z - 0.5).abs() < 1e-12);
         assert!((p - (1.0 - central_probability(0.5, 7))).abs() < 1e-12);
         let single = ResultRow {
@@ -246,6 +239,6 @@ mod tests {
             bias: 1.0,
             ..ResultRow::default()
         };
-        assert!(record.bias_test(&single).is_none());
+        assert!(single.bias_test().is_none());
     }
 }

@@ -48,7 +48,7 @@ pub struct ResultRow {
     pub variance: f64,
     /// Mean error.
     pub bias: f64,
-    /// The standard error of `bias` over the trials.
+    /// The standard error of `bias`, over the trials, by the reference's own and by rounding.
     pub bias_stderr: f64,
     /// Processor seconds of one trial, without set-up.
     pub cpu_seconds: f64,

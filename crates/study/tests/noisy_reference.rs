@@ -115,6 +115,44 @@ fn the_standard_error_knows_of_the_reference() {
     assert!(mean(1) > 4.0, "{}", mean(1));
 }
 
+/// Biases divided by their standard errors have variance one, those of a method without noise, which
+/// differ from the reference by the reference's own error alone, too.
+#[test]
+fn the_standard_error_of_a_bias_knows_of_the_reference() {
+    for (sigma, trials) in [(0.0, 8), (SIGMA, 64)] {
+        let z = |key| {
+            let score = &study(key, trials, sigma).cells[0].score;
+            score.bias / score.bias_stderr
+        };
+        let squares: Vec<f64> = (0..STUDIES).map(|key| z(key).powi(2)).collect();
+        // The mean of 400 χ²₁ has a standard error of √(2/400) = 0.071; 4.5 of them: α ≈ 7e-6.
+        // Replicates know the error of the reference with 60 · 3 degrees of freedom, the trials
+        // their own with 63: a variance of at most 63/61 in place of 1 does not show.
+        let got = mean(&squares).0;
+        assert!((got - 1.0).abs() < 4.5 * 0.071, "{sigma}: {got}");
+    }
+}
+
+/// What two closed forms differ by is rounding, and no bias of many standard errors.
+#[test]
+fn rounding_is_no_bias() {
+    let problem = Noise { key: 1 };
+    let last_digit = |k| COLOUR * (value(k) * (1.0 + f64::EPSILON));
+    let design = Design {
+        cell_seconds: 0.0,
+        ..Design::new(vec![method(4, 0.0)], vec![1])
+    };
+    let results = measure(Job {
+        problem: &problem,
+        truth: &Truth::Known((0..INTEGRALS).map(last_digit).collect()),
+        design: &design,
+    });
+    let score = &results.cells[0].score;
+    assert!(score.variance <= 0.0 && score.bias < 0.0);
+    let z = score.bias / score.bias_stderr;
+    assert!(z.abs() < 1e-3, "{z}");
+}
+
 /// An error far below the reference's is 0, and its standard error says what may be there.
 #[test]
 fn what_the_reference_cannot_tell_is_zero() {

@@ -23,7 +23,8 @@ pub struct Score {
     pub mrse: f64,
     /// Mean of estimate − reference over pixels, channels and trials.
     pub bias: f64,
-    /// Standard error of `bias`, from its spread over the trials.
+    /// Standard error of `bias`: of its spread over the trials, of the reference's own error, which
+    /// all trials share, as if its channels were one (which is the most), and of rounding.
     pub bias_stderr: f64,
     /// Mean squared error of each trial less the reference's own, not clamped.
     pub trial_mse: Vec<f64>,
@@ -60,6 +61,8 @@ pub(super) struct TrialSums {
     pub(super) power: f64,
     /// The variance of what the reference's own error leaves in a sum of squared errors.
     pub(super) reference: f64,
+    /// The variance of what it leaves in a sum of errors.
+    pub(super) reference_bias: f64,
 }
 
 impl TrialSums {
@@ -73,6 +76,7 @@ impl TrialSums {
             mrse: 0.0,
             power: 0.0,
             reference: 0.0,
+            reference_bias: 0.0,
         };
         for k in 0..run.span.count {
             let integral = run.span.first + k * run.span.step;
@@ -80,6 +84,9 @@ impl TrialSums {
             let own = own.unwrap_or(DVec3::ZERO);
             sums.add(run.trials_of(k), reference.values[integral], own);
             sums.reference += reference.variance_of_square(own);
+            // Channels that err together add up before the square.
+            let deviations: f64 = own.to_array().map(f64::sqrt).iter().sum();
+            sums.reference_bias += deviations * deviations;
         }
         sums
     }
@@ -112,6 +119,7 @@ impl TrialSums {
         self.mrse += other.mrse;
         self.power += other.power;
         self.reference += other.reference;
+        self.reference_bias += other.reference_bias;
     }
 
     /// The errors; sums are divided by a number of `pixels`.
@@ -124,6 +132,9 @@ impl TrialSums {
         let bias = MeanError::of(&trial_bias);
         let variance = MeanError::of(&trial_variance).mean;
         let power = self.power * scale;
+        // Two closed forms differ by rounding, of which neither trials nor replicates say anything.
+        let rounding = (ROUNDING * power).sqrt();
+        let reference_bias = hypot(self.reference_bias.sqrt() * scale, rounding);
         // What is not a number stays none.
         let clamped = |v: f64| if v < 0.0 { 0.0 } else { v };
         Score {
@@ -131,7 +142,7 @@ impl TrialSums {
             mse_stderr: hypot(mse.stderr, self.reference.sqrt() * scale),
             mrse: clamped(self.mrse * scale),
             bias: bias.mean,
-            bias_stderr: bias.stderr,
+            bias_stderr: hypot(bias.stderr, reference_bias),
             trial_mse,
             variance: if variance <= ROUNDING * power {
                 0.0

@@ -334,7 +334,7 @@ fn error_of_time(row: &ResultRow) -> String {
 fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let rows = rows_of(record, scene);
     let body = rows.iter().map(|row| {
-        let test = record.bias_test(row);
+        let test = row.bias_test();
         vec![
             Cell::text(&row.estimator),
             Cell::text(&row.sampler),
@@ -370,7 +370,7 @@ const LEAST_TRIALS: u32 = 8;
 fn bias(record: &StudyRecord) -> Option<String> {
     // Fewer trials tell little of their own spread.
     let rows = record.rows.iter().filter(|row| row.trials >= LEAST_TRIALS);
-    let tests = rows.filter_map(|row| Some((record.bias_test(row)?, row)));
+    let tests = rows.filter_map(|row| Some((row.bias_test()?, row)));
     let tests: Vec<([f64; 2], &ResultRow)> = tests.collect();
     let ([z, p], row) = tests.iter().min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
     // Šidák: the smallest of `count` independent p values is below p by chance this often.
