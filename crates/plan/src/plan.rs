@@ -207,10 +207,12 @@ impl Plan {
             words.push(settings_difference(&self.settings, &other.settings));
         }
         for (a, b) in self.inputs.iter().zip(&other.inputs) {
-            if a.name == b.name {
-                words.extend(a.check(&b.files).err().map(|e| e.to_string()));
-            } else {
+            if a.name != b.name {
                 words.push(format!("input `{}`, not `{}`", a.name, b.name));
+            } else if a.packed != b.packed {
+                words.push(format!("packed {}, not {}", a.packed, b.packed));
+            } else {
+                words.extend(a.check(&b.files).err().map(|e| e.to_string()));
             }
         }
         for (what, a, b) in [

@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "units are computed on threads")]
 
 use crate::{BoxError, Folder, PlanError, Shard, Unit};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fmt, thread};
 
@@ -15,6 +15,8 @@ pub struct Run<'a> {
     pub threads: usize,
     /// Asked between units: whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Asked before a unit without a part is begun: whether it is left out.
+    pub leave: &'a (dyn Fn(u32) -> bool + Sync),
     /// Told what happens.
     pub note: &'a (dyn Fn(&Event<'_>) + Sync),
 }
@@ -26,6 +28,7 @@ impl Default for Run<'_> {
             shard: Shard::ALL,
             threads: 1,
             stop: &|| false,
+            leave: &|_| false,
             note: &|_| {},
         }
     }
@@ -58,7 +61,7 @@ pub struct Ran {
     pub computed: u32,
     /// Units that it found done.
     pub found: u32,
-    /// Units of other shards without a part when this process ended.
+    /// Units of other shards, and those that were left out, without a part when this process ended.
     pub elsewhere: u32,
 }
 
@@ -86,6 +89,14 @@ impl Task<'_> {
     #[must_use]
     pub fn unit(&self) -> &Unit {
         self.runner.unit(self.number)
+    }
+
+    /// Whether a unit was left out ([`Run::leave`]).
+    #[must_use]
+    pub fn is_left_out(&self, number: u32) -> bool {
+        let all = &self.runner.left_out;
+        all.get(number as usize)
+            .is_some_and(|left| left.load(Ordering::Relaxed))
     }
 
     /// The part of a unit that this one needs. If it is not there, it is computed first.
@@ -120,13 +131,18 @@ pub fn run(
         folder,
         options,
         work: &work,
-        counted: units.map(|_| Mutex::new(false)).collect(),
+        counted: units.clone().map(|_| Mutex::new(false)).collect(),
+        left_out: units.map(|_| AtomicBool::new(false)).collect(),
         failed: Mutex::default(),
         ran: Mutex::default(),
     };
     let next = AtomicUsize::new(0);
     let worker = || {
         while let Some(number) = own.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if !folder.part_path(*number).exists() && (options.leave)(*number) {
+                runner.left_out[*number as usize].store(true, Ordering::Relaxed);
+                continue;
+            }
             if let Err(e) = runner.part(*number) {
                 return runner.fail(e);
             }
@@ -156,6 +172,7 @@ struct Runner<'a> {
     work: Work<'a>,
     /// A flag for each unit, locked by the thread that computes it: whether it was counted.
     counted: Vec<Mutex<bool>>,
+    left_out: Vec<AtomicBool>,
     failed: Mutex<Option<PlanError>>,
     ran: Mutex<Ran>,
 }

@@ -120,7 +120,7 @@ fn tables(
     parts: &[Option<Vec<u8>>],
 ) -> Result<Tables> {
     let mut record = spec.record("linelit.converge".to_owned());
-    work.gather(units, &|k| Ok(parts[k].clone()), false, &mut record)?;
+    work.gather(units, &|k| Ok(parts[k].clone()), &mut record)?;
     let tables = record.tables()?.into_iter();
     Ok(tables.map(|(name, text)| (name.to_owned(), text)).collect())
 }

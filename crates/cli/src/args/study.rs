@@ -49,7 +49,8 @@ pub struct ConvergeArgs {
     /// The study.
     #[command(flatten)]
     pub study: StudyArgs,
-    /// Stop adding samples once this much time has gone, in seconds.
+    /// Seconds for all of it, the reference and the pictures too: what is not expected to end in
+    /// time is left out, and named.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time_budget: Option<f64>,
     /// Folder for the report.

@@ -4,15 +4,16 @@ use super::units::{keep, work_off};
 use super::{bar, list, pool, study};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
 use crate::folder::OutputFolder;
-use crate::inputs::Sources;
-use crate::output::Output;
+use crate::inputs::{Sources, locked};
+use crate::output::{Output, note};
 use crate::program::TryAgain;
 use anyhow::{Result, bail};
 use linelit_papers::{Context, Page, Study};
-use linelit_plan::{PlanError, Shard};
-use linelit_study::scene_study::{StudySpec, with_work};
+use linelit_plan::{Plan, Shard};
+use linelit_study::scene_study::{StudySpec, TimeBudget, with_work};
 use rayon::ThreadPool;
-use std::time::{Duration, Instant};
+use std::sync::Mutex;
+use std::time::Instant;
 
 /// Runs a study and writes its report.
 ///
@@ -66,32 +67,78 @@ fn converge(
     let sources = Sources::new(&args.common.read, false);
     let load = |name: &str| sources.load_to_measure(name);
     let mut record = spec.record(command());
-    let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
-    let end = spec.time_budget.and_then(budget);
-    let late = || end.is_some_and(|end| Instant::now() > end);
     let (exhibits, interrupted) = with_work(spec, &load, |work| {
         let planned = pool.install(|| study::plan(&args.study, work, &sources))?;
         let plan = keep(&path, &planned, "study")?;
-        let ran = work_off(&plan, Shard::ALL, 1, GOES_ON, &late, |options| {
-            study::run(work, &plan, options, pool)
-        });
-        let interrupted = match ran {
-            Ok(_) => None,
-            // The time budget is spent.
-            Err(e) if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) => None,
-            Err(e) => Some(e.downcast::<TryAgain>()?),
-        };
+        let clock = Clock::new(spec, plan.plan(), start, pool.current_num_threads())?;
+        let ran = work_off(
+            &plan,
+            Shard::ALL,
+            1,
+            GOES_ON,
+            &|k| clock.leaves(k),
+            |options| study::run(work, &plan, options, pool),
+        );
+        let interrupted = ran.err().map(|e| e.downcast::<TryAgain>()).transpose()?;
         record.unfinished = interrupted.is_some();
-        let complete = !record.unfinished;
-        let exhibits = pool.install(|| study::gather(work, &plan, complete, &mut record))?;
+        let exhibits = pool.install(|| study::gather(work, &plan, &mut record))?;
         Ok::<_, anyhow::Error>((exhibits, interrupted))
     })?;
     record.seconds = start.elapsed().as_secs_f64();
     if interrupted.is_some() {
         folder.set_unfinished();
+    } else if record.rows.is_empty() && record.gallery.is_empty() {
+        bail!(
+            "no measurement fits into the time budget; what is done is kept, and the same command \
+             with more time goes on"
+        );
     }
     study::write(&record, exhibits, folder, args.common.json, out)?;
     interrupted.map_or(Ok(()), |how| Err(how.into()))
+}
+
+/// The time budget of a study, if it has one.
+struct Clock<'a> {
+    begun: Instant,
+    budget: Option<Mutex<TimeBudget>>,
+    plan: &'a Plan,
+}
+
+impl<'a> Clock<'a> {
+    /// The clock of the plan of a study that began at `start`.
+    fn new(spec: &StudySpec, plan: &'a Plan, start: Instant, threads: usize) -> Result<Self> {
+        let begun = Instant::now();
+        let units = study::planned(plan)?;
+        let budget = spec.time_budget.map(|seconds| {
+            let left = seconds - (begun - start).as_secs_f64();
+            Mutex::new(TimeBudget::new(units, left, threads))
+        });
+        Ok(Self {
+            begun,
+            budget,
+            plan,
+        })
+    }
+
+    /// Whether a unit is left out. That is said of the first of each scene and kind; tables and
+    /// report name all.
+    fn leaves(&self, number: u32) -> bool {
+        let now = self.begun.elapsed().as_secs_f64();
+        let budget = self.budget.as_ref();
+        let begin = |b: &Mutex<TimeBudget>| locked(b).begin(number as usize, now);
+        let Some(Err(shortage)) = budget.map(begin) else {
+            return false;
+        };
+        if shortage.is_first {
+            let name = &self.plan.units[number as usize].name;
+            note(format_args!(
+                "note: {name} is left out: it would take {:.1} s with all that it needs, and {:.1} s \
+                 of the time budget are left for it",
+                shortage.expected, shortage.left
+            ));
+        }
+        true
+    }
 }
 
 /// The words that say how an interrupted study goes on.

@@ -69,7 +69,7 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
         shard,
         threads,
         &goes_on,
-        &|| false,
+        &|_| false,
         |options| match &planned {
             Planned::Picture(plan) => plan.0.run(&plan.1, &folder, options),
             Planned::Study(plan) => plan.run(&folder, options),

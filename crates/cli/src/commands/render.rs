@@ -132,9 +132,14 @@ fn render_kept(
     pool: &ThreadPool,
 ) -> Result<(Rendered, Vec<u64>)> {
     let (threads, goes_on) = (pool.current_num_threads(), "the same command");
-    work_off(folder, Shard::ALL, threads, goes_on, &|| false, |options| {
-        Ok(picture.run_with(renderer, folder, options)?)
-    })?;
+    work_off(
+        folder,
+        Shard::ALL,
+        threads,
+        goes_on,
+        &|_| false,
+        |options| Ok(picture.run_with(renderer, folder, options)?),
+    )?;
     picture.gather(folder)
 }
 

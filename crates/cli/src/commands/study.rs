@@ -187,7 +187,11 @@ pub(super) fn plan(
     };
     let mut words: Vec<String> = args.what.iter().map(whole).collect::<Result<_>>()?;
     words.extend(given::<Again<StudyArgs>>()?);
-    let spec = work.spec();
+    // No number depends on the time budget: with more time the plan is the same, and goes on.
+    let spec = StudySpec {
+        time_budget: None,
+        ..work.spec().clone()
+    };
     let settings = Settings {
         converge: words,
         settings: spec.record(String::new()).settings,
@@ -232,6 +236,21 @@ pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
     plan.units.iter().map(unit).collect()
 }
 
+/// The units of a plan with what the plan says of them.
+pub(super) fn planned(plan: &Plan) -> Result<Vec<PlannedUnit>> {
+    let known = |(unit, own): (SceneUnit, &Unit)| PlannedUnit {
+        unit,
+        name: own.name.clone(),
+        seconds: own.cost,
+        needs: own.needs.start as usize..own.needs.end as usize,
+    };
+    Ok(units(plan)?
+        .into_iter()
+        .zip(&plan.units)
+        .map(known)
+        .collect())
+}
+
 /// Computes a plan's remaining units, one at a time on all threads of the pool: times are measured.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
@@ -246,7 +265,7 @@ pub(super) fn run(
     };
     let compute = |task: &Task<'_>| {
         let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-            let mut needs = task.unit().needs.clone();
+            let mut needs = task.unit().needs.clone().filter(|k| !task.is_left_out(*k));
             needs.try_for_each(|k| each(k as usize, task.part(k)?))
         };
         let computed = work.compute(&units, task.number() as usize, &needed);
@@ -309,22 +328,17 @@ impl StudyPlan {
         let load = |name: &str| self.load(folder, name);
         let command = format!("linelit converge {}", quoted(self.words.iter().cloned()));
         let mut record = self.spec.record(command);
-        let exhibits = pool.install(|| {
-            with_work(&self.spec, &load, |work| {
-                gather(work, folder, false, &mut record)
-            })
-        })?;
+        let exhibits = pool
+            .install(|| with_work(&self.spec, &load, |work| gather(work, folder, &mut record)))?;
         record.seconds = start.elapsed().as_secs_f64();
         write(&record, exhibits, to, args.json, out)
     }
 }
 
-/// Puts parts together. What is missing or broken is left out, but for pictures if they are to be
-/// `complete`.
+/// Puts parts together. What is missing or broken is left out.
 pub(super) fn gather(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
-    complete: bool,
     record: &mut StudyRecord,
 ) -> Result<Exhibits> {
     let part = |k: usize| {
@@ -335,7 +349,7 @@ pub(super) fn gather(
         }
     };
     let units = units(folder.plan())?;
-    work.gather(&units, &part, complete, record)
+    work.gather(&units, &part, record)
 }
 
 /// Writes the files of a study, and says what is in them.

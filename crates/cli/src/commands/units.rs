@@ -1,6 +1,7 @@
 //! Working off plans, whichever command asks for it, and what is missing of them.
 
 use crate::args::{ImageArgs, UsageError};
+use crate::folder::remove_all;
 use crate::inputs::Packed;
 use crate::{interrupt, output::note, program::TryAgain};
 use anyhow::{Context as _, Result, anyhow};
@@ -17,7 +18,16 @@ const NAMED: usize = 8;
 /// Begins to keep what is done of a picture or a study, as `what` says, or goes on with what an
 /// interrupted command kept.
 pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> {
-    let folder = Folder::create(path, &planned.0, &planned.1).map_err(|e| match e {
+    let create = || Folder::create(path, &planned.0, &planned.1);
+    let made = match create() {
+        // Nothing of it is lost.
+        Err(PlanError::Another { .. }) if Folder::open(path)?.status()?.done == 0 => {
+            remove_all(path)?;
+            create()
+        }
+        made => made,
+    };
+    let folder = made.map_err(|e| match e {
         PlanError::Another { path, differs } => anyhow!(
             "{} keeps an interrupted {what} of another command ({differs}): that command goes on \
              with it, --fresh begins anew",
@@ -36,14 +46,14 @@ pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> 
     Ok(folder)
 }
 
-/// Works off a plan until it is done, or it is `late` ([`PlanError::Interrupted`]), or a signal
-/// comes ([`TryAgain`]); then says what `goes_on` with it.
+/// Works off a plan, but for the units that it is to `leave` out, until it is done or a signal comes
+/// ([`TryAgain`]); then says what `goes_on` with it.
 pub(super) fn work_off(
     folder: &Folder,
     shard: Shard,
     threads: usize,
     goes_on: &str,
-    late: &(dyn Fn() -> bool + Sync),
+    leave: &(dyn Fn(u32) -> bool + Sync),
     work: impl FnOnce(&Run<'_>) -> Result<Ran>,
 ) -> Result<Ran> {
     interrupt::watch().context("watching for signals")?;
@@ -59,8 +69,9 @@ pub(super) fn work_off(
                     "stopping: units in hand are finished; once more to drop them"
                 ));
             }
-            stopped || late()
+            stopped
         },
+        leave,
         note: &|event| match event {
             Event::Begun(unit) => progress.set_message(unit.name.clone()),
             Event::Done(unit) | Event::Found(unit) => progress.inc(milliseconds(unit.cost)),

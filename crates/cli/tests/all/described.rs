@@ -1,6 +1,6 @@
 //! `docs/formats.schema.json` and `docs/formats.md` say what the program writes, no less, no more.
 
-use crate::common::{folder, path, read, small_study, smallest, succeeded};
+use crate::common::{folder, late_study, path, read, small_study, smallest, succeeded};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -134,9 +134,7 @@ fn documents_schema_and_page_agree() {
 
     let study = check("converge", &small_study("cornell-box", &out));
     tables_are_of(&schema.root, &study, &out);
-    let late = ["converge", "cornell-box", "--time-budget", "1e-9"];
-    let to = ["--smallest", "--json", "--out", path(&out)];
-    let mut found = vec![("converge", document(&[&late[..], &to].concat()))];
+    let mut found = vec![("converge", document(&late_study(&out)))];
     found.push(("claims", read(&smallest("claims").folder, "claims.json")));
     for study in ["salesin-fig8", "billen-orders"] {
         found.push(("converge", read(&smallest(study).folder, "results.json")));

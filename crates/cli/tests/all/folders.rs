@@ -1,7 +1,9 @@
 //! The folder of a study, from outside: who may write, what is left, what is said.
 #![cfg(unix)]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_study, succeeded, text};
+use crate::common::{
+    PROGRAM, folder, late_study, linelit, names, path, small_study, succeeded, text,
+};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -82,18 +84,23 @@ fn one_process_writes_a_folder() {
 fn what_a_time_budget_leaves_out_is_said() {
     let dir = folder("budget");
     let out = dir.join("out");
-    let mut arguments = small_study("cornell-box", &out);
-    arguments.extend(["--time-budget", "1e-9", "--json"]);
-    let output = linelit(&arguments);
+    let output = succeeded(&late_study(&out));
     let said = text(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    let what = "spent before 4 of 4 measurements on cornell-box, which are left out: \
-                point-area (stratified) with 1, 4 samples";
+    // Before it would begin, and at the end.
+    let before = "note: cornell-box: point-area (stratified) with 65536 samples of 0..";
+    assert!(said.starts_with(before), "{said}");
+    assert!(said.contains(" is left out: it would take "), "{said}");
+    let what = "spent before 2 of 4 measurements on cornell-box, which are left out: \
+                point-area (stratified) with 65536 samples; \
+                point-solid-angle (stratified) with 65536 samples.";
     assert!(said.contains(what), "{said}");
     let study: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(study["left_out"].as_array().unwrap().len(), 4);
-    assert_eq!(study["left_out"][3]["samples"], 4);
-    assert_eq!(study["settings"]["time budget"], "0.000000001 s");
+    assert_eq!(study["rows"].as_array().unwrap().len(), 2);
+    assert_eq!(study["left_out"].as_array().unwrap().len(), 2);
+    assert_eq!(study["left_out"][1]["samples"], 65536);
+    assert_eq!(study["settings"]["time budget"], "60 s");
+    let seconds = study["seconds"].as_f64().unwrap();
+    assert!(seconds < 60.0, "{seconds}");
     // Of the program, whatever the repository has become since.
     assert_eq!(study["commit"], env!("LINELIT_COMMIT"));
     let page = fs::read_to_string(out.join("report.html")).unwrap();
@@ -103,6 +110,26 @@ fn what_a_time_budget_leaves_out_is_said() {
     assert!(!text(&whole.stderr).contains("left out"));
     let study = fs::read_to_string(out.join("results.json")).unwrap();
     assert!(study.contains("\"left_out\": []"), "{study}");
+}
+
+#[test]
+fn a_time_budget_that_holds_nothing_is_an_error() {
+    let dir = folder("no-budget");
+    let out = dir.join("out");
+    let study = small_study("cornell-box", &out);
+    succeeded(&study);
+    let before = fs::read(out.join("results.json")).unwrap();
+    let late = linelit(&[&study[..], &["--seed", "7", "--time-budget", "1e-9"]].concat());
+    let said = text(&late.stderr);
+    assert_eq!(late.status.code(), Some(1), "{said}");
+    assert!(
+        late.stdout.is_empty() && said.contains("no measurement fits"),
+        "{said}"
+    );
+    // The study from before stays, and another one can follow: nothing of the late one is kept.
+    assert_eq!(fs::read(out.join("results.json")).unwrap(), before);
+    succeeded(&[&study[..], &["--seed", "8", "--time-budget", "1e9"]].concat());
+    assert_ne!(fs::read(out.join("results.json")).unwrap(), before);
 }
 
 #[test]

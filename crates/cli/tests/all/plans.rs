@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, succeeded, text};
+use crate::common::{PROGRAM, folder, linelit, names, parts, path, succeeded, text};
 use linelit_plan::Folder;
 use linelit_simd::InstructionSet;
 use linelit_testkit::cases::rng;
@@ -228,7 +228,10 @@ fn changed_scenes_and_other_programs_are_refused() {
         .concat(),
         1,
     );
-    assert!(other.contains("another plan (inputs)"), "{other}");
+    assert!(
+        other.contains("another plan (") && other.contains("`box.pbrt` was "),
+        "{other}"
+    );
     drop(dir);
     let gone = refused(&["run", path(&plan)], 1);
     assert!(gone.contains("--pack"), "{gone}");
@@ -346,15 +349,6 @@ fn killed_shards_on_any_instructions_are_the_picture() {
     assert!(case.merged(&plan) == case.rendered());
 }
 
-/// Parts that are whole, in the folder of a plan.
-fn parts(plan: &Path) -> usize {
-    let entries = fs::read_dir(plan.join("parts"));
-    let names = entries.into_iter().flatten().flatten();
-    names
-        .filter(|entry| entry.path().extension().is_some_and(|e| e == "part"))
-        .count()
-}
-
 /// Killed, and then ended as schedulers do it, `render` loses only what it had in hand.
 #[cfg(unix)]
 #[test]
@@ -425,6 +419,7 @@ fn a_fresh_render_forgets_the_interrupted_one() {
     let rendered = case.rendered();
     // What another picture left behind.
     let (plan, kept) = (case.plan(&["--seed", "5"]), case.at(".a.exr.linelit-plan"));
+    done(&["run", path(&plan)]);
     fs::rename(plan, &kept).unwrap();
     let image = case.at("a.exr");
     let words = [
@@ -440,6 +435,10 @@ fn a_fresh_render_forgets_the_interrupted_one() {
     done(&[&words[..], &["--fresh"]].concat());
     assert!(fs::read(&image).unwrap() == rendered);
     assert_eq!(names(&case.dir), ["a.exr", "rendered.exr"]);
+    // A plan of which nothing is done is in nobody's way.
+    fs::rename(case.plan(&["--seed", "5"]), &kept).unwrap();
+    done(&words);
+    assert!(fs::read(&image).unwrap() == rendered && !kept.exists());
     // Short ones are not kept unless one asks for it: nothing is in the way.
     fs::create_dir(&kept).unwrap();
     fs::write(kept.join("mine"), "").unwrap();

@@ -3,15 +3,14 @@
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_study, succeeded, text};
+use crate::common::{folder, linelit, names, path, signalled, small_study, succeeded, text};
 use linelit_samplers::{Sampler, SamplerKind};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::Output;
+use std::time::Instant;
 
 /// Columns and keys that say how long something took, on what, or by which command.
 const TIMES: [&str; 9] = [
@@ -159,34 +158,66 @@ fn longer_study(out: &Path) -> Vec<&str> {
     words
 }
 
-/// Starts a study, and ends it by a signal some time after its first part is there.
-fn interrupted(study: &[&str], out: &Path, signal: Signal, after: Duration) -> Output {
-    let mut command = Command::new(PROGRAM);
-    command
-        .args(study)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    let mut child: Child = command.spawn().unwrap();
-    let parts = out.join(".linelit-plan/parts");
-    let whole = |parts: &Path| {
-        let entries = fs::read_dir(parts).ok()?;
-        entries
-            .flatten()
-            .find(|e| e.path().extension().is_some_and(|e| e == "part"))
-    };
-    while whole(&parts).is_none() && child.try_wait().unwrap().is_none() {
-        sleep(Duration::from_millis(5));
+/// A study is interrupted and then killed, and the same command goes on to the numbers of one that
+/// was not.
+fn goes_on(study: &[&str], out: &Path) {
+    succeeded(study);
+    let whole = numbers(out);
+    let plan = out.join(".linelit-plan");
+    let stopped = signalled(study, &plan, Signal::INT);
+    assert_eq!(stopped.status.code(), Some(75), "{}", text(&stopped.stderr));
+    let killed = signalled(study, &plan, Signal::KILL);
+    assert_eq!(killed.status.code(), None, "{}", text(&killed.stderr));
+    let done = succeeded(study);
+    for going in [killed, done] {
+        let said = text(&going.stderr);
+        assert!(
+            said.contains("going on with an interrupted study"),
+            "{said}"
+        );
     }
-    sleep(after);
-    kill_process(Pid::from_child(&child), signal).unwrap();
-    child.wait_with_output().unwrap()
+    assert_eq!(numbers(out), whole, "{study:?}");
+    assert!(!plan.exists());
+}
+
+/// The default study, which has two scenes, and studies of one and of five, smaller.
+#[test]
+fn the_same_command_goes_on_whatever_the_number_of_scenes() {
+    let dir = folder("study-scenes");
+    let out = dir.join("out");
+    let scenes = [
+        "cornell-box-small",
+        "floating-quad",
+        "grid-planes-small",
+        "cornell-box-large",
+        "window",
+    ];
+    // A single scene needs more to measure, that a third of it is left after two signals.
+    for (count, samplers) in [
+        (0, "sobol"),
+        (1, "independent,stratified,sobol"),
+        (5, "sobol"),
+    ] {
+        let mut study = vec!["converge", "--out", path(&out), "--pixels", "8x8"];
+        study.extend([
+            "--trials",
+            "2",
+            "--samples",
+            "1,4,16",
+            "--samplers",
+            samplers,
+        ]);
+        study.extend(["--estimators", "point-area,line-area,line-analytic,hybrid"]);
+        study.extend(&scenes[..count]);
+        goes_on(&study, &out);
+    }
 }
 
 #[test]
 fn an_interrupted_study_goes_on() {
     let dir = folder("study-interrupted");
     let out = dir.join("out");
-    let study = longer_study(&out);
+    let (study, kept) = (longer_study(&out), out.join(".linelit-plan"));
     let start = Instant::now();
     succeeded(&study);
     println!("{:.1} s", start.elapsed().as_secs_f64());
@@ -194,7 +225,7 @@ fn an_interrupted_study_goes_on() {
     let page = |out: &Path| fs::read_to_string(out.join("report.html")).unwrap();
     assert!(!page(&out).contains("unfinished") && !out.join(".linelit-plan").exists());
 
-    let stopped = interrupted(&study, &out, Signal::INT, Duration::ZERO);
+    let stopped = signalled(&study, &kept, Signal::INT);
     assert_eq!(stopped.status.code(), Some(75), "{}", text(&stopped.stderr));
     assert!(text(&stopped.stderr).contains("the same command goes on"));
     // The whole study before it stays.
@@ -220,7 +251,7 @@ fn an_interrupted_study_goes_on() {
         "{why}"
     );
 
-    let killed = interrupted(&study, &out, Signal::KILL, Duration::from_millis(300));
+    let killed = signalled(&study, &kept, Signal::KILL);
     assert_eq!(killed.status.code(), None);
     assert!(out.join(".linelit-plan/plan.json").exists());
     let done = linelit(&study);
@@ -230,7 +261,7 @@ fn an_interrupted_study_goes_on() {
     assert!(!out.join(".linelit-plan").exists() && !part.exists());
 
     // Begun anew, it says nothing of what was there.
-    interrupted(&study, &out, Signal::KILL, Duration::ZERO);
+    signalled(&study, &kept, Signal::KILL);
     other.push("--fresh");
     let done = linelit(&other);
     assert!(done.status.success(), "{}", text(&done.stderr));

@@ -211,6 +211,11 @@ impl<P: Problem> Job<'_, P> {
         units.collect()
     }
 
+    /// A guess of the processor seconds of one trial of all integrals, by a pilot.
+    pub(crate) fn trial_seconds(&self, method: &Method<P::Settings>, samples: u32) -> f64 {
+        self.pilot(method, samples).seconds / f64::from(method.trials)
+    }
+
     fn pilot(&self, method: &Method<P::Settings>, samples: u32) -> Pilot {
         let all = self.problem.integrals();
         let count = all.min(PILOT_INTEGRALS);

@@ -1,11 +1,13 @@
 //! Convergence studies of scenes: our integrator as what `linelit-study` measures.
 
+mod budget;
 mod pictures;
 mod spec;
 mod stage;
 mod words;
 mod work;
 
+pub use budget::{Shortage, TimeBudget};
 pub use spec::{Budget, Duel, Gallery, Spot, StudySpec, View};
 pub use stage::{Load, Work, with_work};
 pub use words::about;

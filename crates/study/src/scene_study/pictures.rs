@@ -43,12 +43,15 @@ struct Pixels {
 const PROBES: [u32; 2] = [4, 32];
 
 /// Samples and trials of the picture that others are held to, where no estimator is without noise.
-const TRUE_SAMPLES: u32 = 256;
-const TRUE_TRIALS: u32 = 4;
+pub(super) const TRUE_SAMPLES: u32 = 256;
+pub(super) const TRUE_TRIALS: u32 = 4;
 
 /// Each of both pictures is timed so often again, in turns, until that many seconds are measured.
 const TIMES: u32 = 4;
 const TIMED_SECONDS: f64 = 0.5;
+
+/// The processor seconds for which both are timed.
+pub(super) const DUEL_SECONDS: f64 = 2.0 * TIMES as f64 * TIMED_SECONDS;
 
 /// The integrals, the study and the size of the pictures of a scene.
 struct Easel<'a> {

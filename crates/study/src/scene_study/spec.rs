@@ -28,7 +28,7 @@ pub struct StudySpec {
     pub independent_trials: Option<u32>,
     /// Pixels.
     pub pixels: Pixels,
-    /// Seconds after which no more samples are added.
+    /// Seconds for all of the study: what does not fit is left out.
     pub time_budget: Option<f64>,
     /// First seed.
     pub seed: u64,

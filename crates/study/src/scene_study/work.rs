@@ -1,7 +1,7 @@
 //! A study of scenes in units, each computed by itself, and what they make together.
 
-use super::pictures::{self, Shown, comparison, duel};
-use super::spec::{Budget, Gallery};
+use super::pictures::{self, DUEL_SECONDS, Shown, TRUE_SAMPLES, TRUE_TRIALS, comparison, duel};
+use super::spec::{Budget, Gallery, method};
 use super::stage::Work;
 use super::words::entry;
 use super::{Targets, all_pixels, render};
@@ -58,9 +58,6 @@ pub type EachPart<'a> = &'a dyn Fn(&mut dyn FnMut(usize, Vec<u8>) -> Result<()>)
 /// Reads the part of a unit; `None` where it is missing.
 pub type PartOf<'a> = &'a dyn Fn(usize) -> Result<Option<Vec<u8>>>;
 
-/// Seconds that the pictures of points and lines for the same time are guessed to take.
-const EXHIBIT_SECONDS: f64 = 4.0;
-
 impl Work<'_, '_, '_> {
     /// All units, view by view. All scenes are opened, so that what is wrong with the last one is
     /// found before the first is measured.
@@ -86,7 +83,14 @@ impl Work<'_, '_, '_> {
                         format!("reference {round} of {integrals:?}")
                     }
                     Unit::Cells { cells, integrals } => {
-                        format!("measurements {cells:?} of {integrals:?}")
+                        let first = self.design.cells().nth(cells.start);
+                        let (method, samples) = first.context("no such measurement")?;
+                        let (estimator, sampler) = (&method.estimator, &method.sampler);
+                        let more = match cells.len() {
+                            1 => format!(" of {integrals:?}"),
+                            count => format!(" and {} more", count - 1),
+                        };
+                        format!("{estimator} ({sampler}) with {samples} samples{more}")
                     }
                 };
                 add(Piece::Errors(unit), name, seconds);
@@ -97,23 +101,46 @@ impl Work<'_, '_, '_> {
                         let name = "reference of the gallery".to_owned();
                         add(Piece::GalleryReference(unit), name, seconds);
                     }
-                    let seconds = match wanted.budget {
-                        Budget::Seconds(seconds) => 1.5 * seconds,
-                        Budget::Samples(_) => 1.0,
-                    };
-                    for (k, settings) in self.spec.pictures(wanted).iter().enumerate() {
-                        add(Piece::GalleryPicture(k), self.spec.name(settings), seconds);
+                    for (k, settings) in self.spec.pictures(wanted).into_iter().enumerate() {
+                        let name = self.spec.name(&settings);
+                        let seconds = match wanted.budget {
+                            Budget::Seconds(seconds) => 1.5 * seconds,
+                            Budget::Samples(n) => job.trial_seconds(&method(settings), n),
+                        };
+                        add(Piece::GalleryPicture(k), name, seconds);
                     }
                     Ok(())
                 })?;
             }
-            add(Piece::Exhibit, "picture".to_owned(), EXHIBIT_SECONDS);
+            let seconds = self.exhibit_seconds(view)?;
+            add(Piece::Exhibit, "picture".to_owned(), seconds);
         }
         let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
         for (number, planned) in planned.iter_mut().enumerate() {
             planned.needs = self.needs(&units, number);
         }
         Ok(planned)
+    }
+
+    /// A guess of the processor seconds of the pictures of [`Work::exhibit`].
+    fn exhibit_seconds(&self, view: usize) -> Result<f64> {
+        let (job, aspect) = (self.job(view)?, self.opened(view)?.aspect);
+        let picture = |side, settings: Settings, samples| {
+            let pixels = fitted(aspect, side).map(f64::from).iter().product::<f64>();
+            let seconds = job.trial_seconds(&method(settings), samples);
+            seconds * pixels / job.problem.pixels as f64
+        };
+        Ok(match self.spec.duel {
+            // The third picture takes the most where no estimator is without noise.
+            Some(wanted) => {
+                let settings = job.problem.true_settings(self.spec.spheres);
+                DUEL_SECONDS + picture(wanted.side, settings, TRUE_SAMPLES * TRUE_TRIALS)
+            }
+            None => {
+                let settings = Settings::default();
+                picture(self.spec.picture_side, settings, settings.samples)
+            }
+        })
     }
 
     /// Numbers of the units whose parts a unit reads: measurements those of the reference, pictures
@@ -256,8 +283,7 @@ impl Work<'_, '_, '_> {
     }
 
     /// Puts parts together: adds what was found to `record`, and gives what the report shows of it.
-    /// Measurements that lack a part are left out. Pictures that do are made from what there is,
-    /// here and now, if `complete` says so; else they are left out, too.
+    /// Measurements and pictures that lack a part are left out.
     ///
     /// # Errors
     /// If a scene cannot be opened, what `part` fails with, and for parts that are none.
@@ -265,7 +291,6 @@ impl Work<'_, '_, '_> {
         &self,
         units: &[SceneUnit],
         part: PartOf<'_>,
-        complete: bool,
         record: &mut StudyRecord,
     ) -> Result<Exhibits> {
         let mut exhibits = self.exhibits();
@@ -273,19 +298,14 @@ impl Work<'_, '_, '_> {
             let mut gathering = Gathering::new(self.job(view)?);
             let (mut gallery, mut exhibit) = (Vec::new(), Vec::new());
             for (k, unit) in units.iter().enumerate().filter(|(_, u)| u.view == view) {
-                let missing = || self.missing(units, k, part);
-                let made = |there: Option<Vec<u8>>| match there {
-                    None if complete => missing().map(Some),
-                    there => Ok(there),
-                };
                 match &unit.piece {
                     Piece::Errors(_) => {
                         let bytes = part(k)?;
                         bytes.map_or(Ok(()), |bytes| add(&mut gathering, units, k, &bytes))?;
                     }
                     Piece::GalleryReference(_) => {}
-                    Piece::GalleryPicture(_) => gallery.extend(shown(made(part(k)?)?)?),
-                    Piece::Exhibit => exhibit = shown(made(part(k)?)?)?,
+                    Piece::GalleryPicture(_) => gallery.extend(shown(part(k)?)?),
+                    Piece::Exhibit => exhibit = shown(part(k)?)?,
                 }
             }
             self.add_rows(view, &gathering.results(), record)?;
@@ -293,24 +313,6 @@ impl Work<'_, '_, '_> {
             show(label, &exhibit, &gallery, record, &mut exhibits)?;
         }
         Ok(exhibits)
-    }
-
-    /// Computes the picture of a unit from what there is of those that it reads; of the gallery's
-    /// reference what is missing is computed as well.
-    fn missing(&self, units: &[SceneUnit], number: usize, part: PartOf<'_>) -> Result<Vec<u8>> {
-        let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-            for k in self.needs(units, number) {
-                let there = match (part(k)?, &units[k].piece) {
-                    (None, Piece::GalleryReference(_)) => {
-                        Some(self.compute(units, k, &|_| Ok(()))?)
-                    }
-                    (there, _) => there,
-                };
-                there.map_or(Ok(()), |bytes| each(k, bytes))?;
-            }
-            Ok(())
-        };
-        self.compute(units, number, &needed)
     }
 
     fn add_rows(&self, view: usize, results: &Results, record: &mut StudyRecord) -> Result<()> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, OnceLock};
 
 /// The program.
@@ -80,6 +80,47 @@ pub(crate) fn small_study<'a>(scene: &'a str, out: &'a Path) -> Vec<&'a str> {
     arguments.extend(["--smallest", "--samplers", "stratified"]);
     arguments.extend(["--estimators", "point-area,line-analytic"]);
     arguments
+}
+
+/// How many parts are whole in the folder of a plan.
+#[cfg(unix)]
+pub(crate) fn parts(plan: &Path) -> usize {
+    let entries = std::fs::read_dir(plan.join("parts"));
+    let names = entries.into_iter().flatten().flatten();
+    names
+        .filter(|entry| entry.path().extension().is_some_and(|e| e == "part"))
+        .count()
+}
+
+/// Starts a command that works off a plan, and ends it by a signal once there is another part.
+#[cfg(unix)]
+pub(crate) fn signalled(words: &[&str], plan: &Path, signal: rustix::process::Signal) -> Output {
+    use rustix::process::{Pid, kill_process};
+    let before = parts(plan);
+    let mut command = Command::new(PROGRAM);
+    command
+        .args(words)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    while parts(plan) <= before && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    kill_process(Pid::from_child(&child), signal).unwrap();
+    child.wait_with_output().unwrap()
+}
+
+/// Arguments of a study whose measurements of one sample take a moment, and those of 65536, guessed
+/// by a pilot of a second, many times a budget of a minute.
+pub(crate) fn late_study(out: &Path) -> Vec<&str> {
+    let words = "converge cornell-box --smallest --threads 1 --pixels 8x8 --trials 1000 \
+                 --samples 1,65536 --samplers stratified --estimators point-area,point-solid-angle \
+                 --time-budget 60 --json --out";
+    words
+        .split(' ')
+        .filter(|word| !word.is_empty())
+        .chain([path(out)])
+        .collect()
 }
 
 /// What a named study printed at its smallest, and the folder that it left.

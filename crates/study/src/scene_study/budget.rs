@@ -1,0 +1,234 @@
+//! The time budget of a study: what fits into it is decided before each unit begins.
+
+use super::{Piece, PlannedUnit, SceneUnit};
+use crate::engine::Unit;
+use std::mem::discriminant;
+
+/// What of a study fits into some seconds.
+///
+/// A unit is begun only if the whole result that it is a part of (a measurement with the reference
+/// that it is held to, a picture) is expected to end in time, by the guesses of the plan and the
+/// speed so far. Every view has its share of the time, and what the views before it left; its
+/// pictures have theirs of that if it is not much.
+#[derive(Debug)]
+pub struct TimeBudget {
+    units: Vec<PlannedUnit>,
+    seconds: f64,
+    threads: f64,
+    /// When the first unit was begun.
+    begun: Option<f64>,
+    /// The guessed seconds of the units that were begun.
+    guessed: f64,
+    left_out: Vec<bool>,
+}
+
+/// Why something is left out, in seconds: what it would take, and what is left for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Shortage {
+    /// The expected seconds.
+    pub expected: f64,
+    /// The seconds that are left.
+    pub left: f64,
+    /// Whether it is the first of its kind and view that does not fit.
+    pub is_first: bool,
+}
+
+/// The part of a view's time that is set aside for its pictures at most.
+const PICTURES: f64 = 0.25;
+
+/// The speed is first expected to be the plan's, as if one second had passed by it.
+const PRIOR_SECONDS: f64 = 1.0;
+
+impl TimeBudget {
+    /// A budget of some seconds from now on, for units that are computed one at a time, in their
+    /// order, on all of some threads.
+    #[must_use]
+    pub fn new(units: Vec<PlannedUnit>, seconds: f64, threads: usize) -> Self {
+        Self {
+            left_out: vec![false; units.len()],
+            units,
+            seconds,
+            threads: threads.max(1) as f64,
+            begun: None,
+            guessed: 0.0,
+        }
+    }
+
+    /// Begins a unit so many seconds after the budget was made; to be called for those that have to
+    /// be computed, in their order.
+    ///
+    /// # Errors
+    /// If it is left out.
+    pub fn begin(&mut self, number: usize, now: f64) -> Result<(), Shortage> {
+        let Some(unit) = self.units.get(number) else {
+            return Ok(());
+        };
+        // Everything up to the next whole result has to fit.
+        let end = (number..self.units.len()).find(|k| self.ends_result(*k));
+        let result = number..=end.unwrap_or(number);
+        let cost: f64 = self.units[result].iter().map(|u| u.seconds).sum();
+        let speed = self.seconds_per_guess(now);
+        let [begin, end] = [0, 1].map(|k| self.share_until(unit.unit.view + k));
+        let mut expected = speed * cost;
+        // Pictures come last, and have their part of the time if they do not need much of it.
+        if matches!(unit.unit.piece, Piece::Errors(_)) {
+            let own = self.units.iter().filter(|u| u.unit.view == unit.unit.view);
+            let pictures = own.filter(|u| !matches!(u.unit.piece, Piece::Errors(_)));
+            let pictures = speed * pictures.map(|u| u.seconds).sum::<f64>();
+            if pictures <= PICTURES * (end - begin) {
+                expected += pictures;
+            }
+        }
+        let left = (end - now).max(0.0);
+        if expected <= left && !self.lacks(number) {
+            self.begun.get_or_insert(now);
+            self.guessed += unit.seconds;
+            return Ok(());
+        }
+        let kind = |k: usize| {
+            let SceneUnit { view, piece } = &self.units[k].unit;
+            (*view, discriminant(piece))
+        };
+        let is_first = !(0..number).any(|k| self.left_out[k] && kind(k) == kind(number));
+        self.left_out[number] = true;
+        Err(Shortage {
+            expected,
+            left,
+            is_first,
+        })
+    }
+
+    /// Seconds on the wall for a guessed second of one thread.
+    fn seconds_per_guess(&self, now: f64) -> f64 {
+        let passed = self.begun.map_or(0.0, |begun| now - begun);
+        (passed + PRIOR_SECONDS) / (self.guessed + PRIOR_SECONDS * self.threads)
+    }
+
+    /// When the time of the views before this one ends.
+    fn share_until(&self, view: usize) -> f64 {
+        let views = self.units.last().map_or(1, |last| last.unit.view + 1);
+        self.seconds * view as f64 / views as f64
+    }
+
+    /// Whether a result is whole once this unit is done: measurements follow their reference, and
+    /// those that are cut come block by block.
+    fn ends_result(&self, number: usize) -> bool {
+        match &self.units[number].unit.piece {
+            Piece::Errors(Unit::Reference { .. }) | Piece::GalleryReference(_) => false,
+            Piece::Errors(Unit::Cells { cells, .. }) => {
+                let next = self.units.get(number + 1).map(|unit| &unit.unit.piece);
+                !matches!(next, Some(Piece::Errors(Unit::Cells { cells: c, .. })) if c == cells)
+            }
+            Piece::GalleryPicture(_) | Piece::Exhibit => true,
+        }
+    }
+
+    /// Whether another part of the same result, or of its reference, was left out.
+    fn lacks(&self, number: usize) -> bool {
+        let before = number.checked_sub(1);
+        let broken = before.is_some_and(|k| self.left_out[k] && !self.ends_result(k));
+        let unit = &self.units[number];
+        // The pictures of a scene go by what was measured.
+        let needs_all = unit.unit.piece != Piece::Exhibit;
+        broken || needs_all && unit.needs.clone().any(|k| self.left_out[k])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ops::Range;
+
+    /// A view whose reference takes twice 2 s, which has measurements of 1 s, three times 2 s and
+    /// 1 s, and a picture of 1 s.
+    fn view(view: usize, first: usize) -> Vec<PlannedUnit> {
+        let reference = |round| {
+            Piece::Errors(Unit::Reference {
+                round,
+                integrals: 0..9,
+            })
+        };
+        let cells = |cells, integrals| Piece::Errors(Unit::Cells { cells, integrals });
+        let none = first..first;
+        let held = first..first + 2;
+        let pieces = [
+            (reference(0), 2.0, &none),
+            (reference(1), 2.0, &none),
+            (cells(0..2, 0..9), 1.0, &held),
+            (cells(2..3, 0..3), 2.0, &held),
+            (cells(2..3, 3..6), 2.0, &held),
+            (cells(2..3, 6..9), 2.0, &held),
+            (cells(3..4, 0..9), 1.0, &held),
+            (Piece::Exhibit, 1.0, &held),
+        ];
+        let unit = |(piece, seconds, needs): (Piece, f64, &Range<usize>)| PlannedUnit {
+            unit: SceneUnit { view, piece },
+            name: String::new(),
+            seconds,
+            needs: needs.clone(),
+        };
+        pieces.map(unit).into()
+    }
+
+    /// The units that are begun on two threads if each takes so many times its guess, and when the
+    /// last one ends.
+    fn run(units: &[PlannedUnit], seconds: f64, slow: f64) -> (Vec<usize>, f64) {
+        let mut budget = TimeBudget::new(units.to_vec(), seconds, 2);
+        let (mut begun, mut now) = (Vec::new(), 0.0);
+        for (k, unit) in units.iter().enumerate() {
+            if budget.begin(k, now).is_ok() {
+                begun.push(k);
+                now += slow * unit.seconds / 2.0;
+            }
+        }
+        (begun, now)
+    }
+
+    #[test]
+    fn results_are_begun_only_if_all_of_them_fits() {
+        let units = view(0, 0);
+        let all: Vec<usize> = (0..8).collect();
+        // 13 s of one thread are 6.5 of two.
+        assert_eq!(run(&units, 6.5, 1.0), (all, 6.5));
+        // The measurement of three blocks is left out, what is shorter is not.
+        assert_eq!(run(&units, 5.9, 1.0), (vec![0, 1, 2, 6, 7], 3.5));
+        // Reference, shortest measurement and picture take 3 s, and no part of the first two is
+        // begun in less.
+        assert_eq!(run(&units, 3.0, 1.0), (vec![0, 1, 2, 7], 3.0));
+        assert_eq!(run(&units, 2.9, 1.0), (vec![7], 0.5));
+        assert_eq!(run(&units, 0.0, 1.0), (vec![], 0.0));
+        // Three times as slow as guessed: seen after the first part of the reference.
+        assert_eq!(run(&units, 3.9, 3.0), (vec![0], 3.0));
+    }
+
+    #[test]
+    fn every_view_has_its_share_and_the_budget_is_kept() {
+        let units = [view(0, 0), view(1, 8)].concat();
+        let (begun, end) = run(&units, 7.0, 1.0);
+        assert_eq!(begun, [0, 1, 2, 6, 7, 8, 9, 10, 14, 15]);
+        assert!(end <= 7.0);
+        // However wrong the guesses are, by the unit in hand at most; its 2 s are of two threads.
+        for tenths in 0..200 {
+            for slow in [0.2, 1.0, 1.5, 3.0, 10.0] {
+                let seconds = 0.1 * f64::from(tenths);
+                let end = run(&units, seconds, slow).1;
+                let longest = if slow > 1.0 { slow } else { 0.0 };
+                assert!(end <= seconds + longest, "{end} {seconds} {slow}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_said_once_for_each_kind() {
+        let units = view(0, 0);
+        let mut budget = TimeBudget::new(units, 1e-9, 2);
+        let said: Vec<usize> = (0..8)
+            .filter(|k| {
+                budget
+                    .begin(*k, 0.0)
+                    .is_err_and(|shortage| shortage.is_first)
+            })
+            .collect();
+        assert_eq!(said, [0, 7]);
+    }
+}
