@@ -19,7 +19,7 @@ use linelit_study::{engine, memory};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// The kind of plans of pictures.
 pub(super) const RENDER: &str = "render";
@@ -246,7 +246,7 @@ impl Picture {
     pub(super) fn at_once(
         &self,
         renderer: &Renderer<'_>,
-        viewer: Option<Viewer>,
+        viewer: Option<&mut Viewer>,
     ) -> (Rendered, Vec<u64>, Counts) {
         let film = Mutex::new((Film::new(self), viewer));
         let progress = bar("rendering");
@@ -267,7 +267,7 @@ impl Picture {
         let each: Vec<Counts> = each.collect();
         each.into_iter().for_each(|own| counts += own);
         progress.finish_and_clear();
-        let film = std::mem::replace(&mut locked(&film).0, Film::new(self));
+        let film = film.into_inner().unwrap_or_else(PoisonError::into_inner).0;
         (film.rendered, film.counted, counts)
     }
 

@@ -52,7 +52,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         Checkpoints::Auto => pixel * window.area() as f64 >= LONG,
     };
     let mut counts = Counts::default();
-    let mut kept = None;
+    let (mut kept, mut viewer) = (None, None);
     let (rendered, counted) = if is_kept {
         let picture = picture.cut(size(None, false, pixel, window, args.picture.blocks()));
         let (folder, lock) = open(args, &picture, pixel, &sources)?;
@@ -62,9 +62,10 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     } else {
         let (rendered, counted);
         let name = args.output.to_string_lossy();
-        let viewer = args.tev.as_ref().map(|at| Viewer::new(at, &name, window));
-        let viewer = viewer.transpose()?;
-        (rendered, counted, counts) = pool.install(|| picture.at_once(&renderer, viewer));
+        if let Some(address) = &args.tev {
+            viewer = Some(Viewer::new(address, &name, window)?);
+        }
+        (rendered, counted, counts) = pool.install(|| picture.at_once(&renderer, viewer.as_mut()));
         (rendered, counted)
     };
     let times = [load_seconds, build_seconds, drawn.elapsed().as_secs_f64()];
@@ -82,6 +83,10 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         explain(&renderer, &args.picture.settings(), &counts, times, out)?;
     } else {
         print(&args.output, &result, times, out)?;
+    }
+    // The picture is written, whatever tev does.
+    if let Some(viewer) = viewer {
+        viewer.finish();
     }
     Ok(())
 }

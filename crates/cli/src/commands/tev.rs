@@ -1,71 +1,137 @@
 //! `render --tev`: a picture shown in the viewer tev while it is computed.
+//!
+//! Tiles are sent by a thread of their own, so that a viewer that reads slowly, or not at all, holds
+//! nothing up. What goes wrong ends the connection, not the render.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "speaks to tev on a thread of its own"
+)]
 
 use crate::output::note;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use linelit_film::{Image, Tile};
 use std::io;
 use std::net::TcpStream;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::Duration;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 /// The channels of a pixel, one after the other.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// A connection to tev, which shows one image. What goes wrong ends the connection, not the render.
+/// How long tev may take to answer, to read anything, and to read the rest once all is computed.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A connection to tev, which shows one image.
 pub(super) struct Viewer {
-    client: Option<TevClient>,
-    name: String,
+    tiles: Sender<Pixels>,
+    /// Says whether tev answers, and is closed once nothing more will be sent.
+    answers: Receiver<io::Result<()>>,
     /// The column and row of the image's upper left pixel.
     corner: [u32; 2],
+}
+
+/// The pixels of a tile, and where they are in the image.
+struct Pixels {
+    corner: [u32; 2],
+    size: [u32; 2],
+    data: Vec<f32>,
 }
 
 impl Viewer {
     /// Connects to the tev that listens at `address`, and opens a black image there.
     pub(super) fn new(address: &str, name: &str, window: Tile) -> Result<Self> {
-        let connect = || -> io::Result<TevClient> {
-            let mut client = TevClient::wrap(TcpStream::connect(address)?);
-            client.send(PacketCreateImage {
-                image_name: name,
-                grab_focus: true,
-                width: window.width(),
-                height: window.height(),
-                channel_names: &CHANNELS,
-            })?;
-            Ok(client)
-        };
-        let client = connect().with_context(|| format!("no tev answers at {address}"))?;
+        let ((tiles, received), (answer, answers)) = (channel(), channel());
+        let [to, name] = [address, name].map(str::to_owned);
+        thread::spawn(move || {
+            // Nobody listens to an answer that comes too late.
+            let mut client = match connect(&to, &name, window) {
+                Ok(client) => client,
+                Err(error) => return drop(answer.send(Err(error))),
+            };
+            let _ = answer.send(Ok(()));
+            if let Err(error) = received
+                .iter()
+                .try_for_each(|p| send(&mut client, &name, &p))
+            {
+                note(format_args!("note: tev is gone: {error}"));
+            }
+        });
+        match answers.recv_timeout(PATIENCE) {
+            Ok(answer) => answer.with_context(|| format!("no tev answers at {address}"))?,
+            Err(_) => bail!("no tev answers at {address} within {PATIENCE:?}"),
+        }
         Ok(Self {
-            client: Some(client),
-            name: name.to_owned(),
+            tiles,
+            answers,
             corner: [window.x0, window.y0],
         })
     }
 
     /// Shows a tile of the image.
-    pub(super) fn show(&mut self, tile: Tile, image: &Image) {
-        let Some(client) = &mut self.client else {
-            return;
-        };
+    pub(super) fn show(&self, tile: Tile, image: &Image) {
         let [x, y] = [tile.x0 - self.corner[0], tile.y0 - self.corner[1]];
         let rows = (y..y + tile.height()).flat_map(|row| {
             let first = row as usize * image.width as usize + x as usize;
             &image.rgb[first..first + tile.width() as usize]
         });
-        let data: Vec<f32> = rows.flatten().copied().collect();
-        let sent = client.send(PacketUpdateImage {
-            image_name: &self.name,
-            grab_focus: false,
-            channel_names: &CHANNELS,
-            channel_offsets: &[0, 1, 2],
-            channel_strides: &[3; 3],
-            x,
-            y,
-            width: tile.width(),
-            height: tile.height(),
-            data: &data,
+        // Where tev is gone there is nobody to show it to.
+        let _ = self.tiles.send(Pixels {
+            corner: [x, y],
+            size: [tile.width(), tile.height()],
+            data: rows.flatten().copied().collect(),
         });
-        if let Err(error) = sent {
-            note(format_args!("note: tev is gone: {error}"));
-            self.client = None;
+    }
+
+    /// Waits for tev to read what is still on the way to it.
+    pub(super) fn finish(self) {
+        drop(self.tiles);
+        if matches!(
+            self.answers.recv_timeout(PATIENCE),
+            Err(RecvTimeoutError::Timeout)
+        ) {
+            note(format_args!(
+                "note: tev is gone: it has not read all of the picture within {PATIENCE:?}"
+            ));
         }
     }
+}
+
+/// Connects to tev and opens a black image there.
+fn connect(address: &str, name: &str, window: Tile) -> io::Result<TevClient> {
+    let stream = TcpStream::connect(address)?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let mut client = TevClient::wrap(stream);
+    client.send(PacketCreateImage {
+        image_name: name,
+        grab_focus: true,
+        width: window.width(),
+        height: window.height(),
+        channel_names: &CHANNELS,
+    })?;
+    Ok(client)
+}
+
+/// Sends a tile to tev.
+fn send(client: &mut TevClient, name: &str, pixels: &Pixels) -> io::Result<()> {
+    let ([x, y], [width, height]) = (pixels.corner, pixels.size);
+    let sent = client.send(PacketUpdateImage {
+        image_name: name,
+        grab_focus: false,
+        channel_names: &CHANNELS,
+        channel_offsets: &[0, 1, 2],
+        channel_strides: &[3; 3],
+        x,
+        y,
+        width,
+        height,
+        data: &pixels.data,
+    });
+    sent.map_err(|error| match error.kind() {
+        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
+            io::Error::other(format!("it has read nothing for {PATIENCE:?}"))
+        }
+        _ => error,
+    })
 }

@@ -1,10 +1,13 @@
 //! `render --tev`, against a listener in tev's place.
 
-use crate::common::{folder, linelit, path, succeeded, text};
+use crate::common::{PROGRAM, folder, linelit, path, succeeded, text};
 use linelit_film::Image;
 use std::io::Read as _;
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::thread;
+use std::time::{Duration, Instant};
 
 /// A packet's fields, from its beginning on.
 struct Fields<'a>(&'a [u8]);
@@ -80,6 +83,93 @@ fn tiles_arrive_as_they_are_written() {
         [written.width, written.height].map(|side| side as usize)
     );
     assert_eq!((count, shown), (written.rgb.len(), written.rgb));
+}
+
+/// What a listener does with the connection that it has accepted.
+type Viewer = fn(TcpStream);
+
+/// Reads a kilobyte ten times a second.
+fn reads_slowly(mut stream: TcpStream) {
+    let mut some = [0; 1024];
+    while stream.read(&mut some).is_ok_and(|count| count > 0) {
+        thread::sleep(Duration::from_millis(100));
+    }
+}
+
+/// Reads a little, and leaves.
+fn closes(mut stream: TcpStream) {
+    stream.read_exact(&mut [0; 1000]).expect("a packet");
+}
+
+/// The arguments of a picture that the buffers of the system do not hold.
+fn large_picture(image: &Path) -> Vec<&str> {
+    let line = "render floating-quad --resolution 1280x1024 --samples 1 --estimator point-area -o";
+    line.split(' ').chain([path(image)]).collect()
+}
+
+/// Renders for a viewer; gives the messages.
+fn render_for(viewer: Viewer, image: &Path) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address").to_string();
+    thread::spawn(move || viewer(listener.accept().expect("the program").0));
+    let mut command = Command::new(PROGRAM);
+    command.args(large_picture(image)).args(["--tev", &address]);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the program");
+    // Longer than it takes on any machine, and no end is no answer.
+    let end = Instant::now() + Duration::from_secs(300);
+    while child.try_wait().expect("a status").is_none() {
+        if Instant::now() > end {
+            child.kill().expect("an end");
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().expect("its output");
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+/// The picture is written, and the same, whatever the viewer does.
+#[test]
+fn a_viewer_that_does_not_read_loses_no_picture() {
+    let dir = folder("tev-stalled");
+    let whole = dir.join("whole.pfm");
+    succeeded(&large_picture(&whole));
+    let whole = std::fs::read(whole).expect("a picture");
+    let viewers: [(&str, Viewer); 3] = [
+        ("stalls", |stream| {
+            thread::sleep(Duration::from_secs(300));
+            drop(stream);
+        }),
+        ("slow", reads_slowly),
+        ("closes", closes),
+    ];
+    thread::scope(|scope| {
+        for (name, viewer) in viewers {
+            let (dir, whole) = (&dir, &whole);
+            scope.spawn(move || {
+                let image = dir.join(format!("{name}.pfm"));
+                let said = render_for(viewer, &image);
+                assert!(said.contains("note: tev is gone: "), "{name}: {said}");
+                assert!(std::fs::read(image).expect("a picture") == *whole, "{name}");
+            });
+        }
+    });
+}
+
+#[test]
+fn addresses_that_lead_nowhere_are_refused() {
+    let image = folder("tev-nowhere").join("x.exr");
+    // A domain that is never registered (RFC 2606), and an address without a port.
+    for address in ["tev.invalid:14158", "127.0.0.1"] {
+        let output = linelit(&["render", "plates", "--tev", address, "-o", path(&image)]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        let what = format!("no tev answers at {address}");
+        assert!(said.contains(&what), "{said}");
+        assert!(!image.exists());
+    }
 }
 
 #[test]
