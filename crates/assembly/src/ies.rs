@@ -1,4 +1,4 @@
-//! Photometric files of luminaires: IESNA LM-63 of 1986, 1991, 1995 and 2002, type C.
+//! Photometric files of luminaires: IES LM-63 of 1986, 1991, 1995, 2002 and 2019, type C.
 
 use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, Warnings, shorten};
 use linelit_lights::{ProfileError, ProfileTable};
@@ -63,10 +63,15 @@ impl Numbers<'_> {
     }
 }
 
-/// Reads the intensities of a luminaire in candela, times the multiplier and both ballast factors.
+/// Reads the intensities of a luminaire in candela, times the multiplier, the ballast factor and,
+/// before the edition of 2019, the number after it, which was the ballast-lamp factor: in 2019 it is
+/// a code for how the file was made.
 ///
 /// Angles are in the profile's frame: vertical ones from its axis, which the luminaire shines
-/// along, horizontal ones from its x axis. What the file leaves to symmetry is filled in. The size
+/// along, horizontal ones from its x axis towards y = z × x. Whoever looks along the axis, as from
+/// behind the luminaire, sees them run clockwise; whoever looks up at it, counter-clockwise. (The
+/// standard's figures are read both ways; Radiance's `ies2rad` turns this way, too.) What the file
+/// leaves to symmetry is filled in. The size
 /// of the luminous opening is not read: the luminaire is a point or the shape that it is given to.
 ///
 /// # Errors
@@ -92,11 +97,12 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
         numbers.next(what)?;
     }
     let ballast = numbers.next("the ballast factor")?;
-    let lamp = numbers.next("the ballast-lamp factor")?;
+    let lamp = numbers.next("the ballast-lamp factor")?.value;
+    let lamp = if edition(source) >= 2019 { 1.0 } else { lamp };
     numbers.next("the input watts")?;
     let vertical = numbers.list(rows, "a vertical angle")?;
     let horizontal = numbers.list(columns, "a horizontal angle")?;
-    let factor = multiplier.value * ballast.value * lamp.value;
+    let factor = multiplier.value * ballast.value * lamp;
     let mut candela = Vec::with_capacity(columns);
     for _ in 0..columns {
         candela.push(numbers.list(rows, "an intensity")?);
@@ -129,21 +135,43 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
     })
 }
 
+/// The year that the first line names as `LM-63-2019` does; 0 where it names none.
+fn edition(source: &Source) -> u32 {
+    let bytes = source.bytes();
+    let end = bytes.iter().position(|b| is_line_end(*b));
+    let line = source.text(Span::new(0, end.unwrap_or(bytes.len())));
+    let year = line.split_once("LM-63-").map_or("", |(_, rest)| rest);
+    let digits = year.bytes().take_while(u8::is_ascii_digit).count();
+    year[..digits].parse().unwrap_or(0)
+}
+
+const fn is_line_end(byte: u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
+}
+
 /// The end of the line of the lamp's tilt and, if they are in the file, of its factors.
 fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
     let bytes = source.bytes();
     let mut start = 0;
     while start < bytes.len() {
-        let line = bytes[start..].iter().position(|b| *b == b'\n');
+        let line = bytes[start..].iter().position(|b| is_line_end(*b));
         let end = line.map_or(bytes.len(), |n| start + n + 1);
         let span = Span::new(start, end);
         let text = source.text(span);
         start = end;
-        let Some(tilt) = text.trim().strip_prefix("TILT=") else {
+        let Some((name, tilt)) = text.split_once('=') else {
             continue;
         };
+        // A byte order mark is no blank.
+        if !name
+            .trim_start_matches('\u{feff}')
+            .trim()
+            .eq_ignore_ascii_case("TILT")
+        {
+            continue;
+        }
         let mut numbers = Numbers { source, at: end };
-        match tilt.trim() {
+        match tilt.trim().to_ascii_uppercase().as_str() {
             "NONE" => {}
             "INCLUDE" => {
                 numbers.next("the lamp's geometry")?;
@@ -154,8 +182,8 @@ fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
                 let message = "the factors of a tilted lamp are not supported";
                 warnings.warn(ErrorKind::Unsupported, message, place)?;
             }
-            other => {
-                let message = format!("the tilt of another file, `{}`", shorten(other));
+            _ => {
+                let message = format!("the tilt of another file, `{}`", shorten(tilt.trim()));
                 return Err(source.error(ErrorKind::Unsupported, message, span, ""));
             }
         }

@@ -283,6 +283,50 @@ fn shapes_have_a_focus() {
     assert_eq!(focus.round.len(), 1);
 }
 
+/// The tilt in any case and with blanks, line ends of old Macs, a byte order mark; and the number
+/// behind the ballast factor, a factor before 2019 and a code since then.
+#[test]
+fn editions_and_spellings_of_ies_files() {
+    let folder = Folder::new("ies-editions");
+    let path = folder.join("lamp.ies");
+    let intensity = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        let name = path.display();
+        let scene = world(&format!(
+            "LightSource \"point\" \"string iesfile\" \"{name}\""
+        ));
+        point(&scene).beam(DVec3::Z).unwrap().irradiance.x
+    };
+    let with = |first: &str, tilt: &str, code: &str| {
+        format!("{first}\n{tilt}\n1 -1 1 2 1 1 2 0 0 0\n.5 {code} 10\n0 90\n0\n800 800\n")
+    };
+    for (first, want) in [
+        ("IES:LM-63-2019", 400.0),
+        ("IESNA:LM-63-2019", 400.0),
+        ("IESNA:LM-63-2002", 440.0),
+        ("IESNA:LM-63-1995", 440.0),
+        ("IESNA91", 440.0),
+        ("[TEST] LM-63-", 440.0),
+    ] {
+        let got = intensity(&with(first, "TILT=NONE", "1.10000"));
+        // Candela are stored as f32.
+        assert!((got - want).abs() < 1e-4, "{first}: {got}");
+    }
+    for tilt in [
+        "TILT = NONE",
+        "TILT=none",
+        " tilt =None ",
+        "\u{feff}TILT=NONE",
+    ] {
+        let text = with("[TEST] a = b", tilt, "1");
+        assert_eq!(intensity(&text), 400.0, "{tilt}");
+        assert_eq!(intensity(&text.replace('\n', "\r")), 400.0, "{tilt}");
+        assert_eq!(intensity(&text.replace('\n', "\r\n")), 400.0, "{tilt}");
+    }
+    let include = with("", "Tilt = include\n1\n2\n0 90\n1 1", "1");
+    assert_eq!(intensity(&include), 400.0);
+}
+
 const IES: &str = "IESNA:LM-63-2002\n[TEST] none\nTILT=NONE\n1 1000 2 3 2 1 2 0 0 0\n1.5 1 50\n\
                    0 45 90\n0 90\n100 60 0\n100,20 0\n";
 
