@@ -91,14 +91,16 @@ impl<T: EmissionTexture> LightSource<'_, T> {
     }
 
     /// The factor of the emission by direction at a point of the surface.
-    fn factor(&self, profile: &Profile, at: &LightPoint) -> f64 {
+    fn factor(&self, profile: &Profile, at: &LightPoint) -> DVec3 {
         let normal = match self.light {
             Light::Area(light) => light.polygon.normal(),
             Light::Disk(light) => light.disk.normal,
             Light::Sphere(light) => light.sphere.normal(at.point),
             Light::Cylinder(light) => light.cylinder.normal(at.point),
             // Lines, points and light from infinity have no side.
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => return 1.0,
+            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => {
+                return DVec3::ONE;
+            }
         };
         profile.on_surface(normal * at.cos_light.signum(), -at.direction)
     }

@@ -53,7 +53,8 @@ impl PointLight {
         let distance = to_light.length();
         let direction = to_light / distance;
         // Divided twice, so that no square overflows or underflows before the intensity is scaled.
-        let factor = self.profile.as_ref().map_or(1.0, |p| p.factor(-direction));
+        let factor = self.profile.as_ref();
+        let factor = factor.map_or(DVec3::ONE, |profile| profile.factor(-direction));
         Beam::new(
             to_light,
             direction,
@@ -63,8 +64,8 @@ impl PointLight {
 
     /// Emitted power by channel, 4π I in W, times the profile's mean.
     pub(crate) fn power(&self) -> DVec3 {
-        let mean = self.profile.as_ref().map_or(1.0, |profile| profile.mean());
-        self.intensity * (4.0 * PI * mean)
+        let mean = self.profile.as_ref().map_or(DVec3::ONE, |p| p.mean());
+        self.intensity * (mean * (4.0 * PI))
     }
 }
 

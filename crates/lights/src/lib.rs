@@ -45,6 +45,7 @@ mod random;
 mod round;
 mod samples;
 mod sky;
+mod space;
 mod surface;
 mod technique;
 
@@ -77,6 +78,7 @@ pub use round::projected::SphereProjected;
 pub use round::sphere::{SphereCap, SphereCone};
 pub use samples::{LineSample, LinearSample, PointColumns, PointSample};
 pub use sky::{Sky, SkyBy, SkyEmission, SkyError, SkyImage, SkyMapping, SkyPoints, SkyView};
+pub use space::LightSpace;
 pub use surface::lines::{LineDensity, LineFamily, LineSetup};
 pub use surface::points::{PointDensity, PointSource};
 pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};

@@ -5,24 +5,26 @@
     reason = "tables of a luminaire, built with it and shared by lights"
 )]
 
+use crate::LightSpace;
 use crate::octahedral::{sphere_to_square, wrap_texel};
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use core::fmt;
-use linelit_elementary::{acos, atan2, cos, pow, sin};
-use linelit_geometry::{DVec3, Frame};
+use linelit_elementary::{atan2, hypot, pow, sin, sin_cos};
+use linelit_geometry::DVec3;
+use linelit_geometry::finite::below_one;
 use std::sync::Arc;
 
-/// A factor by which emission depends on the direction in which light leaves.
+/// A factor by which emission depends on the direction in which light leaves, in linear RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    frame: Frame,
+    space: LightSpace,
     kind: ProfileKind,
     scale: f64,
-    /// The mean over all directions, before it is scaled.
-    mean: f64,
+    /// The mean over all directions of the light's space, before it is scaled.
+    mean: DVec3,
 }
 
-/// The factor as a function of directions in the frame of a [`Profile`], whose z is the axis.
+/// The factor as a function of directions in the space of a [`Profile`], whose z is the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProfileKind {
     /// One within the inner cone, zero beyond the outer, and between them a function of
@@ -67,16 +69,16 @@ impl Falloff {
 }
 
 impl Profile {
-    /// A profile about the z axis of a frame.
+    /// A profile about the z axis of a light's space, or of a frame.
     #[must_use]
-    pub fn new(kind: ProfileKind, frame: Frame) -> Self {
+    pub fn new(kind: ProfileKind, space: impl Into<LightSpace>) -> Self {
         let mut profile = Self {
-            frame,
+            space: space.into(),
             kind,
             scale: 1.0,
-            mean: 0.0,
+            mean: DVec3::ZERO,
         };
-        profile.mean = 0.5 * profile.integral([1.0, 0.0], -1.0);
+        profile.mean = 0.5 * profile.integral(false);
         profile
     }
 
@@ -87,91 +89,114 @@ impl Profile {
         self
     }
 
+    /// Returns the profile of a light that is placed in the world by `to_world`.
+    #[must_use]
+    pub fn placed(mut self, to_world: &LightSpace) -> Self {
+        self.space = self.space.within(to_world);
+        self
+    }
+
+    /// Whether it is a table or an image, not a function of the angle to the axis alone.
+    #[must_use]
+    pub const fn has_angles(&self) -> bool {
+        matches!(self.kind, ProfileKind::Table(_) | ProfileKind::Map(_))
+    }
+
     /// The factor for light that leaves in the unit direction `w`: finite and not negative; zero
     /// where `w` is not a number.
     #[must_use]
-    pub fn factor(&self, w: DVec3) -> f64 {
-        self.about(&self.frame, w)
+    pub fn factor(&self, w: DVec3) -> DVec3 {
+        self.value(self.space.to_light(w))
     }
 
-    /// The factor where the axis is the unit normal `n` of a surface, whatever the profile's own;
-    /// horizontal angles begin as near to the profile's x axis as the surface allows.
+    /// The factor where the axis is the unit normal `n` of a surface, in place of the profile's
+    /// own. Horizontal angles begin as near to the x axis of the light's space as the surface
+    /// allows, and run from there towards n × x; under a reflection the other way round.
     #[must_use]
-    pub fn on_surface(&self, n: DVec3, w: DVec3) -> f64 {
-        let frame = match self.kind {
-            // These ask for the axis alone.
-            ProfileKind::Cone { .. } | ProfileKind::CosinePower(_) => Frame { z: n, ..self.frame },
-            ProfileKind::Table(_) | ProfileKind::Map(_) => {
-                Frame::from_normal_and_tangent(n, self.frame.x)
+    pub fn on_surface(&self, n: DVec3, w: DVec3) -> DVec3 {
+        self.value(match self.kind {
+            // These depend on the angle to the axis alone.
+            ProfileKind::Cone { .. } | ProfileKind::CosinePower(_) => {
+                DVec3::new(0.0, 0.0, n.dot(w))
             }
-        };
-        self.about(&frame, w)
+            ProfileKind::Table(_) | ProfileKind::Map(_) => self.space.on_surface(n).to_local(w),
+        })
     }
 
-    fn about(&self, frame: &Frame, w: DVec3) -> f64 {
+    /// The factor in a direction of the light's space.
+    fn value(&self, w: DVec3) -> DVec3 {
         let factor = match &self.kind {
             ProfileKind::Cone {
                 cos_inner,
                 cos_outer,
                 falloff,
-            } => {
-                let c = frame.z.dot(w);
-                if c >= *cos_inner {
-                    1.0
-                } else if c > *cos_outer {
-                    let t = (c - cos_outer) / (cos_inner - cos_outer);
-                    let [a, b, c] = falloff.polynomial();
-                    t * t * (a + t * (b + t * c))
-                } else {
-                    0.0
-                }
-            }
-            ProfileKind::CosinePower(power) => match frame.z.dot(w) {
-                c if c > 0.0 => pow(c, power.max(0.0)),
-                _ => 0.0,
-            },
-            ProfileKind::Table(table) => table.at(frame.to_local(w)),
-            ProfileKind::Map(map) => map.at(frame.to_local(w)),
+            } => DVec3::splat(if w.z >= *cos_inner {
+                1.0
+            } else if w.z > *cos_outer {
+                let t = (w.z - cos_outer) / (cos_inner - cos_outer);
+                let [a, b, c] = falloff.polynomial();
+                t * t * (a + t * (b + t * c))
+            } else {
+                0.0
+            }),
+            ProfileKind::CosinePower(power) if w.z > 0.0 => DVec3::splat(pow(w.z, power.max(0.0))),
+            ProfileKind::CosinePower(_) => DVec3::ZERO,
+            ProfileKind::Table(table) => DVec3::splat(table.at(w)),
+            ProfileKind::Map(map) => map.at(w),
         };
-        let scaled = factor * self.scale;
-        if scaled > 0.0 {
-            scaled.min(f64::MAX)
-        } else {
-            0.0
-        }
+        (factor * self.scale).max(DVec3::ZERO).min(DVec3::MAX)
     }
 
-    /// The mean of the factor over all directions: the power of a point light is 4π times it.
+    /// The mean of the factor over all directions of the light's own space: the power of a point
+    /// light is 4π times it, as long as its transform has no uneven scale. (pbrt's `power` is by
+    /// this mean under any transform.)
     ///
-    /// **Error**: of tables and images, that of sums over 2 · 10⁵ directions.
+    /// **Error**: 10⁻¹² of it, in closed form: tables are linear between their angles, however
+    /// narrow.
     #[must_use]
-    pub const fn mean(&self) -> f64 {
+    pub fn mean(&self) -> DVec3 {
         self.scale * self.mean
     }
 
     /// The mean of the factor over the hemisphere about the axis, weighted by the cosine,
-    /// (1/π) ∫ p cos θ dω: the power of a surface over that of a Lambertian one.
+    /// (1/π) ∫ p cos θ dω, and over the channels: the power of a surface over that of a Lambertian
+    /// one.
     ///
     /// **Error**: as of [`Profile::mean`].
     #[must_use]
     pub fn lambertian_mean(&self) -> f64 {
-        self.scale * self.integral([0.0, 2.0], 0.0)
+        self.scale * self.integral(true).element_sum() / 3.0
     }
 
-    /// The integral over c = cos θ, from `lowest` to 1, of the factor (its mean around the axis)
-    /// times one + slope c.
-    fn integral(&self, [one, slope]: [f64; 2], lowest: f64) -> f64 {
+    /// The part of the light of a point with this profile that leaves below the horizon of the
+    /// axis, which a surface does not send.
+    #[must_use]
+    pub fn part_behind(&self) -> f64 {
+        let above = match &self.kind {
+            ProfileKind::Table(table) => rings_integral(&table.rings(), 1.0, FRAC_PI_2),
+            _ => return 0.0,
+        };
+        (1.0 - above.x / (2.0 * self.mean.x)).max(0.0)
+    }
+
+    /// The integral over c = cos θ of the factor's mean around the axis: over all c, or, of a
+    /// Lambertian surface, over c ≥ 0 with the weight 2c.
+    fn integral(&self, is_lambertian: bool) -> DVec3 {
         match &self.kind {
             ProfileKind::Cone {
                 cos_inner,
                 cos_outer,
                 falloff,
             } => {
+                let ([one, slope], lowest) = match is_lambertian {
+                    true => ([0.0, 2.0], 0.0_f64),
+                    false => ([1.0, 0.0], -1.0),
+                };
                 let inner = cos_inner.max(lowest);
                 let whole = (1.0 - inner) * (one + 0.5 * slope * (1.0 + inner));
                 let height = cos_inner - cos_outer;
                 if height.is_nan() || height <= 0.0 {
-                    return whole;
+                    return DVec3::splat(whole);
                 }
                 // With c = outer + height t, from t = first on.
                 let first = ((lowest - cos_outer) / height).clamp(0.0, 1.0);
@@ -179,39 +204,54 @@ impl Profile {
                 let moment = |n: i32| (1.0 - first.powi(n + 1)) / f64::from(n + 1);
                 let terms = falloff.polynomial().into_iter().zip(2..);
                 let sum = terms.map(|(k, n)| k * (flat * moment(n) + rise * moment(n + 1)));
-                whole + height * sum.sum::<f64>()
+                DVec3::splat(whole + height * sum.sum::<f64>())
             }
-            ProfileKind::CosinePower(power) => {
-                let power = power.max(0.0);
-                one / (power + 1.0) + slope / (power + 2.0)
+            ProfileKind::CosinePower(power) => DVec3::splat(match is_lambertian {
+                true => 2.0 / (power.max(0.0) + 2.0),
+                false => 1.0 / (power.max(0.0) + 1.0),
+            }),
+            // The weight 2 cos θ sin θ is the sine of twice the angle.
+            ProfileKind::Table(table) => {
+                rings_integral(&table.rings(), if is_lambertian { 2.0 } else { 1.0 }, PI)
             }
-            ProfileKind::Table(table) => numeric(
-                |w| table.at(w),
-                |c| if c > lowest { one + slope * c } else { 0.0 },
-            ),
-            ProfileKind::Map(map) => numeric(
-                |w| map.at(w),
-                |c| if c > lowest { one + slope * c } else { 0.0 },
-            ),
+            ProfileKind::Map(map) if map.is_octahedral => map.texel_integral(is_lambertian),
+            ProfileKind::Map(map) => {
+                rings_integral(&map.rings(), if is_lambertian { 2.0 } else { 1.0 }, PI)
+            }
         }
     }
 }
 
-/// The integral over the cosine of a factor's mean around the axis times a weight of the cosine, by
-/// the midpoint rule in angles: 450 × 450 places.
-fn numeric(factor: impl Fn(DVec3) -> f64, weight: impl Fn(f64) -> f64) -> f64 {
-    const COUNT: u32 = 450;
-    let n = f64::from(COUNT);
-    let mut sum = 0.0;
-    for i in 0..COUNT {
-        let theta = PI * (f64::from(i) + 0.5) / n;
-        let (s, c) = (sin(theta), cos(theta));
-        for j in 0..COUNT {
-            let phi = TAU * (f64::from(j) + 0.5) / n;
-            sum += factor(DVec3::new(s * cos(phi), s * sin(phi), c)) * weight(c) * s;
+/// The integral over θ, while `turns` θ ≤ `end`, of f(θ) sin(`turns` θ), where f is linear between
+/// rings: angles from the axis, each with the mean of a factor around it.
+///
+/// With the middle m and the half width h of a piece, and its values p and q at the ends,
+/// ∫ f sin θ dθ = (p + q) sin m sin h + (q − p) cos m (sin h − h cos h)/h, without cancellation.
+fn rings_integral(rings: &[(f64, DVec3)], turns: f64, end: f64) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    for pair in rings.windows(2) {
+        let [a, b] = [pair[0].0, pair[1].0].map(|theta| turns * theta);
+        let to = b.min(end);
+        if !(a < to) {
+            continue;
         }
+        let (p, q) = (pair[0].1, pair[0].1.lerp(pair[1].1, (to - a) / (b - a)));
+        let (sin_m, cos_m) = sin_cos(0.5 * (a + to));
+        let h = 0.5 * (to - a);
+        sum += (p + q) * (sin_m * sin(h)) + (q - p) * (cos_m * rise(h));
     }
-    sum * PI / (n * n)
+    sum / turns
+}
+
+/// (sin h − h cos h)/h, by its series where that would cancel.
+fn rise(h: f64) -> f64 {
+    let square = h * h;
+    if h < 0.1 {
+        let rest = 1.0 / 30.0 - square * (1.0 / 840.0 - square / 45360.0);
+        return square * (1.0 / 3.0 - square * rest);
+    }
+    let (sin, cos) = sin_cos(h);
+    sin / h - cos
 }
 
 /// The reason why numbers are no profile.
@@ -285,9 +325,10 @@ impl ProfileTable {
         })
     }
 
-    /// The value in a direction of the profile's frame.
+    /// The value in a direction of the light's space.
     fn at(&self, w: DVec3) -> f64 {
-        let theta = acos((w.z / w.length()).clamp(-1.0, 1.0));
+        // Next to the axis the cosine does not determine the angle.
+        let theta = atan2(hypot(w.x, w.y), w.z);
         let (first, last) = (self.vertical[0], self.vertical[self.vertical.len() - 1]);
         // Rounding of the poles and of right angles.
         if !(theta >= first - 1e-9 && theta <= last + 1e-9) {
@@ -299,6 +340,22 @@ impl ProfileTable {
         let value = |j: usize, i: usize| f64::from(self.values[j * rows + i.min(rows - 1)]);
         let column = |j: usize| value(j, i) * (1.0 - a) + value(j, i + 1) * a;
         column(j) * (1.0 - b) + column(next) * b
+    }
+
+    /// The vertical angles, each with the mean of the values around the axis.
+    fn rings(&self) -> Vec<(f64, DVec3)> {
+        let (angles, rows) = (&self.horizontal, self.vertical.len());
+        let mean = |i: usize| {
+            let value = |j: usize| f64::from(self.values[j * rows + i]);
+            let last = angles.len() - 1;
+            let gaps = (0..last).map(|j| (angles[j + 1] - angles[j]) * (value(j) + value(j + 1)));
+            let around = (angles[0] + TAU - angles[last]) * (value(last) + value(0));
+            (gaps.sum::<f64>() + around) / (2.0 * TAU)
+        };
+        let rings = self.vertical.iter().enumerate();
+        rings
+            .map(|(i, theta)| (*theta, DVec3::splat(mean(i))))
+            .collect()
     }
 
     /// The horizontal angles on both sides of one, and the place between them.
@@ -327,17 +384,19 @@ fn between(angles: &[f64], x: f64) -> (usize, f64) {
     (i, ((x - angles[i]) / (next - angles[i])).clamp(0.0, 1.0))
 }
 
-/// An image of directions in grey, interpolated between its pixels.
+/// An image of directions, in grey or linear RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileMap {
     size: [usize; 2],
     is_octahedral: bool,
+    /// One value or three for each pixel.
     values: Vec<f32>,
 }
 
 impl ProfileMap {
     /// A square image by the equal-area octahedral map
-    /// ([`square_to_sphere`](crate::octahedral::square_to_sphere)), first row first.
+    /// ([`square_to_sphere`](crate::octahedral::square_to_sphere)), first row first, with one value
+    /// for each pixel, or three. A direction has the value of its pixel, as in pbrt-v4.
     ///
     /// # Errors
     /// Where count or values do not fit.
@@ -345,7 +404,9 @@ impl ProfileMap {
         Self::of([side; 2], true, values)
     }
 
-    /// An image with columns by longitude, from x towards y, and rows by the angle from the axis.
+    /// An image with columns by longitude, from x towards y, and rows by the angle from the axis,
+    /// with one value for each pixel, or three. It is interpolated between the centres of pixels,
+    /// as in pbrt-v3.
     ///
     /// # Errors
     /// Where count or values do not fit.
@@ -354,7 +415,9 @@ impl ProfileMap {
     }
 
     fn of(size: [usize; 2], is_octahedral: bool, values: Vec<f32>) -> Result<Self, ProfileError> {
-        if values.is_empty() || size[0].checked_mul(size[1]) != Some(values.len()) {
+        let pixels = size[0].checked_mul(size[1]);
+        let fits = |n: usize| values.len() == n || Some(values.len()) == n.checked_mul(3);
+        if values.is_empty() || !pixels.is_some_and(fits) {
             return Err(ProfileError::Count);
         }
         check_values(&values)?;
@@ -365,12 +428,75 @@ impl ProfileMap {
         })
     }
 
-    fn at(&self, w: DVec3) -> f64 {
-        interpolate(self.size, self.is_octahedral, w, |k| {
-            DVec3::splat(f64::from(self.values[k]))
-        })
-        .x
+    fn pixel(&self, k: usize) -> DVec3 {
+        let channels = self.values.len() / (self.size[0] * self.size[1]);
+        let value = |i: usize| f64::from(self.values[channels * k + (channels - 1) / 2 * i]);
+        DVec3::new(value(0), value(1), value(2))
     }
+
+    fn at(&self, w: DVec3) -> DVec3 {
+        if !self.is_octahedral {
+            return interpolate(self.size, false, w, |k| self.pixel(k));
+        }
+        if !w.is_finite() {
+            return DVec3::ZERO;
+        }
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below the number of pixels"
+        )]
+        let [i, j] = sphere_to_square(w).map(|x| (below_one(x) * self.size[0] as f64) as usize);
+        self.pixel(j * self.size[0] + i)
+    }
+
+    /// The angles from the axis at the centres of rows and at the poles, each with the mean of the
+    /// row.
+    fn rings(&self) -> Vec<(f64, DVec3)> {
+        let [width, height] = self.size;
+        let mean = |j: usize| {
+            let row = (0..width).map(|i| self.pixel(j * width + i));
+            row.sum::<DVec3>() / width as f64
+        };
+        let centre = |j: usize| PI * (j as f64 + 0.5) / height as f64;
+        let mut rings = vec![(0.0, mean(0))];
+        rings.extend((0..height).map(|j| (centre(j), mean(j))));
+        rings.push((PI, mean(height - 1)));
+        rings
+    }
+
+    /// Twice the mean of the pixels, or, of a Lambertian surface, twice their mean weighted by
+    /// 2 max(0, cos θ).
+    fn texel_integral(&self, is_lambertian: bool) -> DVec3 {
+        let side = self.size[0];
+        let weight = |k: usize| match is_lambertian {
+            true => 2.0 * mean_cosine([k % side, k / side], side),
+            false => 1.0,
+        };
+        let all = (0..side * side).map(|k| self.pixel(k) * weight(k));
+        all.sum::<DVec3>() * (2.0 / (side * side) as f64)
+    }
+}
+
+/// The mean of max(0, cos θ) over a pixel of an equal-area map of `side`² pixels.
+///
+/// In coordinates from −1 to 1 it is d (2 − d), where d = 1 − |u| − |v| > 0: a polynomial of the
+/// second degree on each half of a quarter pixel, cut along the border of the hemisphere, so that
+/// the mean over the midpoints of the half's sides is exact.
+fn mean_cosine([i, j]: [usize; 2], side: usize) -> f64 {
+    let cosine = |u: f64, v: f64| {
+        let d = (1.0 - u.abs() - v.abs()).max(0.0);
+        d * (2.0 - d)
+    };
+    let h = 0.5 / side as f64;
+    let mut sum = 0.0;
+    for (a, b) in [(1, 1), (3, 1), (1, 3), (3, 3)] {
+        // The quarter's middle, and midpoints of its four sides and of the border through it.
+        let [u, v] = [4 * i + a, 4 * j + b].map(|k| k as f64 * h - 1.0);
+        let sides = [(h, 0.0), (-h, 0.0), (0.0, h), (0.0, -h)].map(|(a, b)| cosine(u + a, v + b));
+        sum += (sides.iter().sum::<f64>() + 2.0 * cosine(u, v)) / 6.0;
+    }
+    0.25 * sum
 }
 
 /// The place of a direction in an image by longitude, from x towards y, and the angle from z.

@@ -6,7 +6,9 @@ use crate::scene::{Mesh, RoundLight, Scene, SceneLight, outward, to_f32, to_f64}
 use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
-use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Profile, Sphere};
+use linelit_lights::{
+    AreaLight, Cylinder, Disk, Emission, Light, LightSpace, LinearLight, Profile, Sphere,
+};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -219,6 +221,15 @@ impl SceneBuilder {
         Some(index(self.profiles.len() - 1))
     }
 
+    /// Whether an emission has a profile with angles around its axis that the transform of a shape
+    /// does not keep: they stay those of the world, and are not stretched with the shape.
+    #[must_use]
+    pub fn bends_profile(&self, spec: &EmissionSpec, to_world: &DMat3) -> bool {
+        let profile = spec.profile.map(|k| &self.profiles[k as usize]);
+        profile.is_some_and(|profile| profile.has_angles())
+            && LightSpace::new(*to_world).is_some_and(|space| !space.is_rigid())
+    }
+
     /// The number of spheres, disks and cylinders so far that lights stand for ([`Scene::round`]).
     #[must_use]
     pub fn round_light_count(&self) -> usize {
@@ -274,7 +285,7 @@ impl SceneBuilder {
             casts_no_shadow: place.casts_no_shadow,
         });
         if let Some(emission) = &place.emission {
-            self.add_lights(first, emission, mesh.one_shape, &mut added)?;
+            self.add_lights(first, emission, (mesh.one_shape, place), &mut added)?;
             // As they are, round shapes know no texture.
             if let Some(shape) = mesh.round.as_ref().filter(|_| emission.map.is_none()) {
                 self.note_round(first, added.lights, shape, place, emission);
@@ -321,7 +332,7 @@ impl SceneBuilder {
         &mut self,
         first: usize,
         spec: &EmissionSpec,
-        one_shape: bool,
+        (one_shape, place): (bool, &Placement),
         added: &mut Added,
     ) -> Result<(), AddError> {
         let Some(mesh) = self.meshes.last() else {
@@ -340,6 +351,7 @@ impl SceneBuilder {
             (x - y).abs().max_element() <= 1e-5 * x.max_element()
                 && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
+        let profile = self.placed_profile(spec, place);
         let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
         let mut next = first;
         let lights_before = self.lights.len();
@@ -370,11 +382,17 @@ impl SceneBuilder {
                 factor: Arc::clone(&self.emission_maps[map as usize]),
                 coordinates: texture.plane(k),
             });
-            let profile = spec.profile.map(|k| Arc::clone(&self.profiles[k as usize]));
-            self.push_area_light(polygon, emission, map, profile, start..next)
+            self.push_area_light(polygon, emission, map, profile.clone(), start..next)
         })?;
         added.lights = self.lights.len() - lights_before;
         Ok(())
+    }
+
+    /// The profile of an emission, if it has one, as the transform of its mesh turns it.
+    fn placed_profile(&self, spec: &EmissionSpec, place: &Placement) -> Option<Arc<Profile>> {
+        let profile = Profile::clone(&self.profiles[spec.profile? as usize]);
+        let space = LightSpace::new(place.to_world.matrix3).unwrap_or(LightSpace::WORLD);
+        Some(Arc::new(profile.placed(&space)))
     }
 
     /// The triangles from `first` on, turned to the side that emits.

@@ -75,7 +75,7 @@ impl SceneLight {
         }
         let radiance = self.map.as_ref().map_or(mean, |map| map.evaluate(at));
         let factor = |profile: &Arc<Profile>| profile.on_surface(normal * side.signum(), outgoing);
-        radiance * self.profile.as_ref().map_or(1.0, factor)
+        radiance * self.profile.as_ref().map_or(DVec3::ONE, factor)
     }
 }
 

@@ -15,3 +15,4 @@ mod memory;
 mod parameters;
 mod pbrt;
 mod shapeless;
+mod transforms;

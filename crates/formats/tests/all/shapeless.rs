@@ -375,6 +375,35 @@ fn ies_files_are_luminaires() {
     assert!(scene.lights.iter().all(|light| light.profile.is_some()));
 }
 
+/// The narrowest beams of IES files emit, and their power is theirs: by the volume of a truncated
+/// cone, (1 + 1.2 + 1.2²)/3 π b², of a beam that is even up to b and ends at 1.2 b.
+#[test]
+fn beams_of_ies_files_have_their_power() {
+    let folder = Folder::new("ies-beams");
+    let path = folder.join("lamp.ies");
+    for degrees in [1.0, 0.5, 0.1, 1e-3, 1e-6_f64] {
+        let end = 1.2 * degrees;
+        let text = format!(
+            "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 4 1 1 2 0 0 0\n1 1 1\n0 {degrees} {end} 90\n0\n\
+             1000 1000 0 0\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        let name = path.display();
+        let at = |rest: &str| {
+            let scene = world(&format!(
+                "LightSource \"point\" {rest} \"string iesfile\" \"{name}\""
+            ));
+            point(&scene).beam(DVec3::Z * 2.0).unwrap().irradiance.x
+        };
+        assert_eq!(at(""), 250.0);
+        let b = degrees.to_radians();
+        let want = 100.0 / (PI * b * b * 3.64 / 3.0) / 4.0;
+        let off = at("\"float power\" 100") / want - 1.0;
+        // The sine of b is b but for b³/6.
+        assert!(off.abs() < b * b + 1e-12, "{degrees}: {off:e}");
+    }
+}
+
 /// Whatever is wrong with an IES file is told with its place; cut at any byte, too.
 #[test]
 fn broken_ies_files_are_refused() {

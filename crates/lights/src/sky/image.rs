@@ -5,6 +5,7 @@
     reason = "tables of an environment, built with it"
 )]
 
+use crate::LightSpace;
 use crate::octahedral::{sphere_to_square, square_to_sphere};
 use crate::profile::interpolate;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -63,8 +64,8 @@ pub struct SkyImage {
     size: [usize; 2],
     pixels: Vec<[f32; 3]>,
     mapping: SkyMapping,
-    /// From directions of the world to those of the image.
-    to_image: DMat3,
+    /// The space of the image's directions.
+    space: LightSpace,
     scale: DVec3,
     mean: DVec3,
     /// Levels of 1, 4, 16, … cells, row by row: the mean radiance over the channels, as a share of
@@ -105,6 +106,26 @@ impl SkyImage {
         to_image: DMat3,
         scale: DVec3,
     ) -> Result<Self, SkyError> {
+        let off = to_image.transpose() * to_image - DMat3::IDENTITY;
+        let error = off.to_cols_array().into_iter().map(f64::abs);
+        let space = LightSpace::new(to_image.transpose()).ok_or(SkyError::Transform)?;
+        if !(error.fold(0.0, f64::max) <= 1e-6) {
+            return Err(SkyError::Transform);
+        }
+        Self::placed(mapping, size, pixels, space, scale)
+    }
+
+    /// [`SkyImage::new`] of an image in the space of a light, under any transform.
+    ///
+    /// # Errors
+    /// Where the pixels are no environment, or the scale is negative or not finite.
+    pub fn placed(
+        mapping: SkyMapping,
+        size: [usize; 2],
+        pixels: Vec<[f32; 3]>,
+        space: LightSpace,
+        scale: DVec3,
+    ) -> Result<Self, SkyError> {
         let [width, height] = size;
         if pixels.is_empty() || width.checked_mul(height) != Some(pixels.len()) {
             return Err(SkyError::Count);
@@ -116,16 +137,14 @@ impl SkyImage {
         if let Some(bad) = pixels.iter().position(|rgb| !is_good(rgb)) {
             return Err(SkyError::Pixel(bad));
         }
-        let off = to_image.transpose() * to_image - DMat3::IDENTITY;
-        let error = off.to_cols_array().into_iter().map(f64::abs);
-        if !(error.fold(0.0, f64::max) <= 1e-6 && scale.is_finite() && scale.min_element() >= 0.0) {
+        if !(scale.is_finite() && scale.min_element() >= 0.0) {
             return Err(SkyError::Transform);
         }
         let mut image = Self {
             size,
             pixels,
             mapping,
-            to_image,
+            space,
             scale,
             mean: DVec3::ZERO,
             levels: Vec::new(),
@@ -150,7 +169,7 @@ impl SkyImage {
     /// The radiance from a unit direction of the world.
     #[must_use]
     pub fn radiance(&self, w: DVec3) -> DVec3 {
-        self.local_radiance(self.to_image * w)
+        self.local_radiance(self.space.to_light(w))
     }
 
     fn local_radiance(&self, w: DVec3) -> DVec3 {
@@ -171,9 +190,10 @@ impl SkyImage {
         let count = 1_usize << (self.levels.len() - 1);
         let cells = (0..count * count).map(|k| {
             let w = center(self.levels.len() - 1, k % count, k / count);
-            let cosine = (self.to_image * n).dot(w);
+            let along = self.space.to_world(w);
+            let cosine = n.dot(along);
             if cosine > 0.0 {
-                self.local_radiance(w) * cosine
+                self.local_radiance(w) * (cosine / self.space.stretch(along))
             } else {
                 DVec3::ZERO
             }
@@ -201,7 +221,8 @@ impl SkyImage {
             let corner = [k % count, k / count].map(|c| c as f64);
             let place = |[a, b]: [f64; 2]| {
                 let at = [corner[0] + a, corner[1] + b].map(|c| c / count as f64);
-                self.local_radiance(square_to_sphere(at))
+                let w = square_to_sphere(at);
+                self.local_radiance(w) / self.space.stretch(self.space.to_world(w))
             };
             let places = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
             let mean = places.into_iter().map(place).sum::<DVec3>() * 0.25;
@@ -277,7 +298,7 @@ impl SkyImage {
         mut second: impl FnMut(usize, f64) -> bool,
     ) -> ([usize; 2], f64) {
         let (mut cell, mut probability) = ([0, 0], 1.0);
-        let normal = normal.map(|n| self.to_image * n);
+        let normal = normal.map(|n| self.space.normal_to_light(n));
         for (level, values) in self.levels.iter().enumerate().skip(1) {
             let count = 1 << level;
             let weight = |a: usize, b: usize| {
@@ -326,14 +347,14 @@ impl SkyImage {
             is_second
         });
         let at = [0, 1].map(|k| (cell[k] as f64 + u[k]) / self.count());
-        let w = self.to_image.transpose() * square_to_sphere(at);
-        (w, self.density(probability))
+        let w = self.space.to_world(square_to_sphere(at));
+        (w, self.density(probability) * self.space.stretch(w))
     }
 
     /// The cell of a direction, and the place in it.
     fn place(&self, w: DVec3) -> [(usize, f64); 2] {
         let count = 1 << (self.levels.len() - 1);
-        let at = sphere_to_square(self.to_image * w);
+        let at = sphere_to_square(self.space.to_light(w));
         at.map(|x| (index(x, count), (below_one(x) * count as f64).fract()))
     }
 
@@ -345,7 +366,7 @@ impl SkyImage {
             bits[axis] -= 1;
             place[axis].0 >> bits[axis] & 1 == 1
         });
-        self.density(probability)
+        self.density(probability) * self.space.stretch(w)
     }
 
     /// The random numbers from which a direction is drawn.

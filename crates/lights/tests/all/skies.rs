@@ -632,7 +632,7 @@ proptest! {
         }
         for (_, kind) in profiles() {
             let factor = Profile::new(kind, Frame::from_normal(DVec3::Z)).factor(n);
-            prop_assert!(factor >= 0.0 && factor.is_finite());
+            prop_assert!(factor.min_element() >= 0.0 && factor.is_finite());
         }
     }
 }

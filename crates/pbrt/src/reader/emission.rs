@@ -6,8 +6,8 @@ use super::params::{Param, Params, Type};
 use super::state::Target;
 use crate::color;
 use linelit_assembly::{ErrorKind, Result, shorten};
-use linelit_geometry::{DVec3, Frame};
-use linelit_lights::{Profile, ProfileKind};
+use linelit_geometry::DVec3;
+use linelit_lights::{LightSpace, Profile, ProfileKind};
 use linelit_scene::{EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, Wrap};
 use std::sync::Arc;
 
@@ -70,7 +70,7 @@ impl Loader {
         Ok(())
     }
 
-    /// Our extensions, about the normal: `focus`, a power of the cosine; `coneangle` with
+    /// Our extensions, about the normal and turned with the shape: `focus`, a power of the cosine; `coneangle` with
     /// `conedeltaangle`, the cone of a spot; `iesfile`. Shapes keep their power.
     fn emission_profile(&mut self, params: &Params) -> Result<Option<u32>> {
         // The cone asks for this one itself.
@@ -96,9 +96,18 @@ impl Loader {
             let message = format!("{owner} has several of `focus`, `coneangle` and `iesfile`");
             return Err(params.error(ErrorKind::OutOfRange, message, "one of them"));
         }
-        let profile = Profile::new(kind, Frame::from_normal(DVec3::Z));
+        let profile = Profile::new(kind, LightSpace::WORLD);
+        let behind = profile.part_behind();
         let added = self.base.builder.add_profile(profile);
         added.map(Some).ok_or_else(|| {
+        if added.is_some() && behind > 0.0 {
+            let percent = 100.0 * behind;
+            let message = format!(
+                "{percent:.3} % of the light of the IES file leaves above 90°, behind the surface"
+            );
+            let label = "left out: what is in front gets all of the power";
+            self.base.suspicious(message, label, params.at())?;
+        }
             let message = format!("{} emits in no direction", params.owner);
             params.error(ErrorKind::OutOfRange, message, "its cone is empty")
         })

@@ -5,11 +5,10 @@ use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
 use linelit_assembly::{ErrorKind, Result, Source, ies, shorten};
-use linelit_geometry::glam::DMat3;
-use linelit_geometry::{ConvexPolygon, DVec3, Frame};
+use linelit_geometry::{ConvexPolygon, DVec3, Frame, predicates};
 use linelit_lights::{
-    Falloff, Light, PointLight, Profile, ProfileKind, ProfileMap, Sky, SkyEmission, SkyImage,
-    SkyMapping, Sphere,
+    Falloff, Light, LightSpace, PointLight, Profile, ProfileKind, ProfileMap, Sky, SkyEmission,
+    SkyImage, SkyMapping, Sphere,
 };
 use linelit_scene::{ImageData, LUMINANCE};
 use std::f64::consts::PI;
@@ -88,17 +87,28 @@ impl Loader {
         Err(params.error(ErrorKind::OutOfRange, message, "after its transform"))
     }
 
-    /// The unit vector between two points of the parameters in world space.
-    fn world_direction(&self, params: &Params) -> Result<DVec3> {
-        let from = self.world_point(params, "from", DVec3::ZERO)?;
-        let to = self.world_point(params, "to", DVec3::Z)?;
-        (to - from).try_normalize().ok_or_else(|| {
+    /// The unit vector from `from` to `to` in the space of the parameters.
+    fn direction(&self, params: &Params) -> Result<DVec3> {
+        let point = |name: &'static str, usual: DVec3| -> Result<DVec3> {
+            let point = params.fixed::<3>(name, &[Type::Point3])?;
+            Ok(point.map_or(usual, DVec3::from_array))
+        };
+        let (from, to) = (point("from", DVec3::ZERO)?, point("to", DVec3::Z)?);
+        predicates::normalize(to - from).ok_or_else(|| {
             let message = format!("`from` and `to` of {} are one point", params.owner);
             params.error(ErrorKind::OutOfRange, message, "no direction")
         })
     }
 
     fn point_light(&mut self, name: &str, params: &Params) -> Result<Option<Light>> {
+    /// The space of a light under the current transform.
+    fn light_space(&self, params: &Params) -> Result<LightSpace> {
+        LightSpace::new(self.state.ctm.matrix3).ok_or_else(|| {
+            let message = format!("the transform of {} flattens directions", params.owner);
+            params.error(ErrorKind::BadTransform, message, "")
+        })
+    }
+
         let intensity = self.light_spectrum(params, "I")?;
         let power = params.float("power")?.filter(|p| *p > 0.0);
         let position = self.world_point(params, "from", DVec3::ZERO)?;
@@ -107,7 +117,9 @@ impl Loader {
             "goniometric" => self.goniometer(params)?,
             _ => self.luminaire(params)?,
         };
-        let mean = profile.as_ref().map_or(1.0, Profile::mean);
+        // As in pbrt-v4: whatever the transform, and an image by its mean luminance.
+        let mean = profile.as_ref().map_or(DVec3::ONE, Profile::mean);
+        let mean = mean.dot(LUMINANCE) / LUMINANCE.element_sum();
         let factor = power.map_or(1.0, |power| power / (4.0 * PI * mean));
         let emits = intensity != DVec3::ZERO && mean > 0.0;
         Ok(emits.then(|| {
@@ -120,13 +132,14 @@ impl Loader {
     }
 
     /// The cone of a spot: version 4 smooths its border in the cosine, version 3 by a fourth power.
-    fn spot(&self, params: &Params) -> Result<Profile> {
-        let axis = self.world_direction(params)?;
-        Ok(Profile::new(self.cone(params)?, Frame::from_normal(axis)))
+    fn spot(&mut self, params: &Params) -> Result<Profile> {
+        let space = LightSpace::from(Frame::from_normal(self.direction(params)?));
+        let space = space.within(&self.light_space(params)?);
+        Ok(Profile::new(self.cone(params)?, space))
     }
 
     /// The cone of `coneangle` and `conedeltaangle`.
-    pub(super) fn cone(&self, params: &Params) -> Result<ProfileKind> {
+    pub(super) fn cone(&mut self, params: &Params) -> Result<ProfileKind> {
         let total = params.float_or("coneangle", 30.0)?;
         let delta = params.float_or("conedeltaangle", 5.0)?;
         if !(0.0..=180.0).contains(&total) || !(delta >= 0.0) {
@@ -135,7 +148,17 @@ impl Loader {
             return Err(params.range_error(&["coneangle", "conedeltaangle"], message, label));
         }
         let cosine = |degrees: f64| linelit_elementary::cos(degrees.to_radians());
-        let (cos_outer, cos_inner) = (cosine(total), cosine((total - delta).max(0.0)));
+        // As in pbrt, which takes the cosine of a negative angle here.
+        let inner = (total - delta).abs().min(total);
+        if delta > total && total > 0.0 {
+            let message = format!("`conedeltaangle` of {} is above `coneangle`", params.owner);
+            let label = match delta > 2.0 * total {
+                true => "its light ends sharply, as in pbrt-v3".to_owned(),
+                false => format!("within {inner}° its light is even, as in pbrt"),
+            };
+            self.base.suspicious(message, &label, params.at())?;
+        }
+        let (cos_outer, cos_inner) = (cosine(total), cosine(inner));
         let falloff = match self.view.is_v4 {
             true => Falloff::Smooth,
             false => Falloff::Quartic,
@@ -154,10 +177,9 @@ impl Loader {
             params.ignore(&["to"]);
             return Ok(None);
         };
-        let axis = self.world_direction(params)?;
-        let tangent = self.state.ctm.transform_vector3(DVec3::X);
-        let frame = Frame::from_normal_and_tangent(axis, tangent);
-        Ok(Some(Profile::new(kind, frame)))
+        let frame = Frame::from_normal_and_tangent(self.direction(params)?, DVec3::X);
+        let space = LightSpace::from(frame).within(&self.light_space(params)?);
+        Ok(Some(Profile::new(kind, space)))
     }
 
     /// The table of an IES file, if `iesfile` names one.
@@ -171,29 +193,29 @@ impl Loader {
         Ok(Some(ProfileKind::Table(Arc::new(table))))
     }
 
-    /// The image of a goniometer, over directions of the light's space.
+    /// The image of a goniometer, over directions of the light's space, whose y axis is the
+    /// image's. Version 3 takes its colours, version 4 the mean of its channels.
     fn goniometer(&mut self, params: &Params) -> Result<Option<Profile>> {
         let Some((data, mapping)) = self.directions_image(params)? else {
             return Ok(None);
         };
-        let grey = data.to_luminance();
-        let values = pixels(&grey).map(|[v, ..]| v).collect();
-        let size = [grey.width() as usize, grey.height() as usize];
+        let size = [data.width() as usize, data.height() as usize];
         let map = match mapping {
-            SkyMapping::EqualArea => ProfileMap::octahedral(size[0], values),
-            SkyMapping::Equirectangular => ProfileMap::equirectangular(size, values),
+            SkyMapping::EqualArea => {
+                let mean = |[r, g, b]: [f32; 3]| (r + g + b) / 3.0;
+                ProfileMap::octahedral(size[0], pixels(&data).map(mean).collect())
+            }
+            SkyMapping::Equirectangular => {
+                ProfileMap::equirectangular(size, pixels(&data).flatten().collect())
+            }
         };
         let map = map.map_err(|why| {
             let message = format!("the image of {}: {why}", params.owner);
             params.error(ErrorKind::OutOfRange, message, "")
         })?;
-        let [x, y, z] = self.rotation(params)?;
-        // In version 3 the goniometer's axis is y, in version 4 z.
-        let frame = match mapping {
-            SkyMapping::EqualArea => Frame { x, y, z },
-            SkyMapping::Equirectangular => Frame { x, y: z, z: y },
-        };
-        Ok(Some(Profile::new(ProfileKind::Map(Arc::new(map)), frame)))
+        let [x, y, z] = [DVec3::X, DVec3::Z, DVec3::Y];
+        let space = LightSpace::from(Frame { x, y, z }).within(&self.light_space(params)?);
+        Ok(Some(Profile::new(ProfileKind::Map(Arc::new(map)), space)))
     }
 
     fn distant_light(&mut self, params: &Params) -> Result<Option<Light>> {
@@ -201,7 +223,11 @@ impl Loader {
         if let Some(lux) = params.float("illuminance")?.filter(|lux| *lux > 0.0) {
             irradiance *= lux;
         }
-        let direction = -self.world_direction(params)?;
+        let along = self.state.ctm.transform_vector3(self.direction(params)?);
+        let direction = predicates::normalize(-along).ok_or_else(|| {
+            let message = format!("the transform of {} leaves it no direction", params.owner);
+            params.error(ErrorKind::BadTransform, message, "")
+        })?;
         let half_angle = 0.5 * self.angle(params)?.to_radians();
         Ok((irradiance != DVec3::ZERO).then(|| {
             if half_angle <= NARROWEST {
@@ -233,23 +259,24 @@ impl Loader {
                 SkyEmission::Constant(radiance)
             }
             Some((data, mapping)) => {
-                let [x, y, z] = self.rotation(params)?;
+                let space = self.light_space(params)?;
                 let size = [data.width() as usize, data.height() as usize];
-                let to_image = DMat3::from_cols(x, y, z).transpose();
-                let image = |scale: DVec3| {
+                let image = |space: LightSpace, scale: DVec3| {
                     let pixels = pixels(&data).collect();
-                    SkyImage::new(mapping, size, pixels, to_image, scale).map_err(|why| {
+                    SkyImage::placed(mapping, size, pixels, space, scale).map_err(|why| {
                         let message = format!("the image of {}: {why}", params.owner);
                         params.error(ErrorKind::OutOfRange, message, "")
                     })
                 };
-                let mut sky = image(radiance)?;
                 if let Some(lux) = illuminance {
-                    // As in pbrt-v4: that of the upper half of the image.
-                    let upper = sky.irradiance(z).dot(LUMINANCE);
-                    sky = image(radiance * if upper > 0.0 { lux / upper } else { 0.0 })?;
+                    // By the upper half of the image, whatever the transform. (pbrt-v4's program
+                    // counts each pixel half, so that it gives twice the illuminance.)
+                    let sky = image(LightSpace::WORLD, radiance)?;
+                    let upper = sky.irradiance(DVec3::Z).dot(LUMINANCE);
+                    radiance *= if upper > 0.0 { lux / upper } else { 0.0 };
                 }
                 radiance = sky.mean();
+                let sky = image(space, radiance)?;
                 SkyEmission::Image(Arc::new(sky))
             }
         };
@@ -260,15 +287,13 @@ impl Loader {
         })))
     }
 
-    /// The portal of an environment: four corners.
+    /// The portal of an environment: four corners in the world, where the transform of the light
+    /// does not move them, as in pbrt-v4.
     fn portal(&self, params: &Params) -> Result<Option<ConvexPolygon>> {
         let Some(corners) = params.fixed::<12>("portal", &[Type::Point3])? else {
             return Ok(None);
         };
-        let to_world = self.state.ctm;
-        let corner = |c: &[f64; 3]| to_world.transform_point3(DVec3::from_array(*c));
-        let corners: Vec<DVec3> = corners.as_chunks::<3>().0.iter().map(corner).collect();
-        let polygon = ConvexPolygon::new(&corners).map_err(|why| {
+        let polygon = ConvexPolygon::new(corners.as_chunks::<3>().0).map_err(|why| {
             let message = format!("the portal of {}: {why}", params.owner);
             params.error(
                 ErrorKind::OutOfRange,
@@ -305,20 +330,6 @@ impl Loader {
             return Err(error.help("`mapname` takes an image by longitude and latitude"));
         }
         Ok(Some((data, mapping)))
-    }
-
-    /// The axes of the light's space in the world, of unit length.
-    fn rotation(&self, params: &Params) -> Result<[DVec3; 3]> {
-        let matrix = self.state.ctm.matrix3;
-        let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::normalize_or_zero);
-        let [x, y, z] = axes;
-        let off = x.dot(y).abs().max(y.dot(z).abs()).max(z.dot(x).abs());
-        if off <= 1e-6 && axes.iter().all(|axis| *axis != DVec3::ZERO) {
-            return Ok(axes);
-        }
-        let message = format!("the transform of {} skews directions", params.owner);
-        let label = "expected rotations and scales along the axes";
-        Err(params.error(ErrorKind::BadTransform, message, label))
     }
 }
 

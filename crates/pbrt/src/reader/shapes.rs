@@ -98,6 +98,13 @@ impl Loader {
         geometry: &Geometry,
         place: &Placement,
     ) -> Result<()> {
+        let emission = place.emission.as_ref();
+        let to_world = &place.to_world.matrix3;
+        if emission.is_some_and(|spec| self.base.builder.bends_profile(spec, to_world)) {
+            let message = "an IES file is not stretched with its shape";
+            let label = "its angles are those of the world, under any scale";
+            self.base.suspicious(message, label, params.at())?;
+        }
         let mesh = match geometry {
             Geometry::Mesh(mesh) => mesh,
             Geometry::Line(p0, p1) => return self.add_line(params, [*p0, *p1], place),
