@@ -1,6 +1,7 @@
 //! Lights without a mesh: points, spots and parallel light (`KHR_lights_punctual`).
 //!
 //! Candela count as W/sr and lux as W/m², as all photometric units here count as radiometric ones.
+//! As the extension says, a node's scale turns a light at most: no cone becomes elliptic.
 
 use super::Reader;
 use super::document::Raw;
@@ -154,12 +155,15 @@ impl<'a> Reader<'a> {
                     inner_cone_angle: inner,
                     outer_cone_angle: outer,
                 } = &light.spot;
-                if !(0.0 <= *inner && inner <= outer && *outer <= FRAC_PI_2) {
+                // Angles may be rounded to 32 bits or to five digits.
+                let above = |bound: f64| bound * (1.0 + 1e-5);
+                if !(0.0 <= *inner && *inner <= above(*outer) && *outer <= above(FRAC_PI_2)) {
                     return Err(bad("spot", "no cone: inner angle ≤ outer angle ≤ π/2"));
                 }
                 let kind = ProfileKind::Cone {
-                    cos_inner: cos(*inner),
-                    cos_outer: cos(*outer),
+                let outer = outer.min(FRAC_PI_2);
+                    cos_inner: cos(inner.min(outer)),
+                    cos_outer: cos(outer),
                     falloff: Falloff::Quadratic,
                 };
                 point(Some(Profile::new(kind, Frame::from_normal(along))))

@@ -501,7 +501,27 @@ fn punctual_lights_of_gltf() {
     assert!(said.message().contains("`range`"), "{said}");
     assert_eq!((ranged.scene.lights.len(), said.repeats()), (2, 1));
     let dark = gltf(r#"{ "type": "point", "intensity": 0 }"#, "").unwrap();
-    assert!(dark.scene.lights.is_empty());
+    assert!(dark.scene.lights.is_empty() && dark.has_lights);
+    // Cones of π/2 and of equal angles, rounded to 32 bits or to five digits.
+    for (inner, outer) in [
+        (0.0, 1.570_796_370_506_286_6),
+        (0.0, 1.5708),
+        (0.785_398_185_253_143_3, std::f64::consts::FRAC_PI_4),
+        (1.570_796_370_506_286_6, 1.570_796_370_506_286_6),
+    ] {
+        let cone = format!(r#""innerConeAngle": {inner}, "outerConeAngle": {outer}"#);
+        let loaded = gltf(
+            &format!(r#"{{ "type": "spot", "spot": {{ {cone} }} }}"#),
+            "",
+        )
+        .unwrap();
+        let light = point(&loaded.scene);
+        let beam = light.beam(DVec3::new(0.3, 0.0, -0.4)).unwrap();
+        // The square of the cosine between none and π/2, and one inside of a sharp cone.
+        let want = if inner == 0.0 { 0.64 } else { 1.0 };
+        near(beam.irradiance, DVec3::splat(want / 0.25));
+        assert!(light.beam(DVec3::Z).is_none());
+    }
     for (light, part) in [
         (r#"{ "type": "area" }"#, "`type` of a light"),
         (
