@@ -58,6 +58,8 @@ pub struct Assembly {
     pub warnings: Warnings,
     /// More triangles than this are refused.
     pub max_triangles: usize,
+    /// Whether the file has lights so far, dark ones and those that are left out included.
+    pub has_lights: bool,
     files: Files,
     watch: Watch,
     /// The images by the name in the scene and whether bytes are sRGB.
@@ -91,6 +93,7 @@ impl Assembly {
             builder: SceneBuilder::new(options.max_triangles),
             warnings: Warnings::new(options.strict),
             max_triangles: options.max_triangles,
+            has_lights: false,
             files: Files::new(path, options),
             watch: options.watch.clone(),
             images: HashMap::new(),
@@ -142,6 +145,7 @@ impl Assembly {
         what: &str,
         at: Location<'_>,
     ) -> Result<()> {
+        self.has_lights |= place.emission.is_some();
         let alphas = place.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
         let mut alphas = alphas.into_iter().flatten();
         if alphas.any(|alpha| self.builder.alpha(alpha).is_beyond(&mesh.uvs)) {
@@ -189,6 +193,7 @@ impl Assembly {
         spec: &EmissionSpec,
         at: Location<'_>,
     ) -> Result<()> {
+        self.has_lights = true;
         if !p0.is_finite() || !p1.is_finite() {
             let message = "the end of a line is not finite";
             return Err(at.error(ErrorKind::OutOfRange, message, "after its transform"));
@@ -202,6 +207,7 @@ impl Assembly {
 
     /// Adds a light that no shape stands for.
     pub fn add_light(&mut self, light: Light, at: Location<'_>) -> Result<()> {
+        self.has_lights = true;
         let added = self.builder.add_light(light);
         added.map_err(|_| self.too_many_lights(at))
     }
@@ -422,7 +428,10 @@ impl Assembly {
             let message = "the scene has no shapes";
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         } else if self.builder.light_count() == 0 {
-            let message = "the scene has no lights";
+            let message = match self.has_lights {
+                true => "no light of the scene emits anything",
+                false => "the scene has no lights",
+            };
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         }
         let size = [film.width, film.height];
@@ -440,6 +449,7 @@ impl Assembly {
         }
         Ok(Loaded {
             scene,
+            has_lights: self.has_lights,
             warnings: self.warnings.into_list(),
         })
     }

@@ -66,5 +66,6 @@ pub fn add_framing_light(scene: &mut Scene) -> bool {
     let irradiance = std::f64::consts::PI;
     let square = (centre - place).length_squared();
     let radiance = |area: f64| DVec3::splat(irradiance * square / area);
-    scene.add_quad_light("framing light", corners, radiance)
+    scene.has_lamp = scene.add_quad_light("framing light", corners, radiance);
+    scene.has_lamp
 }

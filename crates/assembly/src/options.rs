@@ -94,6 +94,8 @@ impl Default for LoadOptions {
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
+    /// Whether the file has lights, dark ones and those that are left out included.
+    pub has_lights: bool,
     /// The warnings in the order of the files; the same message only once.
     pub warnings: Vec<Warning>,
 }

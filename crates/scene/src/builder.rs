@@ -505,6 +505,7 @@ impl SceneBuilder {
             materials: self.materials,
             lights: self.lights,
             round: self.round,
+            has_lamp: false,
             camera,
             film,
             light_ranges: self.light_ranges,

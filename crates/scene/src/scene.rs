@@ -116,6 +116,8 @@ pub struct Scene {
     pub lights: Vec<SceneLight>,
     /// Emissive spheres, disks and cylinders, which `lights` has as facets.
     pub round: Vec<RoundLight>,
+    /// Whether one of the lights is a lamp that is not in the scene's file, which has none.
+    pub has_lamp: bool,
     /// The camera.
     pub camera: Camera,
     /// Size, crop and filter of the picture.

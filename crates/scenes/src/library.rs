@@ -72,7 +72,8 @@ impl Library {
         loaded
     }
 
-    /// Loads a scene, and gives one without lights a square beside the camera, which is noted.
+    /// Loads a scene, and gives one whose file has no lights a square next to the camera, which is
+    /// noted. Where the lights of a file are dark, it stays dark.
     ///
     /// # Errors
     /// If the scene cannot be found or read, or has no lights and nothing to be lit.
@@ -80,12 +81,12 @@ impl Library {
         self.lit(self.load(name)?, name)
     }
 
-    /// A scene, with a square beside the camera if it has no lights, which is noted.
+    /// A scene, with a square next to the camera if its file has no lights, which is noted.
     ///
     /// # Errors
     /// If it has no lights and nothing to be lit.
     pub fn lit(&self, mut loaded: Loaded, name: &str) -> Result<Loaded> {
-        if loaded.scene.lights.is_empty() {
+        if !loaded.has_lights {
             if !linelit_formats::add_framing_light(&mut loaded.scene) {
                 bail!("`{name}` has no lights, and nothing that one could stand beside");
             }

@@ -18,6 +18,8 @@ pub(super) struct Rendered {
     pub(super) placement: Option<Placement>,
     /// The matrices of the camera, as the file has them.
     pub(super) world_to: [Option<[f32; 16]>; 2],
+    /// Whether it is lit by a lamp that is not in the scene's file.
+    pub(super) has_lamp: bool,
     /// Moments of trials or of camera samples of each pixel, if they are asked for.
     pub(super) moments: Vec<Moments>,
     /// Rays and lines of each pixel, if they are asked for.

@@ -47,6 +47,8 @@ struct Settings {
     window: [u32; 4],
     /// The matrices of the camera ([`Document::world_to`](linelit_film::Document::world_to)).
     world_to: [Option<[f32; 16]>; 2],
+    /// Whether it is lit by a lamp that is not in the scene's file.
+    has_lamp: bool,
 }
 
 /// The work of a unit.
@@ -81,6 +83,7 @@ pub(super) struct Picture {
     film: [u32; 2],
     window: Tile,
     world_to: [Option<[f32; 16]>; 2],
+    has_lamp: bool,
     work: Vec<Work>,
 }
 
@@ -144,6 +147,7 @@ impl Picture {
             window,
             world_to: (scene.camera.matrices())
                 .map(|matrix| Some(matrix?.as_mat4().to_cols_array())),
+            has_lamp: scene.has_lamp,
             work: Vec::new(),
         };
         picture.cut((SIDE_AT_ONCE, false))
@@ -170,6 +174,7 @@ impl Picture {
             film: self.film,
             window: bounds(self.window),
             world_to: self.world_to,
+            has_lamp: self.has_lamp,
         };
         let blocks = self.args.blocks();
         let unit = |work: &Work| -> Result<Unit> {
@@ -214,6 +219,7 @@ impl Picture {
                 y1: bottom,
             },
             world_to: settings.world_to,
+            has_lamp: settings.has_lamp,
             work,
         };
         Ok((picture, again.read))
@@ -370,7 +376,7 @@ impl Picture {
         linelit_film::check_writable(path)?;
         let (rendered, counted) = self.gather(folder)?;
         let scene = &self.scene;
-        let result = render::picture_json(scene, path, &rendered.image, &counted);
+        let result = render::picture_json(scene, path, &rendered, &counted);
         let to = (&**path, &args.file);
         pool_of(args.threads)?.install(|| render::write(rendered, to, scene, &self.args))?;
         if args.json {
@@ -445,6 +451,7 @@ impl Film {
                     corner: [0, 0],
                 }),
                 world_to: picture.world_to,
+                has_lamp: picture.has_lamp,
                 moments: vec![Moments::default(); moments],
                 cost: [vec![0; moments], vec![0; moments]],
                 surfaces: vec![Surface::default(); all(aovs::wants_surfaces(aovs))],

@@ -10,7 +10,7 @@ use crate::folder::{Lock, remove_all};
 use crate::inputs::Sources;
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
-use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
+use linelit_film::{Document, Exposure, Tile, ToneCurve};
 use linelit_integrator::{Counts, Renderer, Settings, Spheres};
 use linelit_plan::{Folder, Shard};
 use linelit_scene::Scene;
@@ -69,7 +69,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         (rendered, counted)
     };
     let times = [load_seconds, build_seconds, drawn.elapsed().as_secs_f64()];
-    let mut result = picture_json(&args.scene, &args.output, &rendered.image, &counted);
+    let mut result = picture_json(&args.scene, &args.output, &rendered, &counted);
     let to = (&*args.output, &args.file);
     pool.install(|| write(rendered, to, &args.scene, &args.picture))?;
     if let Some((folder, _lock)) = kept {
@@ -243,6 +243,9 @@ pub(super) fn write(
     (document.placement, document.world_to) = (rendered.placement, rendered.world_to);
     document.add_image("", image)?;
     aovs::add(&mut document, &rendered, picture)?;
+    if rendered.has_lamp {
+        document.set("lamp", "not in the file, which has no lights");
+    }
     drop(rendered);
     document.set("scene", short_name(scene));
     document.set("estimator", picture.estimator);
@@ -319,10 +322,10 @@ fn explain(
 pub(super) fn picture_json(
     scene: &str,
     output: &Path,
-    image: &Image,
+    rendered: &Rendered,
     numbers: &[u64],
 ) -> Map<String, Value> {
-    let none = Counts::default();
+    let (image, none) = (&rendered.image, Counts::default());
     let names = counted(&none).map(|(name, _)| name.to_owned());
     let mut rows = names.zip(numbers.iter().map(|n| Value::from(*n)));
     let plan: Map<String, Value> = rows.by_ref().take(none.plan.rows().count()).collect();
@@ -334,6 +337,7 @@ pub(super) fn picture_json(
         ("width", image.width.into()),
         ("height", image.height.into()),
         ("mean", json!(image.mean())),
+        ("lamp", rendered.has_lamp.into()),
     ] {
         found.insert(name.to_owned(), value);
     }

@@ -267,6 +267,46 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
     assert!(names(&dir).is_empty());
 }
 
+/// A lamp is put in only where a file has no lights, and JSON and metadata say so, of one process
+/// and of a plan; where its lights are dark, the picture is.
+#[test]
+fn a_lamp_is_for_files_without_lights_and_is_named() {
+    let dir = folder("lamp");
+    let (plan, merged) = (dir.join("plan"), dir.join("merged.exr"));
+    let square = "Shape \"bilinearmesh\" \"point3 P\" [ -1 -1 3 1 -1 3 -1 1 3 1 1 3 ]";
+    for (lights, has_lamp) in [
+        ("", true),
+        ("LightSource \"point\" \"rgb I\" [ 0 0 0 ]", false),
+        ("LightSource \"projection\"", false),
+        ("LightSource \"point\"", false),
+    ] {
+        let (file, picture) = (dir.join("a.pbrt"), dir.join("a.exr"));
+        let scene = format!("Camera \"perspective\" WorldBegin {square} {lights}");
+        fs::write(&file, scene).unwrap();
+        let size = ["--resolution", "4x4"];
+        let whole = ["render", path(&file), "-o", path(&picture), "--json"];
+        let planned = ["plan", "render", path(&file), "-o", path(&plan)];
+        let merge = ["merge", path(&plan), "-o", path(&merged), "--json"];
+        let done = linelit(&[&whole[..], &size].concat());
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        assert!(linelit(&[&planned[..], &size].concat()).status.success());
+        assert!(linelit(&["run", path(&plan)]).status.success());
+        for (output, picture) in [(done, &picture), (linelit(&merge), &merged)] {
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            assert_eq!(json["lamp"], has_lamp, "{lights}: {json}");
+            let is_lit = json["mean"][0].as_f64() > Some(0.0);
+            assert_eq!(
+                is_lit,
+                has_lamp || lights == "LightSource \"point\"",
+                "{json}"
+            );
+            let document = linelit_film::Document::read(picture).unwrap();
+            assert_eq!(document.get("lamp").is_some(), has_lamp, "{lights}");
+        }
+        fs::remove_dir_all(&plan).unwrap();
+    }
+}
+
 #[test]
 fn a_file_without_lights_is_lit_for_pictures_and_refused_by_studies() {
     let dir = folder("unlit");

@@ -120,6 +120,7 @@ impl<'a> Reader<'a> {
             return Err(doc.error(ErrorKind::BadMesh, message, at, &label));
         };
         let Some(light) = light else {
+            self.base.has_lights = true;
             return Ok(());
         };
         let (place, light) = (*place, self.light_of(light, place, to_world)?);
@@ -160,8 +161,8 @@ impl<'a> Reader<'a> {
                 if !(0.0 <= *inner && *inner <= above(*outer) && *outer <= above(FRAC_PI_2)) {
                     return Err(bad("spot", "no cone: inner angle ≤ outer angle ≤ π/2"));
                 }
-                let kind = ProfileKind::Cone {
                 let outer = outer.min(FRAC_PI_2);
+                let kind = ProfileKind::Cone {
                     cos_inner: cos(inner.min(outer)),
                     cos_outer: cos(outer),
                     falloff: Falloff::Quadratic,

@@ -313,6 +313,7 @@ impl<'a> Reader<'a> {
         }
         let radiance = factor * strength.max(0.0);
         if radiance == DVec3::ZERO {
+            self.base.has_lights |= factor != DVec3::ZERO;
             return Ok((None, None));
         }
         let map = match node.emissive_texture {

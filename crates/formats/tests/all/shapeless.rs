@@ -457,6 +457,55 @@ fn broken_ies_files_are_refused() {
     }
 }
 
+/// A file whose lights are dark, or left out, has lights: no lamp stands in for them.
+#[test]
+fn dark_lights_are_lights() {
+    let folder = Folder::new("dark");
+    let black = folder.join("black.tga");
+    write_tga(&black, [1, 1], &[[0; 3]]);
+    let (black, dark) = (
+        black.display(),
+        "AreaLightSource \"diffuse\" \"rgb L\" [ 0 0 0 ]",
+    );
+    for (text, has_lights) in [
+        (String::new(), false),
+        ("LightSource \"point\" \"rgb I\" [ 0 0 0 ]".to_owned(), true),
+        ("LightSource \"projection\"".to_owned(), true),
+        (
+            "LightSource \"spot\" \"float coneangle\" 0".to_owned(),
+            true,
+        ),
+        (
+            format!("LightSource \"infinite\" \"string filename\" \"{black}\""),
+            true,
+        ),
+        (
+            format!("LightSource \"infinite\" \"string mapname\" \"{black}\""),
+            true,
+        ),
+        (
+            format!("LightSource \"goniometric\" \"string filename\" \"{black}\""),
+            true,
+        ),
+        (format!("{dark} {SQUARE}"), true),
+        (
+            format!("AreaLightSource \"diffuse\" \"string filename\" \"{black}\" {SQUARE}"),
+            true,
+        ),
+    ] {
+        let text = format!("Camera \"perspective\"\nWorldBegin\n{SQUARE} {text}");
+        let loaded = load(&text);
+        assert!(loaded.scene.lights.is_empty(), "{text}");
+        assert_eq!(loaded.has_lights, has_lights, "{text}");
+        let said = match has_lights {
+            true => "no light of the scene emits anything",
+            false => "the scene has no lights",
+        };
+        let warned = loaded.warnings.iter().any(|w| w.message() == said);
+        assert!(warned, "{:?}", loaded.warnings);
+    }
+}
+
 #[cfg(feature = "gltf")]
 fn gltf(light: &str, node: &str) -> Result<linelit_formats::Loaded, String> {
     let text = format!(

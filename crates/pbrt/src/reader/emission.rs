@@ -26,6 +26,7 @@ impl Loader {
         self.needs_world(lexer, token)?;
         let (name, mut params) = self.named_params(lexer, token, "area light")?;
         params.add_defaults(&self.state.defaults(Target::Light));
+        self.base.has_lights = true;
         if name != "diffuse" && name != "area" {
             return Err(params.unknown("area light", &name, ["diffuse"]));
         }
@@ -99,7 +100,6 @@ impl Loader {
         let profile = Profile::new(kind, LightSpace::WORLD);
         let behind = profile.part_behind();
         let added = self.base.builder.add_profile(profile);
-        added.map(Some).ok_or_else(|| {
         if added.is_some() && behind > 0.0 {
             let percent = 100.0 * behind;
             let message = format!(
@@ -108,6 +108,7 @@ impl Loader {
             let label = "left out: what is in front gets all of the power";
             self.base.suspicious(message, label, params.at())?;
         }
+        added.map(Some).ok_or_else(|| {
             let message = format!("{} emits in no direction", params.owner);
             params.error(ErrorKind::OutOfRange, message, "its cone is empty")
         })

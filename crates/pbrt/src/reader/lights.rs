@@ -42,6 +42,7 @@ impl Loader {
     pub(super) fn light_source(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         self.needs_world(lexer, token)?;
         let (name, mut params) = self.named_params(lexer, token, "light source")?;
+        self.base.has_lights = true;
         if LEFT_OUT.contains(&name.as_str()) {
             let message = format!("light source `{}` is not supported", shorten(&name));
             return self.base.unsupported(message, "left out", params.at());
@@ -100,7 +101,6 @@ impl Loader {
         })
     }
 
-    fn point_light(&mut self, name: &str, params: &Params) -> Result<Option<Light>> {
     /// The space of a light under the current transform.
     fn light_space(&self, params: &Params) -> Result<LightSpace> {
         LightSpace::new(self.state.ctm.matrix3).ok_or_else(|| {
@@ -109,6 +109,7 @@ impl Loader {
         })
     }
 
+    fn point_light(&mut self, name: &str, params: &Params) -> Result<Option<Light>> {
         let intensity = self.light_spectrum(params, "I")?;
         let power = params.float("power")?.filter(|p| *p > 0.0);
         let position = self.world_point(params, "from", DVec3::ZERO)?;
@@ -147,7 +148,6 @@ impl Loader {
             let label = "`coneangle` is between 0 and 180, `conedeltaangle` not negative";
             return Err(params.range_error(&["coneangle", "conedeltaangle"], message, label));
         }
-        let cosine = |degrees: f64| linelit_elementary::cos(degrees.to_radians());
         // As in pbrt, which takes the cosine of a negative angle here.
         let inner = (total - delta).abs().min(total);
         if delta > total && total > 0.0 {
@@ -158,6 +158,7 @@ impl Loader {
             };
             self.base.suspicious(message, &label, params.at())?;
         }
+        let cosine = |degrees: f64| linelit_elementary::cos(degrees.to_radians());
         let (cos_outer, cos_inner) = (cosine(total), cosine(inner));
         let falloff = match self.view.is_v4 {
             true => Falloff::Smooth,
@@ -275,8 +276,8 @@ impl Loader {
                     let upper = sky.irradiance(DVec3::Z).dot(LUMINANCE);
                     radiance *= if upper > 0.0 { lux / upper } else { 0.0 };
                 }
-                radiance = sky.mean();
                 let sky = image(space, radiance)?;
+                radiance = sky.mean();
                 SkyEmission::Image(Arc::new(sky))
             }
         };
