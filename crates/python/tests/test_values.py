@@ -159,6 +159,22 @@ def test_an_image_of_a_sky_is_turned():
     assert mean(sideways, [-1, 0, 0]) == 0
 
 
+def test_a_sky_is_turned_and_mirrored_by_its_matrix():
+    # A linear function c + a·w of the direction gives a plane π c + 2π a·n/3 along its normal n.
+    theta, phi = (np.arange(128) + 0.5) / 128 * np.pi, (np.arange(256) + 0.5) / 256 * 2 * np.pi
+    sine = np.sin(theta)[:, None]
+    w = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.cos(theta)[:, None] + 0 * phi], axis=-1)
+    slopes = np.array([[0.7, 0.5, 0.3], [-0.4, 0.2, 0.8], [0.3, -0.9, 0.1]])
+    turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+    for to_image in (np.eye(3), turn, np.diag([-1.0, 1.0, 1.0]) @ turn, turn @ np.diag([1.0, 1.0, -1.0])):
+        sky = ll.Environment(2 + w @ slopes.T, to_image=to_image)
+        for normal in ([0, 0, 1], [0.6, -0.8, 0], [-0.48, 0.36, -0.8]):
+            got = NOTHING.irradiance(np.zeros((1, 3)), normal, sky, samples=4096)[0]
+            want = 2 * np.pi + 2 * np.pi / 3 * slopes @ to_image @ np.array(normal)
+            # By Sobol points, and a pixel of the image is .02 across; a wrong sign is off by tens of percent.
+            assert got == pytest.approx(want, rel=0.01), to_image
+
+
 def test_surface_offset_lifts_points_of_float32():
     # A slanted triangle hides the lamp from its own points where they are rounded to float32.
     vertices = np.array([[-10, -10, -3], [10, -10, 1], [0, 10, 3.3]], dtype=np.float32)
