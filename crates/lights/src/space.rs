@@ -30,7 +30,7 @@ impl LightSpace {
     pub fn new(to_world: DMat3) -> Option<Self> {
         let columns = to_world.to_cols_array();
         let largest = columns.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-        if !(largest > 0.0 && largest.is_finite()) {
+        if !(largest >= f64::MIN_POSITIVE && to_world.is_finite()) {
             return None;
         }
         // No product of scaled elements overflows.
@@ -41,7 +41,11 @@ impl LightSpace {
         let off = off.to_cols_array().into_iter().map(f64::abs);
         // Rotations and uniform scales are orthonormal to some 20 roundings each.
         if off.fold(0.0, f64::max) <= 1e-12 * square {
-            let to_world = scaled * (1.0 / square.sqrt());
+            let by = square.sqrt();
+            let to_world = match (largest * by - 1.0).abs() <= 1e-12 {
+                true => to_world,
+                false => scaled * (1.0 / by),
+            };
             return Some(Self {
                 to_world,
                 to_light: to_world.transpose(),
@@ -49,7 +53,8 @@ impl LightSpace {
             });
         }
         let [x, y, z] = [scaled.x_axis, scaled.y_axis, scaled.z_axis].map(DVec3::length);
-        let is_flat = scaled.determinant().abs() <= 1e-14 * (x * y * z);
+        // Squares and cubes of the inverse do not overflow, either.
+        let is_flat = scaled.determinant().abs() <= (1e-14 * (x * y * z)).max(1e-60);
         (!is_flat).then(|| Self {
             to_world: scaled,
             to_light: scaled.inverse(),

@@ -36,6 +36,7 @@ fn every_public_function_is_called_with_hostile_numbers() {
         include_str!("round/hostile.rs"),
         include_str!("shapes.rs"),
         include_str!("skies.rs"),
+        include_str!("spaces.rs"),
         include_str!("surfaces.rs")
     );
     // `Random` hands on what techniques give, and points by a texture are made by `PointSource`.

@@ -19,6 +19,7 @@ mod round;
 mod shapes;
 mod skies;
 mod solid_angle;
+mod spaces;
 mod surfaces;
 mod textures;
 mod vectors;

@@ -26,13 +26,13 @@ use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
-const X: DVec3 = DVec3::new(1.0, -2.0, 0.5);
+pub(crate) const X: DVec3 = DVec3::new(1.0, -2.0, 0.5);
 const SCENE: Sphere = Sphere {
     center: DVec3::new(0.0, 1.0, 0.0),
     radius: 10.0,
 };
 
-fn sky(emission: SkyEmission, portal: Option<ConvexPolygon>) -> Sky {
+pub(crate) fn sky(emission: SkyEmission, portal: Option<ConvexPolygon>) -> Sky {
     Sky {
         emission,
         portal,
@@ -49,7 +49,7 @@ fn sun(direction: DVec3, half_angle: f64) -> SkyEmission {
 }
 
 /// A rotation that leaves no axis alone.
-fn turned() -> DMat3 {
+pub(crate) fn turned() -> DMat3 {
     DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1)
 }
 

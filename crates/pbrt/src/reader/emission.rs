@@ -110,7 +110,11 @@ impl Loader {
         }
         added.map(Some).ok_or_else(|| {
             let message = format!("{} emits in no direction", params.owner);
-            params.error(ErrorKind::OutOfRange, message, "nothing leaves in front of it")
+            params.error(
+                ErrorKind::OutOfRange,
+                message,
+                "nothing leaves in front of it",
+            )
         })
     }
 
