@@ -280,11 +280,12 @@ fn ies(path: &std::path::Path) {
 fn candela([x, y, z]: [DVec3; 3], w: DVec3) -> f64 {
     let theta = w.dot(z).clamp(-1.0, 1.0).acos().to_degrees();
     let phi = w.dot(y).atan2(w.dot(x)).to_degrees().rem_euclid(360.0);
-    let i = (0..3).rfind(|i| VERTICAL[*i] <= theta).unwrap_or(0);
-    let i = if theta >= 120.0 { 3 } else { i };
+    let i = (0..4).rfind(|i| VERTICAL[*i] <= theta).unwrap_or(0);
     let a = (theta - VERTICAL[i]) / (VERTICAL[i + 1] - VERTICAL[i]);
-    let (column, b) = ((phi / 90.0).floor(), phi / 90.0 - (phi / 90.0).floor());
-    let [this, next] = [0, 1].map(|k| CANDELA[(column as usize + k) % 4]);
+    let turns = [0.0, 90.0, 180.0, 270.0];
+    let column = turns.iter().rposition(|turn| *turn <= phi).unwrap_or(0);
+    let b = (phi - turns[column]) / 90.0;
+    let [this, next] = [0, 1].map(|k| CANDELA[(column + k) % 4]);
     let at = |column: [f64; 5]| column[i] * (1.0 - a) + column[i + 1] * a;
     at(this) * (1.0 - b) + at(next) * b
 }
