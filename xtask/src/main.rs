@@ -1,8 +1,8 @@
 //! The workshop: `cargo xtask COMMAND`.
 //!
 //! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the
-//! crates. What is the user's (`render`, `converge`, `compare`, `info`, `list`) goes to
-//! the `linelit` program word for word; what is the developers' is listed in [`USAGE`].
+//! crates. What is the user's, listed in [`PROGRAM`], goes to the `linelit` program word for word;
+//! what is the developers' is listed in [`USAGE`].
 //!
 //! Exit status: 0 done, 1 failed, 2 usage.
 
@@ -18,22 +18,14 @@ mod python;
 mod suite;
 mod tidy;
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
+/// The commands of the `linelit` program, each with a line about it. A test of the program (`help`
+/// of the crate `cli`) holds this list to what the program knows.
+const PROGRAM: &str = include_str!("program.txt");
+
 const USAGE: &str = "\
-usage: cargo xtask COMMAND [ARGUMENTS]
-
-the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND --help`):
-  render SCENE -o IMAGE     render a scene to .exr or .png
-  converge [STUDY|SCENE…]   measure how the error falls; writes a report
-  plan KIND … -o PLAN       plan work for any number of machines; KIND is render
-  run PLAN [--shard I/N]    do what is left of a plan, or a share of it
-  merge PLAN -o IMAGE       put the parts of a plan together
-  status PLAN               how far a plan is
-  compare A B               compare two images
-  info SCENE                what is in a scene and what the plan skips
-  list [WHAT]               names of scenes, studies, estimators, samplers
-
 the workshop:
   test [--long [--seed N]] [STEP…]
                             everything that must hold; --long adds the long tests, on new random cases unless
@@ -67,11 +59,13 @@ fn main() -> ExitCode {
     let tables = |name| ["shading", "lights"].map(|of| cargo::written(of, "all", name, rest));
     let status = match command.as_str() {
         "help" | "-h" | "--help" => {
-            println!("{USAGE}");
+            // A reader that closes the pipe early has read enough.
+            writeln!(std::io::stdout(), "{}", help()).ok();
             0
         }
-        "render" | "converge" | "plan" | "run" | "merge" | "status" | "compare" | "info"
-        | "list" => cargo::run("cli", &["--bin", "linelit"], &arguments),
+        of_program if programs().any(|name| name == of_program) => {
+            cargo::run("cli", &["--bin", "linelit"], &arguments)
+        }
         "check-references" | "load-all" | "pictures" | "figures" => {
             cargo::run("workshop", &["--bin", "workshop"], &arguments)
         }
@@ -112,7 +106,46 @@ fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
+/// The names of the program's commands.
+fn programs() -> impl Iterator<Item = &'static str> {
+    PROGRAM.lines().filter_map(|line| line.split(' ').next())
+}
+
+fn help() -> String {
+    let mut text = "usage: cargo xtask COMMAND [ARGUMENTS]\n\nthe linelit program (same words as \
+                    `linelit COMMAND`, see `cargo xtask COMMAND --help`):\n"
+        .to_owned();
+    text.extend(PROGRAM.lines().map(|line| format!("  {line}\n")));
+    format!("{text}\n{USAGE}")
+}
+
 fn usage(problem: &str) -> ExitCode {
-    eprintln!("error: {problem}\n\n{USAGE}");
+    eprintln!("error: {problem}\n\n{}", help());
     ExitCode::from(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// The words of the arms of `main`, as its text has them, are the commands of the help.
+    #[test]
+    fn help_names_every_command_and_no_other() {
+        let arms = include_str!("main.rs").lines().filter(|line| {
+            let depth = line.len() - line.trim_start().len();
+            depth == 8 && line.trim_start().starts_with('"') && line.contains('"')
+        });
+        let before_arrow = arms.filter_map(|line| line.split("=>").next());
+        let done: BTreeSet<_> = before_arrow
+            .flat_map(|line| line.split('"').skip(1).step_by(2))
+            .filter(|word| !["help", "-h", "--help"].contains(word))
+            .collect();
+        let listed = USAGE.lines().filter_map(|line| line.strip_prefix("  "));
+        let listed = listed.filter(|line| !line.starts_with(' '));
+        let listed: BTreeSet<_> = listed.filter_map(|line| line.split(' ').next()).collect();
+        assert_eq!(done, listed);
+        assert!(programs().all(|name| !done.contains(name)));
+        assert!(help().contains(&format!("\n  {}", PROGRAM.lines().next().unwrap_or("?"))));
+    }
 }

@@ -369,6 +369,12 @@ mod tests {
         assert!(parse(&["--seed", "7"]).is_err() && parse(&["--seed", "7", "test"]).is_err());
         assert_eq!(parse(&["long"]).unwrap(), ["long"]);
         assert!(parse(&["--fast"]).is_err());
+        // The help names every step.
+        let usual = format!("\n  {0:26}{1}\n", "", STEPS[..10].join(" "));
+        assert!(crate::USAGE.contains(&usual), "{usual}");
+        for named in NAMED {
+            assert!(crate::USAGE.contains(&format!(" {named} (")), "{named}");
+        }
         assert!(fuzz(&["--minutes".to_owned()]).is_err());
         assert!(fuzz(&["--hours".to_owned(), "1".to_owned()]).is_err());
     }
