@@ -71,7 +71,9 @@ pub(crate) fn points<R: Reflection>(
         heuristic,
         count: f64::from(asked.samples.count),
         parts: [
-            asked.emitted * albedo * (FRAC_1_PI * flat.irradiance()),
+            // The balance heuristic alone takes techniques that do not know it, and does not read
+            // these parts.
+            asked.emitted * albedo * (FRAC_1_PI * flat.irradiance().unwrap_or(0.0)),
             asked.emitted * glossy.reflected,
         ],
     };

@@ -156,14 +156,14 @@ impl LinearSampler {
 
     /// The light that a diffuse receiver gets of a unit of radiance × radius without shadows, the
     /// projected solid angle per radius in sr/m, where the technique knows it:
-    /// [`LinearTechnique::ProjectedSolidAngle`] and [`LinearTechnique::NewtonBisection`]. Zero of
+    /// [`LinearTechnique::ProjectedSolidAngle`] and [`LinearTechnique::NewtonBisection`]. `None` of
     /// the others.
     #[must_use]
-    pub fn irradiance(&self) -> f64 {
+    pub fn irradiance(&self) -> Option<f64> {
         match &self.kind {
-            Kind::Projected(p) => p.projected_solid_angle(&self.view),
-            Kind::Bisection(integral) => integral.projected_solid_angle(),
-            _ => 0.0,
+            Kind::Projected(p) => Some(p.projected_solid_angle(&self.view)),
+            Kind::Bisection(integral) => Some(integral.projected_solid_angle()),
+            Kind::Area | Kind::SolidAngle | Kind::Warped(_) => None,
         }
     }
 

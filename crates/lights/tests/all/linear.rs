@@ -195,11 +195,19 @@ fn techniques_agree_on_the_irradiance() {
         .expect("visible");
         let of = |s: &LinearSample| case.n.dot(s.direction).max(0.0) / s.pdf.value();
         let want = of(&exact.sample(0.5));
-        let whole = exact.irradiance() / want;
+        let whole = exact.irradiance().expect("known") / want;
         let slack = 1e-9 + 256.0 * case.resolution();
         assert!((whole - 1.0).abs() < slack, "{}: {whole}", case.name);
         for technique in LinearTechnique::ALL {
             let s = LinearSampler::new(technique, &case.light, case.x, case.n).expect("visible");
+            // What is known is the same, and what is not known is no number.
+            let knows = matches!(
+                technique,
+                LinearTechnique::ProjectedSolidAngle | LinearTechnique::NewtonBisection
+            );
+            assert_eq!(s.irradiance().is_some(), knows, "{technique:?}");
+            let known = s.irradiance().map_or(1.0, |whole| whole / want);
+            assert!((known - 1.0).abs() < slack, "{}: {known}", case.name);
             let f = |t: f64| {
                 let p = (case.light.at(t) - case.x).normalize();
                 let pdf = s.pdf(t);
