@@ -49,7 +49,7 @@ pub fn tan(x: f64) -> f64 {
     libm::tan(x)
 }
 
-/// The angle in [−π/2, π/2] whose sine is x; NaN beyond [−1, 1].
+/// The angle in radians, in [−π/2, π/2], whose sine is x; NaN beyond [−1, 1].
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -58,7 +58,7 @@ pub fn asin(x: f64) -> f64 {
     libm::asin(x)
 }
 
-/// The angle in [0, π] whose cosine is x; NaN beyond [−1, 1].
+/// The angle in radians, in [0, π], whose cosine is x; NaN beyond [−1, 1].
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -67,7 +67,7 @@ pub fn acos(x: f64) -> f64 {
     libm::acos(x)
 }
 
-/// The angle in [−π/2, π/2] whose tangent is x.
+/// The angle in radians, in [−π/2, π/2], whose tangent is x.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -76,8 +76,8 @@ pub fn atan(x: f64) -> f64 {
     libm::atan(x)
 }
 
-/// The angle in [−π, π] of the point (x, y) about the origin, measured from the x axis; its sign is
-/// that of y, of zeros, too.
+/// The angle in radians, in [−π, π], of the point (x, y) about the origin, measured from the x
+/// axis; its sign is that of y, of zeros, too.
 ///
 /// **Error**: 1.5 ulp. **Source**: libm.
 #[must_use]

@@ -31,12 +31,12 @@ pub struct CloseLines {
 }
 
 impl CloseLines {
-    /// The lines at `angle` radians from the polygon's first edge, counter-clockwise about the
+    /// The lines at `angle_rad` radians from the polygon's first edge, counter-clockwise about the
     /// normal, of the part with `(p − x)·normal ≥ 0`; `None` where nothing is left, and where
     /// the angle or the distance is no number.
     #[must_use]
-    pub fn new(polygon: &ConvexPolygon, angle: f64, x: DVec3, normal: DVec3) -> Option<Self> {
-        if !angle.is_finite() {
+    pub fn new(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3, normal: DVec3) -> Option<Self> {
+        if !angle_rad.is_finite() {
             return None;
         }
         // The polygon's own normal is rounded to the precision of its construction.
@@ -44,7 +44,7 @@ impl CloseLines {
         let area = area_vector(polygon);
         let along_normal = double::rounded(area);
         let axis = predicates::normalize(along_normal)?;
-        let frame = PlaneFrame::new(frame.origin, axis, frame.axes.x).turned(angle);
+        let frame = PlaneFrame::new(frame.origin, axis, frame.axes.x).turned(angle_rad);
         let mut corners = Corners::above(polygon, &frame, x, normal);
         let nearest = corners.nearest_point()?;
         corners.push_nearest_points();

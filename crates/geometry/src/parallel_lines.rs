@@ -23,20 +23,20 @@ pub struct ParallelLines {
 }
 
 impl ParallelLines {
-    /// The lines at `angle` radians from the polygon's first edge, counter-clockwise about the
+    /// The lines at `angle_rad` radians from the polygon's first edge, counter-clockwise about the
     /// normal. At an angle that is not finite there are none: one knot, a range of no width.
     #[must_use]
-    pub fn new(polygon: &ConvexPolygon, angle: f64) -> Self {
-        Self::in_frame(polygon, &polygon.plane_frame(), angle)
+    pub fn new(polygon: &ConvexPolygon, angle_rad: f64) -> Self {
+        Self::in_frame(polygon, &polygon.plane_frame(), angle_rad)
     }
 
-    /// The lines at `angle` radians from the x axis of a frame of the polygon's plane,
+    /// The lines at `angle_rad` radians from the x axis of a frame of the polygon's plane,
     /// counter-clockwise about the normal; see [`ParallelLines::new`].
     #[must_use]
-    pub fn in_frame(polygon: &ConvexPolygon, frame: &PlaneFrame, angle: f64) -> Self {
+    pub fn in_frame(polygon: &ConvexPolygon, frame: &PlaneFrame, angle_rad: f64) -> Self {
         // The frame's x axis runs along the lines, so v = x and u = y.
-        let frame = frame.turned(angle);
-        if !angle.is_finite() {
+        let frame = frame.turned(angle_rad);
+        if !angle_rad.is_finite() {
             return Self {
                 count: 1,
                 ..Self::none(&frame)

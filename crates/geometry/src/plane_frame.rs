@@ -20,14 +20,14 @@ impl PlaneFrame {
         Self { origin, axes }
     }
 
-    /// Returns the frame with the axes turned by `angle` radians, counter-clockwise about the
+    /// Returns the frame with the axes turned by `angle_rad` radians, counter-clockwise about the
     /// normal; unchanged if that is not finite.
     #[must_use]
-    pub fn turned(&self, angle: f64) -> Self {
-        if angle == 0.0 || !angle.is_finite() {
+    pub fn turned(&self, angle_rad: f64) -> Self {
+        if angle_rad == 0.0 || !angle_rad.is_finite() {
             return *self;
         }
-        let (sin, cos) = sin_cos(angle);
+        let (sin, cos) = sin_cos(angle_rad);
         let Frame { x, y, z } = self.axes;
         let axes = Frame {
             x: x * cos + y * sin,

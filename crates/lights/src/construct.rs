@@ -76,7 +76,8 @@ impl Light {
         })
     }
 
-    /// A sphere of a radiance in W/(m² sr), which emits outwards.
+    /// A sphere of a radiance in W/(m² sr), which emits outwards: points inside it get nothing of
+    /// it.
     #[must_use]
     pub fn sphere(center: impl Vector3, radius: f64, radiance: impl Vector3) -> Self {
         Self::Sphere(SphereLight {
@@ -89,7 +90,7 @@ impl Light {
     }
 
     /// The side of a cylinder of a radiance in W/(m² sr), around the axis between two points, which
-    /// emits outwards.
+    /// emits outwards: points inside it get nothing of it.
     #[must_use]
     pub fn cylinder(
         from: impl Vector3,
@@ -132,12 +133,12 @@ impl Light {
     pub fn spot(
         position: impl Vector3,
         direction: impl Vector3,
-        [inner, outer]: [f64; 2],
+        [inner_rad, outer_rad]: [f64; 2],
         intensity: impl Vector3,
     ) -> Self {
         let kind = ProfileKind::Cone {
-            cos_inner: cos(inner),
-            cos_outer: cos(outer),
+            cos_inner: cos(inner_rad),
+            cos_outer: cos(outer_rad),
             falloff: Falloff::Smooth,
         };
         let frame = Frame::from_normal(unit(direction));
@@ -167,14 +168,14 @@ impl Light {
     }
 
     /// A sun: a disk at infinity of a radiance in W/(m² sr), around a direction of any length but
-    /// zero that points towards it. `half_angle` is half of the angle that it is seen under, in
+    /// zero that points towards it. `half_angle_rad` is half of the angle that it is seen under, in
     /// radians, above 0 and up to π/2.
     #[must_use]
-    pub fn sun(direction: impl Vector3, half_angle: f64, radiance: impl Vector3) -> Self {
+    pub fn sun(direction: impl Vector3, half_angle_rad: f64, radiance: impl Vector3) -> Self {
         let (direction, radiance) = (unit(direction), radiance.dvec3());
         Self::from(SkyEmission::Sun {
             direction,
-            half_angle,
+            half_angle: half_angle_rad,
             radiance,
         })
     }

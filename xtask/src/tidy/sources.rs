@@ -140,6 +140,34 @@ pub(super) fn one_dependency(house: &House) -> Vec<String> {
     problems
 }
 
+/// The names of parameters that are angles.
+const ANGLES: &str = "angle half_angle angles theta phi azimuth elevation rotation fov turn";
+
+/// A parameter of a public function that is an angle says its unit in its name: `angle_rad`,
+/// `fov_degrees`.
+pub(super) fn angles(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    let published = house.members.iter().filter(|m| m.is_published());
+    let owners: Vec<_> = published.map(|m| m.owner.as_str()).collect();
+    for file in house.sources.iter().filter(|s| owners.contains(&&*s.owner)) {
+        for head in ["pub fn ", "pub const fn "] {
+            for (start, _) in file.code.match_indices(head) {
+                let signature = file.code[start..].split(['{', ';']).next();
+                let words = signature
+                    .unwrap_or_default()
+                    .split(['(', ',', '[', ' ', '\n']);
+                let named = words.filter_map(|word| word.strip_suffix([':', ']']));
+                for name in named.filter(|name| is_one_of(ANGLES, name)) {
+                    let line = file.code[..start].lines().count().max(1);
+                    let why = "an angle in radians or degrees? Name it so";
+                    problems.push(format!("{}:{line}: `{name}`: {why}", file.path));
+                }
+            }
+        }
+    }
+    problems
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::Rule;
@@ -176,6 +204,16 @@ mod tests {
         ] {
             assert_eq!(found(rule, path, &text), count, "{path}: {text}");
         }
+    }
+
+    #[test]
+    fn angles_have_units() {
+        let text = "pub fn a(angle: f64) {\npub const fn b(\n    x: f64,\n    phi: f64,\n) {\n\
+            pub fn c(angle_rad: f64, alphi: f64) {\nfn d(theta: f64) {";
+        let mut house = House::of("crates/mis/src/x.rs", text);
+        let (owner, manifest) = ("mis".to_owned(), "[package]\n".to_owned());
+        house.members.push(Member { owner, manifest });
+        assert_eq!(angles(&house).len(), 2);
     }
 
     #[test]

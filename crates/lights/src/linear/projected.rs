@@ -249,8 +249,8 @@ impl ProjectedLine {
         self.view.arc_point(second, at.s, at.c)
     }
 
-    /// The angle v from the first end after a number of steps from the solid-angle sample: the
-    /// paper's, who takes 2.
+    /// The angle v in radians from the first end after a number of steps from the solid-angle
+    /// sample: the paper's, who takes 2.
     #[must_use]
     pub fn angle_steps(&self, xi: f64, steps: u32) -> f64 {
         let xi = fraction(xi);
@@ -265,8 +265,8 @@ impl ProjectedLine {
         at.v
     }
 
-    /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring
-    /// backward errors.
+    /// The fraction of the mass below the angle `v`, in radians: the exact CDF, for inversion and
+    /// for measuring backward errors.
     #[must_use]
     pub fn cdf(&self, v: f64) -> f64 {
         self.arc.cdf(v)

@@ -219,7 +219,7 @@ impl LineView {
         self.l
     }
 
-    /// The angle δ in (0, π) that the line subtends.
+    /// The angle δ in radians, in (0, π), that the line subtends.
     #[inline(always)]
     #[must_use]
     pub fn angle(&self) -> f64 {

@@ -147,13 +147,13 @@ impl CylinderView {
         self.axes[0]
     }
 
-    /// The azimuth φ of the rim, less than a quarter turn.
+    /// The azimuth φ of the rim in radians, less than a quarter turn.
     #[must_use]
     pub fn half_turn(&self) -> f64 {
         atan2(self.rim(), self.k)
     }
 
-    /// The azimuth φ of a point of the side, in [−π, π].
+    /// The azimuth φ of a point of the side, in radians, in [−π, π].
     #[must_use]
     pub fn azimuth(&self, point: DVec3) -> f64 {
         let out = point - self.cylinder.axis.p0;
