@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use crate::stats::slopes::Order;
+use linelit_estimators::Estimator;
 use linelit_film::FilmError;
 use serde::Serialize;
 use serde_json::Value;
@@ -71,6 +72,15 @@ pub struct ResultRow {
     pub processor: String,
 }
 
+/// The two kinds of estimators that a study compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Family {
+    /// Points alone.
+    Points,
+    /// Lines and closed forms, whatever else they draw.
+    Lines,
+}
+
 impl ResultRow {
     /// Whether trials differ by rounding alone: the remaining error is the reference's, or
     /// bias.
@@ -79,9 +89,20 @@ impl ResultRow {
         self.trials > 1 && self.variance <= 0.0
     }
 
-    /// Whether it is of point samples.
+    /// Whether it is of point samples: all techniques of its estimator draw points. Estimators that
+    /// are not linelit's are none, whatever their names begin with.
     pub(crate) fn is_points(&self) -> bool {
-        self.estimator.starts_with("point")
+        self.family() == Some(Family::Points)
+    }
+
+    /// What its estimator does; `None` of one that is not linelit's.
+    pub(crate) fn family(&self) -> Option<Family> {
+        let estimator: Estimator = self.estimator.parse().ok()?;
+        let mut names = estimator.parts().iter().map(|part| part.technique.name());
+        match names.all(|name| name.starts_with("point-")) {
+            true => Some(Family::Points),
+            false => Some(Family::Lines),
+        }
     }
 
     /// Whether the error is known: before the reference's own is taken off, no mean of squares is

@@ -2,9 +2,9 @@
 
 use linelit_geometry::DVec3;
 use linelit_study::engine::{
-    Contest, Counts, Design, Job, Method, Problem, Truth, contest, measure,
+    Contest, Counts, Design, Job, Method, Problem, Results, Truth, contest, measure,
 };
-use linelit_study::report::Exhibits;
+use linelit_study::report::{Exhibits, Verdict};
 use linelit_study::tables::{SceneRecord, StudyRecord};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -112,6 +112,114 @@ fn orders_are_those_of_the_theory() {
         "plots/powers-orders.svg",
     ] {
         assert!(!files[name].is_empty(), "{name}");
+    }
+}
+
+/// Estimators that are not linelit's are neither points nor lines, whatever their names are: not
+/// in the sentence on efficiency, nor in the table of points against lines.
+#[test]
+fn estimators_of_ones_own_are_not_called_points_or_lines() {
+    let (record, _) = study(&Truth::Known(values()));
+    let with_names = |names: [&str; 2]| {
+        let mut record = record.clone();
+        for row in &mut record.rows {
+            let is_first = row.sampler == "independent";
+            row.estimator = names[usize::from(!is_first)].to_owned();
+            row.cpu_seconds = f64::from(row.samples);
+        }
+        let files = record.files(Exhibits::default()).unwrap();
+        let page = files.into_iter().find(|(name, _)| name == "report.html");
+        let page = String::from_utf8(page.unwrap().1).unwrap();
+        (page, Verdict::all(&record))
+    };
+    for names in [
+        ["mine", "mine"],
+        ["point-mine", "points"],
+        ["line-mine", "exactly"],
+        ["pointwise", "line-area-of-mine"],
+    ] {
+        let (page, verdicts) = with_names(names);
+        assert!(
+            page.contains("the scene&#39;s best estimator,")
+                || page.contains("the scene's best estimator,"),
+            "{page}"
+        );
+        assert!(!page.contains("best points"), "{names:?}");
+        assert!(verdicts.is_empty(), "{verdicts:?}");
+    }
+    // Next to linelit's, its points are what efficiency is relative to, and it has no part in the
+    // comparison of points and lines.
+    let (page, verdicts) = with_names(["point-area", "mine"]);
+    assert!(
+        page.contains("best points, point-area (independent)"),
+        "{page}"
+    );
+    assert!(verdicts.is_empty(), "{verdicts:?}");
+    let (page, verdicts) = with_names(["point-area+point-bsdf", "point-area+line-area"]);
+    assert!(page.contains("best points, point-area+point-bsdf (independent)"));
+    assert!(
+        verdicts[0].estimator.starts_with("point-area+line-area"),
+        "{verdicts:?}"
+    );
+}
+
+/// The integrals of nobody.
+struct Nothing;
+
+impl Problem for Nothing {
+    type Settings = bool;
+    type Workspace = ();
+
+    fn integrals(&self) -> usize {
+        0
+    }
+
+    fn estimate(&self, _: &bool, _: u32, _: u64, _: usize, (): &mut ()) -> DVec3 {
+        DVec3::ONE
+    }
+}
+
+/// No methods, no numbers of samples or no integrals make a report without numbers, and no panic.
+#[test]
+fn empty_lists_are_empty_studies() {
+    let one = || vec![method("independent", false)];
+    let report = |design: &Design<bool>, results: &Results| {
+        let mut record = StudyRecord::new("Nothing");
+        let (scene, pixels) = (SceneRecord::default(), "all");
+        record.add(scene, pixels, &design.methods, results, &[]);
+        let files = record.files(Exhibits::default()).unwrap();
+        let page = files.iter().find(|(name, _)| name == "report.html");
+        assert!(!String::from_utf8_lossy(&page.unwrap().1).contains("NaN"));
+        record
+    };
+    for truth in [
+        Truth::Known(values()),
+        Truth::Computed(method("stratified", true)),
+    ] {
+        for (methods, samples) in [(vec![], vec![4]), (one(), vec![]), (vec![], vec![])] {
+            let (problem, truth, design) = (&Powers, &truth, &Design::new(methods, samples));
+            let results = measure(Job {
+                problem,
+                truth,
+                design,
+            });
+            assert!(results.cells.is_empty());
+            assert!(report(design, &results).rows.is_empty());
+        }
+    }
+    for truth in [
+        Truth::Known(Vec::new()),
+        Truth::Computed(method("stratified", true)),
+    ] {
+        let mut design = Design::new(one(), vec![4, 16]);
+        design.cell_seconds = 0.0;
+        let (problem, truth, design) = (&Nothing, &truth, &design);
+        let results = measure(Job {
+            problem,
+            truth,
+            design,
+        });
+        report(design, &results);
     }
 }
 

@@ -11,7 +11,8 @@ use std::ops::AddAssign;
 /// The engine asks for estimates by seed and number of samples; metrics, fits, plots and the report
 /// follow from those. See the example on the page of this crate.
 pub trait Problem: Sync {
-    /// The choice of an estimator and its parameters, but for samples and seed.
+    /// The choice of an estimator and its parameters, but for samples and seed: `()`, or a type
+    /// with `#[derive(Clone, Debug)]`.
     type Settings: Clone + Debug + Sync;
     /// Buffers and counters that a thread reuses from one estimate to the next, or `()`.
     type Workspace: Default;

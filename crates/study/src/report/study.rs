@@ -155,10 +155,14 @@ fn efficiency_words(rows: &[ResultRow], scene: &str) -> String {
     let Some(unit) = ResultRow::unit_of_efficiency(rows, scene) else {
         return String::new();
     };
-    let kind = if unit.is_points() { " points" } else { "" };
+    let kind = if unit.is_points() {
+        "points"
+    } else {
+        "estimator"
+    };
     let (estimator, sampler) = (&unit.estimator, &unit.sampler);
     format!(
-        "Efficiency is 1/(MSE · time) over that of the scene's best{kind}, {estimator} ({sampler}) with \
+        "Efficiency is 1/(MSE · time) over that of the scene's best {kind}, {estimator} ({sampler}) with \
          {} samples.",
         unit.samples
     )

@@ -2,7 +2,7 @@
 
 use super::{Cell, Table, scientific};
 use crate::plots::{seconds, short};
-use crate::tables::{ResultRow, StudyRecord};
+use crate::tables::{Family, ResultRow, StudyRecord};
 use std::collections::BTreeSet;
 
 /// The samples of lines whose error others are held to, unless all counts are smaller.
@@ -29,7 +29,8 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// One for each scene that has lines with noise beside points.
+    /// One for each scene that has lines with noise, in addition to points. Estimators that are not
+    /// linelit's are neither.
     #[must_use]
     pub fn all(record: &StudyRecord) -> Vec<Self> {
         let scenes = record.scenes.iter();
@@ -52,7 +53,8 @@ impl Verdict {
     fn at(record: &StudyRecord, scene: &str, samples: u32) -> Option<Self> {
         let rows = || record.rows.iter().filter(|row| row.scene == scene);
         let is_noisy = |row: &&ResultRow| !row.is_noiseless() && row.mse > 0.0;
-        let lines = rows().filter(|row| !row.is_points()).filter(is_noisy);
+        let is_lines = |row: &&ResultRow| row.family() == Some(Family::Lines);
+        let lines = rows().filter(is_lines).filter(is_noisy);
         let timed = lines.filter(|row| row.samples == samples && row.cpu_seconds > 0.0);
         let best = timed.min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
         let error = best.mse.sqrt();
