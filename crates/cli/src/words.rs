@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 /// The most samples of a light for one shading point: they are all in memory at once.
-pub const MOST_SAMPLES: i64 = 1 << 24;
+pub const MOST_SAMPLES: i64 = linelit_estimators::MOST_SAMPLES as i64;
 
 /// The most threads for a core, beyond [`ALWAYS_THREADS`]: more than one of each only wait.
 const THREADS_OF_CORE: usize = 4;

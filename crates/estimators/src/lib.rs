@@ -39,7 +39,7 @@ pub use method::{Ask, Between, Closed, Facts, KnownKind, KnownOver, LightKind, M
 pub use occlusion::OcclusionProbe;
 pub use options::ParseEstimatorError;
 pub use point::{SURFACE_OFFSET, ShadingPoint};
-pub use query::Query;
+pub use query::{MOST_SAMPLES, Query};
 pub use reference::brute_force;
 pub use streams::{RandomNumbers, Stream};
 pub use technique::{ExactOptions, Integration, LinearHeuristic, LinearOptions};

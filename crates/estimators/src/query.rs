@@ -7,6 +7,9 @@ use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::Margins;
 use linelit_visibility::Occluders;
 
+/// The most samples of a light for one shading point: they are all in memory at once.
+pub const MOST_SAMPLES: u32 = 1 << 24;
+
 /// One shading point and one light, and how the light from one to the other is estimated.
 #[derive(Debug)]
 pub struct Query<'a, R, T> {
@@ -20,7 +23,7 @@ pub struct Query<'a, R, T> {
     pub numbers: RandomNumbers,
     /// The estimator.
     pub estimator: &'a Estimator,
-    /// The number of samples.
+    /// The number of samples, from 1 to [`MOST_SAMPLES`].
     pub samples: u32,
     /// Whether what has a closed form takes it where nothing is hidden, and what is wholly hidden
     /// takes no samples. Off, every sample is taken, as published.
@@ -32,7 +35,8 @@ pub struct Query<'a, R, T> {
 }
 
 impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
-    /// A query that skips what it can and shares one shaft.
+    /// A query that skips what it can and shares one shaft. No samples count as one, and more than
+    /// [`MOST_SAMPLES`] as that many.
     #[must_use]
     pub const fn new(
         occluders: &'a Occluders,
@@ -48,7 +52,11 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
             point,
             numbers,
             estimator,
-            samples: if samples == 0 { 1 } else { samples },
+            samples: match samples {
+                0 => 1,
+                1..=MOST_SAMPLES => samples,
+                _ => MOST_SAMPLES,
+            },
             skip: true,
             ask: Ask::Shaft,
             margins: Margins::DEFAULT,

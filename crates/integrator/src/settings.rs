@@ -14,21 +14,23 @@ pub struct Settings {
     /// The sampling pattern.
     pub sampler: SamplerKind,
     /// Light samples per shading point and light; of one light at a time ([`LightChoice`]), per
-    /// shading point.
+    /// shading point. From 1 to [`MOST_SAMPLES`](linelit_estimators::MOST_SAMPLES), to which other
+    /// numbers are clamped: all samples of a light are in memory at once.
     pub samples: u32,
     /// The lights that a shading point samples.
     pub lights: LightChoice,
     /// Representation of emissive spheres, disks and cylinders.
     pub spheres: Spheres,
     /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it. Each takes a
-    /// [`Block`](linelit_samplers::Block) of the pixel's patterns.
+    /// [`Block`](linelit_samplers::Block) of the pixel's patterns. 0 counts as 1.
     pub pixel_samples: u32,
-    /// The seed; two seeds give independent estimates.
+    /// The seed, any number; two seeds give independent estimates.
     pub seed: u64,
     /// Whether a light that the camera sees shows its radiance.
     pub show_lights: bool,
     /// The number of perfect reflections and refractions in a row that the view follows; 0 leaves
-    /// mirrors and glass black (but for lights), as direct light alone does.
+    /// mirrors and glass black (but for lights), as direct light alone does. Above
+    /// [`Settings::MOST_BOUNCES`] it counts as that many.
     pub bounces: u32,
     /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
     /// sample is taken: for tests, and for studies of an estimator as its paper has it.
@@ -61,6 +63,9 @@ impl Default for Settings {
 const BLOCK: u32 = 64;
 
 impl Settings {
+    /// The most reflections and refractions in a row that a view follows.
+    pub const MOST_BOUNCES: u32 = 64;
+
     /// The blocks in which the camera samples of a pixel are added up: of 64 each, or longer ones
     /// so that there are at most 64. Up to 64 samples are one block.
     ///

@@ -2,7 +2,7 @@
 
 use crate::scene_lights::SceneLight;
 use crate::{Error, Scene};
-use linelit_estimators::Estimator;
+use linelit_estimators::{Estimator, MOST_SAMPLES};
 use linelit_geometry::{DVec3, Margins, Vector3};
 use linelit_lights::{Light, Profile, Sphere};
 use linelit_samplers::SamplerKind;
@@ -89,8 +89,9 @@ impl<'a> SceneBuilder<'a> {
         self
     }
 
-    /// The number of samples for each point and light: 16 if none is set, and at least one. What
-    /// has a closed form takes none.
+    /// The number of samples for each point and light: 16 if none is set. 0 counts as 1, and more
+    /// than [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES) are refused by
+    /// [`SceneBuilder::build`]. What has a closed form takes none.
     pub const fn samples(mut self, samples: u32) -> Self {
         self.settings.samples = if samples == 0 { 1 } else { samples };
         self
@@ -102,7 +103,7 @@ impl<'a> SceneBuilder<'a> {
         self
     }
 
-    /// The seed; two seeds give independent estimates.
+    /// The seed, any number; two seeds give independent estimates.
     pub const fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
         self
@@ -111,14 +112,15 @@ impl<'a> SceneBuilder<'a> {
     /// The distance by which `irradiance` and `radiance` lift points off their surface, along the
     /// normal. If none is set it is 2⁻⁴⁶ of the point's largest coordinate, which is for points
     /// computed in `f64`: points computed in `f32` on slanted triangles need some 10⁻⁶ of the
-    /// coordinates, or the triangle may hide the light from its own points.
+    /// coordinates, or the triangle may hide the light from its own points. From 0 on and
+    /// below 2⁶⁰.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self
     }
 
     /// The distances from a point and from a light within which triangles hide nothing, as
-    /// fractions of the way; [`Margins::DEFAULT`] if none are set.
+    /// fractions of the way, from 0 on and below 1; [`Margins::DEFAULT`] if none are set.
     pub const fn margins(mut self, margins: Margins) -> Self {
         self.settings.margins = margins;
         self
@@ -129,8 +131,8 @@ impl<'a> SceneBuilder<'a> {
     /// lights, which decide on methods and directions. ([`Scene::prepare`] takes other points.)
     ///
     /// # Errors
-    /// The first vertex, triangle or light that is not valid. Triangles without area are valid, and
-    /// hide nothing.
+    /// The first setting, vertex, triangle or light that is not valid. Triangles without area are
+    /// valid, and hide nothing. No triangles at all hide nothing, and no lights give no light.
     pub fn build(self) -> Result<Scene, Error> {
         let Self {
             positions,
@@ -148,6 +150,7 @@ impl<'a> SceneBuilder<'a> {
         if !are_shares || !(0.0..LARGEST).contains(&offset) {
             return Err(Error::Setting);
         }
+        check_samples(settings.samples)?;
         let is_valid = |p: &[f32; 3]| p.iter().all(|&x| f64::from(x).abs() <= LARGEST);
         if let Some(i) = positions.iter().position(|p| !is_valid(p)) {
             return Err(Error::Vertex(i));
@@ -174,6 +177,14 @@ impl<'a> SceneBuilder<'a> {
         scene.places = Arc::new(scene.places_on(positions, triangles));
         scene.set_lights(lights)?;
         Ok(scene)
+    }
+}
+
+/// Refuses more samples than memory is for.
+pub(crate) const fn check_samples(samples: u32) -> Result<(), Error> {
+    match samples <= MOST_SAMPLES {
+        true => Ok(()),
+        false => Err(Error::Samples(samples)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reasons why a scene or a query is refused.
 
+use linelit_estimators::MOST_SAMPLES;
 use std::fmt;
 
 /// The reason why [`Scene`](crate::Scene) refuses what it was given.
@@ -36,6 +37,9 @@ pub enum Error {
     Profile(usize),
     /// A margin is not between 0 and 1, or the surface offset is negative or not finite.
     Setting,
+    /// More samples for each point and light than
+    /// [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES).
+    Samples(u32),
     /// The point of this number is NaN, infinite or beyond 2⁶⁰.
     Point(usize),
     /// The normal of the point of this number is zero, NaN or infinite.
@@ -84,6 +88,7 @@ impl fmt::Display for Error {
                 f,
                 "a margin is not in [0, 1), or the surface offset is none"
             ),
+            Self::Samples(n) => write!(f, "{n} samples are more than {MOST_SAMPLES}"),
             Self::Point(i) => write!(f, "point {i} is not finite, or beyond 2^60"),
             Self::Normal(i) => write!(f, "normal {i} is zero or not finite"),
             Self::Outgoing(i) => write!(f, "outgoing direction {i} is zero or not finite"),

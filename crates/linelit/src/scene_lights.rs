@@ -1,6 +1,6 @@
 //! The lights of a scene: what is refused, and lights and methods in place of others.
 
-use crate::builder::LARGEST;
+use crate::builder::{LARGEST, check_samples};
 use crate::{Error, Scene};
 use linelit_estimators::{
     Estimator, ExactOptions, Integration, LightSource, OcclusionStats, Technique,
@@ -49,11 +49,13 @@ impl Scene {
     }
 
     /// This scene with another estimator and another number of samples for each point and
-    /// light, which is one at least. The hierarchy is shared.
+    /// light, of which 0 counts as 1. The hierarchy is shared.
     ///
     /// # Errors
+    /// [`Error::Samples`] for more samples than [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES);
     /// [`Error::NotExact`] for a light that the estimator promises without noise and gives with it.
     pub fn with_method(&self, estimator: Estimator, samples: u32) -> Result<Self, Error> {
+        check_samples(samples)?;
         let mut scene = self.clone();
         scene.settings.estimator = estimator;
         scene.settings.samples = samples.max(1);

@@ -2,6 +2,7 @@
 #![allow(clippy::float_cmp, reason = "answers are compared bit by bit")]
 
 use linelit::bsdf::{Bsdf, Lambert};
+use linelit::estimators::MOST_SAMPLES;
 use linelit::geometry::{ConvexPolygon, DVec3, Frame, Margins, vector};
 use linelit::lights::{Profile, ProfileKind};
 use linelit::shading::polygon;
@@ -372,8 +373,107 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
     Ok(())
 }
 
+/// No points have no answers, no triangles hide nothing, and no lights give no light.
+#[test]
+fn empty_slices_and_empty_scenes_have_answers() -> Result<(), Error> {
+    let none: [[f64; 3]; 0] = [];
+    let mesh = [[0.0_f32, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    for (positions, triangles) in [
+        (&[][..], &[][..]),
+        (&mesh[..], &[]),
+        (&mesh, &[[0, 1, 2]]),
+        (&mesh, &[[0, 0, 0]]),
+    ] {
+        let dark = Scene::builder(positions, triangles).build()?;
+        let lit = dark.with_lights([lamp()])?;
+        for mut scene in [
+            dark.clone(),
+            lit.clone(),
+            lit.with_lights([] as [Light; 0])?,
+        ] {
+            scene.irradiances(&none, &none, &mut [])?;
+            scene.radiances(&none, &none, &[], &none, &mut [])?;
+            assert_eq!(scene.visible_intervals(&none, &[])?.len(), 0);
+            scene.prepare(&none, &none)?;
+            let light = scene.irradiance([0.1, 0.2, 0.0], UP)?;
+            let is_lit = scene
+                .visible_fractions(&none, 0, |_| Measure::Area, &mut [])
+                .is_ok()
+                && light[0] > 0.0;
+            assert!(is_lit || light == [0.0; 3], "{light:?}");
+        }
+        assert!(lit.irradiance([0.1, 0.2, 0.0], UP)?[0] > 0.0);
+        assert_eq!(dark.irradiance([0.1, 0.2, 0.0], UP)?, [0.0; 3]);
+        let no_light = dark.visible_fraction([0.0; 3], 0, Measure::Area);
+        let (light, lights) = (0, 0);
+        assert_eq!(no_light, Err(Error::NoLight { light, lights }));
+    }
+    Ok(())
+}
+
+/// Spheres and cylinders emit outwards: inside of them there is no light, by any estimator, and
+/// outside there is.
+#[test]
+fn inside_of_round_lights_there_is_no_light() -> Result<(), Error> {
+    let sphere = Light::sphere([0.1, 0.2, 0.3], 0.5, [3.0; 3]);
+    let cylinder = Light::cylinder([0.1, 0.2, -0.3], [0.1, 0.2, 1.0], 0.5, [3.0; 3]);
+    let inside = [
+        [0.1, 0.2, 0.3],
+        [0.1, 0.2, 0.3 + 0.25],
+        [0.1 + 0.4999, 0.2, 0.3],
+        [0.1, 0.2 - 0.499_999_999, 0.3],
+    ];
+    for (k, light) in [sphere, cylinder].into_iter().enumerate() {
+        let scene = Scene::builder(&[], &[]).light(light).build()?;
+        for name in [
+            "hybrid",
+            "point-area",
+            "point-visible-area",
+            "point-solid-angle",
+        ]
+        .into_iter()
+        .chain(["point-projected-solid-angle", "point-ltc", "point-bsdf"])
+        .chain([
+            "line-area",
+            "line-solid-angle",
+            "line-analytic",
+            "point-area+point-bsdf",
+        ]) {
+            let scene = scene.with_method(name.parse().expect("an estimator"), 7)?;
+            for n in [UP, [0.0, 1.0, 0.0], [-1.0, 0.3, -0.2]] {
+                for x in inside {
+                    assert_eq!(scene.irradiance(x, n)?, [0.0; 3], "{k} {name} {x:?} {n:?}");
+                }
+            }
+            // Facing it from outside; points may miss the lower half of a small light.
+            let seeds = (0..16).map(|seed| scene.with_seed(seed));
+            let outside = [-0.6, 0.2, 0.3];
+            let light = seeds.map(|s| s.irradiance(outside, [1.0, 0.0, 0.0]).map(|e| e[0]));
+            let sum: f64 = light.collect::<Result<Vec<_>, _>>()?.iter().sum();
+            assert!(sum > 0.0 && sum.is_finite(), "{k} {name} {sum}");
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn bad_settings_are_refused() {
+    // At the bounds and beyond.
+    let most = MOST_SAMPLES;
+    for (samples, refused) in [
+        (0, false),
+        (most, false),
+        (most + 1, true),
+        (u32::MAX, true),
+    ] {
+        let wrong = refused.then_some(Error::Samples(samples));
+        let scene = Scene::builder(&[], &[]).light(lamp());
+        assert_eq!(scene.clone().samples(samples).build().err(), wrong);
+        let scene = scene.build().expect("a scene");
+        assert_eq!(scene.with_method(Estimator::hybrid(), samples).err(), wrong);
+    }
+    let text = Error::Samples(most + 1).to_string();
+    assert_eq!(text, "16777217 samples are more than 16777216");
     let build = |set: fn(SceneBuilder<'static>) -> SceneBuilder<'static>| {
         set(Scene::builder(&[], &[]).light(lamp())).build().err()
     };

@@ -66,6 +66,44 @@ fn mirrors_show_the_sky_and_walls_are_lit() {
     assert!(sunny.distance(want) < 1e-12, "{sunny}");
 }
 
+/// What is below or beyond the bounds of a setting is its bound: no panic, and no end of memory or
+/// stack. Between two mirrors views never end.
+#[test]
+fn settings_out_of_bounds_count_as_their_bounds() {
+    let quad = |z: i32| {
+        format!(
+            "Shape \"quad\" \"point o\" [ -9 -9 {z} ] \"vector u\" [ 18 0 0 ] \"vector v\" [ 0 18 0 ]\n"
+        )
+    };
+    let mirror = "Material \"mirror\" \"rgb Kr\" [ 1 1 1 ]\n";
+    let lamp = "AttributeBegin AreaLightSource \"diffuse\" Translate 3 3 0 Shape \"sphere\" \
+                \"float radius\" .25 AttributeEnd\n";
+    let hall = scene(&format!("{lamp}{mirror}{}{}", quad(2), quad(-2)));
+    let most = Settings::MOST_BOUNCES;
+    assert_eq!(
+        middle(&hall, |s| s.bounces = u32::MAX),
+        middle(&hall, |s| s.bounces = most)
+    );
+    let wall = scene(&format!("{lamp}{}", quad(2)));
+    let lit = middle(&wall, |s| s.samples = 1);
+    assert!(lit.max_element() > 0.0, "{lit}");
+    assert_eq!(middle(&wall, |s| s.samples = 0), lit);
+    assert_eq!(
+        middle(&wall, |s| (s.samples, s.pixel_samples) = (0, 0)),
+        lit
+    );
+    // In closed form, as many samples as there may be take no memory.
+    let square = "AttributeBegin AreaLightSource \"diffuse\" Translate -1 -1 0 Shape \"quad\" \
+                  \"point o\" [ 0 0 -1 ] \"vector u\" [ 1 0 0 ] \"vector v\" [ 0 1 0 ] AttributeEnd\n";
+    let open = scene(&format!("{square}{}", quad(2)));
+    let by = |samples| {
+        middle(&open, |s| {
+            (s.samples, s.estimator) = (samples, Estimator::hybrid())
+        })
+    };
+    assert_eq!(by(u32::MAX), by(16));
+}
+
 /// All bits of a picture of 8 × 8 pixels, by so many threads.
 fn bits(scene: &Scene, settings: &Settings, threads: usize) -> Vec<[u32; 3]> {
     let window = Window {
