@@ -136,15 +136,19 @@ impl Plan {
         }
     }
 
-    /// Changes a light of the scene; an exact sphere is the first of its facets.
-    pub(crate) fn change(&mut self, light: u32, change: impl Fn(&mut PlannedLight)) {
+    /// Changes a light of the scene; an exact sphere is the first of its facets. False if no light
+    /// that emits has that number.
+    pub(crate) fn change(&mut self, light: u32, change: impl Fn(&mut PlannedLight)) -> bool {
+        let mut is_found = false;
         for set in std::iter::once(&mut self.facets).chain(&mut self.exact) {
             if let Some(planned) = set.lights.iter_mut().find(|l| l.index == light) {
                 change(planned);
+                is_found = true;
             }
             set.lights.sort_by_key(|l| (!l.is_apart, l.index));
             set.tables = Tables::default();
         }
+        is_found
     }
 }
 
@@ -186,8 +190,7 @@ fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
 /// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets.
 fn with_round(scene: &Scene, lights: &[PlannedLight]) -> Vec<PlannedLight> {
     let exact = |facet: &PlannedLight| {
-        let mut round = scene.round.iter().filter(|round| round.outward);
-        let Some(round) = round.find(|round| round.lights.contains(&facet.index)) else {
+        let Some(round) = scene.whole_of(facet.index) else {
             return Some(facet.clone());
         };
         (round.lights.start == facet.index).then(|| PlannedLight {

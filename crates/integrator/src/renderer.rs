@@ -57,21 +57,22 @@ impl<'s> Renderer<'s> {
     }
 
     /// Gives a light, by its number in the scene, an estimator of its own in place of the
-    /// settings'; `None` takes it back. A light that the scene does not have is ignored.
-    pub fn set_light_estimator(&mut self, light: u32, estimator: Option<Estimator>) {
+    /// settings'; `None` takes it back. A round shape goes by the number of its first facet.
+    /// Returns whether a light that emits has this number: else nothing changes.
+    pub fn set_light_estimator(&mut self, light: u32, estimator: Option<Estimator>) -> bool {
         self.plan
-            .change(light, |planned| planned.estimator = estimator);
+            .change(light, |planned| planned.estimator = estimator)
     }
 
     /// Samples a light, by its number in the scene, for itself with all samples, where one of the
     /// others is picked for each ([`LightChoice`](crate::LightChoice)); or puts it back.
     ///
     /// For lights that are bright and mostly hidden, which no choice knows: a sun behind shutters
-    /// would take nearly all samples from the lamps of a room (Shirley & Wang 1991, section 5). A
-    /// light that the scene does not have is ignored.
-    pub fn set_light_apart(&mut self, light: u32, is_apart: bool) {
+    /// would take nearly all samples from the lamps of a room (Shirley & Wang 1991, section 5).
+    /// Returns whether a light that emits has this number: else nothing changes.
+    pub fn set_light_apart(&mut self, light: u32, is_apart: bool) -> bool {
         self.plan
-            .change(light, |planned| planned.is_apart = is_apart);
+            .change(light, |planned| planned.is_apart = is_apart)
     }
 
     /// The triangles of the scene, by their numbers, as camera rays meet them. Rays to lights may
@@ -227,7 +228,8 @@ impl<'s> Renderer<'s> {
         } else {
             DVec3::ZERO
         };
-        let reflected = self.reflected(settings, &mut streams, point, settings.bounces, workspace);
+        let bounces = settings.bounces.min(Settings::MOST_BOUNCES);
+        let reflected = self.reflected(settings, &mut streams, point, bounces, workspace);
         (emitted + reflected) * self.scene().film.scale
     }
 

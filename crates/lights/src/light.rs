@@ -268,6 +268,19 @@ impl Light {
     /// light, it is `f64::MAX` where it overflows, and zero where it is negative or no number.
     #[must_use]
     pub fn power(&self) -> f64 {
+        let (factor, emission) = self.power_factors();
+        power(factor * (emission.element_sum() / 3.0))
+    }
+
+    /// Emitted power in W of each channel, linear RGB; their mean is [`Light::power`].
+    #[must_use]
+    pub fn power_by_channel(&self) -> DVec3 {
+        let (factor, emission) = self.power_factors();
+        (factor * emission).map(power)
+    }
+
+    /// A measure of the light and its emission, whose product is the power.
+    fn power_factors(&self) -> (f64, DVec3) {
         let emission = self.emission();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let surface = match self {
@@ -276,11 +289,11 @@ impl Light {
             Self::Sphere(l) => PI * l.sphere.area(),
             Self::Disk(l) => sides * PI * l.disk.area(),
             Self::Cylinder(l) => PI * l.cylinder.area(),
-            Self::Point(l) => return power(l.power().element_sum() / 3.0),
-            Self::Distant(l) => return power(l.power().element_sum() / 3.0),
-            Self::Sky(l) => return power(l.power().element_sum() / 3.0),
+            Self::Point(l) => return (1.0, l.power()),
+            Self::Distant(l) => return (1.0, l.power()),
+            Self::Sky(l) => return (1.0, l.power()),
         };
-        power(surface * (emission.radiance.element_sum() / 3.0))
+        (surface, emission.radiance)
     }
 }
 

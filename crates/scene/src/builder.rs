@@ -2,7 +2,7 @@
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
-use crate::scene::{Mesh, RoundLight, Scene, SceneLight, outward, to_f32, to_f64};
+use crate::scene::{Mesh, Placed, RoundLight, Scene, SceneLight, outward, to_f32, to_f64};
 use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
@@ -131,6 +131,8 @@ pub struct SceneBuilder {
     pub(crate) meshes: Vec<Mesh>,
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
+    /// The objects so far that a file places by reference, for [`Scene::placed`].
+    pub placed: Placed,
     alphas: Vec<Alpha>,
     pub(crate) lights: Vec<SceneLight>,
     light_ranges: Vec<(u32, u32, u32)>,
@@ -156,6 +158,7 @@ impl SceneBuilder {
             meshes: Vec::new(),
             alphas: Vec::new(),
             materials: vec![Material::default_matte()],
+            placed: Placed::default(),
             lights: Vec::new(),
             light_ranges: Vec::new(),
             round: Vec::new(),
@@ -506,6 +509,7 @@ impl SceneBuilder {
             lights: self.lights,
             round: self.round,
             has_lamp: false,
+            placed: self.placed,
             camera,
             film,
             light_ranges: self.light_ranges,

@@ -34,7 +34,7 @@ pub use image::{ImageData, LUMINANCE};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 pub use parameters::Parameter;
 pub use response::{Bounce, Response, index_of_refraction};
-pub use scene::{Cutout, Mesh, RoundLight, Scene, SceneLight};
+pub use scene::{Cutout, Mesh, Placed, RoundLight, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 

@@ -94,6 +94,16 @@ pub struct RoundLight {
     pub triangles: Range<u32>,
 }
 
+/// The objects that a file places by reference, whose meshes are copied to each place: pbrt's
+/// objects, and meshes of glTF that stand at several places.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Placed {
+    /// The number of objects that stand somewhere.
+    pub objects: usize,
+    /// The number of places that they are put at.
+    pub instances: usize,
+}
+
 /// A scene: triangles in world space. The `f32` vertices *are* the geometry: transforms are applied
 /// in `f64` and rounded once.
 #[derive(Clone, Debug)]
@@ -114,10 +124,12 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Lights.
     pub lights: Vec<SceneLight>,
-    /// Emissive spheres, disks and cylinders, which `lights` has as facets.
+    /// Emissive spheres, disks and cylinders, which `lights` has as facets; in their order.
     pub round: Vec<RoundLight>,
     /// Whether one of the lights is a lamp that is not in the scene's file, which has none.
     pub has_lamp: bool,
+    /// The objects of the file whose copies are among the meshes.
+    pub placed: Placed,
     /// The camera.
     pub camera: Camera,
     /// Size, crop and filter of the picture.
@@ -148,6 +160,16 @@ impl Scene {
         let k = self.light_ranges.partition_point(|r| r.1 <= triangle);
         let (start, _, light) = *self.light_ranges.get(k)?;
         (start <= triangle).then_some(light)
+    }
+
+    /// The round shape that takes the place of a light, by its number, where round shapes are
+    /// sampled as they are: the light is one of its facets, and it emits outwards. The whole shape
+    /// goes by the number of its first facet. Logarithmic in the number of round shapes.
+    #[must_use]
+    pub fn whole_of(&self, light: u32) -> Option<&RoundLight> {
+        let k = self.round.partition_point(|r| r.lights.end <= light);
+        let round = self.round.get(k)?;
+        (round.outward && round.lights.contains(&light)).then_some(round)
     }
 
     /// Reflectance of the diffuse part of a material, with mixtures resolved.

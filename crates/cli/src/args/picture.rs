@@ -17,11 +17,12 @@ pub struct PictureArgs {
     /// estimators` names all.
     #[arg(long, default_value = "hybrid", value_parser = Estimator::read)]
     pub estimator: Estimator,
-    /// Another estimator for light K of the scene, counted from 0; may be repeated.
+    /// Another estimator for light K of the scene, by the numbers of `linelit info`; may be
+    /// repeated.
     #[arg(long, value_name = "K=ESTIMATOR")]
     pub light_estimator: Vec<LightEstimator>,
-    /// Light K is sampled for itself where --lights picks one of the others; may be repeated. For
-    /// lights that are bright and mostly hidden.
+    /// Light K, by the numbers of `linelit info`, is sampled for itself where --lights picks one of
+    /// the others; may be repeated. For lights that are bright and mostly hidden.
     #[arg(long, value_name = "K")]
     pub light_apart: Vec<u32>,
     /// Sampling pattern.
@@ -56,7 +57,7 @@ pub struct PictureArgs {
     #[arg(long)]
     pub hide_lights: bool,
     /// Follow up to this many perfect mirrors and sheets of glass in a row.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=64))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MOST_BOUNCES)))]
     pub bounces: u32,
     /// Layers beside the picture, in an EXR file, separated by commas.
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]

@@ -1,6 +1,7 @@
 //! `linelit info`: what is in a scene, and what the plan skips.
 
 use super::pool;
+use super::render::numbers;
 use crate::args::InfoArgs;
 use crate::output::{Output, OutputError};
 use anyhow::Result;
@@ -9,11 +10,12 @@ use linelit_film::Tile;
 use linelit_formats::Loaded;
 use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_lights::Light;
-use linelit_scene::{Mesh, Projection, Scene};
+use linelit_scene::{LUMINANCE, Mesh, Projection, Scene};
 use linelit_study::scene_study;
 use linelit_study::short_name;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::AddAssign;
 
 /// Pairs of pixel and light that the look at the plan costs at most.
 const MAX_PAIRS: usize = 1 << 16;
@@ -27,7 +29,7 @@ struct Info {
     meshes: usize,
     /// Meshes with holes.
     cutouts: usize,
-    /// Zero, as `instances`: what a scene places many times is copied.
+    /// What the file places by reference, and at how many places: the triangles are copied.
     objects: usize,
     instances: usize,
     /// The number of triangles again, as in `triangles`.
@@ -35,9 +37,14 @@ struct Info {
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
+    /// The lights by kind, round ones as they are.
     lights: BTreeMap<&'static str, LightGroup>,
-    /// The lights that `--spheres exact` puts in the place of facets.
+    /// The same, under the name that they had while `lights` had facets.
     exact_lights: BTreeMap<&'static str, LightGroup>,
+    /// What `--spheres facets` makes of them.
+    facet_lights: BTreeMap<&'static str, LightGroup>,
+    /// The lights of the file, in its order.
+    light_rows: Vec<LightRow>,
     /// Number of materials and of triangles that have them, by model.
     materials: BTreeMap<&'static str, MaterialGroup>,
     camera: String,
@@ -46,8 +53,22 @@ struct Info {
     warnings: Vec<String>,
 }
 
+/// A light of the file: a shape that emits, or a light without one.
+#[derive(Debug, Serialize)]
+struct LightRow {
+    /// First and last of the numbers that `--light-estimator` and `--light-apart` take.
+    numbers: [u32; 2],
+    /// The same with `--spheres facets`.
+    facets: [u32; 2],
+    kind: &'static str,
+    #[serde(flatten)]
+    sum: LightGroup,
+    /// The number of those among its lights that emit nothing, and are not sampled.
+    dark: usize,
+}
+
 /// Lights of one type.
-#[derive(Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 struct LightGroup {
     lights: usize,
     /// Area of the surfaces, m².
@@ -56,16 +77,71 @@ struct LightGroup {
     length: f64,
     /// Emitted, W, averaged over the channels.
     power: f64,
+    /// The luminance of the power by channel, W.
+    power_luminance: f64,
 }
 
 impl LightGroup {
-    fn describe(&self, kind: &str) -> String {
-        let size = if kind == "linear" {
-            format!("length {:.4} m", self.length)
-        } else {
-            format!("area {:.4} m²", self.area)
+    /// One light.
+    fn of(light: &Light) -> Self {
+        let (area, length) = match light {
+            Light::Area(a) => (a.polygon.area(), 0.0),
+            Light::Linear(l) => (0.0, l.segment.length()),
+            Light::Sphere(s) => (s.sphere.area(), 0.0),
+            Light::Disk(d) => (d.disk.area(), 0.0),
+            Light::Cylinder(c) => (c.cylinder.area(), 0.0),
+            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => (0.0, 0.0),
         };
-        format!("{} {kind}, {size}, power {:.4} W", self.lights, self.power)
+        Self {
+            lights: 1,
+            area,
+            length,
+            power: light.power(),
+            power_luminance: light.power_by_channel().dot(LUMINANCE),
+        }
+    }
+
+    fn describe(&self, kind: &str) -> String {
+        let size = match kind {
+            "linear" => format!(", length {:.4} m", self.length),
+            "point" | "distant" | "sky" => String::new(),
+            _ => format!(", area {:.4} m²", self.area),
+        };
+        let count = match self.lights {
+            1 => String::new(),
+            n => format!("{n} × "),
+        };
+        let [power, luminance] = [self.power, self.power_luminance].map(watts);
+        format!("{count}{kind}{size}, power {power} W (luminance {luminance} W)")
+    }
+}
+
+impl AddAssign for LightGroup {
+    fn add_assign(&mut self, other: Self) {
+        self.lights += other.lights;
+        self.area += other.area;
+        self.length += other.length;
+        self.power += other.power;
+        self.power_luminance += other.power_luminance;
+    }
+}
+
+impl LightRow {
+    fn describe(&self) -> [String; 2] {
+        let range = |[first, last]: [u32; 2]| match first == last {
+            true => format!("light {first}"),
+            false => format!("lights {first} to {last}"),
+        };
+        let mut text = self.sum.describe(self.kind);
+        match self.dark {
+            0 => {}
+            n if n == self.sum.lights => text += "; emits nothing",
+            n => text += &format!("; {n} of them emit nothing"),
+        }
+        if self.facets != self.numbers {
+            text += &format!("; {} with --spheres facets", range(self.facets));
+        }
+        [range(self.numbers), text]
     }
 }
 
@@ -87,8 +163,8 @@ struct PlanInfo {
 pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     let mut loaded = args.common.read.library().load(&args.scene)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
-    let looked = pool(&args.common)?.install(|| look(&mut loaded.scene));
-    let info = describe(&loaded, &args.scene, resolution, looked);
+    let plan = pool(&args.common)?.install(|| look(&mut loaded.scene));
+    let info = describe(&loaded, &args.scene, resolution, plan);
     if args.common.json {
         writeln!(out, "{}", serde_json::to_string(&info)?)?;
     } else {
@@ -97,8 +173,8 @@ pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// Renders a few pixels to see what the plan does; and what is exact in place of facets.
-fn look(scene: &mut Scene) -> (PlanInfo, BTreeMap<&'static str, LightGroup>) {
+/// Renders a few pixels to see what the plan does.
+fn look(scene: &mut Scene) -> PlanInfo {
     let side = (MAX_PAIRS / scene.lights.len().max(1)).isqrt().clamp(1, 64);
     let side = u32::try_from(side).unwrap_or(1);
     scene.set_resolution(side, side);
@@ -109,29 +185,74 @@ fn look(scene: &mut Scene) -> (PlanInfo, BTreeMap<&'static str, LightGroup>) {
     };
     let window = Tile::whole(side, side);
     let (_, counts) = scene_study::render(&renderer, &settings, window, &ProgressBar::hidden());
-    let mut exact = BTreeMap::new();
-    let lights = renderer.plan().lights_of(Spheres::Exact).iter();
-    let round = lights.filter(|l| !matches!(*l.light, Light::Area(_) | Light::Linear(_)));
-    round.for_each(|l| add_light(&mut exact, &l.light));
-    let plan = PlanInfo {
-        dark_lights: scene.lights.len() - renderer.plan().lights_of(Spheres::Facets).len(),
+    PlanInfo {
+        dark_lights: 0,
         pixels: [side, side],
         counts: counts.plan.rows().collect(),
-    };
-    (plan, exact)
+    }
 }
 
-fn describe(
-    loaded: &Loaded,
-    name: &str,
-    resolution: [u32; 2],
-    (plan, exact_lights): (PlanInfo, BTreeMap<&'static str, LightGroup>),
-) -> Info {
-    let scene = &loaded.scene;
-    let mut lights: BTreeMap<&'static str, LightGroup> = BTreeMap::new();
-    for light in &scene.lights {
-        add_light(&mut lights, &light.light);
+/// The lights of the file, in its order: facets that are sampled as a whole are one, and all
+/// polygons of one shape are in one row.
+fn light_rows(scene: &Scene) -> Vec<LightRow> {
+    let mut rows: Vec<LightRow> = Vec::new();
+    let mut mesh_before = None;
+    for number in numbers(scene, Spheres::Exact) {
+        let light = &scene.lights[number as usize];
+        let whole = scene.whole_of(number);
+        let shown = whole.map_or(&*light.light, |round| &round.light);
+        let mesh = match light.triangles.is_empty() {
+            true => None,
+            false => Some(scene.mesh_of(light.triangles.start)),
+        };
+        let (kind, sum) = (kind(shown), LightGroup::of(shown));
+        let dark = usize::from(!(sum.power > 0.0));
+        match rows
+            .last_mut()
+            .filter(|_| mesh.is_some() && mesh == mesh_before)
+        {
+            Some(row) => {
+                (row.numbers[1], row.facets[1]) = (number, number);
+                row.sum += sum;
+                row.dark += dark;
+                if row.kind != kind {
+                    row.kind = "polygon";
+                }
+            }
+            None => rows.push(LightRow {
+                numbers: [number; 2],
+                facets: whole.map_or([number; 2], |r| [r.lights.start, r.lights.end - 1]),
+                kind,
+                sum,
+                dark,
+            }),
+        }
+        mesh_before = mesh;
     }
+    rows
+}
+
+/// The lights by kind.
+fn by_kind<'a>(lights: impl IntoIterator<Item = &'a Light>) -> BTreeMap<&'static str, LightGroup> {
+    let mut groups: BTreeMap<_, LightGroup> = BTreeMap::new();
+    for light in lights {
+        *groups.entry(kind(light)).or_default() += LightGroup::of(light);
+    }
+    groups
+}
+
+fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -> Info {
+    let scene = &loaded.scene;
+    // The lights as they are sampled, and as they are with facets.
+    let sampled = numbers(scene, Spheres::Exact).map(|number| {
+        let facet = &*scene.lights[number as usize].light;
+        scene.whole_of(number).map_or(facet, |round| &round.light)
+    });
+    let lights = by_kind(sampled);
+    let facet_lights = by_kind(scene.lights.iter().map(|light| &*light.light));
+    let light_rows = light_rows(scene);
+    let dark_lights = light_rows.iter().map(|row| row.dark).sum();
+    // Materials, and the triangles that have them.
     let mut materials: BTreeMap<&'static str, MaterialGroup> = BTreeMap::new();
     for material in &scene.materials {
         materials.entry(material.kind.name()).or_default().materials += 1;
@@ -147,20 +268,25 @@ fn describe(
         vertices: scene.positions.len(),
         meshes: scene.meshes.len(),
         cutouts: scene.meshes.iter().filter(holed).count(),
-        objects: 0,
-        instances: 0,
+        objects: scene.placed.objects,
+        instances: scene.placed.instances,
         triangles_in_world: scene.triangles.len(),
         bounds: scene
             .bounds()
             .map(|(lo, hi)| [lo.to_array(), hi.to_array()]),
         geometry_bytes: scene.memory(),
         texture_bytes: scene.texture_memory(),
+        exact_lights: lights.clone(),
         lights,
-        exact_lights,
+        facet_lights,
+        light_rows,
         materials,
         camera: camera(scene.camera.projection()),
         resolution,
-        plan,
+        plan: PlanInfo {
+            dark_lights,
+            ..plan
+        },
         warnings: loaded
             .warnings
             .iter()
@@ -179,29 +305,21 @@ fn camera(projection: Projection) -> String {
     }
 }
 
-fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &Light) {
-    let (name, area, length) = match light {
-        Light::Area(a) => {
-            let name = match a.polygon.vertices().len() {
-                3 => "triangle",
-                4 => "quad",
-                _ => "polygon",
-            };
-            (name, a.polygon.area(), 0.0)
-        }
-        Light::Linear(l) => ("linear", 0.0, l.segment.length()),
-        Light::Sphere(s) => ("sphere", s.sphere.area(), 0.0),
-        Light::Disk(d) => ("disk", d.disk.area(), 0.0),
-        Light::Cylinder(c) => ("cylinder", c.cylinder.area(), 0.0),
-        Light::Point(_) => ("point", 0.0, 0.0),
-        Light::Distant(_) => ("distant", 0.0, 0.0),
-        Light::Sky(_) => ("sky", 0.0, 0.0),
-    };
-    let group = groups.entry(name).or_default();
-    group.lights += 1;
-    group.area += area;
-    group.length += length;
-    group.power += light.power();
+fn kind(light: &Light) -> &'static str {
+    match light {
+        Light::Area(a) => match a.polygon.vertices().len() {
+            3 => "triangle",
+            4 => "quad",
+            _ => "polygon",
+        },
+        Light::Linear(_) => "linear",
+        Light::Sphere(_) => "sphere",
+        Light::Disk(_) => "disk",
+        Light::Cylinder(_) => "cylinder",
+        Light::Point(_) => "point",
+        Light::Distant(_) => "distant",
+        Light::Sky(_) => "sky",
+    }
 }
 
 fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
@@ -211,6 +329,10 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
         "triangles",
         format!("{} in {} meshes", info.triangles, info.meshes),
     )?;
+    if info.instances > 0 {
+        let text = format!("{} copies of {} objects", info.instances, info.objects);
+        row("placed", text)?;
+    }
     if info.cutouts > 0 {
         row("with holes", format!("{} meshes", info.cutouts))?;
     }
@@ -229,14 +351,13 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     row("camera", info.camera.clone())?;
     let [width, height] = info.resolution;
     row("film", format!("{width} x {height} pixels"))?;
-    for (kind, group) in &info.lights {
-        row("lights", group.describe(kind))?;
+    row("lights", light_head(info))?;
+    for light in info.light_rows.iter().take(MOST_ROWS) {
+        let [numbers, text] = light.describe();
+        row(&numbers, text)?;
     }
-    if info.lights.is_empty() {
-        row("lights", "none".into())?;
-    }
-    for (kind, group) in &info.exact_lights {
-        row("with --spheres exact", group.describe(kind))?;
+    if let Some(more @ 1..) = info.light_rows.len().checked_sub(MOST_ROWS) {
+        row("", format!("and {more} more: --json has all"))?;
     }
     for (kind, group) in &info.materials {
         let text = format!(
@@ -264,6 +385,26 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
             n => format!("{n}, printed above"),
         },
     )
+}
+
+/// Lights that are printed one by one.
+const MOST_ROWS: usize = 100;
+
+/// The line above the lights.
+fn light_head(info: &Info) -> String {
+    let count: usize = info.lights.values().map(|group| group.lights).sum();
+    match count {
+        0 => "none".to_owned(),
+        n => format!("{n}, by the numbers of --light-estimator and --light-apart:"),
+    }
+}
+
+/// A power with four digits behind the point, or as a power of ten where those say little.
+fn watts(power: f64) -> String {
+    match power != 0.0 && !(1e-2..1e9).contains(&power) {
+        true => format!("{power:.4e}"),
+        false => format!("{power:.4}"),
+    }
 }
 
 fn mebibytes(bytes: usize) -> f64 {

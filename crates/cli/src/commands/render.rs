@@ -11,7 +11,7 @@ use crate::inputs::Sources;
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Tile, ToneCurve};
-use linelit_integrator::{Counts, Renderer, Settings, Spheres};
+use linelit_integrator::{Counts, LightChoice, Renderer, Settings, Spheres};
 use linelit_plan::{Folder, Shard};
 use linelit_scene::Scene;
 use linelit_study::memory;
@@ -179,16 +179,45 @@ pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
         .map_or(all, |crop| crop.window(film.width, film.height))
 }
 
-/// Checks that the scene has the lights that the flags name.
+/// Checks that each light that the flags name is one that is sampled: a number that changes
+/// nothing is a mistake.
 pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
     let count = scene.lights.len();
-    let own = args.light_estimator.iter().map(|own| own.light);
-    for light in own.chain(args.light_apart.iter().copied()) {
-        if light as usize >= count {
+    let own = || args.light_estimator.iter().map(|own| own.light);
+    for light in own().chain(args.light_apart.iter().copied()) {
+        let Some(named) = scene.lights.get(light as usize) else {
             bail!("no light {light}: the scene has {count}, counted from 0");
+        };
+        let whole = scene.whole_of(light).map(|round| round.lights.start);
+        if let (Spheres::Exact, Some(first)) = (args.spheres, whole.filter(|k| *k != light)) {
+            bail!(
+                "light {light} is a facet of light {first}, which is sampled as a whole: name \
+                 that, or take --spheres facets (`linelit info` has the numbers)"
+            );
+        }
+        if !(named.light.power() > 0.0) {
+            bail!("light {light} emits nothing, and is not sampled");
         }
     }
+    let mut seen = BTreeSet::new();
+    if let Some(twice) = own().find(|light| !seen.insert(*light)) {
+        bail!("light {twice} has two estimators by --light-estimator");
+    }
+    if !args.light_apart.is_empty() && args.lights == LightChoice::All {
+        bail!("--light-apart is for --lights that pick one: by default all are sampled apart");
+    }
     Ok(())
+}
+
+/// The numbers of the lights of a scene, a round shape by that of its first facet where it is
+/// sampled as a whole.
+pub(super) fn numbers(scene: &Scene, spheres: Spheres) -> impl Iterator<Item = u32> {
+    let is_own = move |light: &u32| {
+        let whole = scene.whole_of(*light).filter(|_| spheres == Spheres::Exact);
+        whole.is_none_or(|round| round.lights.start == *light)
+    };
+    let all = 0..u32::try_from(scene.lights.len()).unwrap_or(u32::MAX);
+    all.filter(is_own)
 }
 
 /// A renderer of what is asked for.
@@ -273,8 +302,9 @@ fn explain(
     times: [f64; 3],
     out: &mut Output,
 ) -> Result<(), OutputError> {
-    let lights = renderer.plan().lights_of(Spheres::Facets).len();
-    let dark = renderer.scene().lights.len() - lights;
+    let lit = renderer.plan().lights_of(settings.spheres).len();
+    let lights = numbers(renderer.scene(), settings.spheres).count();
+    let dark = lights - lit;
     writeln!(out, "{lights:>14}  lights, {dark} of them dark")?;
     for pair in renderer.methods(settings) {
         let materials = &renderer.scene().materials;

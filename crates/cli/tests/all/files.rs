@@ -99,7 +99,153 @@ fn info_says_what_is_in_a_scene() {
     assert!(pairs.unwrap() > 1000, "{value}");
     let table = text(&linelit(&["info", "tests/cornell/v3.pbrt"]).stdout);
     assert!(
-        table.contains("1 quad, area 0.6400 m², power 18.0956 W"),
+        table.contains("light 0  quad, area 0.6400 m², power 18.0956 W"),
         "{table}"
     );
+}
+
+/// Lights of the file have one row each, by the numbers that flags take: a flag that names another
+/// number is refused, and each that is listed changes the picture.
+#[test]
+fn info_lists_the_lights_by_the_numbers_that_flags_take() {
+    let dir = folder("rows");
+    let scene = dir.join("rows.pbrt");
+    let quad = |z: i32| {
+        format!("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 {z} 0 1 {z} 1 0 {z} 1 1 {z} ] ")
+    };
+    let emits = |more: &str| format!("AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 6 ] {more} ");
+    let world = [
+        "LookAt 0 -6 6  0 0 0  0 0 1 Camera \"perspective\" WorldBegin ",
+        "Shape \"trianglemesh\" \"point3 P\" [ -9 -9 -1 9 -9 -1 0 9 -1 ] ",
+        "AttributeBegin ",
+        &emits("\"float power\" 100"),
+        &quad(3),
+        "AttributeEnd AttributeBegin ",
+        &emits(""),
+        "Shape \"sphere\" AttributeEnd AttributeBegin ",
+        &emits("\"bool twosided\" true"),
+        "Translate 4 0 0 Shape \"sphere\" AttributeEnd ",
+        "LightSource \"point\" \"point3 from\" [ 0 0 4 ] ",
+        "AttributeBegin Translate -4 0 1 ",
+        &emits(""),
+        "ReverseOrientation Shape \"disk\" AttributeEnd",
+    ];
+    std::fs::write(&scene, world.concat()).unwrap();
+    let output = succeeded(&["info", path(&scene), "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = info["light_rows"].as_array().unwrap();
+    let kinds = rows.iter().map(|row| row["kind"].as_str().unwrap());
+    // The two-sided sphere stays facets, of several kinds, in one row.
+    let wanted = ["quad", "sphere", "polygon", "point", "disk"];
+    assert_eq!(kinds.collect::<Vec<_>>(), wanted, "{info}");
+    // pbrt's power is that of a white light; of this colour the luminance is 0.2126 × 1 +
+    // 0.7152 × 2 + 0.0722 × 6 = 2.0762 and the mean 3 times as much, to the rounding of corners.
+    for (key, want) in [("power", 300.0), ("power_luminance", 207.62)] {
+        let power = rows[0][key].as_f64().unwrap();
+        assert!((power - want).abs() < 1e-4 * want, "{key} {power}");
+    }
+    // Round lights are one each, and the numbers of all facets go on from row to row.
+    let of_kind = |kind: &str| &info["lights"][kind]["lights"];
+    assert_eq!(["sphere", "disk", "point"].map(of_kind), [1, 1, 1]);
+    let range = |row: &serde_json::Value, key: &str| [0, 1].map(|k| row[key][k].as_u64().unwrap());
+    let groups = info["facet_lights"].as_object().unwrap().values();
+    let facets: u64 = groups.map(|group| group["lights"].as_u64().unwrap()).sum();
+    let mut next = 0;
+    for row in rows {
+        assert_eq!(range(row, "facets")[0], next, "{info}");
+        next = range(row, "facets")[1] + 1;
+    }
+    assert_eq!(next, facets);
+
+    // Files without metadata, which would name the estimators.
+    let image = dir.join("a.pfm");
+    let render = |more: &[&str]| {
+        let small = ["--resolution", "8x8", "--samples", "1", "-o", path(&image)];
+        linelit(&[&["render", path(&scene)], &small[..], more].concat())
+    };
+    assert_eq!(render(&[]).status.code(), Some(0));
+    let plain = std::fs::read(&image).unwrap();
+    for row in rows {
+        let [[first, last], [_, last_facet]] = ["numbers", "facets"].map(|key| range(row, key));
+        for number in [first, last] {
+            let output = render(&["--light-estimator", &format!("{number}=point-area")]);
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            // Light without size has no noise, and a facet may face away from all that is seen.
+            let is_whole = first == last && row["kind"] != "point";
+            let is_changed = std::fs::read(&image).unwrap() != plain;
+            assert!(is_changed || !is_whole, "{row}");
+        }
+        if last_facet > last {
+            let number = last_facet.to_string();
+            let output = render(&["--light-estimator", &format!("{number}=point-area")]);
+            let said = text(&output.stderr);
+            assert!(said.contains(&format!("facet of light {first}")), "{said}");
+            let facets = ["--spheres", "facets", "--lights", "one:power"];
+            let apart = [&facets[..], &["--light-apart", &number]].concat();
+            assert_eq!(render(&apart).status.code(), Some(0));
+        }
+    }
+    let twice = ["0=exact"; 2]
+        .map(|own| ["--light-estimator", own])
+        .concat();
+    let beyond = ["--light-apart", "9999", "--lights", "one:power"];
+    for (flags, what) in [
+        (&twice[..], "two estimators"),
+        (&["--light-apart", "0"], "--lights that pick one"),
+        (&beyond, "no light 9999"),
+    ] {
+        let output = render(flags);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(what), "{said}");
+    }
+}
+
+/// What a file places by reference is counted, in each format that can.
+#[test]
+fn info_counts_what_a_file_places() {
+    let dir = folder("placed");
+    let counts = |name: &str, text: &str| {
+        let file = dir.join(name);
+        std::fs::write(&file, text).unwrap();
+        let output = succeeded(&["info", path(&file), "--json"]);
+        let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        ["objects", "instances", "triangles"].map(|key| info[key].as_u64().unwrap())
+    };
+    let shape = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]";
+    let object = |name: &str| format!("ObjectBegin \"{name}\" {shape} {shape} ObjectEnd ");
+    let place = |name: &str| format!("ObjectInstance \"{name}\" Translate 1 0 0 ");
+    let world = |text: &[&str]| format!("WorldBegin {}", text.concat());
+    let (a, b) = (object("a"), object("b"));
+    assert_eq!(counts("none.pbrt", &world(&[shape])), [0, 0, 1]);
+    assert_eq!(counts("unused.pbrt", &world(&[&a])), [0, 0, 0]);
+    assert_eq!(counts("one.pbrt", &world(&[&a, &place("a")])), [1, 1, 2]);
+    let text = [
+        &*a,
+        &b,
+        &place("a"),
+        &place("b"),
+        &place("a"),
+        &a,
+        &place("a"),
+    ];
+    assert_eq!(counts("two.pbrt", &world(&text)), [3, 4, 8]);
+
+    let gltf = |nodes: &[&str]| {
+        let all: Vec<_> = (0..nodes.len()).map(|k| k.to_string()).collect();
+        format!(
+            "{{\"asset\": {{\"version\": \"2.0\"}}, \"scenes\": [{{\"nodes\": [{}]}}],
+            \"nodes\": [{}], \"meshes\": [{{\"primitives\": [{{\"attributes\":
+            {{\"POSITION\": 0}}}}]}}], \"accessors\": [{{\"bufferView\": 0, \"componentType\":
+            5126, \"count\": 3, \"type\": \"VEC3\", \"min\": [0, 0, 0], \"max\": [1, 1, 0]}}],
+            \"bufferViews\": [{{\"buffer\": 0, \"byteLength\": 36}}], \"buffers\":
+            [{{\"byteLength\": 36, \"uri\": \"data:application/octet-stream;base64,\
+            AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}}]}}",
+            all.join(","),
+            nodes.join(",")
+        )
+    };
+    let node = "{\"mesh\": 0}";
+    assert_eq!(counts("one.gltf", &gltf(&[node])), [0, 0, 1]);
+    assert_eq!(counts("three.gltf", &gltf(&[node; 3])), [1, 3, 3]);
 }

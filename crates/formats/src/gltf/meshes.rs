@@ -49,6 +49,17 @@ impl<'a> Reader<'a> {
             }
         };
         self.shapes += mesh.count;
+        // At the second place the mesh turns out to be an object, and has two instances.
+        self.places[index] += 1;
+        let placed = &mut self.base.builder.placed;
+        match self.places[index] {
+            1 => {}
+            2 => {
+                placed.objects += 1;
+                placed.instances += 2;
+            }
+            _ => placed.instances += 1,
+        }
         for (shape, placement) in &mesh.shapes {
             match shape {
                 Shape::Triangles(triangles) => {

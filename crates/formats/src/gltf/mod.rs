@@ -150,6 +150,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         materials: Vec::new(),
         images: HashMap::new(),
         meshes: vec![None; doc.lists.meshes.len()],
+        places: vec![0; doc.lists.meshes.len()],
         lights: Vec::new(),
         shapes: 0,
         indices: 0,
@@ -236,6 +237,8 @@ struct Reader<'a> {
     /// Images by index and use.
     images: HashMap<(usize, Channel), Option<Arc<ImageData>>>,
     meshes: Vec<Option<Rc<meshes::Mesh>>>,
+    /// The number of places where each mesh stands so far.
+    places: Vec<usize>,
     /// The entries of `KHR_lights_punctual` with their places.
     lights: Vec<(Raw<'a>, Option<lights::Punctual>)>,
     shapes: usize,

@@ -316,7 +316,10 @@ fn lights_have_estimators_of_their_own() {
         all.iter().map(direct).collect()
     };
     let (by_lines, by_rays) = (light(&renderer, &lines), light(&renderer, &rays));
-    renderer.set_light_estimator(1, Some(rays.estimator));
+    assert!(renderer.set_light_estimator(1, Some(rays.estimator)));
+    // No light has this number.
+    assert!(!renderer.set_light_estimator(2, Some(rays.estimator)));
+    assert!(!renderer.set_light_apart(2, true));
     let mixed = light(&renderer, &lines);
     renderer.set_light_estimator(0, Some(rays.estimator));
     renderer.set_light_estimator(1, None);

@@ -60,6 +60,10 @@ fn powers_are_of_areas() {
         ];
         for (light, area) in lights {
             assert_close!(light.power(), PI * area * 2.5, rel = ROUNDING, "{light:?}");
+            let channels = light.power_by_channel();
+            for (found, one) in channels.to_array().into_iter().zip(radiance.to_array()) {
+                assert_close!(found, PI * area * one, rel = ROUNDING, "{light:?}");
+            }
         }
     }
 }

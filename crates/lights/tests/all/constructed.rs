@@ -70,8 +70,10 @@ proptest! {
         lights.extend(Light::polygon(&[a, b, c], e));
         lights.extend(Light::rectangle(a, b, c, e));
         for light in lights {
-            let power = light.clone().two_sided().power();
-            prop_assert!(power >= 0.0 && power.is_finite(), "{light:?} {power}");
+            let light = light.two_sided();
+            for power in [&[light.power()][..], &light.power_by_channel().to_array()].concat() {
+                prop_assert!(power >= 0.0 && power.is_finite(), "{light:?} {power}");
+            }
         }
     }
 }

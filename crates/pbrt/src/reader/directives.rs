@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
 use super::state::Target;
-use super::{Block, Loader, OpenObject, is_one_of};
+use super::{Block, Loader, Object, OpenObject, is_one_of};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::Placement;
@@ -215,7 +215,11 @@ impl Loader {
         let Some(object) = self.object.take() else {
             return Ok(());
         };
-        self.objects.insert(object.name, object.shapes.into());
+        let whole = Object {
+            shapes: object.shapes.into(),
+            is_placed: false,
+        };
+        self.objects.insert(object.name, whole);
         Ok(())
     }
 
@@ -226,19 +230,24 @@ impl Loader {
             let message = "`ObjectInstance` inside `ObjectBegin`";
             return Err(misplaced(lexer, span, message, "instances do not nest"));
         }
-        let Some(object) = self.objects.get(&name).map(Rc::clone) else {
+        let Some(object) = self.objects.get_mut(&name) else {
             let names = self.objects.keys().map(String::as_str);
             let message = format!("unknown object `{}`", shorten(&name));
             let error = lexer.error(ErrorKind::UnknownName, message, span, "");
             return Err(error.suggest(nearest(&name, names)));
         };
+        let placed = &mut self.base.builder.placed;
+        placed.objects += usize::from(!object.is_placed);
+        placed.instances += 1;
+        object.is_placed = true;
+        let shapes = Rc::clone(&object.shapes);
         let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
-        if object.iter().any(|s| s.place.emission.is_some()) {
+        if shapes.iter().any(|s| s.place.emission.is_some()) {
             let message = format!("object `{}` emits light", shorten(&name));
             let label = "its instances do so here, but not in pbrt";
             self.base.suspicious(message, label, params.at())?;
         }
-        for shape in &*object {
+        for shape in &*shapes {
             let to_world = self.state.ctm * shape.place.to_world;
             let place = Placement {
                 to_world,

@@ -91,6 +91,13 @@ struct OpenObject {
     shapes: Vec<ObjectShape>,
 }
 
+/// An object that `ObjectInstance` can place.
+#[derive(Debug)]
+struct Object {
+    shapes: Rc<[ObjectShape]>,
+    is_placed: bool,
+}
+
 /// The geometry that a shape directive makes.
 #[derive(Clone, Debug)]
 enum Geometry {
@@ -117,7 +124,7 @@ struct Loader {
     coordinate_systems: HashMap<String, DAffine3>,
     materials: HashMap<String, Option<u32>>,
     textures: HashMap<(bool, String), Arc<Texture>>,
-    objects: HashMap<String, Rc<[ObjectShape]>>,
+    objects: HashMap<String, Object>,
     object: Option<OpenObject>,
     view: view::View,
     in_world: bool,
