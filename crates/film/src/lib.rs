@@ -27,6 +27,9 @@
 //! assert_eq!(linelit_film::decode_exr(&bytes)?, document);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! The [guide](https://github.com/linelit/linelit/blob/HEAD/docs/guide.md)
+//! leads from one integral to a study of a scene.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

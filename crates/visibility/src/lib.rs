@@ -72,6 +72,9 @@
 //! assert_eq!(visible.line(0).len(), 1);
 //! assert!((visible.fraction(0) - 0.5).abs() < 1e-12);
 //! ```
+//!
+//! The [guide](https://github.com/linelit/linelit/blob/HEAD/docs/guide.md)
+//! leads from one integral to a study of a scene.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

@@ -88,6 +88,51 @@ pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
         .collect()
 }
 
+/// A table of features on the front page of a crate has one row for each feature of the manifest,
+/// marks the default ones, and names the modules that the feature turns on.
+pub(super) fn feature_tables(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for member in &house.members {
+        let page = house.text(&format!("crates/{}/README.md", member.owner));
+        let Some((_, table)) = page.split_once("\n| feature |") else {
+            continue;
+        };
+        let at = format!("crates/{}/README.md", member.owner);
+        let rows = table.lines().skip(2).take_while(|l| l.starts_with('|'));
+        let rows: Vec<_> = rows.filter_map(|l| l[1..].split_once('|')).collect();
+        let defaults = member
+            .section("features")
+            .find(|l| l.starts_with("default = "));
+        let cell = |feature: &str| {
+            let is_default = defaults.is_some_and(|l| l.contains(&format!("\"{feature}\"")));
+            format!(
+                " `{feature}` {}",
+                if is_default { "(default) " } else { "" }
+            )
+        };
+        let wanted: BTreeSet<_> = member.features().into_iter().map(cell).collect();
+        let found: BTreeSet<_> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let differing = wanted.symmetric_difference(&found);
+        problems.extend(differing.map(|f| format!("{at}: the row of the feature{f}differs")));
+        // `#[cfg(feature = "x")] pub use linelit_y as y;`
+        let lib = house.text(&format!("crates/{}/src/lib.rs", member.owner));
+        for (guard, item) in lib.lines().zip(lib.lines().skip(1)) {
+            let module = item.strip_suffix(';').and_then(|i| i.rsplit_once(" as "));
+            let (true, Some((_, module))) = (guard.starts_with("#[cfg("), module) else {
+                continue;
+            };
+            for feature in guard.split("feature = \"").skip(1) {
+                let feature = feature.split('"').next().unwrap_or_default();
+                let row = rows.iter().find(|(name, _)| *name == cell(feature));
+                if !row.is_some_and(|(_, text)| text.contains(&format!("`{module}`"))) {
+                    problems.push(format!("{at}: the row of `{feature}` lacks `{module}`"));
+                }
+            }
+        }
+    }
+    problems
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

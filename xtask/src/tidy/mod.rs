@@ -46,18 +46,22 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         Ok(house) => house,
         Err(problem) => return vec![problem],
     };
-    let rules: [Rule; 14] = [
+    let rules: [Rule; 18] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
+        manifests::feature_tables,
         sources::lints,
         sources::fallibility,
         sources::lines,
         sources::crate_pages,
         sources::one_dependency,
+        sources::angles,
         repository::machine_paths,
         repository::licences,
         repository::links,
+        repository::guide,
+        repository::promises,
         repository::figures,
         repository::hidden_lines,
         ratchet::may_only_fall,

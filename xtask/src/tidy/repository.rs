@@ -79,6 +79,59 @@ pub(super) fn hidden_lines(house: &House) -> Vec<String> {
     problems
 }
 
+/// The address of the repository's files.
+const OURS: &str = "https://github.com/linelit/linelit/blob/HEAD/";
+
+/// The front page of each published library, as docs.rs shows it, leads to the guide.
+pub(super) fn guide(house: &House) -> Vec<String> {
+    let link = format!("({OURS}docs/guide.md)");
+    let published = house.members.iter().filter(|m| m.is_published());
+    let lost = published.filter(|member| {
+        let [readme, page] = ["README.md", "src/lib.rs"]
+            .map(|file| house.text(&format!("crates/{}/{file}", member.owner)));
+        let included = page.contains("include_str!(\"../README.md\")");
+        !(readme.contains(&link) && (included || page.contains(&link)))
+    });
+    lost.map(|m| format!("crates/{}: its page does not lead to the guide", m.owner))
+        .collect()
+}
+
+/// The tests and commands in the last column of `docs/promises.md` exist: `name` is a function,
+/// `cargo xtask test STEP` a step, and `rustc` and `doctest` need no name.
+pub(super) fn promises(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    let ends = [".rs", ".py"];
+    let files = house
+        .files
+        .iter()
+        .filter(|f| ends.iter().any(|e| f.ends_with(e)));
+    let texts: Vec<_> = files.map(|file| house.text(file)).collect();
+    let is_function = |name: &str| {
+        let heads = [format!("fn {name}("), format!("def {name}(")];
+        texts
+            .iter()
+            .any(|t| heads.iter().any(|head| t.contains(head)))
+    };
+    for (i, line) in house.text("docs/promises.md").lines().enumerate() {
+        let cell = line.strip_suffix(" |").and_then(|l| l.rsplit_once(" | "));
+        for word in cell
+            .map_or("", |(_, cell)| cell)
+            .split('`')
+            .skip(1)
+            .step_by(2)
+        {
+            let is_held = match word.strip_prefix("cargo xtask test ") {
+                Some(step) => crate::USAGE.contains(step),
+                None => is_function(word) || word.contains(' '),
+            };
+            if !is_held {
+                problems.push(format!("docs/promises.md:{}: no test `{word}`", i + 1));
+            }
+        }
+    }
+    problems
+}
+
 /// Relative links in Markdown lead somewhere.
 pub(super) fn links(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
@@ -88,6 +141,12 @@ pub(super) fn links(house: &House) -> Vec<String> {
         for (i, line) in text.lines().enumerate() {
             for target in targets(line) {
                 let plain = target.split('#').next().unwrap_or_default();
+                // Pages of docs.rs name ours by their address.
+                if let Some(ours) = plain.strip_prefix(OURS)
+                    && !house.root.join(ours).exists()
+                {
+                    problems.push(format!("{path}:{}: there is no {ours}", i + 1));
+                }
                 let local = !plain.is_empty() && !plain.contains(':') && !plain.starts_with('<');
                 if local && path.starts_with("crates/") && plain.contains("../") {
                     problems.push(format!("{path}:{}: {target} is in no package", i + 1));
