@@ -15,7 +15,7 @@ use crate::{
     PointBy, PointDensity, Query, Rest, WorkCounters,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, stop};
 use linelit_lights::{DiskLobes, PointSource, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
 
@@ -74,6 +74,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> DVec3 {
     query.point.assert_unit_vectors();
+    stop::check();
     let Buffers {
         scratch,
         counts,

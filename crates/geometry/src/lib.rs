@@ -57,6 +57,7 @@ mod polygon;
 pub mod predicates;
 mod segment;
 mod shadow;
+pub mod stop;
 mod triangle;
 mod vector;
 

@@ -5,7 +5,7 @@ use crate::world::World;
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace, plan, probe, selection};
 use linelit_bsdf::Reflection;
 use linelit_estimators::{Ask, Estimator, Query, RandomNumbers, estimate, streams};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, stop};
 use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Projection, Scene};
 use linelit_visibility::{Fan, Occluders};
@@ -178,6 +178,7 @@ impl<'s> Renderer<'s> {
         let mut together = [CameraSample::default(); 8];
         let mut directions = [DVec3::ZERO; 8];
         loop {
+            stop::check();
             let (mut found, mut origin) = (0, DVec3::ZERO);
             for sample in samples.by_ref().take(if one_place { 8 } else { 1 }) {
                 let ray = camera.ray(sample.at[0], sample.at[1]);

@@ -6,12 +6,12 @@ use crate::scene_lights::SceneLight;
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, Measure, Query};
 use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, VisibleRegion, estimate};
-use linelit_geometry::{DVec3, Segment, Vector3, predicates};
+use linelit_geometry::{DVec3, Segment, Vector3, predicates, stop};
 use linelit_lights::{Beam, DistantLight, Light, PointLight, Sphere};
 use linelit_shading::cylinder;
 use linelit_visibility::{LightCorners, Occluders, ShaftQuery, VisibleLines};
 use rayon::prelude::*;
-use std::cell::RefCell;
+use std::cell::Cell;
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
@@ -60,7 +60,16 @@ struct Memory {
 }
 
 thread_local! {
-    static MEMORY: RefCell<Memory> = RefCell::default();
+    static MEMORY: Cell<Option<Box<Memory>>> = const { Cell::new(None) };
+}
+
+/// Does work with the memory of this thread; with new memory where that is in use, or was when work
+/// was stopped.
+fn with_memory<T>(work: impl FnOnce(&mut Memory) -> T) -> T {
+    let mut memory = MEMORY.take().unwrap_or_default();
+    let found = work(&mut memory);
+    MEMORY.set(Some(memory));
+    found
 }
 
 impl Scene {
@@ -216,10 +225,11 @@ impl Scene {
         over(&mut each, |k| {
             let mut visible = VisibleLines::new();
             for i in k * CHUNK..points.len().min((k + 1) * CHUNK) {
+                stop::check();
                 let point = check_point(i, points[i].dvec3())?;
                 let [from, to] = lines[i].map(|end| check_point(i, end.dvec3()));
                 let line = Segment::new(from?, to?);
-                MEMORY.with_borrow_mut(|memory| {
+                with_memory(|memory| {
                     let Memory { buffers, lines, .. } = memory;
                     let ends = [line.p0, line.p1];
                     let query = self.shaft(point, &ends, &(0..0));
@@ -251,7 +261,7 @@ impl Scene {
             return Err(Error::NotExact(light));
         };
         let query = self.shaft(point, &area.polygon, &scene_light.triangles);
-        MEMORY.with_borrow_mut(|memory| {
+        with_memory(|memory| {
             let (region, scratch) = (&mut memory.region, &mut memory.buffers.scratch);
             region.find(&self.occluders, query, scratch);
             let ring = |ring: Vec<DVec3>| ring.into_iter().map(|p| p.to_array()).collect();
@@ -285,7 +295,7 @@ impl Scene {
     fn light(&self, point: &ShadingPoint) -> DVec3 {
         let Settings { sampler, seed, .. } = self.settings;
         let pixel = key(point);
-        MEMORY.with_borrow_mut(|memory| {
+        with_memory(|memory| {
             let buffers = &mut memory.buffers;
             let lights = (0..).zip(&*self.lights);
             let each = lights.map(|(k, light)| {
@@ -320,7 +330,7 @@ impl Scene {
         };
         let scene_light = self.light_number(light)?;
         let own = &scene_light.triangles;
-        MEMORY.with_borrow_mut(|memory| match (&scene_light.light, measure) {
+        with_memory(|memory| match (&scene_light.light, measure) {
             (Light::Area(area), _) => {
                 let query = self.shaft(point, &area.polygon, own);
                 let scratch = &mut memory.buffers.scratch;
@@ -431,6 +441,7 @@ fn over<T: Send>(
 ) -> Result<(), Error> {
     let fill = |first: usize, chunk: &mut [T]| {
         let mut each = (first..).zip(chunk).map(|(i, out)| {
+            stop::check();
             *out = value(i)?;
             Ok(())
         });

@@ -17,6 +17,7 @@ use crate::orient::{Point, orient};
 use edges::{Edges, Shared, hash, spread};
 use image::Image;
 use layers::Layers;
+use linelit_geometry::stop;
 use side::{Event, Extent, Side, are_neighbours, meet};
 use stretches::Stretches;
 
@@ -429,6 +430,7 @@ impl Penumbra {
         for i in 0..sides.len() - light.len() {
             let (before, after) = sides.split_at_mut(i + 1);
             let e = &mut before[i];
+            stop::check();
             for j in sides_near.near(&boxes[i], i + 1) {
                 if !boxes[i].meets(&boxes[j]) {
                     continue;

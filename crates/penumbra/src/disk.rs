@@ -3,6 +3,7 @@
 use super::boundary::BoundaryEdge;
 use super::orient::Point;
 use linelit_elementary::{atan2, hypot, sin_cos};
+use linelit_geometry::stop;
 use std::f64::consts::{PI, TAU};
 
 /// A piece of the boundary of a region's part on the unit disk; the region lies on its left.
@@ -143,6 +144,7 @@ impl PartOnDisk {
         for i in first..first + count {
             let this = self.crossings[i % count];
             let next = self.crossings[(i + 1) % count];
+            stop::check();
             let turn = (next.turn - this.turn).rem_euclid(TAU);
             depth += if this.leaves { 1 } else { -1 };
             // Sides that do not join do not add up.

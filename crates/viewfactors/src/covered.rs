@@ -4,7 +4,7 @@ use crate::facets::Sides;
 use crate::patches::bounds;
 use crate::tree::Tree;
 use crate::view::{divided, edge_planes};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, stop};
 
 /// The parts of facets without what facets of lower numbers cover: in one plane but for rounding,
 /// and seen from the same side.
@@ -27,6 +27,7 @@ pub(crate) fn without(
     };
     let mut left = Vec::with_capacity(parts.len());
     for (k, (facet, corners)) in parts.iter().enumerate() {
+        stop::check();
         let (n, [low, high]) = (normal(k), bounds(corners));
         let meets = |l: DVec3, h: DVec3| !(h.cmplt(low - room) | l.cmpgt(high + room)).any();
         let mut lower = Vec::new();

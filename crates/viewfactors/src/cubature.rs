@@ -1,6 +1,6 @@
 //! Adaptive integration over a convex polygon.
 
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -148,6 +148,7 @@ pub(crate) fn integrate<I: Integrand>(
     let mut error = cells.iter().map(|c| c.sums[k].error).sum::<f64>();
     let mut cells = BinaryHeap::from(cells);
     while error > tolerance && cells.len() < most {
+        stop::check();
         let Some(whole) = cells.pop() else { break };
         let halves = halves(&whole.corners, whole.is_upright[k]);
         let mut halves = halves.map(|corners| cell(corners, &whole.known));

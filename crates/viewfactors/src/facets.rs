@@ -6,7 +6,7 @@ use crate::outline::{Refused, convex_parts};
 use crate::patches::{FLAT, Patch, bounds, patches};
 use crate::rounded::{Rounder, flat_pieces, rounded};
 use crate::tree::Tree;
-use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
+use linelit_geometry::{ConvexPolygon, DVec3, Vector3, stop};
 use linelit_visibility::Occluders;
 use std::fmt;
 use std::ops::Range;
@@ -237,6 +237,7 @@ fn outlines<P: AsRef<[u32]>>(
 ) -> Result<Vec<(usize, Vec<DVec3>)>, FacetError> {
     let mut parts = Vec::with_capacity(polygons.len());
     for (facet, polygon) in polygons.iter().enumerate() {
+        stop::check();
         let polygon = polygon.as_ref();
         let missing = |v: &&u32| **v as usize >= vertices.len();
         if let Some(&vertex) = polygon.iter().find(missing) {

@@ -6,7 +6,7 @@ use crate::hull::{Hull, hides_all};
 use crate::pair::by_area;
 use crate::point::Memory;
 use crate::view::unseen_below;
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::ops::RangeInclusive;
 
 /// The step that settled what two facets exchange.
@@ -76,6 +76,7 @@ impl Facets {
         };
         let own = self.parts[from.part].patch;
         for (number, patch) in self.patches.iter().enumerate() {
+            stop::check();
             if number != own && !is_known(patch.facets.clone()) {
                 for &back in backs {
                     let mut descent = Descent {
@@ -106,6 +107,7 @@ impl Facets {
         let hull = Hull::new(p.vertices(), q.vertices(), self.flatness(own));
         let mut room = [Vec::new(), Vec::new()];
         let mut meet = |k: usize| {
+            stop::check();
             if !own.contains(&k) && hull.meets(&self.patches[k].polygon, or_touches, &mut room) {
                 between.push(k);
             }

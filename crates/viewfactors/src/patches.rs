@@ -2,7 +2,7 @@
 
 use crate::facets::Part;
 use crate::tree::Tree;
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
@@ -144,6 +144,7 @@ impl Joiner {
     fn pass(&mut self) -> bool {
         let mut is_joined = vec![false; self.loops.len()];
         for k in 0..self.loops.len() {
+            stop::check();
             let neighbour = match is_joined[k] {
                 true => None,
                 false => self.neighbour(k, &is_joined),

@@ -5,7 +5,7 @@ use crate::hull::Hull;
 use crate::partners::before_all;
 use crate::view::View;
 use linelit_estimators::{Measure, VisibleRegion};
-use linelit_geometry::{DVec3, Margins, Vector3, predicates};
+use linelit_geometry::{DVec3, Margins, Vector3, predicates, stop};
 use linelit_visibility::{Scratch, ShaftQuery};
 use std::f64::consts::FRAC_1_PI;
 
@@ -87,6 +87,7 @@ impl Facets {
 
     /// The view factor to a piece.
     fn piece(&self, x: DVec3, n: DVec3, piece: &Piece, memory: &mut Memory) -> f64 {
+        stop::check();
         let corners = piece.polygon.vertices();
         if corners.iter().all(|v| n.dot(*v - x) <= 0.0) {
             return 0.0;

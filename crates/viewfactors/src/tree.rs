@@ -1,6 +1,6 @@
 //! A binary tree of boxes.
 
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, stop};
 use std::ops::Range;
 
 /// A box, and the items in it.
@@ -38,6 +38,7 @@ impl Tree {
 
     /// Adds a node and those below it; its number. The depth is the logarithm of the count.
     fn add(&mut self, items: Range<usize>, bounds: &impl Fn(usize) -> [DVec3; 2]) -> usize {
+        stop::check();
         let all = self.order[items.clone()].iter().map(|&i| bounds(i));
         let whole = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);
         let [low, high] = whole.unwrap_or_default();

@@ -1,6 +1,6 @@
 //! What a point sees of a polygon past a few convex others.
 
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
 
@@ -165,6 +165,7 @@ impl View {
         height: f64,
         plane: impl Fn(DVec3, DVec3) -> (DVec3, f64),
     ) -> bool {
+        stop::check();
         let all = &self.pieces.corners;
         let room = ON_PLANE
             * all

@@ -4,7 +4,7 @@ use crate::bvh::Bvh;
 use crate::node::Child;
 use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
-use linelit_geometry::{ConvexPolygon, DVec3, Vector3};
+use linelit_geometry::{ConvexPolygon, DVec3, Vector3, stop};
 
 /// The space between a shading point and a light, their convex hull: what a
 /// renderer asks its own hierarchy for, to build [`Occluders`](crate::Occluders) of the triangles
@@ -189,6 +189,7 @@ impl Between {
         let world = |v: [f32; 3]| v.dvec3() + bvh.origin;
         let mut waiting = vec![Child::node(0)];
         while let Some(child) = waiting.pop() {
+            stop::check();
             if child.is_leaf() {
                 let leaf = &hierarchy.leaves[child.leaf_index()];
                 let lanes = (0..8).filter(|lane| child.mask() >> lane & 1 != 0);

@@ -5,6 +5,7 @@
 //! itself would start one for all processors.) What is shared out here gives the same bits however
 //! it is shared out.
 
+use linelit_geometry::stop;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 use std::ops::Range;
@@ -19,6 +20,7 @@ pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
 ) -> (A, B) {
+    stop::check();
     if is_alone() {
         (a(), b())
     } else {
@@ -32,11 +34,17 @@ pub(crate) fn collect<T: Send>(
     least: usize,
     f: &(impl Fn(usize) -> T + Sync),
 ) -> Vec<T> {
+    let each = |k: usize| {
+        if k.is_multiple_of(least) {
+            stop::check();
+        }
+        f(k)
+    };
     if is_alone() {
-        (0..count).map(f).collect()
+        (0..count).map(each).collect()
     } else {
         let numbers = (0..count).into_par_iter().with_min_len(least);
-        numbers.map(f).collect()
+        numbers.map(each).collect()
     }
 }
 
@@ -57,11 +65,13 @@ pub(crate) fn stretches_of<T: Send, R: Send>(
     size: usize,
     f: &(impl Fn(usize, &mut [T]) -> R + Sync),
 ) -> Vec<R> {
+    let each = |(k, part): (usize, &mut [T])| {
+        stop::check();
+        f(k * size, part)
+    };
     if is_alone() {
-        let parts = items.chunks_mut(size).enumerate();
-        parts.map(|(k, part)| f(k * size, part)).collect()
+        items.chunks_mut(size).enumerate().map(each).collect()
     } else {
-        let parts = items.par_chunks_mut(size).enumerate();
-        parts.map(|(k, part)| f(k * size, part)).collect()
+        items.par_chunks_mut(size).enumerate().map(each).collect()
     }
 }

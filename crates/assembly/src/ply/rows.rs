@@ -3,6 +3,7 @@
 use super::header::{Element, Format, Header, Property, Scalar};
 use super::{Role, Sink};
 use crate::diagnostics::{ErrorKind, Location, Result, SceneError, Source, Span, shorten};
+use linelit_geometry::stop;
 
 /// Why a number was not read.
 enum Stop {
@@ -46,6 +47,7 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
         sink.reserve(role, count.min(left / least + 1));
         let is_plain = numbers.is_plain(role, element);
         for row in 0..count {
+            stop::check();
             if is_plain && numbers.plain(role, element, &mut values, sink) {
                 continue;
             }

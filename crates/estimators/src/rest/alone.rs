@@ -9,7 +9,7 @@ use crate::streams::Samples;
 use crate::visible::Visible;
 use crate::{EmissionTexture, Lines, WorkCounters};
 use linelit_bsdf::Reflection;
-use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
+use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval, stop};
 use linelit_lights::{LightPoint, Surface};
 use std::ops::Range;
 
@@ -28,6 +28,7 @@ pub(crate) fn mean(
     let mut first = 0;
     while first < count {
         let end = count.min(first.saturating_add(BLOCK));
+        stop::check();
         block.clear();
         draw(first..end, block);
         let seen = visible.points(block.targets());

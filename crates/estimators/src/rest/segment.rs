@@ -9,7 +9,7 @@ use crate::streams::Samples;
 use crate::visible::Visible;
 use crate::{LinearHeuristic, LinearOptions, ShadingPoint, Stream};
 use linelit_bsdf::{Reflection, TransformedCosines};
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, Segment, stop};
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, SegmentLobes};
 use linelit_lights::{LinearPointTechnique, Pdf};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
@@ -131,6 +131,7 @@ impl DiffuseGlossyPair {
         let mut first = 0;
         while first < count {
             let end = count.min(first.saturating_add(BLOCK / 2));
+            stop::check();
             pairs.clear();
             targets.clear();
             for i in first..end {

@@ -18,7 +18,7 @@ use crate::{
     WorkCounters,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
-use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_geometry::{DVec3, Segment, intervals::Interval, stop};
 use linelit_lights::{LightPoint, LineFamily, LineSample, Surface, Viewer};
 use linelit_mis::{Heuristic, smoothing};
 use linelit_samplers::SampleSet;
@@ -194,6 +194,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         let mut first = 0;
         while first < count {
             let numbers = first..count.min(first.saturating_add(BLOCK));
+            stop::check();
             first = numbers.end;
             let filled = numbers.len() >= LEAST;
             let in_columns = filled && self.block.draw_columns(source, set, &numbers).is_some();

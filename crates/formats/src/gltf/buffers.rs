@@ -8,6 +8,7 @@ use gltf::json::accessor::{Accessor, ComponentType, Type, sparse};
 use gltf::json::buffer;
 use gltf::json::validation::{Checked, USize64};
 use linelit_assembly::{ErrorKind, Result, shorten};
+use linelit_geometry::stop;
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -180,6 +181,7 @@ impl<'a> Reader<'a> {
         self.numbers_left = left;
         let mut values = Vec::with_capacity(count * width);
         for k in 0..count {
+            stop::check();
             let element = &bytes[offset + k * stride..][..size];
             let numbers = element.chunks_exact(component.size());
             let numbers = numbers.map(|b| value(component, b));

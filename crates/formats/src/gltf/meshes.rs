@@ -6,8 +6,8 @@ use super::document::{Document, List, Raw};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use linelit_assembly::{ErrorKind, Holes, Result};
-use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
+use linelit_geometry::{DVec3, stop};
 use linelit_scene::{Cutout, EmissionSpec, MeshData, Placement};
 use serde::Deserialize;
 use std::collections::HashMap;
@@ -357,6 +357,7 @@ impl Vertices {
         reason = "normals and texture coordinates are f32"
     )]
     fn copy(&self, i: usize, mesh: &mut MeshData) {
+        stop::check();
         let finite = |c: f64| if c.is_finite() { c as f32 } else { 0.0 };
         mesh.positions.push(self.position(i));
         if let Some(normals) = &self.normals {

@@ -1,6 +1,7 @@
 //! Statements: lines of words, continued by a backslash, with `#` comments.
 
 use linelit_assembly::{ErrorKind, Result, Source, Span, shorten};
+use linelit_geometry::stop;
 
 /// A statement.
 #[derive(Debug, Default)]
@@ -63,6 +64,7 @@ impl Iterator for Lines<'_> {
     type Item = Line;
 
     fn next(&mut self) -> Option<Line> {
+        stop::check();
         let mut line = Line::default();
         loop {
             match self.bytes.get(self.at) {

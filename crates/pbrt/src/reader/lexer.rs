@@ -1,6 +1,7 @@
 //! Tokens of pbrt text.
 
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, shorten};
+use linelit_geometry::stop;
 use std::sync::Arc;
 
 /// The kind of a token; its text is under its span.
@@ -85,6 +86,7 @@ impl Lexer {
     }
 
     pub(crate) fn next(&mut self) -> Result<Option<Token>> {
+        stop::check();
         match self.peeked.take() {
             Some(token) => Ok(token),
             None => self.scan(),

@@ -4,6 +4,7 @@ use super::side::{Event, Extent, Side};
 use super::{BoundaryEdge, CLOSE, Penumbra};
 use crate::bins::Bounds;
 use crate::clip::Start;
+use linelit_geometry::stop;
 
 /// Up to as many images, those of surfaces that have to be cut, are asked sooner than handed on.
 const FEW: usize = 32;
@@ -38,6 +39,7 @@ impl Penumbra {
         self.handed.clear();
         self.handed.push((i, count));
         while let Some((i, count)) = self.handed.pop() {
+            stop::check();
             if self.sides[i].count.is_some() {
                 continue;
             }

@@ -11,6 +11,7 @@ use super::{BoundaryEdge, CLOSE, Penumbra, index};
 use crate::bins::Bounds;
 use crate::clip::{Edge, End};
 use crate::orient::{Point, orient};
+use linelit_geometry::stop;
 
 /// A part of a side, under no image, between two places where what is right of it changes.
 #[derive(Clone, Copy, Debug)]
@@ -226,6 +227,7 @@ impl Penumbra {
         let short = SHORT * self.unit;
         self.stretches.find_fewest(short);
         for gap in 0..self.stretches.gaps.len() {
+            stop::check();
             let Some(best) = self.stretches.gaps[gap].fewest.0.checked_sub(1) else {
                 continue;
             };

@@ -7,6 +7,7 @@
 //! is n log n where boxes lie on top of each other, too.
 
 use super::{binary::Binary, index};
+use linelit_geometry::stop;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// The share of the nodes that is looked at, as many times as there are passes.
@@ -85,6 +86,7 @@ pub(super) fn improve(nodes: &mut [Binary]) {
         }
         candidates.sort_unstable_by(largest_first);
         for &(_, from) in &candidates {
+            stop::check();
             if let Some(to) = tree.search(from) {
                 tree.apply(from, to);
             }

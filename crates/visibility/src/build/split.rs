@@ -11,6 +11,7 @@ use super::{
 };
 use crate::pool;
 use linelit_geometry::glam::{Vec3, Vec3A, Vec3Swizzles, Vec4};
+use linelit_geometry::stop;
 
 /// A triangle's box and number.
 #[derive(Clone, Copy, Debug)]
@@ -164,6 +165,7 @@ fn branch<const BLOCKS: bool>(
 
 /// Grows a subtree by itself, improves it and puts it in its place.
 fn block(references: &mut [Reference], root: &mut Binary, nodes: &mut [Binary], place: Place) {
+    stop::check();
     let mut own = vec![Binary::EMPTY; nodes.len() + 1];
     if let Some((own_root, rest)) = own.split_first_mut() {
         branch::<false>(references, own_root, rest, Place { at: 1, ..place });

@@ -26,7 +26,7 @@ use bins::GROUP;
 use block::has_length;
 use dense::{Answered, DenseQuery};
 use find::Found;
-use linelit_geometry::{DVec3, Margins, Segment, Vector3};
+use linelit_geometry::{DVec3, Margins, Segment, Vector3, stop};
 use std::ops::Range;
 
 /// A question about a light, seen from a shading point.
@@ -370,6 +370,7 @@ impl Shaft<'_> {
             Found::Few | Found::Many => {
                 let mut first = 0;
                 while first < lines.len() {
+                    stop::check();
                     first += self.group(lines, first, out);
                 }
             }
