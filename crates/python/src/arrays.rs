@@ -29,6 +29,31 @@ pub(crate) struct Vectors<'py> {
     pub(crate) shape: Vec<usize>,
 }
 
+/// Rows that outlive their array, which others may change.
+pub(crate) enum Kept {
+    Single(Vec<[f32; 3]>),
+    Double(Vec<[f64; 3]>),
+}
+
+impl From<Rows<'_>> for Kept {
+    fn from(rows: Rows<'_>) -> Self {
+        match rows {
+            Rows::Single(rows) => Self::Single(rows.to_vec()),
+            Rows::Double(rows) => Self::Double(rows.to_vec()),
+        }
+    }
+}
+
+impl Kept {
+    /// An array of the rows.
+    pub(crate) fn array<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self {
+            Self::Single(rows) => out(py, rows.as_flattened().to_vec(), &[rows.len(), 3]),
+            Self::Double(rows) => out(py, rows.as_flattened().to_vec(), &[rows.len(), 3]),
+        }
+    }
+}
+
 impl Rows<'_> {
     pub(crate) const fn len(self) -> usize {
         match self {

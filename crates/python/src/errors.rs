@@ -27,26 +27,25 @@ pub(crate) fn shown([x, y, z]: [f64; 3]) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// The error of a query of points, the first of which has the number `first`.
+/// The error of a query of points.
 ///
 /// `value` gives the point and the normal of a number.
 pub(crate) fn of_query(
     error: Error,
-    first: usize,
     names: Named,
     value: impl Fn(usize) -> [[f64; 3]; 2],
 ) -> PyErr {
     let Named { points, normals } = names;
     value_error(match error {
         Error::Point(i) => {
-            let (i, [point, _]) = (first + i, value(first + i));
+            let [point, _] = value(i);
             format!(
                 "{points}[{i}] is not finite, or beyond 2^60: {}",
                 shown(point)
             )
         }
         Error::Normal(i) => {
-            let (i, [_, normal]) = (first + i, value(first + i));
+            let [_, normal] = value(i);
             format!("{normals}[{i}] is zero or not finite: {}", shown(normal))
         }
         other => of_scene(&other),

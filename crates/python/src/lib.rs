@@ -7,6 +7,7 @@ mod arrays;
 mod errors;
 mod light;
 mod lit;
+mod pickle;
 mod picture;
 mod receivers;
 mod sampling;

@@ -1,11 +1,15 @@
 //! Lights.
 
-use crate::arrays::{Vectors, channels, shape_text, vector};
+use crate::arrays::{Vectors, channels, out, shape_text, vector};
 use crate::errors::value_error;
+use crate::pickle::{Reduced, reduced};
+use crate::threads::alone;
 use linelit::geometry::DVec3;
 use linelit::geometry::glam::DMat3;
 use linelit::lights::{Light as RustLight, SkyEmission, SkyImage, SkyMapping};
+use pyo3::IntoPyObjectExt as _;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -19,25 +23,72 @@ pub(crate) struct Light {
     pub(crate) light: RustLight,
     /// Whether its radiance was given as one number.
     pub(crate) is_single: bool,
+    made: Made,
+}
+
+/// The function that made a light, and what that was given; of an image the function alone.
+struct Made(&'static str, Vec<Argument>);
+
+#[derive(Clone, IntoPyObject)]
+enum Argument {
+    Number(f64),
+    Vector([f64; 3]),
+    Vectors(Vec<[f64; 3]>),
+}
+
+impl From<f64> for Argument {
+    fn from(x: f64) -> Self {
+        Self::Number(x)
+    }
+}
+
+impl From<DVec3> for Argument {
+    fn from(v: DVec3) -> Self {
+        Self::Vector(v.to_array())
+    }
+}
+
+/// What a light is made by.
+macro_rules! made {
+    ($by:literal $(, $argument:expr)*) => { Made($by, vec![$($argument.into()),*]) };
 }
 
 /// A light with the radiance that was given.
 fn lit(
     name: &str,
     given: &Bound<'_, PyAny>,
+    made: Made,
     light: impl FnOnce(DVec3) -> RustLight,
 ) -> PyResult<Light> {
-    let (radiance, is_single) = channels(name, given)?;
-    if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
-        return Err(value_error(format!(
-            "{name} is negative or not finite: {}",
-            given.repr()?
-        )));
-    }
+    let (radiance, is_single) = emitted(name, given)?;
     Ok(Light {
         light: light(radiance),
         is_single,
+        made: made.and(radiance, is_single),
     })
+}
+
+/// What is emitted, for each channel; and whether it is one number for all.
+fn emitted(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, bool)> {
+    let found = channels(name, given)?;
+    match found.0.is_finite() && found.0.min_element() >= 0.0 {
+        true => Ok(found),
+        false => Err(value_error(format!(
+            "{name} is negative or not finite: {}",
+            given.repr()?
+        ))),
+    }
+}
+
+impl Made {
+    /// With the radiance as the last argument.
+    fn and(mut self, radiance: DVec3, is_single: bool) -> Self {
+        self.1.push(match is_single {
+            true => radiance.x.into(),
+            false => radiance.into(),
+        });
+        self
+    }
 }
 
 /// A number above zero.
@@ -114,7 +165,9 @@ impl Light {
         let corners: Vec<DVec3> = (0..rows.len()).map(|i| rows.get(i).into()).collect();
         let polygon = RustLight::polygon(&corners, DVec3::ZERO);
         let polygon = polygon.map_err(|e| value_error(format!("corners: {e}")))?;
-        lit("radiance", radiance, |l| {
+        let corners = corners.iter().map(DVec3::to_array).collect();
+        let made = made!("polygon", Argument::Vectors(corners));
+        lit("radiance", radiance, made, |l| {
             with_radiance(polygon, l, two_sided)
         })
     }
@@ -141,7 +194,8 @@ impl Light {
         let (corner, u, v) = (place("corner", corner)?, place("u", u)?, place("v", v)?);
         let polygon = RustLight::rectangle(corner, u, v, DVec3::ZERO);
         let polygon = polygon.map_err(|e| value_error(format!("corner, u, v: {e}")))?;
-        lit("radiance", radiance, |l| {
+        let made = made!("rectangle", corner, u, v);
+        lit("radiance", radiance, made, |l| {
             with_radiance(polygon, l, two_sided)
         })
     }
@@ -169,7 +223,8 @@ impl Light {
     ) -> PyResult<Self> {
         let (center, normal) = (place("center", center)?, direction("normal", normal)?);
         let radius = positive("radius", radius)?;
-        lit("radiance", radiance, |l| {
+        let made = made!("disk", center, normal, radius);
+        lit("radiance", radiance, made, |l| {
             let disk = RustLight::disk(center, normal, radius, l);
             if two_sided { disk.two_sided() } else { disk }
         })
@@ -192,7 +247,8 @@ impl Light {
         radiance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let (center, radius) = (place("center", center)?, positive("radius", radius)?);
-        lit("radiance", radiance, |l| {
+        let made = made!("sphere", center, radius);
+        lit("radiance", radiance, made, |l| {
             RustLight::sphere(center, radius, l)
         })
     }
@@ -216,7 +272,8 @@ impl Light {
     ) -> PyResult<Self> {
         let [start, end] = ends(start, end)?;
         let radius = positive("radius", radius)?;
-        lit("radiance", radiance, |l| {
+        let made = made!("cylinder", start, end, radius);
+        lit("radiance", radiance, made, |l| {
             RustLight::cylinder(start, end, radius, l)
         })
     }
@@ -236,7 +293,8 @@ impl Light {
         radiance_radius: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let [start, end] = ends(start, end)?;
-        lit("radiance_radius", radiance_radius, |l| {
+        let made = made!("line", start, end);
+        lit("radiance_radius", radiance_radius, made, |l| {
             RustLight::line(start, end, l)
         })
     }
@@ -252,7 +310,10 @@ impl Light {
     #[staticmethod]
     fn point(position: &Bound<'_, PyAny>, intensity: &Bound<'_, PyAny>) -> PyResult<Self> {
         let position = place("position", position)?;
-        lit("intensity", intensity, |l| RustLight::point(position, l))
+        let made = made!("point", position);
+        lit("intensity", intensity, made, |l| {
+            RustLight::point(position, l)
+        })
     }
 
     /// Make a light in a point that falls to nothing between two angles, as pbrt's spots do.
@@ -284,7 +345,8 @@ impl Light {
                 "inner is {inner} and outer {outer}, and need 0 <= inner <= outer <= pi"
             )));
         }
-        lit("intensity", intensity, |l| {
+        let made = made!("spot", position, axis, inner, outer);
+        lit("intensity", intensity, made, |l| {
             RustLight::spot(position, axis, [inner, outer], l)
         })
     }
@@ -300,7 +362,8 @@ impl Light {
     #[staticmethod]
     fn distant(direction: &Bound<'_, PyAny>, irradiance: &Bound<'_, PyAny>) -> PyResult<Self> {
         let direction = self::direction("direction", direction)?;
-        lit("irradiance", irradiance, |l| {
+        let made = made!("distant", direction);
+        lit("irradiance", irradiance, made, |l| {
             RustLight::distant(direction, l)
         })
     }
@@ -326,7 +389,8 @@ impl Light {
             let what = format!("half_angle is {half_angle}, and needs to be above 0, up to pi/2");
             return Err(value_error(what));
         }
-        lit("radiance", radiance, |l| {
+        let made = made!("sun", direction, half_angle);
+        lit("radiance", radiance, made, |l| {
             RustLight::sun(direction, half_angle, l)
         })
     }
@@ -355,12 +419,18 @@ impl Light {
         scale: Option<&Bound<'_, PyAny>>,
         to_image: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let scale = match scale {
-            Some(given) => channels("scale", given)?.0,
-            None => DVec3::ONE,
+        let (scale, is_single) = match scale {
+            Some(given) => emitted("scale", given)?,
+            None => (DVec3::ONE, true),
         };
         if image.extract::<f64>().is_ok() || !is_image(image)? {
-            return lit("image", image, |l| RustLight::sky(l * scale));
+            let (radiance, is_one) = emitted("image", image)?;
+            let (radiance, is_single) = (radiance * scale, is_one && is_single);
+            return Ok(Self {
+                light: RustLight::sky(radiance),
+                is_single,
+                made: made!("environment").and(radiance, is_single),
+            });
         }
         let vectors = Vectors::new("image", image)?;
         let &[height, width] = vectors.shape.as_slice() else {
@@ -374,11 +444,13 @@ impl Light {
             .map(|i| rows.get(i).map(|x| x as f32))
             .collect();
         let mapping = SkyMapping::Equirectangular;
-        let built = py.detach(|| SkyImage::new(mapping, [width, height], pixels, to_image, scale));
+        let build = || SkyImage::new(mapping, [width, height], pixels, to_image, scale);
+        let built = alone(py, build)?;
         let built = built.map_err(|e| value_error(format!("image: {e}")))?;
         Ok(Self {
             light: SkyEmission::Image(Arc::new(built)).into(),
             is_single: false,
+            made: made!("environment"),
         })
     }
 
@@ -392,6 +464,38 @@ impl Light {
     #[getter]
     fn power(&self) -> f64 {
         self.light.power()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let Made(name, arguments) = &self.made;
+        let options = PyDict::new(py);
+        let each = arguments
+            .iter()
+            .map(|argument| argument.clone().into_bound_py_any(py));
+        let mut all: Vec<_> = each.collect::<PyResult<_>>()?;
+        if let RustLight::Sky(sky) = &self.light
+            && let SkyEmission::Image(image) = &sky.emission
+        {
+            let (_, [width, height], pixels, to_image, scale) = image.made_of();
+            let pixels = pixels.as_flattened().to_vec();
+            all.push(out(py, pixels, &[height, width, 3])?);
+            options.set_item("scale", scale.to_array())?;
+            options.set_item("to_image", to_image.transpose().to_cols_array_2d())?;
+        }
+        if self.light.emission().two_sided {
+            options.set_item("two_sided", true)?;
+        }
+        reduced(py, &format!("Light.{name}"), all, options)
+    }
+
+    /// Lights cannot be changed: a copy is the light itself.
+    const fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// Lights cannot be changed: a copy is the light itself.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

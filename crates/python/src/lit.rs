@@ -2,7 +2,7 @@
 
 use crate::errors::{of_scene, value_error};
 use crate::light::{Light, kind};
-use crate::threads::detached;
+use crate::threads::alone;
 use linelit::lights::Light as RustLight;
 use linelit::{Error, Estimator, Scene};
 use pyo3::exceptions::PyTypeError;
@@ -58,10 +58,10 @@ impl Latest {
             return Err(value_error("samples is 0, and needs to be at least 1"));
         }
         let all: Vec<RustLight> = lights.iter().map(|l| l.get().light.clone()).collect();
-        let scene = detached(py, None, || {
+        let scene = alone(py, || {
             let scene = bare.with_sampler(sampler).with_lights(all)?;
             scene.with_method(estimator, method.samples)
-        });
+        })?;
         let scene = scene.map_err(|e| value_error(not_lit(&e, &lights)))?;
         let mut kept = locked();
         kept.truncate(KEPT - 1);

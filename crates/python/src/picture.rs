@@ -2,7 +2,7 @@
 
 use crate::arrays::out;
 use crate::errors::value_error;
-use crate::threads::{Batches, detached, in_batches, pool};
+use crate::threads::{Done, watched};
 use linelit::integrator::{Counts, LightChoice, Renderer, Settings, Window};
 use linelit::samplers::SamplerKind;
 use linelit::scene::Scene;
@@ -10,11 +10,7 @@ use linelit_scenes::Library;
 use pyo3::exceptions::{PyFileNotFoundError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::convert::Infallible;
-use std::ops::Range;
-
-/// The rows of the first batch.
-const ROWS: usize = 4;
+use std::sync::atomic::Ordering;
 
 /// A text as a value; the error names the argument.
 pub(crate) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
@@ -52,7 +48,7 @@ pub(crate) fn render<'py>(
     bounces: u32,
     show_lights: bool,
     threads: Option<usize>,
-    progress: Option<&Bound<'py, PyAny>>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
     let settings = Settings {
         estimator: parsed("estimator", estimator)?,
@@ -70,8 +66,8 @@ pub(crate) fn render<'py>(
             "samples and camera_samples need to be at least 1",
         ));
     }
-    let own = pool(threads)?;
-    let loaded = detached(py, own.as_deref(), || Library::default().load_lit(scene));
+    let load = || Library::default().load_lit(scene);
+    let loaded = watched(py, threads, load, |_| Ok(()))?;
     let mut loaded = loaded.map_err(|e| not_read(scene, &e))?;
     for warning in &loaded.warnings {
         let category = py.get_type::<PyUserWarning>();
@@ -81,33 +77,20 @@ pub(crate) fn render<'py>(
     set_resolution(&mut loaded.scene, resolution)?;
     let scene = &loaded.scene;
     let [x0, x1, y0, y1] = scene.film.crop;
-    let estimators = [&settings.estimator];
-    let renderer = detached(py, own.as_deref(), || {
-        Renderer::for_estimators(scene, estimators)
-    });
     let height = (y1 - y0) as usize;
-    let (mut pixels, mut counts) = (Vec::new(), Counts::default());
-    let work = |rows: Range<usize>| {
-        let row = |k: usize| y0 + u32::try_from(k).unwrap_or(u32::MAX - y0);
+    let rows = Done::default();
+    rows.all.store(height, Ordering::Relaxed);
+    let work = || {
+        let renderer = Renderer::for_estimators(scene, [&settings.estimator]);
         let window = Window {
             columns: x0..x1,
-            rows: row(rows.start)..row(rows.end),
+            rows: y0..y1,
         };
-        let (part, counted) = renderer.picture(&settings, &window, || {});
-        pixels.extend(part);
-        counts += counted;
-        Ok::<(), Infallible>(())
+        renderer.picture(&settings, &window, || {
+            rows.done.fetch_add(1, Ordering::Relaxed);
+        })
     };
-    let told = |rows: usize| match progress {
-        Some(progress) => progress.call1((rows, height)).map(drop),
-        None => Ok(()),
-    };
-    let batches = Batches {
-        count: height,
-        first: ROWS,
-        threads,
-    };
-    in_batches(py, &batches, work, |never, _| match never {}, told)?;
+    let (pixels, counts) = watched(py, threads, work, rows.tell(progress.as_ref()))?;
     let metadata = metadata(py, &settings, &counts)?;
     let shape = [height, (x1 - x0) as usize, 3];
     Ok((out(py, pixels.into_flattened(), &shape)?, metadata))

@@ -2,11 +2,10 @@
 
 use crate::arrays::{Rows, Vectors, shape_text};
 use crate::errors::{NAMED, of_query, value_error};
-use crate::threads::{in_batches, of_points};
+use crate::threads::detached;
 use linelit::geometry::DVec3;
 use linelit::{Error, Measure, Scene};
 use pyo3::prelude::*;
-use std::ops::Range;
 
 /// The arguments of most queries: points, and a normal for each.
 pub(crate) struct Receivers<'a> {
@@ -38,36 +37,36 @@ impl<'a> Receivers<'a> {
         [self.points.get(i), self.normal(i).to_array()]
     }
 
-    /// Does work for all points in batches; an error names the point.
-    pub(crate) fn in_batches(
+    /// Does work for all points; an error names the point.
+    pub(crate) fn detached(
         &self,
         py: Python<'_>,
         threads: Option<usize>,
-        work: impl FnMut(Range<usize>) -> Result<(), Error> + Send,
+        work: impl FnOnce() -> Result<(), Error> + Send,
     ) -> PyResult<()> {
-        let error = |e, first| of_query(e, first, NAMED, |i| self.get(i));
-        let batches = of_points(self.points.len(), threads);
-        in_batches(py, &batches, work, error, |_| Ok(()))
+        let done = detached(py, self.points.len(), threads, work)?;
+        done.map_err(|e| of_query(e, NAMED, |i| self.get(i)))
     }
 
-    pub(crate) fn irradiances(
-        &self,
-        scene: &Scene,
-        range: Range<usize>,
-        out: &mut [[f64; 3]],
-    ) -> Result<(), Error> {
+    pub(crate) fn irradiances(&self, scene: &Scene, out: &mut [[f64; 3]]) -> Result<(), Error> {
         // Vectors of one type go as they are; else both become f64.
         match (self.points, self.normals) {
             (Rows::Double(points), Rows::Double(normals)) if normals.len() == points.len() => {
-                scene.irradiances(&points[range.clone()], &normals[range], out)
+                scene.irradiances(points, normals, out)
             }
             (Rows::Single(points), Rows::Single(normals)) if normals.len() == points.len() => {
-                scene.irradiances(&points[range.clone()], &normals[range], out)
+                scene.irradiances(points, normals, out)
             }
             _ => {
-                let points: Vec<_> = range.clone().map(|i| self.points.get(i)).collect();
-                let normals: Vec<_> = range.map(|i| self.normal(i).to_array()).collect();
-                scene.irradiances(&points, &normals, out)
+                for (k, out) in out.chunks_mut(AT_ONCE).enumerate() {
+                    let first = k * AT_ONCE;
+                    let numbers = || first..first + out.len();
+                    let points: Vec<_> = numbers().map(|i| self.points.get(i)).collect();
+                    let normals: Vec<_> = numbers().map(|i| self.normal(i).to_array()).collect();
+                    let found = scene.irradiances(&points, &normals, out);
+                    found.map_err(|e| from(first, e))?;
+                }
+                Ok(())
             }
         }
     }
@@ -75,13 +74,24 @@ impl<'a> Receivers<'a> {
     pub(crate) fn fractions(
         &self,
         scene: &Scene,
-        range: Range<usize>,
         measure: impl Fn(usize) -> Measure + Sync,
         out: &mut [f64],
     ) -> Result<(), Error> {
         match self.points {
-            Rows::Double(points) => scene.visible_fractions(&points[range], 0, measure, out),
-            Rows::Single(points) => scene.visible_fractions(&points[range], 0, measure, out),
+            Rows::Double(points) => scene.visible_fractions(points, 0, measure, out),
+            Rows::Single(points) => scene.visible_fractions(points, 0, measure, out),
         }
+    }
+}
+
+/// Points that are converted at once.
+pub(crate) const AT_ONCE: usize = 1 << 16;
+
+/// The error of points that are a part of others, from `first` on.
+pub(crate) const fn from(first: usize, error: Error) -> Error {
+    match error {
+        Error::Point(i) => Error::Point(first + i),
+        Error::Normal(i) => Error::Normal(first + i),
+        other => other,
     }
 }

@@ -3,7 +3,8 @@
 use crate::arrays::{Reals, Rows, Vectors, out, shape_text};
 use crate::errors::{shown, value_error};
 use crate::light::{Light, kind};
-use linelit::geometry::{DVec3, predicates};
+use crate::threads::alone;
+use linelit::geometry::{DVec3, predicates, stop};
 use linelit::lights::linear::{LinearSampler, LinearTechnique};
 use linelit::lights::{CylinderView, Light as RustLight, LightPoint, LinearPointTechnique as _};
 use linelit::lights::{NoTexture, PointDensity, PointSource, Surface, Viewer};
@@ -182,8 +183,19 @@ impl<'a> Asked<'a> {
         })
     }
 
-    fn count(&self) -> usize {
-        self.shape.iter().product()
+    /// Does something for each, by its number, place and unit normal.
+    fn each(
+        &self,
+        py: Python<'_>,
+        one: impl Fn(usize, DVec3, DVec3) -> PyResult<Drawn> + Sync,
+    ) -> PyResult<(Vec<[f64; 3]>, Vec<f64>)> {
+        let each = |i| {
+            stop::check();
+            let [position, normal] = self.get(i)?;
+            one(i, position, normal)
+        };
+        let count: usize = self.shape.iter().product();
+        alone(py, || (0..count).map(each).collect())?
     }
 
     /// The place of a number and its unit normal.
@@ -273,19 +285,15 @@ pub(crate) fn sample<'py>(
             "xi[{row}] is {x}, and needs to be in [0, 1)"
         )));
     }
-    let (mut places, mut densities) = (Vec::new(), Vec::new());
     let one = numbers.len() == width;
-    for i in 0..asked.count() {
-        let [position, normal] = asked.get(i)?;
+    let (places, densities) = asked.each(py, |i, position, normal| {
         let first = if one { 0 } else { i * width };
         let u = [numbers[first], numbers[first + width - 1]];
-        let (place, pdf) = by.sample(position, normal, u);
-        places.extend(place);
-        densities.push(pdf);
-    }
+        Ok(by.sample(position, normal, u))
+    })?;
     let vectors: Vec<usize> = asked.shape.iter().copied().chain([3]).collect();
     Ok((
-        out(py, places, &vectors)?,
+        out(py, places.into_flattened(), &vectors)?,
         out(py, densities, &asked.shape)?,
     ))
 }
@@ -333,9 +341,7 @@ pub(crate) fn pdf<'py>(
     let places = Vectors::new("x", x)?;
     let asked = Asked::new(&points, &normals, "x", &places.shape)?;
     let rows = places.rows()?;
-    let mut densities = Vec::new();
-    for i in 0..asked.count() {
-        let [position, normal] = asked.get(i)?;
+    let (_, densities) = asked.each(py, |i, position, normal| {
         let place = rows.get(if rows.len() == 1 { 0 } else { i });
         if !place.iter().all(|x| x.is_finite()) {
             return Err(value_error(format!(
@@ -343,7 +349,7 @@ pub(crate) fn pdf<'py>(
                 shown(place)
             )));
         }
-        densities.push(by.pdf(position, normal, place.into()));
-    }
+        Ok((place, by.pdf(position, normal, place.into())))
+    })?;
     out(py, densities, &asked.shape)
 }

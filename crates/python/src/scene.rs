@@ -1,11 +1,12 @@
 //! Scenes of triangles, and what points ask of them.
 
-use crate::arrays::{Rows, Vectors, out, shape_text, triangles, vector};
+use crate::arrays::{Kept, Rows, Vectors, out, shape_text, triangles, vector};
 use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error};
 use crate::light::{Light, kind};
 use crate::lit::{Latest, Method, lights, one_light};
-use crate::receivers::Receivers;
-use crate::threads::{detached, in_batches, of_points, pool};
+use crate::pickle::{Reduced, reduced};
+use crate::receivers::{AT_ONCE, Receivers, from};
+use crate::threads::{alone, detached};
 use linelit::geometry::{ConvexPolygon, DVec3, Margins};
 use linelit::lights::Light as RustLight;
 use linelit::visibility::VisibleLines;
@@ -13,7 +14,7 @@ use linelit::{Error, Measure, Scene as RustScene};
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use std::ops::Range;
+use pyo3::types::PyDict;
 
 /// Triangles that hide light, in a hierarchy that is built once.
 ///
@@ -49,8 +50,16 @@ use std::ops::Range;
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct Scene {
     bare: RustScene,
-    faces: usize,
     lit: Latest,
+    made: Made,
+}
+
+/// What a scene was made of.
+struct Made {
+    vertices: Kept,
+    faces: Vec<[u32; 3]>,
+    surface_offset: Option<f64>,
+    light_margin: Option<f64>,
 }
 
 /// Both ends of intervals, and the first of each line.
@@ -85,8 +94,7 @@ impl Scene {
                 &rounded
             }
         };
-        let pool = pool(threads)?;
-        let built = detached(py, pool.as_deref(), || {
+        let built = detached(py, faces.len(), threads, || {
             let mut builder = RustScene::builder(positions, faces);
             if let Some(offset) = surface_offset {
                 builder = builder.surface_offset(offset);
@@ -98,11 +106,16 @@ impl Scene {
                 });
             }
             builder.build()
-        });
+        })?;
         Ok(Self {
             bare: built.map_err(|e| value_error(of_scene(&e)))?,
-            faces: faces.len(),
             lit: Latest::default(),
+            made: Made {
+                vertices: vertices.rows()?.into(),
+                faces: faces.to_vec(),
+                surface_offset,
+                light_margin,
+            },
         })
     }
 
@@ -184,9 +197,7 @@ impl Scene {
             .get(py, &self.bare, lights, method)?
             .with_seed(seed);
         let mut found = vec![[0.0; 3]; asked.points.len()];
-        let work =
-            |range: Range<usize>| asked.irradiances(&scene, range.clone(), &mut found[range]);
-        asked.in_batches(py, threads, work)?;
+        asked.detached(py, threads, || asked.irradiances(&scene, &mut found))?;
         let mut shape = points.shape.clone();
         if is_single {
             let numbers: Vec<f64> = found.into_iter().map(|[first, ..]| first).collect();
@@ -262,14 +273,13 @@ impl Scene {
             .lit
             .get(py, &self.bare, one_light(light)?, Method::plain())?;
         let mut found = vec![0.0; asked.points.len()];
-        let work = |range: Range<usize>| {
-            let measure = |i: usize| match measured {
-                Measure::Cosine(_) => Measure::Cosine(asked.normal(range.start + i)),
-                plain => plain,
-            };
-            asked.fractions(&scene, range.clone(), measure, &mut found[range.clone()])
+        let measure = |i: usize| match measured {
+            Measure::Cosine(_) => Measure::Cosine(asked.normal(i)),
+            plain => plain,
         };
-        asked.in_batches(py, threads, work)?;
+        asked.detached(py, threads, || {
+            asked.fractions(&scene, measure, &mut found)
+        })?;
         out(py, found, &points.shape)
     }
 
@@ -302,12 +312,12 @@ impl Scene {
         let scene = self
             .lit
             .get(py, &self.bare, one_light(light)?, Method::plain())?;
-        let rings = py.detach(|| scene.visible_polygons(point, 0));
+        let rings = alone(py, || scene.visible_polygons(point, 0))?;
         let names = Named {
             points: "point",
             ..NAMED
         };
-        let rings = rings.map_err(|e| of_query(e, 0, names, |_| [point.to_array(); 2]))?;
+        let rings = rings.map_err(|e| of_query(e, names, |_| [point.to_array(); 2]))?;
         let array = |ring: Vec<[f64; 3]>| {
             let count = ring.len();
             PyArray1::from_vec(py, ring.into_flattened()).reshape([count, 3])
@@ -375,15 +385,18 @@ impl Scene {
             [ends.get(2 * i), ends.get(2 * i + 1)]
         };
         let mut found = VisibleLines::new();
-        let work = |range: Range<usize>| {
-            let points: Vec<_> = range.clone().map(point).collect();
-            let lines: Vec<_> = range.map(line).collect();
-            found.append(&self.bare.visible_intervals(&points, &lines)?);
+        let work = || {
+            for first in (0..count).step_by(AT_ONCE) {
+                let range = first..count.min(first + AT_ONCE);
+                let points: Vec<_> = range.clone().map(point).collect();
+                let lines: Vec<_> = range.map(line).collect();
+                let visible = self.bare.visible_intervals(&points, &lines);
+                found.append(&visible.map_err(|e| from(first, e))?);
+            }
             Ok(())
         };
-        let error = |e: Error, first| match e {
+        let error = |e| match e {
             Error::Point(i) => {
-                let i = first + i;
                 let [from, to] = line(i).map(shown);
                 let point = shown(point(i));
                 value_error(format!(
@@ -393,7 +406,7 @@ impl Scene {
             }
             other => value_error(of_scene(&other)),
         };
-        in_batches(py, &of_points(count, threads), work, error, |_| Ok(()))?;
+        detached(py, count, threads, work)?.map_err(error)?;
         let (mut low, mut high, mut offsets) = (Vec::new(), Vec::new(), vec![0_i64]);
         for i in 0..count {
             low.extend(found.line(i).iter().map(|part| part.lo));
@@ -452,14 +465,14 @@ impl Scene {
                 ConvexPolygon::new(&corners).map_err(|e| value_error(format!("polygon: {e}")))?
             }
         };
-        let found = py.detach(|| self.bare.occluders().between(point, &polygon));
+        let found = alone(py, || self.bare.occluders().between(point, &polygon))?;
         Ok(found.into_pyarray(py))
     }
 
     /// The number of triangles.
     #[getter]
     const fn face_count(&self) -> usize {
-        self.faces
+        self.made.faces.len()
     }
 
     /// The bytes that the hierarchy takes.
@@ -468,7 +481,29 @@ impl Scene {
         self.bare.occluders().memory()
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let Made {
+            vertices, faces, ..
+        } = &self.made;
+        let indices = faces.as_flattened().to_vec();
+        let arguments = vec![vertices.array(py)?, out(py, indices, &[faces.len(), 3])?];
+        let options = PyDict::new(py);
+        options.set_item("surface_offset", self.made.surface_offset)?;
+        options.set_item("light_margin", self.made.light_margin)?;
+        reduced(py, "Scene", arguments, options)
+    }
+
+    /// Scenes cannot be changed: a copy is the scene itself.
+    const fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// Scenes cannot be changed: a copy is the scene itself.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
     fn __repr__(&self) -> String {
-        format!("<linelit.Scene: {} triangles>", self.faces)
+        format!("<linelit.Scene: {} triangles>", self.face_count())
     }
 }

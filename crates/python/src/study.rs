@@ -2,14 +2,14 @@
 
 use crate::errors::value_error;
 use crate::picture::{not_read, parsed};
-use crate::threads::pool;
+use crate::threads::{Done, watched};
 use anyhow::{Context as _, Result, bail};
 use linelit::Estimator;
 use linelit::samplers::SamplerKind;
 use linelit::study::scene_study::{Piece, SceneUnit, StudySpec, Work, with_work};
 use linelit_scenes::Library;
 use pyo3::prelude::*;
-use rayon::ThreadPool;
+use std::sync::atomic::Ordering;
 
 /// The tables of a study: the names of files, and their texts.
 type Tables = Vec<(String, String)>;
@@ -62,20 +62,14 @@ pub(crate) fn converge(
             "trials is {trials}, and needs to be at least 2"
         )));
     }
-    let pool = pool(threads)?;
-    let measured = py.detach(|| measure(&spec, pool.as_deref(), progress.as_ref()));
-    measured.map_err(|error| match error.downcast::<PyErr>() {
-        Ok(error) => error,
-        Err(error) => not_read(&spec.scenes[0], &error),
-    })
+    let units = Done::default();
+    let told = units.tell(progress.as_ref());
+    let measured = watched(py, threads, || measure(&spec, &units), told)?;
+    measured.map_err(|error| not_read(&spec.scenes[0], &error))
 }
 
-/// Measures a study, unit by unit, and tells `progress` after each.
-fn measure(
-    spec: &StudySpec,
-    pool: Option<&ThreadPool>,
-    progress: Option<&Py<PyAny>>,
-) -> Result<Tables> {
+/// Measures a study, unit by unit, and counts those that are done.
+fn measure(spec: &StudySpec, done: &Done) -> Result<Tables> {
     let load = |name: &str| {
         let loaded = Library::default().load(name)?;
         if loaded.scene.lights.is_empty() {
@@ -89,24 +83,15 @@ fn measure(
         let mut parts: Vec<Option<Vec<u8>>> = vec![None; units.len()];
         let wanted = |k: &usize| matches!(units[*k].piece, Piece::Errors(_));
         let numbers: Vec<usize> = (0..units.len()).filter(wanted).collect();
-        for (done, &k) in numbers.iter().enumerate() {
-            let part = {
-                let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-                    let mut needs = planned[k].needs.clone();
-                    needs.try_for_each(|k| each(k, parts[k].clone().context("a part is missing")?))
-                };
-                let compute = || work.compute(&units, k, &needed);
-                match pool {
-                    Some(pool) => pool.install(compute),
-                    None => compute(),
-                }?
+        done.all.store(numbers.len(), Ordering::Relaxed);
+        for k in numbers {
+            let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
+                let mut needs = planned[k].needs.clone();
+                needs.try_for_each(|k| each(k, parts[k].clone().context("a part is missing")?))
             };
+            let part = work.compute(&units, k, &needed)?;
             parts[k] = Some(part);
-            Python::attach(|py| {
-                py.check_signals()?;
-                let told = progress.map(|progress| progress.call1(py, (done + 1, numbers.len())));
-                told.transpose()
-            })?;
+            done.done.fetch_add(1, Ordering::Relaxed);
         }
         tables(spec, work, &units, &parts)
     })

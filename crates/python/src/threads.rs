@@ -1,134 +1,175 @@
-//! Long calls: on so many threads, without the interpreter's lock, in batches that Ctrl-C ends.
+//! Long calls: without the interpreter's lock, on threads of their own, until Ctrl-C.
 
 use crate::errors::value_error;
+use linelit::geometry::stop::{self, Stopped};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::collections::BTreeMap;
-use std::ops::Range;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::cell::{Cell, RefCell};
+use std::process;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
-/// Batches grow until they take so long: the time that Ctrl-C may wait.
-const BATCH: Duration = Duration::from_millis(100);
-/// The size of the first batch.
-const FIRST: usize = 4096;
+/// The time between two looks at signals.
+const LOOK: Duration = Duration::from_millis(50);
 
-/// Pools by their number of threads, each made once.
-static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+/// Items of which a call is short: waking other threads would take longer.
+const SHORT: usize = 64;
 
-/// The pool of a number of threads; none for all cores, which share one pool.
-pub(crate) fn pool(threads: Option<usize>) -> PyResult<Option<Arc<ThreadPool>>> {
-    let Some(threads) = threads else {
-        return Ok(None);
-    };
-    if !(1..=1024).contains(&threads) {
-        return Err(value_error(format!(
-            "threads is {threads}, and needs 1 to 1024"
-        )));
-    }
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(pool) = pools.get(&threads) {
-        return Ok(Some(Arc::clone(pool)));
-    }
-    let built = ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = Arc::new(built.map_err(|e| value_error(format!("threads: {e}")))?);
-    pools.insert(threads, Arc::clone(&pool));
-    Ok(Some(pool))
+/// Threads for one call at a time, which may be told to stop.
+struct Crew {
+    /// The number that was asked for; zero for one thread a core.
+    threads: usize,
+    pool: ThreadPool,
+    stop: Arc<AtomicBool>,
 }
 
-/// Runs work in the pool, without the interpreter's lock.
-pub(crate) fn detached<T: Send>(
-    py: Python<'_>,
-    pool: Option<&ThreadPool>,
-    work: impl FnOnce() -> T + Send,
-) -> T {
-    py.detach(|| match pool {
-        Some(pool) => pool.install(work),
-        None => work(),
-    })
-}
+/// Crews without a call, and the process that their threads are in: a forked child has none of
+/// them. It is locked by whoever has the interpreter's lock alone, so no fork finds it locked.
+static IDLE: Mutex<(u32, Vec<Crew>)> = Mutex::new((0, Vec::new()));
 
-/// Work in batches.
-pub(crate) struct Batches {
-    /// The pieces of work.
-    pub(crate) count: usize,
-    /// The pieces of the first batch.
-    pub(crate) first: usize,
-    pub(crate) threads: Option<usize>,
-}
-
-/// Batches of this many points, on so many threads.
-pub(crate) const fn of_points(count: usize, threads: Option<usize>) -> Batches {
-    Batches {
-        count,
-        first: FIRST,
-        threads,
-    }
-}
-
-/// Does pieces of work in batches, each a range of numbers, and looks for Ctrl-C between them;
-/// `done` is told how many are done. Answers must not depend on the batches.
-pub(crate) fn in_batches<E: Send>(
-    py: Python<'_>,
-    batches: &Batches,
-    mut work: impl FnMut(Range<usize>) -> Result<(), E> + Send,
-    error: impl Fn(E, usize) -> PyErr,
-    mut done: impl FnMut(usize) -> PyResult<()>,
-) -> PyResult<()> {
-    let count = batches.count;
-    let pool = pool(batches.threads)?;
-    let (mut first, mut size) = (0, batches.first);
-    while first < count {
-        let range = first..count.min(first + size);
-        let begin = Instant::now();
-        detached(py, pool.as_deref(), || work(range.clone())).map_err(|e| error(e, first))?;
-        first = range.end;
-        // A batch grows while there is time for all of it.
-        size = match begin.elapsed() {
-            time if time < BATCH / 4 => size * 4,
-            time if time > BATCH * 2 => (size / 2).max(1),
-            _ => size,
+impl Crew {
+    /// An idle crew, or a new one.
+    fn take(threads: Option<usize>) -> PyResult<Self> {
+        if let Some(threads) = threads
+            && !(1..=1024).contains(&threads)
+        {
+            return Err(value_error(format!(
+                "threads is {threads}, and needs 1 to 1024"
+            )));
+        }
+        let threads = threads.unwrap_or(0);
+        let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+        let (process, crews) = &mut *idle;
+        if *process != process::id() {
+            // What is left of a parent's cannot even be dropped, which would wake its threads.
+            std::mem::forget(std::mem::take(crews));
+            *process = process::id();
+        }
+        if let Some(k) = crews.iter().position(|crew| crew.threads == threads) {
+            return Ok(crews.swap_remove(k));
+        }
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let ask = move |_| {
+            let flag = Arc::clone(&flag);
+            stop::ask(Some(Rc::new(move || flag.load(Ordering::Relaxed))));
         };
-        py.check_signals()?;
-        done(first)?;
+        let built = ThreadPoolBuilder::new().num_threads(threads);
+        let built = built.start_handler(ask).build();
+        Ok(Self {
+            threads,
+            pool: built.map_err(|e| value_error(format!("threads: {e}")))?,
+            stop,
+        })
     }
-    Ok(())
+
+    /// Waits for the next call.
+    fn put_back(self) {
+        self.stop.store(false, Ordering::Relaxed);
+        let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.1.push(self);
+    }
 }
 
-/// Does work that has no batches on a thread of its own, in the pool of a number of threads, and
-/// looks for Ctrl-C meanwhile, after which the work is told to stop.
+/// Does work on threads of its own, without the interpreter's lock, while this thread looks for
+/// signals and calls `told` now and then; an error of either stops the work. The work may take what
+/// only this call has: when this returns, it has ended.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     threads: Option<usize>,
-    work: impl FnOnce(&AtomicBool) -> T + Send,
+    work: impl FnOnce() -> T + Send,
+    mut told: impl FnMut(Python<'_>) -> PyResult<()> + Send,
 ) -> PyResult<T> {
-    let pool = pool(threads)?;
-    let stop = AtomicBool::new(false);
-    let run = || match pool {
-        Some(pool) => pool.install(|| work(&stop)),
-        None => work(&stop),
-    };
+    let crew = Crew::take(threads)?;
     let watch = || {
-        thread::scope(|scope| {
-            // The end of the work drops the sender.
-            let (sender, ended) = channel::<()>();
-            let worker = scope.spawn(move || {
-                let _sender = sender;
-                run()
-            });
-            while ended.recv_timeout(BATCH) == Err(RecvTimeoutError::Timeout) {
-                let asked = Python::attach(|py| py.check_signals());
-                if asked.is_err() {
-                    stop.store(true, Ordering::Relaxed);
+        crew.pool.in_place_scope(|scope| {
+            let (sender, ended) = channel();
+            // A panic drops the sender; the scope hands it on.
+            scope.spawn(move |_| drop(sender.send(stop::catch(work))));
+            loop {
+                match ended.recv_timeout(LOOK) {
+                    Ok(found) => return Ok(found.ok()),
+                    Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                    Err(RecvTimeoutError::Timeout) => {}
                 }
-                asked?;
+                let looked = Python::attach(|py| py.check_signals().and_then(|()| told(py)));
+                if looked.is_err() {
+                    crew.stop.store(true, Ordering::Relaxed);
+                }
+                looked?;
             }
-            Ok(worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
         })
     };
-    py.detach(watch)
+    let found: PyResult<Option<T>> = py.detach(watch);
+    crew.put_back();
+    // Nobody but this thread stops the work, and then there is an error.
+    let found = found?.ok_or_else(|| value_error("the work was stopped"))?;
+    told(py)?;
+    Ok(found)
+}
+
+/// The pieces of work that are done, of all; counted by the work's threads.
+#[derive(Default)]
+pub(crate) struct Done {
+    pub(crate) done: AtomicUsize,
+    pub(crate) all: AtomicUsize,
+}
+
+impl Done {
+    /// Tells a function of Python of each piece that is done, and how many there are.
+    pub(crate) fn tell<'a>(
+        &'a self,
+        progress: Option<&'a Py<PyAny>>,
+    ) -> impl FnMut(Python<'_>) -> PyResult<()> + Send + 'a {
+        let mut told = 0;
+        move |py| {
+            let [done, all] = [&self.done, &self.all].map(|n| n.load(Ordering::Relaxed));
+            if let Some(progress) = progress {
+                while told < done {
+                    told += 1;
+                    progress.call1(py, (told, all))?;
+                }
+            }
+            Ok(())
+        }
+    }
+}
+
+/// Does work in this thread, without the interpreter's lock, and looks for signals meanwhile. The
+/// work must not share itself out: outside of a pool rayon has one of its own, which a fork breaks.
+pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let watch = || {
+        let (next, error) = (Cell::new(Instant::now() + LOOK), Rc::default());
+        let found: Rc<RefCell<Option<PyErr>>> = Rc::clone(&error);
+        let look = move || {
+            if Instant::now() < next.get() {
+                return false;
+            }
+            *found.borrow_mut() = Python::attach(|py| py.check_signals()).err();
+            next.set(Instant::now() + LOOK);
+            found.borrow().is_some()
+        };
+        let before = stop::ask(Some(Rc::new(look)));
+        let ended = stop::catch(work);
+        stop::ask(before);
+        ended.map_err(|Stopped| error.take())
+    };
+    let ended = py.detach(watch);
+    ended.map_err(|error| error.unwrap_or_else(|| value_error("the work was stopped")))
+}
+
+/// Does work with a number of items: on threads of its own, unless it is short. Ctrl-C ends it.
+pub(crate) fn detached<T: Send>(
+    py: Python<'_>,
+    items: usize,
+    threads: Option<usize>,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
+    match items <= SHORT && threads.is_none_or(|threads| (1..=1024).contains(&threads)) {
+        true => alone(py, work),
+        false => watched(py, threads, work, |_| Ok(())),
+    }
 }

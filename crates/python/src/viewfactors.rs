@@ -3,18 +3,19 @@
 use crate::arrays::{Vectors, out, polygons};
 use crate::errors::{NAMED, of_query, of_scene, shown, value_error};
 use crate::light::positive;
+use crate::pickle::{Reduced, reduced};
 use crate::receivers::Receivers;
-use crate::threads::{detached, pool, watched};
+use crate::threads::{alone, detached, watched};
 use linelit::Error;
 use linelit::geometry::{DVec3, predicates};
-use linelit::viewfactors::{FacetError, Facets, Matrix, Memory, Sides};
+use linelit::viewfactors::{FacetError, Facets, Memory, Sides};
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::exceptions::PyMemoryError;
+use pyo3::IntoPyObjectExt as _;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
+use pyo3::types::{PyDict, PyList, PyType};
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Facets that see each other, and hide each other.
 ///
@@ -61,10 +62,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct ViewFactors {
     facets: Facets,
+    /// What they were made of.
+    positions: Vec<[f64; 3]>,
+    polygons: Vec<Vec<u32>>,
+    sides: i64,
 }
 
-/// The factors of a call that is short without a thread that looks for Ctrl-C.
-const SHORT: usize = 1024;
+/// The most pieces that threads share out.
+const PIECES: usize = 1024;
 
 #[pymethods]
 impl ViewFactors {
@@ -80,7 +85,7 @@ impl ViewFactors {
         let rows = vertices.rows()?;
         let positions: Vec<_> = (0..rows.len()).map(|i| rows.get(i)).collect();
         let polygons = self::polygons("polygons", polygons)?;
-        let sides = match sides {
+        let which = match sides {
             1 => Sides::One,
             2 => Sides::Two,
             other => {
@@ -89,9 +94,15 @@ impl ViewFactors {
                 )));
             }
         };
-        let built = py.detach(|| Facets::new(&positions, &polygons, sides));
+        let build = || Facets::new(&positions, &polygons, which);
+        let built = detached(py, polygons.len(), None, build)?;
         let facets = built.map_err(|e| value_error(not_built(e, positions.len())))?;
-        Ok(Self { facets })
+        Ok(Self {
+            facets,
+            positions,
+            polygons,
+            sides,
+        })
     }
 
     /// Compute the view factor from one facet to another.
@@ -134,7 +145,7 @@ impl ViewFactors {
         let [i, j] = [self.number("i", i)?, self.number("j", j)?];
         let tolerance = positive("tolerance", tolerance)?;
         let between = || self.facets.between(i, j, tolerance, &mut Memory::default());
-        let found = py.detach(between);
+        let found = alone(py, between)?;
         named(py, &ESTIMATE, "Estimate")?.call1((found.value, found.error))
     }
 
@@ -190,7 +201,7 @@ impl ViewFactors {
         let normals = Vectors::new("normals", normals)?;
         let asked = Receivers::new(&points, &normals)?;
         let checked = (0..asked.points.len()).try_for_each(|i| check(asked.get(i), i));
-        checked.map_err(|e| of_query(e, 0, NAMED, |i| asked.get(i)))?;
+        checked.map_err(|e| of_query(e, NAMED, |i| asked.get(i)))?;
         let (count, width) = (asked.points.len(), self.facets.len());
         let (mut found, mut sky) = (zeros(count, width)?, vec![1.0; count]);
         let rows = found.par_chunks_exact_mut(width.max(1));
@@ -230,8 +241,7 @@ impl ViewFactors {
     ///
     /// Notes
     /// -----
-    /// Areas times factors are the same both ways to the bit but for the division. Ctrl-C ends the
-    /// work after the rows that are being computed, 64 at most.
+    /// Areas times factors are the same both ways to the bit but for the division.
     ///
     /// Examples
     /// --------
@@ -250,7 +260,7 @@ impl ViewFactors {
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let tolerance = positive("tolerance", tolerance)?;
-        let found = watched(py, threads, |stop| self.rows(tolerance, stop))?;
+        let found = watched(py, threads, || self.facets.matrix(tolerance), |_| Ok(()))?;
         #[allow(
             clippy::cast_possible_wrap,
             reason = "facets have 3 corners of 2³² vertices"
@@ -347,6 +357,29 @@ impl ViewFactors {
         self.facets.displacement()
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let positions = self.positions.as_flattened().to_vec();
+        let positions = out(py, positions, &[self.positions.len(), 3])?;
+        // One array where all have as many corners, which is read at once.
+        let width = self.polygons.first().map_or(0, Vec::len);
+        let polygons = match self.polygons.iter().all(|polygon| polygon.len() == width) {
+            true => out(py, self.polygons.concat(), &[self.polygons.len(), width])?,
+            false => PyList::new(py, &self.polygons)?.into_any(),
+        };
+        let arguments = vec![positions, polygons, self.sides.into_bound_py_any(py)?];
+        reduced(py, "ViewFactors", arguments, PyDict::new(py))
+    }
+
+    /// Facets cannot be changed: a copy is they themselves.
+    const fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// Facets cannot be changed: a copy is they themselves.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
     const fn __len__(&self) -> usize {
         self.facets.len()
     }
@@ -364,7 +397,7 @@ impl ViewFactors {
         found.ok_or_else(|| value_error(format!("{name} is {i}, but there are {count} facets")))
     }
 
-    /// Computes values, each by its number, on all threads; Ctrl-C ends it between two.
+    /// Computes values, each by its number, on all threads.
     fn for_each<T: Send>(
         &self,
         py: Python<'_>,
@@ -372,43 +405,14 @@ impl ViewFactors {
         threads: Option<usize>,
         one: impl Fn(usize, T, &mut Memory) + Sync,
     ) -> PyResult<()> {
-        let is_short = values.len().saturating_mul(self.facets.len()) <= SHORT;
-        let work = |stop: &AtomicBool| {
-            let all = values.enumerate();
-            let all = all.try_for_each_init(Memory::default, |memory, (i, value)| {
-                one(i, value, memory);
-                going(stop)
-            });
-            // Who told it to stop takes no answer.
-            all.unwrap_or(())
+        let work = || {
+            // Once stopped, each piece of work unwinds by itself: there are few.
+            let least = 1 + values.len() / PIECES;
+            let all = values.enumerate().with_min_len(least);
+            all.for_each_init(Memory::default, |memory, (i, value)| one(i, value, memory));
         };
-        match is_short {
-            true => {
-                let pool = pool(threads)?;
-                detached(py, pool.as_deref(), || work(&AtomicBool::new(false)));
-                Ok(())
-            }
-            false => watched(py, threads, work),
-        }
+        watched(py, threads, work, |_| Ok(()))
     }
-
-    /// All rows of the matrix, or those until it is told to stop.
-    fn rows(&self, tolerance: f64, stop: &AtomicBool) -> Matrix {
-        let mut matrix = Matrix::default();
-        let add = |row| {
-            matrix.push(row);
-            going(stop)
-        };
-        // Who told it to stop takes no answer.
-        match self.facets.rows(tolerance, add) {
-            Ok(_) | Err(()) => matrix,
-        }
-    }
-}
-
-/// An error once work is told to stop.
-fn going(stop: &AtomicBool) -> Result<(), ()> {
-    (!stop.load(Ordering::Relaxed)).then_some(()).ok_or(())
 }
 
 static ESTIMATE: PyOnceLock<Py<PyType>> = PyOnceLock::new();

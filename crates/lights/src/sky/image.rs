@@ -159,6 +159,13 @@ impl SkyImage {
         self.mean
     }
 
+    /// What [`SkyImage::new`] was given: the mapping, columns and rows, pixels, transform and scale.
+    #[must_use]
+    pub fn made_of(&self) -> (SkyMapping, [usize; 2], &[[f32; 3]], DMat3, DVec3) {
+        let Self { mapping, size, .. } = *self;
+        (mapping, size, &self.pixels, self.to_image, self.scale)
+    }
+
     /// Bytes of pixels and hierarchy.
     #[must_use]
     pub fn memory(&self) -> usize {
