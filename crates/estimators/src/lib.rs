@@ -27,6 +27,7 @@ mod technique;
 mod text;
 mod view;
 mod visible;
+mod visible_disk;
 mod visible_region;
 
 pub use counters::{PlanCounters, SegmentCounters, WorkCounters};
@@ -45,6 +46,7 @@ pub use streams::{RandomNumbers, Stream};
 pub use technique::{ExactOptions, Integration, LinearHeuristic, LinearOptions};
 pub use technique::{LineBy, LineControl, LineDirection, Lines, Pieces};
 pub use technique::{PointBy, PointDensity, Points, Technique};
+pub use visible_disk::{VisibleDisk, is_clear};
 pub use visible_region::{Measure, VisibleRegion};
 
 // What queries are made of, so that one dependency is enough.

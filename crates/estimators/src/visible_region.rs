@@ -1,7 +1,7 @@
 //! The visible part of a polygon as one point sees it, for callers who want the shape itself.
 
 use crate::known::region::{Seen, boundary};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, stop};
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::{polygon, solid_angle};
 use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery};
@@ -9,7 +9,7 @@ use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery};
 /// The measure by which parts of a light are weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// The area of a polygon; the length of a line.
+    /// The area of a polygon, or of a disk, as which a sphere is seen; the length of a line.
     Area,
     /// The solid angle that the part subtends at the point.
     SolidAngle,
@@ -146,37 +146,47 @@ impl VisibleRegion {
     /// is visible.
     #[must_use]
     pub fn rings(&self) -> Vec<Vec<DVec3>> {
-        let [origin, along, across] = self.plane;
-        // The point sees the plane from below its axes where these make a right-handed system.
-        let is_mirrored = origin.dot(along.cross(across)) > 0.0;
-        let in_space = |p: Point| self.point + origin + along * p[0] + across * p[1];
-        let square = |p: Point, q: Point| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
-        let has_length = |e: &&BoundaryEdge| square(e.from, e.to) > 0.0;
-        let mut open: Vec<_> = self.edges.iter().filter(has_length).collect();
-        let mut rings = Vec::new();
-        while let Some(first) = open.pop() {
-            let (mut ring, mut end) = (vec![first.from], first.to);
-            while square(first.from, end) > 0.0 {
-                let gap = |p: Point| square(p, end);
-                let next = (0..open.len())
-                    .min_by(|&a, &b| gap(open[a].from).total_cmp(&gap(open[b].from)))
-                    .filter(|&next| gap(open[next].from) < gap(first.from));
-                // Rounding may have moved an end: the nearest one is the next.
-                let Some(next) = next else { break };
-                let edge = open.swap_remove(next);
-                ring.push(edge.from);
-                end = edge.to;
-            }
-            if ring.len() < 3 {
-                continue;
-            }
-            if is_mirrored {
-                ring.reverse();
-            }
-            rings.push(ring.into_iter().map(in_space).collect());
-        }
-        rings
+        rings(&self.edges, self.point, self.plane)
     }
+}
+
+/// The rings that a boundary makes, in the coordinates of a plane relative to the point, its origin
+/// and axes: those around what is left of them run counter-clockwise as the point sees them.
+pub(crate) fn rings(
+    edges: &[BoundaryEdge],
+    point: DVec3,
+    [origin, along, across]: [DVec3; 3],
+) -> Vec<Vec<DVec3>> {
+    // The point sees the plane from below its axes where these make a right-handed system.
+    let is_mirrored = origin.dot(along.cross(across)) > 0.0;
+    let in_space = |p: Point| point + origin + along * p[0] + across * p[1];
+    let square = |p: Point, q: Point| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
+    let has_length = |e: &&BoundaryEdge| square(e.from, e.to) > 0.0;
+    let mut open: Vec<_> = edges.iter().filter(has_length).collect();
+    let mut rings = Vec::new();
+    while let Some(first) = open.pop() {
+        let (mut ring, mut end) = (vec![first.from], first.to);
+        while square(first.from, end) > 0.0 {
+            stop::check();
+            let gap = |p: Point| square(p, end);
+            let next = (0..open.len())
+                .min_by(|&a, &b| gap(open[a].from).total_cmp(&gap(open[b].from)))
+                .filter(|&next| gap(open[next].from) < gap(first.from));
+            // Rounding may have moved an end: the nearest one is the next.
+            let Some(next) = next else { break };
+            let edge = open.swap_remove(next);
+            ring.push(edge.from);
+            end = edge.to;
+        }
+        if ring.len() < 3 {
+            continue;
+        }
+        if is_mirrored {
+            ring.reverse();
+        }
+        rings.push(ring.into_iter().map(in_space).collect());
+    }
+    rings
 }
 
 /// The edges of a polygon.

@@ -5,7 +5,8 @@ use crate::builder::{LARGEST, SceneBuilder, Settings};
 use crate::scene_lights::SceneLight;
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, Measure, Query};
-use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, VisibleRegion, estimate};
+use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, estimate};
+use linelit_estimators::{VisibleDisk, VisibleRegion, is_clear};
 use linelit_geometry::{DVec3, Segment, Vector3, predicates, stop};
 use linelit_lights::{Beam, DistantLight, Light, PointLight, Sphere};
 use linelit_shading::cylinder;
@@ -51,11 +52,15 @@ pub struct Scene {
     pub(crate) settings: Settings,
 }
 
+/// Rings of corners.
+pub type Rings = Vec<Vec<[f64; 3]>>;
+
 /// The memory of a thread.
 #[derive(Debug, Default)]
 struct Memory {
     buffers: Buffers,
     region: VisibleRegion,
+    disk: VisibleDisk,
     lines: VisibleLines,
 }
 
@@ -165,14 +170,15 @@ impl Scene {
 
     /// The share of a light, by its number, that a point sees past all triangles, between 0 and 1:
     /// exact but for rounding. Neither the sides of the light nor the direction of its emission
-    /// matter. It is NaN where the whole light measures nothing: for a point in its plane or on it,
-    /// or a light below the horizon of the normal of [`Measure::Cosine`]. The point is taken as it
-    /// is: [`SceneBuilder::surface_offset`] does not move it.
+    /// matter. A sphere is seen as the flat disk of its outline, of which [`Measure::Area`] is the
+    /// share. It is NaN where the whole light measures nothing: for a point in its plane, on it or
+    /// inside a sphere, or a light below the horizon of the normal of [`Measure::Cosine`]. The
+    /// point is taken as it is: [`SceneBuilder::surface_offset`] does not move it.
     ///
     /// # Errors
-    /// A point or normal that is not valid, a light that does not exist, and [`Error::NotExact`]
-    /// for one that is neither a polygon, a line, a point nor parallel light, and for the solid
-    /// angle of a line.
+    /// A point or normal that is not valid, a light that does not exist, [`Error::NotExact`] for a
+    /// cylinder, a sky and the solid angle of a line, and [`Error::Pierced`] for a sphere that a
+    /// triangle reaches into.
     pub fn visible_fraction(
         &self,
         point: impl Vector3,
@@ -245,28 +251,84 @@ impl Scene {
         Ok(all)
     }
 
-    /// The visible part of a polygon, by its number among the lights, as rings of corners: those
-    /// around it run counter-clockwise as the point sees them, those around holes clockwise.
+    /// The visible part of a polygon or of a round light, by its number among the lights, as rings
+    /// of corners: those around it run counter-clockwise as the point sees them, those around holes
+    /// clockwise. A sphere is seen as the flat disk of its outline, and nothing of it from inside.
+    ///
+    /// Of disks and spheres, corners on the rim are at most a 256th of it apart: the chords between
+    /// are within 7.6e-5 of the radius of their arcs.
     ///
     /// # Errors
-    /// A point that is not finite, a light that does not exist or is no polygon.
-    pub fn visible_polygons(
+    /// A point that is not finite, a light that does not exist, [`Error::NotExact`] for one that is
+    /// neither a polygon, a disk nor a sphere, and [`Error::Pierced`] for a sphere that a triangle
+    /// reaches into.
+    pub fn visible_polygons(&self, point: impl Vector3, light: usize) -> Result<Rings, Error> {
+        self.rings(0, point.dvec3(), light)
+    }
+
+    /// The visible part of a light for each of many points, on all threads.
+    ///
+    /// # Errors
+    /// Those of [`Scene::visible_polygons`], with the number of the point.
+    pub fn visible_polygons_each<V: Vector3 + Copy + Sync>(
         &self,
-        point: impl Vector3,
+        points: &[V],
         light: usize,
-    ) -> Result<Vec<Vec<[f64; 3]>>, Error> {
-        let point = check_point(0, point.dvec3())?;
+    ) -> Result<Vec<Rings>, Error> {
+        let mut found = vec![Rings::new(); points.len()];
+        over(&mut found, |i| self.rings(i, points[i].dvec3(), light))?;
+        Ok(found)
+    }
+
+    fn rings(&self, i: usize, point: DVec3, light: usize) -> Result<Rings, Error> {
+        let point = check_point(i, point)?;
         let scene_light = self.light_number(light)?;
-        let Light::Area(area) = &scene_light.light else {
-            return Err(Error::NotExact(light));
-        };
-        let query = self.shaft(point, &area.polygon, &scene_light.triangles);
         with_memory(|memory| {
-            let (region, scratch) = (&mut memory.region, &mut memory.buffers.scratch);
-            region.find(&self.occluders, query, scratch);
+            let rings = match &scene_light.light {
+                Light::Area(area) => {
+                    let query = self.shaft(point, &area.polygon, &scene_light.triangles);
+                    let scratch = &mut memory.buffers.scratch;
+                    memory.region.find(&self.occluders, query, scratch);
+                    memory.region.rings()
+                }
+                Light::Disk(_) | Light::Sphere(_) => {
+                    self.find_disk(i, point, light, memory)?;
+                    memory.disk.rings()
+                }
+                _ => return Err(Error::NotExact(light)),
+            };
             let ring = |ring: Vec<DVec3>| ring.into_iter().map(|p| p.to_array()).collect();
-            Ok(region.rings().into_iter().map(ring).collect())
+            Ok(rings.into_iter().map(ring).collect())
         })
+    }
+
+    /// Finds the visible part of a round light.
+    fn find_disk(
+        &self,
+        i: usize,
+        point: DVec3,
+        light: usize,
+        memory: &mut Memory,
+    ) -> Result<(), Error> {
+        let (scene_light, scratch) = (&self.lights[light], &mut memory.buffers.scratch);
+        let disk = match &scene_light.light {
+            Light::Disk(l) => Some(l.disk),
+            Light::Sphere(l) => l.sphere.outline(point),
+            _ => None,
+        };
+        let Some(disk) = disk else {
+            memory.disk.hide(point);
+            return Ok(());
+        };
+        let around = disk.around();
+        let query = || self.shaft(point, &around, &scene_light.triangles);
+        if let Light::Sphere(l) = &scene_light.light
+            && !is_clear(&self.occluders, &l.sphere, query(), scratch)
+        {
+            return Err(Error::Pierced { point: i, light });
+        }
+        memory.disk.find(&self.occluders, &disk, query(), scratch);
+        Ok(())
     }
 
     /// A shading point that is lifted off its surface; without a direction to the viewer, as seen
@@ -337,6 +399,10 @@ impl Scene {
                 memory.region.find(&self.occluders, query, scratch);
                 Ok(memory.region.fraction(measure))
             }
+            (Light::Disk(_) | Light::Sphere(_), _) => {
+                self.find_disk(i, point, light, memory)?;
+                Ok(memory.disk.fraction(measure))
+            }
             (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
                 Ok(self.of_line(point, &line.segment, own, measure, memory))
             }
@@ -355,8 +421,9 @@ impl Scene {
                 };
                 Ok(self.of_beam(point, even.beam(point), own, measure, memory))
             }
-            (Light::Linear(_) | Light::Sphere(_) | Light::Disk(_), _)
-            | (Light::Cylinder(_) | Light::Sky(_), _) => Err(Error::NotExact(light)),
+            (Light::Linear(_) | Light::Cylinder(_) | Light::Sky(_), _) => {
+                Err(Error::NotExact(light))
+            }
         })
     }
 
@@ -451,7 +518,9 @@ fn over<T: Send>(
         // Waking other threads takes longer than a few points do.
         true => fill(0, out),
         false => {
-            let chunks = out.par_chunks_mut(CHUNK).enumerate();
+            // Once stopped, each piece of work unwinds by itself: there are a thousand at most.
+            let least = 1 + out.len() / (CHUNK << 10);
+            let chunks = out.par_chunks_mut(CHUNK).enumerate().with_min_len(least);
             let errors = chunks.filter_map(|(k, chunk)| fill(k * CHUNK, chunk));
             errors.find_first(|_| true)
         }

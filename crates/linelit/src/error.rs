@@ -29,9 +29,18 @@ pub enum Error {
     /// The triangles of the light of this number are not all among the scene's.
     LightTriangles(usize),
     /// The method gives the light of this number with noise, or the question has no exact answer
-    /// for it: it is no polygon, line, point or parallel light, or emits a profile; or it is a
-    /// line, which has neither a solid angle nor a visible polygon.
+    /// for it: see [`Scene::visible_fraction`](crate::Scene::visible_fraction) and
+    /// [`Scene::visible_polygons`](crate::Scene::visible_polygons). `exact` is for polygons without
+    /// a profile, lines, points and parallel light.
     NotExact(usize),
+    /// A triangle reaches into a sphere on the side that a point sees, so that what is visible of
+    /// it is no part of a disk.
+    Pierced {
+        /// The number of the point.
+        point: usize,
+        /// The number of the light.
+        light: usize,
+    },
     /// The light of this number has no normal that a profile could be about, or there is no light
     /// yet: profiles are for polygons, disks, spheres and cylinders.
     Profile(usize),
@@ -79,9 +88,14 @@ impl fmt::Display for Error {
             Self::LightTriangles(i) => write!(f, "the triangles of light {i} do not exist"),
             Self::NotExact(i) => write!(
                 f,
-                "there is no exact answer for light {i}: polygons without a profile, points and \
-                 parallel light have one, and lines for all but solid angles and polygons; \
-                 `hybrid` takes all lights"
+                "there is no exact answer for light {i}: irradiance has one for polygons without a \
+                 profile, lines, points and parallel light, and `hybrid` takes all lights; visible \
+                 parts are known of all but cylinders and skies, as polygons of polygons, disks \
+                 and spheres"
+            ),
+            Self::Pierced { point, light } => write!(
+                f,
+                "a triangle reaches into light {light}, a sphere, as point {point} sees it"
             ),
             Self::Profile(i) => write!(f, "light {i} takes no profile, or does not exist yet"),
             Self::Setting => write!(

@@ -12,7 +12,7 @@ mod prepare;
 mod scene_lights;
 
 pub use builder::SceneBuilder;
-pub use direct::Scene;
+pub use direct::{Rings, Scene};
 pub use error::Error;
 pub use linelit_estimators::{Estimator, Measure};
 pub use linelit_lights::Light;

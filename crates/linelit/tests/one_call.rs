@@ -311,7 +311,17 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
         assert_eq!(share([0.0; 3], light, Measure::Area)?, 1.0);
         assert_eq!(share([0.0; 3], light, Measure::Cosine(DVec3::Z))?, 1.0);
     }
-    for light in 4..8 {
+    for light in 4..6 {
+        for measure in [
+            Measure::Area,
+            Measure::SolidAngle,
+            Measure::Cosine(DVec3::Z),
+        ] {
+            assert_eq!(share([0.0; 3], light, measure)?, 1.0);
+        }
+        assert!(share([0.0; 3], light, down)?.is_nan());
+    }
+    for light in 6..8 {
         assert_eq!(
             share([0.0; 3], light, Measure::Area),
             Err(Error::NotExact(light))

@@ -4,7 +4,8 @@ use crate::bvh::Bvh;
 use crate::node::Child;
 use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
-use linelit_geometry::{ConvexPolygon, DVec3, Vector3, stop};
+use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
+use std::ops::Range;
 
 /// The space between a shading point and a light, their convex hull: what a
 /// renderer asks its own hierarchy for, to build [`Occluders`](crate::Occluders) of the triangles
@@ -179,6 +180,42 @@ impl Occluders {
         found.sort_unstable();
         found.dedup();
         found
+    }
+}
+
+impl Occluders {
+    /// Whether any triangle but those of a range reaches into a ball. Touching it does not count.
+    #[must_use]
+    pub fn reach_into(&self, center: impl Vector3, radius: f64, exclude: &Range<u32>) -> bool {
+        let center = center.dvec3();
+        let holes = self.holes.as_ref().map(|holes| &holes.bvh);
+        std::iter::once(&self.bvh).chain(holes).any(|bvh| {
+            let (hierarchy, at) = (&*bvh.hierarchy, center - bvh.origin);
+            let is_near = |p: DVec3| p.distance(at) < radius;
+            let mut waiting = vec![Child::node(0)];
+            while let Some(child) = waiting.pop() {
+                stop::check();
+                if child.is_leaf() {
+                    let leaf = &hierarchy.leaves[child.leaf_index()];
+                    let mut lanes = (0..8).filter(|lane| child.mask() >> lane & 1 != 0);
+                    let reaches = |lane: usize| {
+                        let [a, b, c] = leaf.triangle(lane).map(|v| v.dvec3());
+                        !exclude.contains(&leaf.id[lane])
+                            && is_near(Triangle::new(a, b, c).nearest(at))
+                    };
+                    if lanes.any(reaches) {
+                        return true;
+                    }
+                } else if let Some(node) = hierarchy.nodes.get(child.index()) {
+                    let lanes = node.lanes().filter(|&lane| {
+                        let bounds = node.bounds_of(lane);
+                        is_near(at.clamp(bounds.lo.dvec3(), bounds.hi.dvec3()))
+                    });
+                    waiting.extend(lanes.map(|lane| Child(node.child[lane])));
+                }
+            }
+            false
+        })
     }
 }
 

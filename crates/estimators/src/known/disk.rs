@@ -81,13 +81,13 @@ pub(crate) fn cosines(
 }
 
 /// The visible part of a disk above the horizons.
-struct SeenDisk<'a> {
+pub(crate) struct SeenDisk<'a> {
     /// The boundary in units of the radius, along the axes.
-    edges: &'a [DiskEdge],
+    pub edges: &'a [DiskEdge],
     /// The centre relative to the shading point.
-    center: DVec3,
-    /// Radii, counter-clockwise as the shading point sees them.
-    axes: [DVec3; 2],
+    pub center: DVec3,
+    /// Radii, counter-clockwise about the direction from the shading point.
+    pub axes: [DVec3; 2],
 }
 
 impl<'a> SeenDisk<'a> {
@@ -100,15 +100,29 @@ impl<'a> SeenDisk<'a> {
         penumbra: &mut Penumbra,
         part: &'a mut PartOnDisk,
     ) -> Option<Self> {
-        let (center, normal, radius) = (disk.center - view.at.position, disk.normal, disk.radius);
-        let (distance, height) = (center.length(), normal.dot(center));
-        if !(radius > SMALL * distance && height.abs() > SMALL * (distance + radius)) {
+        let (x, normal, radius) = (view.at.position, disk.normal, disk.radius);
+        let center = disk.center - x;
+        if !is_wide(radius, center, normal) {
             return None;
         }
-        let frame = Frame::from_normal(normal);
-        let axes = [frame.x * radius, frame.y * radius.copysign(height)];
         let horizons = (view.at.horizons())
             .map(|n| (n.dot(center) < radius * n.cross(normal).length()).then_some(n));
+        Self::within(disk, x, horizons, shaft, penumbra, part)
+    }
+
+    /// Of any size, above the horizons that cut it. `None` where the boundary does not tell.
+    pub(crate) fn within(
+        disk: &Disk,
+        x: DVec3,
+        horizons: [Option<DVec3>; 2],
+        shaft: &mut Shaft<'_>,
+        penumbra: &mut Penumbra,
+        part: &'a mut PartOnDisk,
+    ) -> Option<Self> {
+        let (center, radius) = (disk.center - x, disk.radius);
+        let frame = Frame::from_normal(disk.normal);
+        let height = disk.normal.dot(center);
+        let axes = [frame.x * radius, frame.y * radius.copysign(height)];
         let mut room = [[[0.0; 2]; CORNERS]; 2];
         let mut corners = [[0.0; 2]; CORNERS];
         let edges: &[DiskEdge] = match shaft.class() {
@@ -138,9 +152,15 @@ impl<'a> SeenDisk<'a> {
         })
     }
 
+    /// Whether sums over the boundary keep their digits.
+    pub(crate) fn is_wide(&self) -> bool {
+        let [u, v] = self.axes;
+        is_wide(u.length(), self.center, u.cross(v).normalize_or_zero())
+    }
+
     /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` if what the
     /// map makes of the disk is too narrow.
-    fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3) -> Option<f64> {
+    pub(crate) fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3) -> Option<f64> {
         let (center, [u, v]) = (map(self.center), self.axes.map(&map));
         let cone = EllipticCone::over(center, u, v)?;
         if !(cone.tan[0] * cone.tan[1] > SMALL * SMALL) {
@@ -161,6 +181,12 @@ impl<'a> SeenDisk<'a> {
         }
         Some(sum.irradiance())
     }
+}
+
+/// Whether a disk is neither too small for sums over its boundary nor seen too flatly.
+fn is_wide(radius: f64, center: DVec3, normal: DVec3) -> bool {
+    let (distance, height) = (center.length(), normal.dot(center));
+    radius > SMALL * distance && height.abs() > SMALL * (distance + radius)
 }
 
 /// The part of a polygon that is above horizons.
