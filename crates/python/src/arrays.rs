@@ -71,12 +71,16 @@ impl Rows<'_> {
 }
 
 impl<'py> Vectors<'py> {
-    /// The vectors of an argument.
+    /// The vectors of an argument, none of an empty list.
     pub(crate) fn new(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = Reals::new(name, given)?;
         match array.shape().split_last() {
             Some((3, shape)) => Ok(Self {
                 shape: shape.to_vec(),
+                array,
+            }),
+            Some((0, [])) => Ok(Self {
+                shape: vec![0],
                 array,
             }),
             _ => Err(value_error(format!(
@@ -86,21 +90,9 @@ impl<'py> Vectors<'py> {
         }
     }
 
-    /// The vectors of an argument, none of an empty list.
-    pub(crate) fn new_or_none(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let array = Reals::new(name, given)?;
-        match array.shape() {
-            [0] => Ok(Self {
-                shape: vec![0],
-                array,
-            }),
-            _ => Self::new(name, given),
-        }
-    }
-
     /// The vectors of an argument of shape (n, 3).
     pub(crate) fn list(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let vectors = Self::new_or_none(name, given)?;
+        let vectors = Self::new(name, given)?;
         match vectors.shape.len() {
             1 => Ok(vectors),
             _ => Err(value_error(format!(

@@ -2,7 +2,8 @@
 
 use linelit::Error;
 use pyo3::PyErr;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyOverflowError, PyValueError};
+use std::fmt::Display;
 
 /// The names that a function gives its arguments.
 #[derive(Clone, Copy)]
@@ -20,6 +21,27 @@ pub(crate) const NAMED: Named = Named {
 /// An error of an argument.
 pub(crate) fn value_error(what: impl Into<String>) -> PyErr {
     PyValueError::new_err(what.into())
+}
+
+/// A bounded integer that Python gives.
+pub(crate) trait Whole: TryFrom<i128> + Display {
+    /// The largest.
+    const MOST: Self;
+}
+
+impl Whole for u32 {
+    const MOST: Self = Self::MAX;
+}
+
+impl Whole for u64 {
+    const MOST: Self = Self::MAX;
+}
+
+/// An integer that is not negative.
+pub(crate) fn whole<T: Whole>(name: &str, x: i128) -> Result<T, PyErr> {
+    let most = T::MOST;
+    let what = || PyOverflowError::new_err(format!("{name} is {x}, and needs 0 to {most}"));
+    T::try_from(x).map_err(|_| what())
 }
 
 /// A vector as messages show it.
@@ -62,10 +84,14 @@ pub(crate) fn of_scene(error: &Error) -> String {
             vertices,
         } => format!("faces[{triangle}] has vertex {vertex}, but there are {vertices} vertices"),
         Error::Light(i) => format!("light {i} is not finite, or without size or direction"),
+        Error::Pierced { point, light } => format!(
+            "a triangle reaches into light {light}, a sphere, as point {point} sees it: what is \
+             visible of it is no part of a disk"
+        ),
         Error::NotExact(i) => format!(
-            "light {i} has no exact answer: polygons, points and parallel light have one, and \
-             lines for all but solid angles and polygons; method=\"hybrid\" and points such as \
-             \"point-solid-angle\" take all lights"
+            "light {i} has no exact answer: polygons, disks, spheres, lines, points and parallel \
+             light have a visible fraction (of lines none of the solid angle), and polygons, disks \
+             and spheres visible polygons"
         ),
         Error::Setting => {
             "surface_offset is negative or not finite, or light_margin is not in [0, 1)".to_owned()

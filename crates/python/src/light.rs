@@ -230,7 +230,7 @@ impl Light {
         })
     }
 
-    /// Make a sphere that emits outwards.
+    /// Make a sphere that emits outwards: points inside it, or on it, receive nothing.
     ///
     /// Parameters
     /// ----------

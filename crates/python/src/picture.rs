@@ -1,7 +1,7 @@
 //! Pictures of scene files.
 
 use crate::arrays::out;
-use crate::errors::value_error;
+use crate::errors::{value_error, whole};
 use crate::threads::{Done, watched};
 use linelit::integrator::{Counts, LightChoice, Renderer, Settings, Window};
 use linelit::samplers::SamplerKind;
@@ -39,26 +39,28 @@ pub(crate) fn render<'py>(
     py: Python<'py>,
     scene: &str,
     estimator: &str,
-    samples: u32,
-    camera_samples: u32,
-    resolution: Option<[u32; 2]>,
+    samples: i128,
+    camera_samples: i128,
+    resolution: Option<[i128; 2]>,
     sampler: &str,
     lights: &str,
-    seed: u64,
-    bounces: u32,
+    seed: i128,
+    bounces: i128,
     show_lights: bool,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+    let samples = whole("samples", samples)?;
+    let camera_samples = whole("camera_samples", camera_samples)?;
     let settings = Settings {
         estimator: parsed("estimator", estimator)?,
         sampler: parsed::<SamplerKind>("sampler", sampler)?,
         samples,
         lights: parsed::<LightChoice>("lights", lights)?,
         pixel_samples: camera_samples,
-        seed,
+        seed: whole("seed", seed)?,
         show_lights,
-        bounces,
+        bounces: whole("bounces", bounces)?,
         ..Settings::default()
     };
     if samples == 0 || camera_samples == 0 {
@@ -97,8 +99,9 @@ pub(crate) fn render<'py>(
 }
 
 /// Gives a scene the resolution that is asked for.
-fn set_resolution(scene: &mut Scene, resolution: Option<[u32; 2]>) -> PyResult<()> {
+fn set_resolution(scene: &mut Scene, resolution: Option<[i128; 2]>) -> PyResult<()> {
     if let Some([width, height]) = resolution {
+        let (width, height) = (whole("resolution", width)?, whole("resolution", height)?);
         if width == 0 || height == 0 || u64::from(width) * u64::from(height) > 1 << 28 {
             let what = format!("resolution is ({width}, {height}), and needs 1 to 2^28 pixels");
             return Err(value_error(what));

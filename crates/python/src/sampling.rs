@@ -270,6 +270,7 @@ pub(crate) fn sample<'py>(
     let (shape, width) = match (by, numbers.shape().split_last()) {
         (Technique::Line(..), _) => (numbers.shape(), 1),
         (Technique::Surface(..), Some((2, shape))) => (shape, 2),
+        (Technique::Surface(..), Some((0, []))) => (numbers.shape(), 2),
         (Technique::Surface(..), _) => {
             let shape = shape_text(numbers.shape());
             return Err(value_error(format!(

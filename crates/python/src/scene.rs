@@ -1,7 +1,7 @@
 //! Scenes of triangles, and what points ask of them.
 
 use crate::arrays::{Kept, Rows, Vectors, out, shape_text, triangles, vector};
-use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error};
+use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error, whole};
 use crate::light::{Light, kind};
 use crate::lit::{Latest, Method, lights, one_light};
 use crate::pickle::{Reduced, reduced};
@@ -10,11 +10,11 @@ use crate::threads::{alone, detached};
 use linelit::geometry::{ConvexPolygon, DVec3, Margins};
 use linelit::lights::Light as RustLight;
 use linelit::visibility::VisibleLines;
-use linelit::{Error, Measure, Scene as RustScene};
-use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _};
+use linelit::{Error, Measure, Rings, Scene as RustScene};
+use numpy::{IntoPyArray as _, PyArray1, PyArrayMethods as _};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 
 /// Triangles that hide light, in a hierarchy that is built once.
 ///
@@ -41,6 +41,11 @@ use pyo3::types::PyDict;
 /// ValueError, TypeError
 ///     If an array has a wrong shape or type, a vertex is not finite, or a face names a vertex
 ///     that does not exist: with its index.
+///
+/// Notes
+/// -----
+/// A scene can be pickled, and so handed to other processes, by its arrays, of which it keeps a
+/// copy; the hierarchy is built anew there.
 ///
 /// Examples
 /// --------
@@ -124,11 +129,12 @@ impl Scene {
     /// Parameters
     /// ----------
     /// points : (…, 3) array
-    ///     Points of surfaces. Arrays of float32 and float64 are taken as they are.
+    ///     Points of surfaces, none of an empty list. Arrays of float32 and float64 are taken as
+    ///     they are.
     /// normals : (…, 3) array
     ///     The normal of each point, of any length but zero, or one for all.
     /// light : Light or list of Light
-    ///     The lights, of which the sum is taken.
+    ///     The lights, of which the sum is taken: zero of an empty list.
     /// method : str
     ///     ``"hybrid"`` takes what is cheapest at each point; ``"exact"`` integrates over the
     ///     visible part of polygons, lines, points and parallel light without noise;
@@ -137,7 +143,7 @@ impl Scene {
     /// samples : int
     ///     Samples for each point and light, where the method takes any.
     /// seed : int
-    ///     Two seeds give independent noise. A point's noise depends on the seed, its position and
+    ///     From 0 to 2⁶⁴ − 1. Two seeds give independent noise. A point's noise depends on the seed, its position and
     ///     its normal alone.
     /// sampler : str
     ///     The sampling pattern, such as ``"stratified"`` or ``"sobol"``.
@@ -177,11 +183,12 @@ impl Scene {
         normals: &Bound<'py, PyAny>,
         light: &Bound<'py, PyAny>,
         method: &str,
-        samples: u32,
-        seed: u64,
+        samples: i128,
+        seed: i128,
         sampler: &str,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let (samples, seed) = (whole("samples", samples)?, whole("seed", seed)?);
         let points = Vectors::new("points", points)?;
         let normals = Vectors::new("normals", normals)?;
         let asked = Receivers::new(&points, &normals)?;
@@ -214,7 +221,8 @@ impl Scene {
     /// points : (…, 3) array
     ///     Points of surfaces. Arrays of float32 and float64 are taken as they are.
     /// light : Light
-    ///     A polygon, a line, a point or parallel light.
+    ///     A polygon, a disk, a sphere, a line, a point or parallel light. A sphere is seen as the
+    ///     flat disk of its outline.
     /// measure : str
     ///     ``"area"`` (of a line, its length), ``"solid-angle"``, or ``"cosine"``: the share of the
     ///     irradiance that it would cause unshadowed.
@@ -226,13 +234,14 @@ impl Scene {
     /// Returns
     /// -------
     /// ndarray of float64, shape (…)
-    ///     Between 0 and 1. NaN where the whole light measures nothing: from a point in its plane,
-    ///     or below the horizon of the normal.
+    ///     Between 0 and 1. NaN where the whole light measures nothing: from a point in its plane or
+    ///     inside a sphere, or below the horizon of the normal.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     If an argument is not valid, or the light has no exact answer.
+    ///     If an argument is not valid, the light has no exact answer, or a triangle reaches into a
+    ///     sphere.
     ///
     /// Examples
     /// --------
@@ -277,52 +286,74 @@ impl Scene {
             Measure::Cosine(_) => Measure::Cosine(asked.normal(i)),
             plain => plain,
         };
-        asked.detached(py, threads, || {
-            asked.fractions(&scene, measure, &mut found)
-        })?;
+        asked.detached(py, threads, || asked.fractions(&scene, measure, &mut found))?;
         out(py, found, &points.shape)
     }
 
-    /// Find the visible part of a polygon.
+    /// Find the visible part of a polygon, a disk or a sphere.
     ///
     /// Parameters
     /// ----------
-    /// point : (3,) array
-    ///     The point that sees it.
+    /// point : (…, 3) array
+    ///     The points that see it.
     /// light : Light
-    ///     A polygon.
+    ///     A polygon, a disk or a sphere, which is seen as the flat disk of its outline.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
     ///
     /// Returns
     /// -------
-    /// list of ndarray of float64, shape (k, 3)
+    /// list of ndarray of float64, shape (k, 3), or of more than one point a list of such lists
     ///     Rings of corners: those around the visible part run counter-clockwise as the point sees
-    ///     them, those around holes clockwise. Empty where nothing is visible.
+    ///     them, those around holes clockwise. Empty where nothing is visible, as of a sphere from
+    ///     inside. Corners on the rim of a disk are at most a 256th of it apart: chords are within
+    ///     7.6e-5 of the radius of their arcs.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     If the point is not finite, or the light is no polygon.
+    ///     If a point is not finite, the light is of another kind, or a triangle reaches into a
+    ///     sphere.
+    #[pyo3(signature = (point, light, *, threads = None))]
     fn visible_polygons<'py>(
         &self,
         py: Python<'py>,
         point: &Bound<'py, PyAny>,
         light: &Bound<'py, PyAny>,
-    ) -> PyResult<Vec<Bound<'py, PyArray2<f64>>>> {
-        let point = vector("point", point)?;
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let points = Vectors::new("point", point)?;
+        let rows = points.rows()?;
         let scene = self
             .lit
             .get(py, &self.bare, one_light(light)?, Method::plain())?;
-        let rings = alone(py, || scene.visible_polygons(point, 0))?;
+        let found = detached(py, rows.len(), threads, || match rows {
+            Rows::Single(rows) => scene.visible_polygons_each(rows, 0),
+            Rows::Double(rows) => scene.visible_polygons_each(rows, 0),
+        })?;
         let names = Named {
             points: "point",
             ..NAMED
         };
-        let rings = rings.map_err(|e| of_query(e, names, |_| [point.to_array(); 2]))?;
+        let found = found.map_err(|e| of_query(e, names, |i| [rows.get(i); 2]))?;
         let array = |ring: Vec<[f64; 3]>| {
             let count = ring.len();
             PyArray1::from_vec(py, ring.into_flattened()).reshape([count, 3])
         };
-        rings.into_iter().map(array).collect()
+        let mut each = found.into_iter().map(|rings: Rings| {
+            let rings: Vec<_> = rings.into_iter().map(array).collect::<PyResult<_>>()?;
+            PyList::new(py, rings)
+        });
+        match (points.shape.is_empty(), each.next()) {
+            (true, Some(only)) => only,
+            (_, first) => PyList::new(
+                py,
+                first
+                    .into_iter()
+                    .chain(each)
+                    .collect::<PyResult<Vec<_>>>()?,
+            ),
+        }
     }
 
     /// Find the visible parts of lines.
@@ -365,9 +396,14 @@ impl Scene {
     ) -> PyResult<Intervals<'py>> {
         let points = Vectors::new("points", points)?;
         let lines = Vectors::new("lines", lines)?;
-        let Some((2, shape)) = lines.shape.split_last() else {
-            let what = "lines need the shape (…, 2, 3): both ends of each";
-            return Err(value_error(what));
+        let shape = match lines.shape.split_last() {
+            Some((2, shape)) => shape,
+            // An empty list has lost its other axes.
+            Some((0, [])) => &lines.shape,
+            _ => {
+                let what = "lines need the shape (…, 2, 3): both ends of each";
+                return Err(value_error(what));
+            }
         };
         let count = match (points.shape.as_slice(), shape) {
             (a, b) if a == b => points.rows()?.len(),

@@ -1,6 +1,6 @@
 //! Convergence studies.
 
-use crate::errors::value_error;
+use crate::errors::{value_error, whole};
 use crate::picture::{not_read, parsed};
 use crate::threads::{Done, watched};
 use anyhow::{Context as _, Result, bail};
@@ -23,10 +23,10 @@ pub(crate) fn converge(
     scenes: Vec<String>,
     estimators: Vec<String>,
     samplers: Vec<String>,
-    samples: Vec<u32>,
-    trials: u32,
+    samples: Vec<i128>,
+    trials: i128,
     pixels: &str,
-    seed: u64,
+    seed: i128,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Tables> {
@@ -36,14 +36,16 @@ pub(crate) fn converge(
     let samplers = samplers
         .iter()
         .map(|name| parsed::<SamplerKind>("samplers", name));
+    let samples = samples.into_iter().map(|n| whole("samples", n));
+    let trials = whole("trials", trials)?;
     let spec = StudySpec {
         scenes,
         estimators: estimators.collect::<PyResult<_>>()?,
         samplers: samplers.collect::<PyResult<_>>()?,
-        samples,
+        samples: samples.collect::<PyResult<_>>()?,
         trials,
         pixels: parsed("pixels", pixels)?,
-        seed,
+        seed: whole("seed", seed)?,
         ..StudySpec::default()
     };
     if spec.estimators.is_empty() || spec.samplers.is_empty() || spec.scenes.is_empty() {

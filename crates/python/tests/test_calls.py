@@ -190,3 +190,38 @@ def test_importing_takes_numpy_alone():
     names = subprocess.check_output([sys.executable, "-c", code], text=True)
     for other in ("trimesh", "mitsuba", "pandas", "matplotlib", "tqdm"):
         assert f"'{other}'" not in names
+
+
+def test_empty_lists_have_empty_answers():
+    assert SCENE.irradiance([], [], LAMP).shape in ((0,), (0, 3))
+    assert SCENE.irradiance([], UP, LAMP, method="exact").size == 0
+    assert SCENE.irradiance([[0, 0, 0]], UP, []).tolist() == [0.0]
+    assert SCENE.visible_fraction([], LAMP).shape == (0,)
+    assert SCENE.visible_polygons([], LAMP) == []
+    low, high, offsets = SCENE.visible_intervals([], [])
+    assert low.size == high.size == 0 and offsets.tolist() == [0]
+    x, pdf = ll.sample(LAMP, [], UP, [])
+    assert x.shape == (0, 3) and pdf.shape == (0,) and ll.pdf(LAMP, [], UP, []).shape == (0,)
+    none = ll.ViewFactors([], [])
+    assert none.area.shape == (0,) and none.from_point([], []).facets.shape == (0, 0)
+    assert none.matrix().indptr.tolist() == [0] and ll.Scene([], []).face_count == 0
+
+
+def test_round_lights_have_visible_parts():
+    half = ll.Scene([[0, -9, 1], [9, 0, 1], [0, 9, 1]], [[0, 1, 2]])
+    points = np.zeros((3, 2, 3))
+    for light in (ll.Disk([0, 0, 2], [0, 0, -1], 0.5, 1.0), ll.Sphere([0, 0, 2], 0.5, 1.0)):
+        for measure, normals in (("area", None), ("solid-angle", None), ("cosine", UP)):
+            found = half.visible_fraction(points, light, measure=measure, normals=normals)
+            # Rounding of a few operations, and that of solid angles' integrals.
+            assert np.abs(found - 0.5).max() < 1e-12 and found.shape == (3, 2)
+        (ring,) = half.visible_polygons(points[0, 0], light)
+        assert ring[:, 0].max() < 1e-12 and len(ring) > 100
+        for threads in (None, 1):
+            many = half.visible_polygons(points.astype("f4"), light, threads=threads)
+            assert len(many) == 6 and all(np.array_equal(rings[0], ring) for rings in many)
+    ball = ll.Sphere([0, 0, 2], 0.5, 1.0)
+    inside = [[0, 0, 2.0], [0.1, 0, 1.9]]
+    assert np.isnan(half.visible_fraction(inside, ball)).all()
+    assert half.visible_polygons(inside, ball) == [[], []]
+    assert not half.irradiance(inside, UP, ball).any()
