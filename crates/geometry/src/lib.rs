@@ -57,6 +57,7 @@ mod polygon;
 pub mod predicates;
 mod segment;
 mod shadow;
+mod single;
 pub mod stop;
 mod triangle;
 mod vector;
@@ -71,6 +72,7 @@ pub use plane_frame::PlaneFrame;
 pub use polygon::{ConvexPolygon, MAX_VERTICES, PolygonError};
 pub use segment::Segment;
 pub use shadow::{Chord, Margins, ShadowCoords, ShadowTriangle};
+pub use single::{Rounding, origin_of_box};
 pub use triangle::Triangle;
 pub use vector::{Vector3, vector};
 

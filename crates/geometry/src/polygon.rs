@@ -347,6 +347,15 @@ impl ConvexPolygon {
         &out[..vertices.len()]
     }
 
+    /// Returns the polygon at another position.
+    #[must_use]
+    pub fn moved(mut self, by: DVec3) -> Self {
+        for vertex in &mut self.vertices[..self.count] {
+            *vertex += by;
+        }
+        self
+    }
+
     /// An upper bound of the largest distance between two vertices, at most twice as large.
     #[must_use]
     pub fn diameter(&self) -> f64 {

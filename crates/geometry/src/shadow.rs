@@ -1,13 +1,16 @@
 //! Shadow triangles: which part of a line sample a triangle blocks.
 
 use crate::{DVec3, Segment, intervals::Interval, predicates};
+use core::ops::Range;
 
 /// The margins at the ends of the way from a point to a light in which occluders hide nothing.
 ///
 /// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain: a
-/// lamp in the plane of a ceiling, a point on a surface. Zero, for callers whose occluders and
-/// lights share their vertices, leaves the decision to the side of the light's plane on which a
-/// vertex lies; what lies in that plane hides nothing.
+/// lamp in the plane of a ceiling, a point on a surface. [`Margins::ROUNDING`] forgives the rounding
+/// of `f64` alone, for lights whose own triangles are excluded by their numbers: what touches such
+/// a light hides it up to where it touches. Zero, for callers whose occluders and lights share their
+/// vertices, leaves the decision to the side of the light's plane on which a vertex lies; what lies
+/// in that plane hides nothing.
 ///
 /// ```
 /// use linelit_geometry::Margins;
@@ -16,8 +19,8 @@ use crate::{DVec3, Segment, intervals::Interval, predicates};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Up to this fraction of the way, or of the occluders' reach if the light is beyond it
-    /// ([`Margins::near`]), an occluder hides nothing.
+    /// Up to this fraction of the way an occluder hides nothing; towards a light that is far beyond
+    /// all occluders, up to a smaller one ([`Margins::near`]).
     pub point: f64,
     /// The last fraction of the way, before the light, in which an occluder hides nothing; and a
     /// point that is nearer to the plane of a flat light than this fraction of the way, or of the
@@ -39,16 +42,35 @@ impl Margins {
         light: 1e-6,
     };
 
+    /// 10⁻¹⁰ at either end: the rounding of `f64`, where a light is seen from a ten-thousandth of
+    /// its distance above its plane.
+    pub const ROUNDING: Self = Self {
+        point: 1e-10,
+        light: 1e-10,
+    };
+
     /// No margins.
     pub const NONE: Self = Self {
         point: 0.0,
         light: 0.0,
     };
 
-    /// The fraction of the way to a light `distance` away from which on occluders hide it, where no
-    /// occluder is farther than `reach` from the shading point: `point · min(1, reach ÷ distance)`.
+    /// The margins for a light whose own triangles are excluded by these numbers: those of
+    /// [`Margins::ROUNDING`]; where there are none, [`Margins::DEFAULT`], for its triangles may be
+    /// among the occluders all the same.
+    #[must_use]
+    pub const fn excluding(own: &Range<u32>) -> Self {
+        if own.start < own.end {
+            Self::ROUNDING
+        } else {
+            Self::DEFAULT
+        }
+    }
+
+    /// The fraction of the way to a light `distance` away from which on occluders hide it, where
+    /// lights beyond `reach` are far from all occluders: `point · min(1, reach ÷ distance)`.
     ///
-    /// Rounding of the occluders' places grows with their reach, not with the way to a light far
+    /// Rounding of the occluders' places grows with their distance, not with the way to a light far
     /// beyond them, which a fixed fraction would let shine through what is near.
     #[inline]
     #[must_use]
@@ -124,8 +146,8 @@ impl ShadowTriangle {
         })
     }
 
-    /// Sets other [`Margins`] than the default, among occluders none of which is farther than
-    /// `reach` from the shading point (infinity, where that is not known).
+    /// Sets other [`Margins`] than the default, where lights beyond `reach` are far from all
+    /// occluders (infinity, where that is not known).
     #[must_use]
     pub fn with_margins(self, margins: Margins, reach: f64) -> Self {
         // 1 ÷ the distance of the line: the length of the gradient of the depth.

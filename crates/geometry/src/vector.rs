@@ -22,6 +22,20 @@ pub trait Vector3 {
     /// Returns the same numbers, exactly.
     #[must_use]
     fn dvec3(self) -> DVec3;
+
+    /// Returns the vectors as they are, if they are `[f32; 3]`: what is stored in single precision
+    /// then needs no copy of them.
+    #[allow(
+        clippy::disallowed_types,
+        reason = "what is handed in may be single; what is computed is not"
+    )]
+    #[must_use]
+    fn singles(_of: &[Self]) -> Option<&[[f32; 3]]>
+    where
+        Self: Sized,
+    {
+        None
+    }
 }
 
 /// Converts a point, direction or colour of any type to ours: [`Vector3::dvec3`].
@@ -53,6 +67,11 @@ impl Vector3 for [f32; 3] {
     #[inline]
     fn dvec3(self) -> DVec3 {
         DVec3::from_array(self.map(f64::from))
+    }
+
+    #[inline]
+    fn singles(of: &[Self]) -> Option<&[Self]> {
+        Some(of)
     }
 }
 

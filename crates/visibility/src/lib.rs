@@ -92,6 +92,7 @@ mod node;
 mod occluders;
 mod pool;
 mod rays;
+mod rounded;
 mod scratch;
 mod shaft;
 mod silhouettes;

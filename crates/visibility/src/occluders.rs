@@ -6,15 +6,18 @@ use crate::{
     holes::{Holes, filter::SharedFilter},
     node::{Child, Node},
     pool,
+    rounded::Rounded,
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Rounding, Vector3};
 use linelit_simd::{InstructionSet, Isa};
 use std::sync::Arc;
 
 /// The triangles of a scene, ready for ray and line queries.
 ///
-/// Vertices are `f32` and exactly those given: no query moves or rounds them. Triangles that can
-/// hide nothing (a vertex that is not finite, an index out of range, two vertices in one place)
+/// Vertices are stored as `f32`. Those given as `f32` are stored exactly: no query moves or rounds
+/// them. Those given as `f64` ([`Occluders::build_with`], [`Occluders::refit`]) are rounded once,
+/// relative to an [origin](Occluders::origin) in their middle; points and lights stay `f64`, and are
+/// in the coordinates that vertices were given in. Triangles that can hide nothing (a vertex that is not finite, an index out of range, two vertices in one place)
 /// are left out and counted. Three distinct vertices on a line stay: they hide next to nothing,
 /// but keep the seam between their neighbours closed.
 ///
@@ -29,6 +32,7 @@ pub struct Occluders {
     out_of_range: usize,
     pub(crate) holes: Option<Arc<Holes>>,
     options: BuildOptions,
+    rounding: Rounding,
 }
 
 impl Occluders {
@@ -78,10 +82,19 @@ impl Occluders {
         Self::build_with(positions, triangles, options)
     }
 
-    /// Builds the hierarchy as `options` tell.
+    /// Builds the hierarchy as `options` tell, over vertices of any type.
+    ///
+    /// ```
+    /// use linelit_visibility::{BuildOptions, Occluders};
+    /// // A triangle of ten centimetres, at five million metres.
+    /// let positions = [[0.0, 5e6, 1.0], [0.1, 5e6, 1.0], [0.0, 5e6 + 0.1, 1.0]];
+    /// let occluders = Occluders::build_with(&positions, &[[0, 1, 2]], BuildOptions::default());
+    /// assert_eq!(occluders.triangle_count(), 1);
+    /// assert!(occluders.rounding().displacement < 1e-8);
+    /// ```
     #[must_use]
-    pub fn build_with(
-        positions: &[[f32; 3]],
+    pub fn build_with<V: Vector3 + Copy + Sync>(
+        positions: &[V],
         triangles: &[[u32; 3]],
         options: BuildOptions,
     ) -> Self {
@@ -105,7 +118,18 @@ impl Occluders {
     /// longer queries take. Where other triangles than before can hide something (a vertex has
     /// become finite, or two have met), or a clone shares the hierarchy, it is built anew.
     /// Triangles with holes stay as they are.
-    pub fn refit(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
+    pub fn refit<V: Vector3 + Copy + Sync>(&mut self, positions: &[V], triangles: &[[u32; 3]]) {
+        let Rounded {
+            positions,
+            origin,
+            rounding,
+        } = Rounded::new(positions, triangles);
+        self.refit_singles(&positions, triangles);
+        self.rounding = rounding;
+        self.bvh.origin += origin;
+    }
+
+    fn refit_singles(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         let (kept, found) = Kept::find_all(positions, triangles);
         let bvh = &mut self.bvh;
         let leaves = &bvh.hierarchy.leaves;
@@ -157,6 +181,14 @@ impl Occluders {
         Self::build(&positions, &triangles)
     }
 
+    /// Moves all triangles, without rounding what is stored: `by` is added to the
+    /// [origin](Occluders::origin). For those with holes, before [`Occluders::with_holes`].
+    #[must_use]
+    pub fn moved(mut self, by: DVec3) -> Self {
+        self.bvh.origin += by;
+        self
+    }
+
     /// The number of triangles of their own that can hide something.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
@@ -174,6 +206,20 @@ impl Occluders {
     #[must_use]
     pub fn out_of_range(&self) -> usize {
         self.out_of_range
+    }
+
+    /// The point relative to which vertices are stored: on each axis zero, or a middle of the
+    /// vertices that triangles use ([`origin_of_box`](linelit_geometry::origin_of_box), where they
+    /// were not `f32`).
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.bvh.origin
+    }
+
+    /// What rounding did to the vertices that triangles use: nothing, if they were `f32`.
+    #[must_use]
+    pub const fn rounding(&self) -> Rounding {
+        self.rounding
     }
 
     /// Bytes that the hierarchy and its copy of the triangles take, with those of triangles with

@@ -8,8 +8,8 @@ use linelit_geometry::finite::{
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
     Chord, CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, Margins,
-    ParallelLines, PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle,
-    Vector3, predicates, vector,
+    ParallelLines, PlaneFrame, PolygonError, Rounding, Segment, ShadowCoords, ShadowTriangle,
+    Triangle, Vector3, origin_of_box, predicates, vector,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;
@@ -74,6 +74,7 @@ proptest! {
         };
         sound(&polygon)?;
         sound(&polygon.flipped())?;
+        prop_assert!(polygon.moved(vector(x)).moved(DVec3::ZERO).area().to_bits() == polygon.area().to_bits());
         sound(&polygon.starting_at(7))?;
         if let Some(part) = polygon.clip(vector(x), vector(direction)) {
             prop_assert!(part.area() > 0.0 && part.area().is_finite());
@@ -167,6 +168,24 @@ proptest! {
         let n = triangle.normal();
         prop_assert!(n == DVec3::ZERO || (n.length() - 1.0).abs() <= 4.0 * f64::EPSILON, "{n}");
         let _ = (triangle.area_vector(), triangle.at(s, u), triangle.centroid(), triangle.nearest(vector(v[0]) + DVec3::ONE));
+    }
+
+    #[test]
+    fn origins(v in hostile_vectors::<2>(), moved in hostile(), edges in [hostile(), hostile(), hostile()]) {
+        let [a, b] = v.map(vector);
+        let (low, high) = (a.min(b), a.max(b));
+        let (origin, size) = (origin_of_box(low, high), (high - low).max_element());
+        prop_assert!(origin.is_finite(), "{low} {high}: {origin}");
+        let off = (origin - (low + (high - low) * 0.5)).abs();
+        for axis in 0..3 {
+            prop_assert!(origin[axis] == 0.0 || off[axis] <= 0.125 * size, "{low} {high}: {origin}");
+        }
+        let rounding = Rounding::new(moved, &mut edges.clone());
+        prop_assert!(edges.iter().any(|e| e.to_bits() == rounding.median_edge.to_bits()));
+        prop_assert!(!rounding.is_coarse() || moved > 0.0 || rounding.median_edge < 0.0);
+        let _ = rounding.to_string();
+        let own = Margins::excluding(&(3..4));
+        prop_assert!(own == Margins::ROUNDING && Margins::excluding(&(4..4)) == Margins::DEFAULT);
     }
 
     #[test]

@@ -18,4 +18,5 @@ mod margins;
 #[cfg(feature = "obvhs")]
 mod obvhs;
 mod refit;
+mod rounding;
 mod silhouettes;

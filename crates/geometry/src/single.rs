@@ -1,0 +1,88 @@
+//! Vertices in single precision: relative to which origin they are rounded, and what that moves.
+//!
+//! A coordinate x is rounded to `f32` with an error of up to 2⁻²⁴ |x|: half a metre at the five
+//! million metres of a map. What is stored is therefore x − o, for an origin o in the middle of the
+//! scene, so that the error is 2⁻²⁴ of the scene's extent, wherever the scene is.
+#![allow(
+    clippy::disallowed_types,
+    reason = "this is where numbers become single"
+)]
+
+use crate::DVec3;
+use core::fmt;
+
+/// Returns the origin for vertices in the box from `low` to `high`: on each axis the middle of the
+/// box, where that is more than four times as far away as the box is large; else zero.
+///
+/// Scenes about zero keep the numbers that they have, where the middle would win three bits at most.
+/// Differences from a middle are exact in `f64` (Sterbenz). The middle itself is rounded to `f32`
+/// where that moves it by less than an eighth of the size: vertices that are `f32` numbers then have
+/// exact differences.
+///
+/// ```
+/// use linelit_geometry::{DVec3, origin_of_box};
+/// let (low, high) = (DVec3::new(-2.0, 500_000.0, 0.0), DVec3::new(9.0, 500_004.0, 3.0));
+/// assert_eq!(origin_of_box(low, high), DVec3::new(0.0, 500_002.0, 0.0));
+/// ```
+#[must_use]
+pub fn origin_of_box(low: DVec3, high: DVec3) -> DVec3 {
+    let size = (high - low).max_element();
+    let axis = |low: f64, high: f64| {
+        let middle = low + (high - low) * 0.5;
+        // An empty box has no middle.
+        if !(size >= 0.0 && middle.abs() > 4.0 * size) {
+            return 0.0;
+        }
+        #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
+        let short = f64::from(middle as f32);
+        match (short - middle).abs() <= 0.125 * size {
+            true => short,
+            false => middle,
+        }
+    };
+    let (l, h) = (low, high);
+    DVec3::new(axis(l.x, h.x), axis(l.y, h.y), axis(l.z, h.z))
+}
+
+/// What rounding to single precision did to the vertices of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// The largest distance of a vertex that is used from where it was.
+    pub displacement: f64,
+    /// The median of the lengths of edges; of large scenes, of the edges of some triangles.
+    pub median_edge: f64,
+}
+
+impl Rounding {
+    /// Takes the lengths of edges, which it puts in another order.
+    #[must_use]
+    pub fn new(displacement: f64, edges: &mut [f64]) -> Self {
+        let middle = edges.len() / 2;
+        let median_edge = match edges {
+            [] => 0.0,
+            edges => *edges.select_nth_unstable_by(middle, f64::total_cmp).1,
+        };
+        Self {
+            displacement,
+            median_edge,
+        }
+    }
+
+    /// Whether a vertex moved by more than a thousandth of the median edge, so that answers may be
+    /// wrong where the scene has such edges. The text of the rounding says so.
+    #[must_use]
+    pub fn is_coarse(&self) -> bool {
+        self.displacement > 1e-3 * self.median_edge
+    }
+}
+
+impl fmt::Display for Rounding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "rounding to single precision moves a vertex by {:.1e}, more than a thousandth of the \
+             median edge, {:.1e}: the scene is too large for its details",
+            self.displacement, self.median_edge
+        )
+    }
+}
