@@ -30,7 +30,8 @@ pub struct Query<'a, R, T> {
     pub skip: bool,
     /// The way in which lines and points of a combination ask for visibility.
     pub ask: Ask,
-    /// The distances from point and light within which an occluder hides nothing.
+    /// The distances from point and light within which an occluder hides nothing: for
+    /// [`Query::new`] those of [`Margins::excluding`] the light's own triangles.
     pub margins: Margins,
 }
 
@@ -59,7 +60,7 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
             },
             skip: true,
             ask: Ask::Shaft,
-            margins: Margins::DEFAULT,
+            margins: Margins::excluding(&light.triangles),
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::world::World;
 use crate::{PlannedLight, ShadingPoint, Workspace};
 use linelit_estimators::{Buffers, Estimator, OcclusionProbe, Query, RandomNumbers};
+use linelit_geometry::Margins;
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 
@@ -27,7 +28,8 @@ pub(crate) fn note_occlusion(world: &World<'_>, lights: &mut [PlannedLight]) {
             };
             let numbers = RandomNumbers::new(SamplerKind::Stratified, 0, [0, 0], lights[k].index);
             let source = lights[k].source();
-            let query = Query::new(&world.shadows, &source, point, &estimator, numbers, 1);
+            let mut query = Query::new(&world.shadows, &source, point, &estimator, numbers, 1);
+            query.margins = Margins::DEFAULT;
             if along_lines {
                 probes[k].look_along_lines(&query, area, buffers);
             } else {

@@ -5,7 +5,7 @@ use crate::world::World;
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace, plan, probe, selection};
 use linelit_bsdf::Reflection;
 use linelit_estimators::{Ask, Estimator, Query, RandomNumbers, estimate, streams};
-use linelit_geometry::{DVec3, stop};
+use linelit_geometry::{DVec3, Margins, stop};
 use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Projection, Scene};
 use linelit_visibility::{Fan, Occluders};
@@ -354,6 +354,8 @@ impl<'s> Renderer<'s> {
         let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
         let (occluders, samples) = (&self.world.shadows, settings.samples);
         let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
+        // Files are rounded: a lamp may be mounted flush in a slanted ceiling.
+        query.margins = Margins::DEFAULT;
         query.skip = settings.skip;
         if !settings.share {
             query.ask = Ask::Rays;

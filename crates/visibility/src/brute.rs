@@ -2,7 +2,7 @@
 //!
 //! Slow and plain, for tests, and for what kernels cannot hold in their numbers.
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, FAR};
 use linelit_elementary::{exp2, log2};
 use linelit_geometry::{
     Chord, DVec3, Margins, Segment, ShadowTriangle,
@@ -25,7 +25,7 @@ pub fn visible(
     let mut set = IntervalTree::full();
     let corner = |c: &u32| DVec3::from(positions[*c as usize].map(f64::from));
     let farthest = |reach: f64, c| reach.max((corner(c) - point).length());
-    let reach = triangles.as_flattened().iter().fold(0.0, farthest);
+    let reach = FAR * triangles.as_flattened().iter().fold(0.0, farthest);
     if let Some(shadow) = ShadowTriangle::new(point, line) {
         let shadow = shadow.with_margins(margins, reach);
         for (id, corners) in (0_u32..).zip(triangles) {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     pub(crate) hierarchy: Arc<Hierarchy>,
-    /// The origin of the hierarchy's coordinates; an exact difference for every vertex.
+    /// The origin of the hierarchy's coordinates, relative to which vertices were rounded.
     pub(crate) origin: DVec3,
     /// Largest absolute coordinate relative to the origin.
     pub(crate) extent: f64,
@@ -35,10 +35,11 @@ impl Default for Bvh {
 }
 
 impl Bvh {
-    /// The largest distance of a triangle from a point of the world, along an axis.
+    /// The distance from a point of the world beyond which lights are far from all triangles, for
+    /// [`Margins::near`](linelit_geometry::Margins::near).
     #[inline(always)]
     pub(crate) fn reach(&self, point: DVec3) -> f64 {
-        self.extent + (point - self.origin).abs().max_element()
+        FAR * (self.extent + (point - self.origin).abs().max_element())
     }
 
     /// Makes room on a stack for a walk in any order.
@@ -49,6 +50,11 @@ impl Bvh {
         }
     }
 }
+
+/// Lights are far where they are so many times as far away as the farthest triangle. Up to there
+/// the margin near a point is one fraction of the way for rays, lines and polygons, though the ways
+/// to them differ: what stands on the point hides the light for all of them, or for none.
+pub(crate) const FAR: f64 = 1024.0;
 
 /// The largest reciprocal of a direction's component that boxes are tested with in a scene of this
 /// size: smaller components move the ray by less than the room over any distance in `f32`.

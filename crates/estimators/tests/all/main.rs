@@ -12,4 +12,5 @@ mod penumbrae;
 mod round;
 mod sides;
 mod skies;
+mod standing;
 mod text;

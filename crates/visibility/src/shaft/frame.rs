@@ -38,6 +38,10 @@ pub(crate) struct LightFrame {
 /// intervals are held to. Nearer the plane, [`Sides`] are.
 const EDGE_ON: f64 = 1e-5;
 
+/// The rounding of W, and as much again, of what lies in a light's plane, times the height that
+/// [`EDGE_ON`] is in units of: the margin before the light has to be more than that.
+const ROUNDING: f64 = 1e-14;
+
 /// The least W of what is before the shading point, without a margin there: 1 ÷ it is finite.
 const LEAST: f64 = 1e-300;
 
@@ -127,7 +131,8 @@ impl LightFrame {
         self.w = plane.normal * (1.0 / height);
         self.p = plane.d1 - self.w * plane.d1.dot(v0);
         self.q = plane.d2 - self.w * plane.d2.dot(v0);
-        height.abs() > EDGE_ON * plane.length * reach
+        let (height, size) = (height.abs(), plane.length * reach);
+        height > EDGE_ON * size && height * self.margins.light > ROUNDING * size
     }
 
     /// Does what [`LightFrame::set_polygon`] does, with [`Sides`].
