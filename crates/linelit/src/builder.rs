@@ -6,7 +6,7 @@ use linelit_estimators::{Estimator, MOST_SAMPLES};
 use linelit_geometry::{DVec3, Margins, Vector3};
 use linelit_lights::{Light, Profile, Sphere};
 use linelit_samplers::SamplerKind;
-use linelit_visibility::Occluders;
+use linelit_visibility::{BuildOptions, Occluders};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,14 +21,15 @@ pub(crate) struct Settings {
     pub samples: u32,
     pub seed: u64,
     pub offset: Option<f64>,
-    pub margins: Margins,
+    /// Those of [`Margins::excluding`] each light's own triangles if none are set.
+    pub margins: Option<Margins>,
 }
 
 /// Builds a [`Scene`] from slices of vertices and triangles, lights and settings.
 #[derive(Clone, Debug)]
 #[must_use]
-pub struct SceneBuilder<'a> {
-    positions: &'a [[f32; 3]],
+pub struct SceneBuilder<'a, V = [f32; 3]> {
+    positions: &'a [V],
     triangles: &'a [[u32; 3]],
     lights: Vec<SceneLight>,
     settings: Settings,
@@ -36,15 +37,15 @@ pub struct SceneBuilder<'a> {
     has_stray_profile: bool,
 }
 
-impl<'a> SceneBuilder<'a> {
-    pub(crate) fn new(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> Self {
+impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
+    pub(crate) fn new(positions: &'a [V], triangles: &'a [[u32; 3]]) -> Self {
         let settings = Settings {
             estimator: Estimator::hybrid(),
             sampler: SamplerKind::Auto,
             samples: 16,
             seed: 0,
             offset: None,
-            margins: Margins::DEFAULT,
+            margins: None,
         };
         Self {
             positions,
@@ -57,12 +58,14 @@ impl<'a> SceneBuilder<'a> {
 
     /// Adds a light; the first has number 0. Lights hide nothing by themselves. Where a light is a
     /// part of the mesh, use [`SceneBuilder::light_of`], which says which triangles are its own:
-    /// rounded to `f32`, their corners may lie off the light's plane and hide it.
+    /// rounded to `f32`, their corners may lie off the light's plane and hide it. Not knowing them,
+    /// the scene lets nothing hide a light in the last millionth of the way ([`Margins::DEFAULT`]).
     pub fn light(self, light: impl Into<Light>) -> Self {
         self.light_of(light, 0..0)
     }
 
-    /// Adds a light whose own triangles, by their numbers, do not hide it.
+    /// Adds a light whose own triangles, by their numbers, do not hide it. Others do, up to where
+    /// they touch it ([`Margins::ROUNDING`]).
     pub fn light_of(mut self, light: impl Into<Light>, triangles: Range<u32>) -> Self {
         self.lights.push(SceneLight {
             triangles,
@@ -113,16 +116,18 @@ impl<'a> SceneBuilder<'a> {
     /// normal. If none is set it is 2⁻⁴⁶ of the point's largest coordinate, which is for points
     /// computed in `f64`: points computed in `f32` on slanted triangles need some 10⁻⁶ of the
     /// coordinates, or the triangle may hide the light from its own points. From 0 on and
-    /// below 2⁶⁰.
+    /// below 2⁶⁰. Where vertices in `f64` were rounded, and a triangle is above the point by no more
+    /// than twice what that moved one, it is as much more.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self
     }
 
     /// The distances from a point and from a light within which triangles hide nothing, as
-    /// fractions of the way, from 0 on and below 1; [`Margins::DEFAULT`] if none are set.
+    /// fractions of the way, from 0 on and below 1; [`Margins::excluding`] of each light's own
+    /// triangles if none are set.
     pub const fn margins(mut self, margins: Margins) -> Self {
-        self.settings.margins = margins;
+        self.settings.margins = Some(margins);
         self
     }
 
@@ -144,14 +149,14 @@ impl<'a> SceneBuilder<'a> {
         if has_stray_profile {
             return Err(Error::Profile(0));
         }
-        let Margins { point, light } = settings.margins;
+        let Margins { point, light } = settings.margins.unwrap_or_default();
         let offset = settings.offset.unwrap_or(0.0);
         let are_shares = [point, light].iter().all(|m| (0.0..1.0).contains(m));
         if !are_shares || !(0.0..LARGEST).contains(&offset) {
             return Err(Error::Setting);
         }
         check_samples(settings.samples)?;
-        let is_valid = |p: &[f32; 3]| p.iter().all(|&x| f64::from(x).abs() <= LARGEST);
+        let is_valid = |p: &V| p.dvec3().abs().cmple(DVec3::splat(LARGEST)).all();
         if let Some(i) = positions.iter().position(|p| !is_valid(p)) {
             return Err(Error::Vertex(i));
         }
@@ -165,11 +170,10 @@ impl<'a> SceneBuilder<'a> {
                 });
             }
         }
-        let ball = ball_around(positions);
         let mut scene = Scene {
-            occluders: Occluders::build(positions, triangles),
+            occluders: Occluders::build_with(positions, triangles, BuildOptions::default()),
             triangles: triangles.len(),
-            ball,
+            ball: ball_around(positions, triangles),
             places: Arc::default(),
             lights: Arc::default(),
             settings,
@@ -188,9 +192,10 @@ pub(crate) const fn check_samples(samples: u32) -> Result<(), Error> {
     }
 }
 
-/// The smallest ball around the box around all positions.
-fn ball_around(positions: &[[f32; 3]]) -> Sphere {
-    let mut all = positions.iter().map(|p| p.dvec3());
+/// The smallest ball around the box around all triangles.
+fn ball_around<V: Vector3 + Copy>(positions: &[V], triangles: &[[u32; 3]]) -> Sphere {
+    let used = triangles.iter().flatten();
+    let mut all = used.map(|k| positions[*k as usize].dvec3());
     let first = all.next().unwrap_or(DVec3::ZERO);
     let (low, high) = all.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
     let center = 0.5 * (low + high);

@@ -7,10 +7,10 @@ use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, Measure, Query};
 use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, estimate};
 use linelit_estimators::{VisibleDisk, VisibleRegion, is_clear};
-use linelit_geometry::{DVec3, Segment, Vector3, predicates, stop};
+use linelit_geometry::{DVec3, Margins, Segment, Vector3, predicates, stop};
 use linelit_lights::{Beam, DistantLight, Light, PointLight, Sphere};
 use linelit_shading::cylinder;
-use linelit_visibility::{LightCorners, Occluders, ShaftQuery, VisibleLines};
+use linelit_visibility::{LightCorners, Occluders, Ray, ShaftQuery, VisibleLines};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::f64::consts::PI;
@@ -79,7 +79,37 @@ fn with_memory<T>(work: impl FnOnce(&mut Memory) -> T) -> T {
 
 impl Scene {
     /// Begins a scene of triangles, each three numbers of vertices. Either side hides light.
+    ///
+    /// Vertices in double precision are for [`Scene::builder_from`].
     pub fn builder<'a>(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> SceneBuilder<'a> {
+        SceneBuilder::new(positions, triangles)
+    }
+
+    /// Begins a scene as [`Scene::builder`] does, of vertices of any type.
+    ///
+    /// Those in double precision are rounded once, relative to the middle of those that triangles
+    /// use ([`Occluders::origin`]): a scene is the same far from the origin of its coordinates.
+    /// Lights and points stay as they are. What the rounding moves is in
+    /// [`Occluders::rounding`], whose [`is_coarse`](linelit_geometry::Rounding::is_coarse) says
+    /// whether that is much for the scene's details.
+    ///
+    /// ```
+    /// use linelit::{Light, Scene};
+    /// // The scene above, on a map.
+    /// let at = |p: [f64; 3]| [p[0] + 500_000.0, p[1] + 5_400_000.0, p[2]];
+    /// let corner = at([-0.5, -0.5, 2.0]);
+    /// let lamp = Light::rectangle(corner, [0., 1., 0.], [1., 0., 0.], [10.0; 3])?;
+    /// let positions = [[-0.2, -0.1, 1.0], [0.25, -0.05, 1.0], [0.0, 0.2, 1.1]].map(at);
+    /// let scene = Scene::builder_from(&positions, &[[0, 1, 2]]).light(lamp).build()?;
+    /// assert!(!scene.occluders().rounding().is_coarse());
+    /// let [irradiance, ..] = scene.irradiance(at([0.0; 3]), [0.0, 0.0, 1.0])?;
+    /// assert!((irradiance - 1.738_571).abs() < 1e-6, "{irradiance}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn builder_from<'a, V: Vector3 + Copy + Sync>(
+        positions: &'a [V],
+        triangles: &'a [[u32; 3]],
+    ) -> SceneBuilder<'a, V> {
         SceneBuilder::new(positions, triangles)
     }
 
@@ -348,9 +378,28 @@ impl Scene {
             Some(outgoing) => predicates::normalize(outgoing).ok_or(Error::Outgoing(i))?,
         };
         let largest = point.abs().max_element();
-        let offset = self.settings.offset.unwrap_or(SURFACE_OFFSET * largest);
+        let lift = || SURFACE_OFFSET * largest + self.out_of_its_triangle(point, normal);
+        let offset = self.settings.offset.unwrap_or_else(lift);
         let position = point + normal * offset;
         Ok(ShadingPoint::new(position, normal, outgoing, bsdf))
+    }
+
+    /// The distance that lifts a point out of a triangle on which it was before vertices were
+    /// rounded: zero, unless rounding moved some, and one is as close above the point.
+    fn out_of_its_triangle(&self, point: DVec3, normal: DVec3) -> f64 {
+        let room = 2.0 * self.occluders.rounding().displacement;
+        if room <= 0.0 {
+            return 0.0;
+        }
+        let ray = Ray {
+            t_max: room,
+            ..Ray::new(point, normal)
+        };
+        let is_under = MEMORY.with_borrow_mut(|memory| {
+            let scratch = &mut memory.buffers.scratch;
+            self.occluders.any_hit(&ray, &(0..0), scratch)
+        });
+        if is_under { room } else { 0.0 }
     }
 
     /// The radiance of a point, summed over the lights.
@@ -369,7 +418,7 @@ impl Scene {
                 let samples = self.settings.samples;
                 let mut query =
                     Query::new(&self.occluders, &source, point, estimator, numbers, samples);
-                query.margins = self.settings.margins;
+                query.margins = self.margins(&light.triangles);
                 estimate(&query, buffers)
             });
             each.sum()
@@ -475,7 +524,7 @@ impl Scene {
             return f64::NAN;
         }
         let rays = [beam.to_light];
-        let fan = (self.occluders).shadow_rays(point, &rays, self.settings.margins);
+        let fan = (self.occluders).shadow_rays(point, &rays, self.margins(own));
         let hidden = (self.occluders).any_hits(&fan, own, &mut memory.buffers.scratch);
         if hidden == 0 { 1.0 } else { 0.0 }
     }
@@ -488,9 +537,15 @@ impl Scene {
         own: &Range<u32>,
     ) -> ShaftQuery<'a> {
         ShaftQuery {
-            margins: self.settings.margins,
+            margins: self.margins(own),
             ..ShaftQuery::new(point, light).excluding(own.clone())
         }
+    }
+
+    /// The margins for a light with these triangles.
+    fn margins(&self, own: &Range<u32>) -> Margins {
+        let set = self.settings.margins;
+        set.unwrap_or_else(|| Margins::excluding(own))
     }
 
     fn light_number(&self, light: usize) -> Result<&SceneLight, Error> {

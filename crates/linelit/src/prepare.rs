@@ -6,7 +6,7 @@ use crate::{Error, Scene};
 use linelit_estimators::{
     Buffers, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers, ShadingPoint,
 };
-use linelit_geometry::Vector3;
+use linelit_geometry::{DVec3, Vector3};
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
 use std::sync::Arc;
@@ -34,12 +34,15 @@ impl Scene {
     }
 
     /// Points spread evenly over the triangles, and as many for the direction of lines.
-    pub(crate) fn places_on(
+    pub(crate) fn places_on<V: Vector3 + Copy>(
         &self,
-        positions: &[[f32; 3]],
+        positions: &[V],
         triangles: &[[u32; 3]],
     ) -> [Vec<ShadingPoint>; 2] {
-        let corners = |t: &[u32; 3]| t.map(|i| positions[i as usize].dvec3());
+        // As they are stored, or points would be below their own triangles.
+        let origin = self.occluders.origin();
+        let stored = |p: DVec3| (p - origin).as_vec3().as_dvec3() + origin;
+        let corners = |t: &[u32; 3]| t.map(|i| stored(positions[i as usize].dvec3()));
         let area = |t: &[u32; 3]| {
             let [a, b, c] = corners(t);
             0.5 * (b - a).cross(c - a).length()

@@ -1,8 +1,9 @@
 //! Errors of linelit as Python's, with the argument, the index and the value.
 
 use linelit::Error;
-use pyo3::PyErr;
-use pyo3::exceptions::{PyOverflowError, PyValueError};
+use linelit::geometry::Rounding;
+use pyo3::exceptions::{PyOverflowError, PyUserWarning, PyValueError};
+use pyo3::{PyErr, PyResult, PyTypeInfo as _, Python};
 use std::fmt::Display;
 
 /// The names that a function gives its arguments.
@@ -42,6 +43,20 @@ pub(crate) fn whole<T: Whole>(name: &str, x: i128) -> Result<T, PyErr> {
     let most = T::MOST;
     let what = || PyOverflowError::new_err(format!("{name} is {x}, and needs 0 to {most}"));
     T::try_from(x).map_err(|_| what())
+}
+
+/// Warns the caller.
+pub(crate) fn warn(py: Python<'_>, what: &impl Display) -> PyResult<()> {
+    let text = std::ffi::CString::new(what.to_string())?;
+    PyErr::warn(py, &PyUserWarning::type_object(py), &text, 2)
+}
+
+/// Warns if rounding to float32 moved vertices by much.
+pub(crate) fn warn_if_coarse(py: Python<'_>, rounding: Rounding) -> PyResult<()> {
+    match rounding.is_coarse() {
+        true => warn(py, &rounding),
+        false => Ok(()),
+    }
 }
 
 /// A vector as messages show it.

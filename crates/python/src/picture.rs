@@ -1,13 +1,13 @@
 //! Pictures of scene files.
 
 use crate::arrays::out;
-use crate::errors::{value_error, whole};
+use crate::errors::{value_error, warn, whole};
 use crate::threads::{Done, watched};
 use linelit::integrator::{Counts, LightChoice, Renderer, Settings, Window};
 use linelit::samplers::SamplerKind;
 use linelit::scene::Scene;
 use linelit_scenes::Library;
-use pyo3::exceptions::{PyFileNotFoundError, PyUserWarning};
+use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::atomic::Ordering;
@@ -72,9 +72,7 @@ pub(crate) fn render<'py>(
     let loaded = watched(py, threads, load, |_| Ok(()))?;
     let mut loaded = loaded.map_err(|e| not_read(scene, &e))?;
     for warning in &loaded.warnings {
-        let category = py.get_type::<PyUserWarning>();
-        let text = std::ffi::CString::new(warning.to_string())?;
-        PyErr::warn(py, &category, &text, 2)?;
+        warn(py, warning)?;
     }
     set_resolution(&mut loaded.scene, resolution)?;
     let scene = &loaded.scene;

@@ -1,13 +1,13 @@
 //! Scenes of triangles, and what points ask of them.
 
 use crate::arrays::{Kept, Rows, Vectors, out, shape_text, triangles, vector};
-use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error, whole};
+use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error, warn_if_coarse, whole};
 use crate::light::{Light, kind};
 use crate::lit::{Latest, Method, lights, one_light};
 use crate::pickle::{Reduced, reduced};
 use crate::receivers::{AT_ONCE, Receivers, from};
 use crate::threads::{alone, detached};
-use linelit::geometry::{ConvexPolygon, DVec3, Margins};
+use linelit::geometry::{ConvexPolygon, DVec3, Margins, Vector3};
 use linelit::lights::Light as RustLight;
 use linelit::visibility::VisibleLines;
 use linelit::{Error, Measure, Rings, Scene as RustScene};
@@ -21,15 +21,16 @@ use pyo3::types::{PyDict, PyList};
 /// Parameters
 /// ----------
 /// vertices : (n, 3) array
-///     Positions, of which float64 is rounded to float32. Up to 2⁶⁰.
+///     Positions, up to 2⁶⁰. Those of float64 are rounded to float32 once, relative to the middle of
+///     those that faces use, so that scenes at map coordinates are as good as others.
 /// faces : (m, 3) array of int
 ///     The vertices of each triangle, from 0. Both sides hide light; triangles without area hide
 ///     nothing.
 /// surface_offset : float, optional
 ///     The distance by which points are lifted off their surface, along the normal, before
 ///     irradiance is computed: 2⁻⁴⁶ of the point's largest coordinate if none is given, which is
-///     for points that were computed in float64. Points in float32 need some 1e-6 of the
-///     coordinates.
+///     for points that were computed in float64, and more where rounding moved the point's own
+///     face above it. Points in float32 need some 1e-6 of the coordinates.
 /// light_margin : float, optional
 ///     The share of the way from a light within which triangles hide nothing, 1e-6 if none is
 ///     given: it forgives lights that lie in the plane of their own triangles.
@@ -41,6 +42,11 @@ use pyo3::types::{PyDict, PyList};
 /// ValueError, TypeError
 ///     If an array has a wrong shape or type, a vertex is not finite, or a face names a vertex
 ///     that does not exist: with its index.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     If rounding moves a vertex by more than a thousandth of the median edge.
 ///
 /// Notes
 /// -----
@@ -74,6 +80,26 @@ type Intervals<'py> = (
     Bound<'py, PyArray1<i64>>,
 );
 
+/// The scene of triangles without lights.
+fn built<V: Vector3 + Copy + Sync>(
+    vertices: &[V],
+    faces: &[[u32; 3]],
+    surface_offset: Option<f64>,
+    light_margin: Option<f64>,
+) -> Result<RustScene, Error> {
+    let mut builder = RustScene::builder_from(vertices, faces);
+    if let Some(offset) = surface_offset {
+        builder = builder.surface_offset(offset);
+    }
+    if let Some(light) = light_margin {
+        builder = builder.margins(Margins {
+            light,
+            ..Margins::DEFAULT
+        });
+    }
+    builder.build()
+}
+
 #[pymethods]
 impl Scene {
     #[new]
@@ -89,31 +115,15 @@ impl Scene {
         let vertices = Vectors::list("vertices", vertices)?;
         let faces = triangles("faces", faces)?;
         let faces = faces.as_slice()?.as_chunks::<3>().0;
-        let rounded;
-        let positions = match vertices.rows()? {
-            Rows::Single(rows) => rows,
-            Rows::Double(rows) => {
-                #[allow(clippy::cast_possible_truncation, reason = "triangles are f32")]
-                let all: Vec<_> = rows.iter().map(|v| v.map(|x| x as f32)).collect();
-                rounded = all;
-                &rounded
-            }
-        };
-        let built = detached(py, faces.len(), threads, || {
-            let mut builder = RustScene::builder(positions, faces);
-            if let Some(offset) = surface_offset {
-                builder = builder.surface_offset(offset);
-            }
-            if let Some(light) = light_margin {
-                builder = builder.margins(Margins {
-                    light,
-                    ..Margins::DEFAULT
-                });
-            }
-            builder.build()
+        let rows = vertices.rows()?;
+        let built = detached(py, faces.len(), threads, || match rows {
+            Rows::Single(rows) => built(rows, faces, surface_offset, light_margin),
+            Rows::Double(rows) => built(rows, faces, surface_offset, light_margin),
         })?;
+        let bare = built.map_err(|e| value_error(of_scene(&e)))?;
+        warn_if_coarse(py, bare.occluders().rounding())?;
         Ok(Self {
-            bare: built.map_err(|e| value_error(of_scene(&e)))?,
+            bare,
             lit: Latest::default(),
             made: Made {
                 vertices: vertices.rows()?.into(),

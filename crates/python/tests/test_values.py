@@ -187,3 +187,35 @@ def test_surface_offset_lifts_points_of_float32():
     plain = ll.Scene(vertices, [[0, 1, 2]])
     dark = [(scene.irradiance(points, normal, lamp, method="exact") == 0).mean() for scene in (lifted, plain)]
     assert dark[0] == 0 and dark[1] > 0.1
+
+
+def test_scenes_are_the_same_everywhere_on_the_map():
+    blade = np.array([[-0.2, -0.1, 1.0], [0.25, -0.05, 1.0], [0.0, 0.2, 1.1]])
+    for at in ([0, 0, 0], [5000, 5000, 0], [540000, 0, 0], [500000, 5400000, 300]):
+        at = np.array(at, float)
+        lamp = ll.Rectangle(np.array([-0.5, -0.5, 2.0]) + at, [0, 1, 0], [1, 0, 0], 10.0)
+        # A vertex that no face uses has no say.
+        scene = ll.Scene(np.vstack([blade + at, [[0, 0, 0]]]), [[0, 1, 2]])
+        # Half a unit of the last digit here, and rounding to float32 of what is one in size.
+        got = scene.irradiance(at, UP, lamp, method="exact")
+        assert got == pytest.approx(1.738571, abs=6e-7)
+        assert scene.visible_fraction(at, lamp) == pytest.approx(0.766364, abs=6e-7)
+
+
+def test_points_on_rounded_faces_see_the_light():
+    floor = np.array([[-1.1, -0.9, 0.1], [1.3, -0.7, 0.3], [0.1, 1.7, -0.1]])
+    scene = ll.Scene(floor, [[0, 1, 2]])
+    weights = RNG.dirichlet([1, 1, 1], 200)
+    normal = np.cross(floor[1] - floor[0], floor[2] - floor[0])
+    got = scene.irradiance(weights @ floor, normal, LAMP, method="exact")
+    want = NOTHING.irradiance(weights @ floor, normal, LAMP, method="exact")
+    # Points are lifted by three roundings of vertices, at two from the lamp.
+    assert np.allclose(got, want, rtol=1e-6, atol=0)
+
+
+def test_details_that_rounding_loses_are_warned_about():
+    small = [[0.1, 0, 0], [0.7, 0, 0], [0.1, 0.3, 0]]
+    far = [[4e6, 1e6, 0.1], [4e6, 1e6 + 0.3, 0.1], [4e6 + 0.6, 1e6, 0.1]]
+    with pytest.warns(UserWarning, match="single precision") as caught:
+        ll.Scene(small + far, [[0, 1, 2], [3, 4, 5]])
+    assert len(caught) == 1
