@@ -1,7 +1,7 @@
 //! View factors of facets.
 
 use crate::arrays::{Vectors, out, polygons};
-use crate::errors::{NAMED, of_query, of_scene, shown, value_error};
+use crate::errors::{NAMED, of_query, of_scene, shown, value_error, warn_if_coarse};
 use crate::light::positive;
 use crate::pickle::{Reduced, reduced};
 use crate::receivers::Receivers;
@@ -42,8 +42,9 @@ use rayon::prelude::*;
 ///
 /// Notes
 /// -----
-/// Coordinates are moved to the middle of all, and rounded to float32 once: `displacement` is how
-/// far that moved a vertex at most. Facets in one plane do not hide each other: cut a floor out
+/// Coordinates are moved to the middle of those that polygons use, and rounded to float32 once:
+/// `displacement` is how far that moved a vertex at most, and a warning says so where that is more
+/// than a thousandth of the median edge. Facets in one plane do not hide each other: cut a floor out
 /// where a box stands on it, or rows exceed 1.
 ///
 /// Examples
@@ -97,6 +98,7 @@ impl ViewFactors {
         let build = || Facets::new(&positions, &polygons, which);
         let built = detached(py, polygons.len(), None, build)?;
         let facets = built.map_err(|e| value_error(not_built(e, positions.len())))?;
+        warn_if_coarse(py, facets.rounding())?;
         Ok(Self {
             facets,
             positions,

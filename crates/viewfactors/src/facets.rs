@@ -6,7 +6,7 @@ use crate::outline::{Refused, convex_parts};
 use crate::patches::{FLAT, Patch, bounds, patches};
 use crate::rounded::{Rounder, flat_pieces, rounded};
 use crate::tree::Tree;
-use linelit_geometry::{ConvexPolygon, DVec3, Vector3, stop};
+use linelit_geometry::{ConvexPolygon, DVec3, Rounding, Vector3, stop};
 use linelit_visibility::Occluders;
 use std::fmt;
 use std::ops::Range;
@@ -104,7 +104,7 @@ pub struct Facets {
     pub(crate) occluders: Occluders,
     pub(crate) sides: Sides,
     pub(crate) middle: DVec3,
-    displacement: f64,
+    rounding: Rounding,
 }
 
 /// The largest coordinate.
@@ -151,7 +151,7 @@ impl Facets {
             occluders: Occluders::default(),
             sides,
             middle,
-            displacement: 0.0,
+            rounding: Rounding::default(),
         };
         let mut corners = Vec::new();
         for (facet, outline) in outlines {
@@ -181,7 +181,11 @@ impl Facets {
         for (corners, seen) in stacks(&self.parts, corners, self.sides) {
             rounder.add(seen, &corners);
         }
-        self.displacement = rounder.displacement;
+        let sides = corners.iter().flat_map(|c| {
+            let next = c.iter().cycle().skip(1);
+            c.iter().zip(next).map(|(a, b)| a.distance(*b))
+        });
+        self.rounding = Rounding::new(rounder.displacement, &mut sides.collect::<Vec<_>>());
         (self.pieces, self.occluders) = rounder.finish();
         let mut parts = 0;
         for facet in &mut self.facets {
@@ -224,7 +228,14 @@ impl Facets {
     /// has no digits there; those between facets are in `f64`.
     #[must_use]
     pub const fn displacement(&self) -> f64 {
-        self.displacement
+        self.rounding.displacement
+    }
+
+    /// What rounding to `f32` did to the vertices that facets use; its text is a warning where that
+    /// [is much](Rounding::is_coarse) for the facets' size.
+    #[must_use]
+    pub const fn rounding(&self) -> Rounding {
+        self.rounding
     }
 }
 

@@ -452,3 +452,27 @@ fn a_vertex_that_no_facet_uses_changes_nothing() {
     });
     assert_eq!(rows[0], rows[1]);
 }
+/// A vertex that no facet uses, wherever it is, and one that is far away on a map change nothing.
+#[test]
+fn stray_vertices_are_not_in_the_middle() {
+    let square = [[0.0, 0.0], [1.7, 0.0], [1.7, 1.7], [0.0, 1.7]];
+    let high: Vec<_> = square.iter().rev().map(|[x, y]| [*x, *y, 1.7]).collect();
+    let low = square.iter().map(|[x, y]| [*x, *y, 0.0]);
+    let at = [500_000.3, 4_500_000.7, 100.1];
+    let place = |v: [f64; 3]| [v[0] + at[0], v[1] + at[1], v[2] + at[2]];
+    let vertices: Vec<_> = low.chain(high).map(place).collect();
+    let polygons = [[0, 1, 2, 3], [4, 5, 6, 7]];
+    let row = |vertices: &[[f64; 3]]| {
+        let facets = Facets::new(vertices, &polygons, Sides::One).unwrap();
+        assert!(!facets.rounding().is_coarse());
+        let (x, up) = (place([0.85, 0.85, 0.3]), [0.0, 0.0, 1.0]);
+        facets.from_point(x, up, &mut Memory::default())
+    };
+    let want = row(&vertices);
+    assert!((want.facets[1] - 0.316_326_72).abs() < 1e-7, "{want:?}");
+    for stray in [[0.0; 3], [5e9, 0.0, 0.0], [-1e15, 1e15, 0.0]] {
+        let mut with = vertices.clone();
+        with.push(stray);
+        assert_eq!(row(&with), want);
+    }
+}

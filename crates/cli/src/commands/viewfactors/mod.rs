@@ -162,9 +162,14 @@ pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<Packed> {
 
 impl Factors {
     fn new(name: &str, mesh: Mesh, args: &FactorArgs) -> Result<Self> {
+        let facets = mesh::facets(name, &mesh, args.sides)?;
+        let rounding = facets.rounding();
+        if rounding.is_coarse() {
+            note(format_args!("warning: {name}: {rounding}"));
+        }
         Ok(Self {
             name: name.to_owned(),
-            facets: mesh::facets(name, &mesh, args.sides)?,
+            facets,
             mesh,
             args: args.clone(),
         })
