@@ -89,8 +89,10 @@ const PIXEL_BYTES_PER_BYTE: u64 = 64;
 impl Assembly {
     /// An empty scene; `path` is that of the scene file, which is `bytes` long.
     pub fn new(path: Option<&Path>, bytes: usize, options: &LoadOptions) -> Self {
+        let mut builder = SceneBuilder::new(options.max_triangles);
+        builder.origin = options.origin.unwrap_or_default();
         Self {
-            builder: SceneBuilder::new(options.max_triangles),
+            builder,
             warnings: Warnings::new(options.strict),
             max_triangles: options.max_triangles,
             has_lights: false,
@@ -446,6 +448,12 @@ impl Assembly {
         let mut scene = self.builder.finish(camera.unwrap_or(unset), film);
         if framed && let Some((lo, hi)) = scene.bounds() {
             scene.camera = framing::camera(lo, hi, size);
+        }
+        let rounding = scene.rounding();
+        if rounding.is_coarse() {
+            let kind = ErrorKind::OutOfRange;
+            self.warnings
+                .warn(kind, rounding.to_string(), |e| e.in_file(name))?;
         }
         Ok(Loaded {
             scene,

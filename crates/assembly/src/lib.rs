@@ -18,7 +18,7 @@ pub use diagnostics::{
     ErrorKind, Location, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
 };
 pub use framing::add_framing_light;
-pub use options::{LoadOptions, Loaded, Root, Watch};
+pub use options::{LoadOptions, Loaded, Root, Watch, about_its_middle};
 pub use polygon::triangulate;
 
 // What public signatures name, so that one dependency is enough.

@@ -1,6 +1,7 @@
 //! How to load, and what comes of it.
 
-use crate::diagnostics::Warning;
+use crate::diagnostics::{Result, Warning};
+use linelit_geometry::DVec3;
 use linelit_scene::Scene;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -22,6 +23,9 @@ pub struct LoadOptions {
     pub root: Root,
     /// The callback for the files that are read.
     pub watch: Watch,
+    /// The point of the world relative to which vertices are stored; if there is none, zero, or the
+    /// scene's middle where that is [far away](linelit_geometry::origin_of_box).
+    pub origin: Option<DVec3>,
 }
 
 /// A callback that gets each file of a scene, with its bytes, when it is read: to know later
@@ -85,6 +89,7 @@ impl Default for LoadOptions {
             max_file_bytes: 4 << 30,
             root: Root::SceneFolder,
             watch: Watch::default(),
+            origin: None,
         }
     }
 }
@@ -98,4 +103,32 @@ pub struct Loaded {
     pub has_lights: bool,
     /// The warnings in the order of the files; the same message only once.
     pub warnings: Vec<Warning>,
+}
+
+/// Reads a scene, and once more where its origin is to be another, for its vertices are rounded as
+/// they are read: what all readers of whole scenes do.
+///
+/// # Errors
+/// Those of `read`.
+pub fn about_its_middle(
+    options: &LoadOptions,
+    read: impl Fn(&LoadOptions) -> Result<Loaded>,
+) -> Result<Loaded> {
+    if options.origin.is_some() {
+        return read(options);
+    }
+    // What is wrong by rounding alone is not wrong the second time.
+    let lenient = LoadOptions {
+        strict: false,
+        ..options.clone()
+    };
+    let found = read(&lenient);
+    match found.as_ref().map(|found| found.scene.better_origin()) {
+        Ok(Some(origin)) => read(&LoadOptions {
+            origin: Some(origin),
+            ..options.clone()
+        }),
+        _ if options.strict => read(options),
+        _ => found,
+    }
 }

@@ -210,11 +210,12 @@ fn occluders(
         true => Occluders::build_for_rays(&scene.positions, &solid),
         false => Occluders::build(&scene.positions, &solid),
     };
+    let solid = solid.moved(scene.origin);
     if all.is_empty() {
         return solid;
     }
     // What has holes is looked at triangle by triangle.
-    let holed = Occluders::build_for_rays(&scene.positions, &holed);
+    let holed = Occluders::build_for_rays(&scene.positions, &holed).moved(scene.origin);
     solid.with_holes(holed, Arc::new(Masks(all)))
 }
 

@@ -122,8 +122,18 @@ const MEAN_BUDGET: f64 = 4e6;
 /// Puts a [`Scene`] together from meshes, materials and lights: transforms vertices and rounds them
 /// once, drops triangles without area, and makes lights of what emits. The crate's first page has
 /// an example.
+///
+/// Meshes, lights and the camera are given in world space. Vertices are rounded relative to
+/// [`SceneBuilder::origin`], so that rounding does not depend on how far away they are: that is zero
+/// unless it is set before anything is added, and [`Scene::better_origin`] says what it should be.
 #[derive(Debug)]
 pub struct SceneBuilder {
+    /// The point of the world relative to which vertices are stored.
+    pub origin: DVec3,
+    /// The box around the vertices that triangles use, in world space, and how far rounding moved
+    /// one of them.
+    used: [DVec3; 2],
+    displacement: f64,
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) triangles: Vec<[u32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -151,6 +161,9 @@ impl SceneBuilder {
     #[must_use]
     pub fn new(max_triangles: usize) -> Self {
         Self {
+            origin: DVec3::ZERO,
+            used: [DVec3::INFINITY, DVec3::NEG_INFINITY],
+            displacement: 0.0,
             positions: Vec::new(),
             triangles: Vec::new(),
             normals: Vec::new(),
@@ -262,6 +275,7 @@ impl SceneBuilder {
         }
         let (base, first) = (self.positions.len(), self.triangles.len());
         self.add_vertices(mesh, place)?;
+        self.measure(mesh, place, base);
         let mut added = Added::default();
         for t in &mesh.triangles {
             let t = t.map(|i| i + index(base));
@@ -301,7 +315,7 @@ impl SceneBuilder {
         let base = self.positions.len();
         self.positions.reserve(mesh.positions.len());
         for (k, p) in mesh.positions.iter().enumerate() {
-            let rounded = to_f32(place.to_world.transform_point3(*p));
+            let rounded = to_f32(place.to_world.transform_point3(*p) - self.origin);
             if !rounded.iter().all(|c| c.abs() <= MAX_COORDINATE) {
                 self.positions.truncate(base);
                 return Err(AddError::Vertex(k));
@@ -321,6 +335,27 @@ impl SceneBuilder {
             self.uvs.extend_from_slice(&mesh.uvs);
         }
         Ok(())
+    }
+
+    /// Takes the vertices of triangles that had some area before rounding into the box around all,
+    /// and finds how far rounding moved them; `base` is the number of the mesh's first vertex.
+    fn measure(&mut self, mesh: &MeshData, place: &Placement, base: usize) {
+        let mut is_used = vec![false; mesh.positions.len()];
+        for t in &mesh.triangles {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            if (b - a).cross(c - a) != DVec3::ZERO {
+                t.iter().for_each(|i| is_used[*i as usize] = true);
+            }
+        }
+        let rounded = &self.positions[base..];
+        let vertices = mesh.positions.iter().zip(rounded).zip(is_used);
+        for ((p, rounded), _) in vertices.filter(|(_, is_used)| *is_used) {
+            let p = place.to_world.transform_point3(*p);
+            let moved = (p - self.origin).distance(to_f64(*rounded));
+            self.displacement = self.displacement.max(moved);
+            let [low, high] = self.used;
+            self.used = [low.min(p), high.max(p)];
+        }
     }
 
     fn has_area(&self, t: [u32; 3]) -> bool {
@@ -383,7 +418,7 @@ impl SceneBuilder {
             let map = map.map(|(map, texture)| EmissionMap {
                 radiance: full(k),
                 factor: Arc::clone(&self.emission_maps[map as usize]),
-                coordinates: texture.plane(k),
+                coordinates: texture.plane(k).moved(self.origin),
             });
             self.push_area_light(polygon, emission, map, profile.clone(), start..next)
         })?;
@@ -446,6 +481,7 @@ impl SceneBuilder {
         let triangles = index(triangles.start)..index(triangles.end);
         let range = (triangles.start, triangles.end, index(self.lights.len()));
         self.light_ranges.push(range);
+        let polygon = polygon.moved(self.origin);
         self.lights.push(SceneLight {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles,
@@ -513,6 +549,9 @@ impl SceneBuilder {
             camera,
             film,
             light_ranges: self.light_ranges,
+            origin: self.origin,
+            used: self.used,
+            displacement: self.displacement,
         };
         scene.tell_lights_of_size();
         scene

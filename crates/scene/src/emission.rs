@@ -93,6 +93,12 @@ impl PlaneUv {
         }
     }
 
+    /// The same function on a plane at another position.
+    pub(crate) fn moved(self, by: DVec3) -> Self {
+        let origin = self.origin + by;
+        Self { origin, ..self }
+    }
+
     /// The coordinates of a point of the plane.
     #[must_use]
     pub fn at(&self, point: DVec3) -> DVec2 {

@@ -8,7 +8,7 @@ use crate::footprint::Footprint;
 use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DVec3, Rounding, origin_of_box};
 use linelit_lights::{AreaLight, Emission, Light, Profile, Sky, Sphere};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -105,10 +105,11 @@ pub struct Placed {
 }
 
 /// A scene: triangles in world space. The `f32` vertices *are* the geometry: transforms are applied
-/// in `f64` and rounded once.
+/// in `f64` and rounded once, relative to an origin, which is zero but for scenes that are far from
+/// the world's. Lights and camera are in the world, and so is what [`Scene::corners`] gives.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Vertex positions, all finite.
+    /// Vertex positions relative to [`Scene::origin`], all finite.
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, all in range; in the order of the files.
     pub triangles: Vec<[u32; 3]>,
@@ -134,14 +135,44 @@ pub struct Scene {
     pub camera: Camera,
     /// Size, crop and filter of the picture.
     pub film: FilmSettings,
+    /// The point of the world relative to which vertices are stored.
+    pub origin: DVec3,
     /// First and last triangle and index of each area light, in ascending order.
     pub(crate) light_ranges: Vec<(u32, u32, u32)>,
+    /// The box around the vertices that triangles use, before rounding, and how far that moved one
+    /// of them.
+    pub(crate) used: [DVec3; 2],
+    pub(crate) displacement: f64,
 }
 
 impl Scene {
-    /// The three corners of a triangle, exactly as stored.
+    /// The three corners of a triangle as they are stored, in world space.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].map(|i| to_f64(self.positions[i as usize]))
+        self.triangles[triangle as usize].map(|i| self.vertex(i))
+    }
+
+    /// A vertex as it is stored, in world space.
+    pub fn vertex(&self, index: u32) -> DVec3 {
+        to_f64(self.positions[index as usize]) + self.origin
+    }
+
+    /// The origin that [`SceneBuilder::origin`](crate::SceneBuilder::origin) should have had:
+    /// [`origin_of_box`] of the vertices that triangles use. `None` if it had.
+    pub fn better_origin(&self) -> Option<DVec3> {
+        let [low, high] = self.used;
+        let origin = origin_of_box(low, high);
+        (origin != self.origin).then_some(origin)
+    }
+
+    /// What rounding did to the vertices that triangles use.
+    pub fn rounding(&self) -> Rounding {
+        let every = self.triangles.len().div_ceil(MEASURED).max(1);
+        let measured = self.triangles.iter().step_by(every);
+        let sides = measured.flat_map(|t| {
+            let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
+            [a.distance(b), b.distance(c), c.distance(a)]
+        });
+        Rounding::new(self.displacement, &mut sides.collect::<Vec<_>>())
     }
 
     /// The index of the mesh that a triangle belongs to. Logarithmic in the number of meshes.
@@ -212,11 +243,7 @@ impl Scene {
     /// The corners of the smallest box that holds all triangles and linear lights; `None`
     /// if there are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let mut points = self
-            .triangles
-            .iter()
-            .flatten()
-            .map(|i| to_f64(self.positions[*i as usize]));
+        let mut points = self.triangles.iter().flatten().map(|i| self.vertex(*i));
         let lines = self.lights.iter().filter_map(|l| match &*l.light {
             Light::Linear(line) => Some([line.segment.p0, line.segment.p1]),
             _ => None,
@@ -289,10 +316,11 @@ impl Scene {
         corners: [DVec3; 4],
         radiance: impl FnOnce(f64) -> DVec3,
     ) -> bool {
-        let corners = corners.map(to_f32);
+        let corners = corners.map(|p| to_f32(p - self.origin));
         let Ok(polygon) = ConvexPolygon::new(&corners.map(to_f64)) else {
             return false;
         };
+        let polygon = polygon.moved(self.origin);
         let emission = Emission::one_sided(radiance(polygon.area()));
         let index = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let (base, first) = (index(self.positions.len()), index(self.triangles.len()));
@@ -334,6 +362,9 @@ impl Scene {
         self.camera.set_resolution(width, height);
     }
 }
+
+/// The most triangles whose edges the median is of.
+const MEASURED: usize = 1 << 12;
 
 /// The unit normal on the outside of a triangle.
 pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DVec3 {

@@ -32,7 +32,10 @@ impl VisibilityScene {
         ensure!(!lights.is_empty(), "`{name}` has no polygonal light");
         Ok(Self {
             name: name.to_owned(),
-            positions: scene.positions,
+            positions: (0_u32..)
+                .zip(&scene.positions)
+                .map(|(i, _)| scene.vertex(i).as_vec3().to_array())
+                .collect(),
             triangles: scene.triangles,
             lights,
             camera: scene.camera,

@@ -9,7 +9,7 @@ mod rows;
 
 use crate::assembly::Assembly;
 use crate::diagnostics::{ErrorKind, Result, Source, shorten};
-use crate::options::{LoadOptions, Loaded};
+use crate::options::{LoadOptions, Loaded, about_its_middle};
 use crate::polygon::triangulate;
 use header::{Element, Header, Property};
 use linelit_geometry::DVec3;
@@ -22,6 +22,10 @@ use std::path::Path;
 /// Whatever is wrong with the file, with its place; when [`LoadOptions::strict`] also what is
 /// merely not supported.
 pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
+    about_its_middle(options, |options| scene(source, path, options))
+}
+
+fn scene(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut base = Assembly::new(path, source.bytes().len(), options);
     let Mesh { mesh, left_out } = read(source)?;
     for message in left_out {

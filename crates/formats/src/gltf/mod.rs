@@ -16,7 +16,9 @@ mod textures;
 
 use buffers::Numbers;
 use document::{Document, List, Raw};
-use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded, Result, Source, Span, shorten};
+use linelit_assembly::{
+    Assembly, ErrorKind, LoadOptions, Loaded, Result, Source, Span, about_its_middle, shorten,
+};
 use linelit_elementary::{atan, tan};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
@@ -53,6 +55,10 @@ pub(crate) fn load(
     path: Option<&Path>,
     options: &LoadOptions,
 ) -> Result<Loaded> {
+    about_its_middle(options, |options| scene(source, path, options))
+}
+
+fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut base = Assembly::new(path, source.bytes().len(), options);
     if source.bytes().starts_with(b"glTF") {
         let chunks = chunks(source)?;

@@ -11,7 +11,7 @@ mod mtl;
 mod statements;
 
 use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded};
-use linelit_assembly::{Result, Source, triangulate};
+use linelit_assembly::{Result, Source, about_its_middle, triangulate};
 use linelit_geometry::DVec3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use mtl::Entry;
@@ -31,8 +31,12 @@ pub(crate) fn load(
         Some(text) => Source::new(source.name().clone(), text.into_bytes()),
         None => source,
     };
+    about_its_middle(options, |options| scene(&source, path, options))
+}
+
+fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let base = Assembly::new(path, source.bytes().len(), options);
-    let mut statements = Statements::new(&source, base);
+    let mut statements = Statements::new(source, base);
     statements.read_libraries()?;
     let one_index = tobj::LoadOptions {
         single_index: true,
@@ -80,7 +84,7 @@ pub(crate) fn load(
 
 fn position(mesh: &Mesh, index: u32) -> DVec3 {
     let start = 3 * index as usize;
-    DVec3::from_array([0, 1, 2].map(|k| f64::from(mesh.positions[start + k])))
+    DVec3::from_array([0, 1, 2].map(|k| mesh.positions[start + k]))
 }
 
 /// A mesh of polygons as one of triangles, and what is said of polygons that are left out.
@@ -89,8 +93,8 @@ fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
     let count = mesh.positions.len() / 3;
     let mut data = MeshData {
         positions: (0..count).map(|k| position(&mesh, index(k))).collect(),
-        normals: mesh.normals.as_chunks::<3>().0.to_vec(),
-        uvs: mesh.texcoords.as_chunks::<2>().0.to_vec(),
+        normals: singles(&mesh.normals),
+        uvs: singles(&mesh.texcoords),
         ..MeshData::default()
     };
     if mesh.face_arities.is_empty() {
@@ -103,6 +107,13 @@ fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
         rest = behind;
     }
     (data, left_out)
+}
+
+/// Normals or texture coordinates.
+#[allow(clippy::cast_possible_truncation, reason = "they are f32 in a scene")]
+fn singles<const N: usize>(values: &[f64]) -> Vec<[f32; N]> {
+    let rows = values.as_chunks::<N>().0.iter();
+    rows.map(|row| row.map(|x| x as f32)).collect()
 }
 
 /// Vertices are numbered by tobj in `u32`.

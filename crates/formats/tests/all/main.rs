@@ -4,6 +4,7 @@ mod bad;
 mod broken_lights;
 mod common;
 mod cutouts;
+mod far_away;
 mod filtering;
 mod formats;
 #[cfg(feature = "gltf")]

@@ -5,6 +5,7 @@ mod common;
 mod corners;
 mod cutouts;
 mod exact;
+mod far_away;
 mod footprints;
 mod large_floors;
 mod linear;

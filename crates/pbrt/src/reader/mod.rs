@@ -21,7 +21,8 @@ mod view;
 use crate::tessellate::Round;
 use lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{
-    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, shorten,
+    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, about_its_middle,
+    shorten,
 };
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
@@ -54,6 +55,10 @@ pub fn from_pbrt_str(text: &str, name: &str, options: &LoadOptions) -> Result<Lo
 /// Whatever is wrong with the file or the files that it names, with its place; when
 /// [`LoadOptions::strict`] also what is merely not supported.
 pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
+    about_its_middle(options, |options| scene(&source, path, options))
+}
+
+fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut loader = Loader {
         base: Assembly::new(path, source.bytes().len(), options),
         state: State::default(),
@@ -72,8 +77,8 @@ pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> 
         includes_in_all: 0,
         shapes: 0,
     };
-    loader.read(&source)?;
-    loader.finish(&source)
+    loader.read(source)?;
+    loader.finish(source)
 }
 
 /// A shape inside `ObjectBegin` … `ObjectEnd`, waiting for its instances.

@@ -3,7 +3,7 @@
 use super::{Entry, NOISE_REPLICATES, Replicated};
 use linelit_estimators::{Query, RandomNumbers, brute_force};
 use linelit_film::Image;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Margins};
 use linelit_integrator::{Estimator, Renderer, ShadingPoint, Spheres, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
@@ -220,6 +220,10 @@ fn brute_force_decides(
         point.emitted
     };
     let (scene, estimator) = (renderer.scene(), Estimator::analytic());
+    let vertices = (0_u32..).zip(&scene.positions);
+    let positions: Vec<_> = vertices
+        .map(|(i, _)| scene.vertex(i).as_vec3().to_array())
+        .collect();
     let [a, b] = [4711, 4712].map(|seed| {
         let mut sum = DVec3::ZERO;
         for light in renderer.plan().lights_of(Spheres::Facets) {
@@ -227,9 +231,10 @@ fn brute_force_decides(
                 let source = light.source();
                 let numbers = RandomNumbers::new(SamplerKind::Auto, seed, pixel, light.index);
                 let occluders = renderer.occluders();
-                let query =
+                let mut query =
                     Query::new(occluders, &source, &point, &estimator, numbers, BRUTE_LINES);
-                sum += brute_force(&query, area, &scene.positions, &scene.triangles);
+                query.margins = Margins::DEFAULT;
+                sum += brute_force(&query, area, &positions, &scene.triangles);
             }
         }
         sum

@@ -74,14 +74,17 @@ fn polygons(source: &Arc<Source>) -> Result<Mesh> {
 fn triangles(loaded: linelit_formats::Loaded) -> Mesh {
     let scene = loaded.scene;
     Mesh {
-        vertices: scene.positions.iter().map(|p| p.map(f64::from)).collect(),
+        vertices: (0_u32..)
+            .zip(&scene.positions)
+            .map(|(i, _)| scene.vertex(i).to_array())
+            .collect(),
         polygons: scene.triangles.iter().map(|t| t.to_vec()).collect(),
         senders: scene.triangles.len(),
         ..Mesh::default()
     }
 }
 
-/// The facets of a file, or the place in it of the first that is none.
+/// The facets of a file, or the position in it of the first that is none.
 pub(super) fn facets(name: &str, mesh: &Mesh, sides: u8) -> Result<Facets> {
     let sides = if sides == 2 { Sides::Two } else { Sides::One };
     Facets::new(&mesh.vertices, &mesh.polygons, sides).map_err(|error| {
