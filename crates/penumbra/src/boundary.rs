@@ -232,6 +232,8 @@ impl Penumbra {
         let sizes = self.light.iter().flatten().map(|x| x.abs());
         self.unit = sizes.fold(0.0, f64::max);
         self.collect_around();
+        // A rectangle's bounds, narrowed so that their corners are inside: without that there would
+        // be no core, and all would be cut, which takes time but leaves what is found.
         let core = Bounds::of_all(&self.light).wider(-CLOSE * self.unit);
         let Bounds {
             low: [a, b],

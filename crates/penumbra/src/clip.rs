@@ -109,7 +109,8 @@ impl Edge {
         }
     }
 
-    /// A point on the edge; what rounding moves beyond its ends is put there.
+    /// A point on the edge; what rounding moves beyond its ends is put there. (Beyond them it would
+    /// come before or after all else on the edge just as well: no decision hangs on it.)
     #[inline]
     pub(crate) fn end_at(&self, point: Point) -> End {
         let at = self.place(point).max(0.0).min(self.length);

@@ -59,13 +59,42 @@ impl PartOnDisk {
     pub fn of(&mut self, boundary: impl IntoIterator<Item = BoundaryEdge>) -> &[DiskEdge] {
         self.sides.clear();
         self.sides.extend(boundary);
+        self.cut_all();
+        let leaving = self.crossings.iter().filter(|c| c.leaves).count();
+        if 2 * leaving != self.crossings.len() {
+            self.close();
+            self.cut_all();
+        }
+        self.join();
+        &self.edges
+    }
+
+    /// Closes what does not, with a side from each end where none begins to the nearest start.
+    #[cold]
+    #[allow(clippy::float_cmp, reason = "the very same point")]
+    fn close(&mut self) {
+        let mut starts: Vec<Point> = self.sides.iter().map(|side| side.from).collect();
+        for i in 0..self.sides.len() {
+            let from = self.sides[i].to;
+            let square = |p: &Point| (p[0] - from[0]).powi(2) + (p[1] - from[1]).powi(2);
+            let nearest =
+                |a: &usize, b: &usize| square(&starts[*a]).total_cmp(&square(&starts[*b]));
+            let Some(at) = (0..starts.len()).min_by(nearest) else {
+                return;
+            };
+            let to = starts.swap_remove(at);
+            if from != to {
+                self.sides.push(BoundaryEdge { from, to });
+            }
+        }
+    }
+
+    fn cut_all(&mut self) {
         self.crossings.clear();
         self.edges.clear();
         for i in 0..self.sides.len() {
             self.cut(self.sides[i]);
         }
-        self.join();
-        &self.edges
     }
 
     /// Takes what of a side is within the disk, and where it crosses the rim.
@@ -139,22 +168,16 @@ impl PartOnDisk {
             wind_around(sides, [x, y])
         };
         let count = self.crossings.len();
-        let leaving = self.crossings.iter().filter(|c| c.leaves).count();
         let mut depth = i32::from(is_in(self.crossings[first].turn - 0.5 * longest));
         for i in first..first + count {
-            let this = self.crossings[i % count];
-            let next = self.crossings[(i + 1) % count];
+            let (this, next) = (self.crossings[i % count], (i + 1) % count);
             stop::check();
-            let turn = (next.turn - this.turn).rem_euclid(TAU);
             depth += if this.leaves { 1 } else { -1 };
-            // Sides that do not join do not add up.
-            let inside = if 2 * leaving == count {
-                depth > 0
-            } else {
-                is_in(this.turn + 0.5 * turn)
-            };
-            if inside {
-                let arc = DiskEdge::Arc(this.at, next.at, turn > PI);
+            if depth > 0 {
+                // From the last around to the first, also where both are at one place.
+                let around = if next == 0 { TAU } else { 0.0 };
+                let next = self.crossings[next];
+                let arc = DiskEdge::Arc(this.at, next.at, next.turn + around - this.turn > PI);
                 self.edges.push(arc);
             }
         }
@@ -291,5 +314,116 @@ mod tests {
             let got = visible(triangles);
             assert!((got - want).abs() < 1e-7, "{got} for {want}: {triangles:?}");
         }
+    }
+
+    /// The sides of a polygon.
+    fn sides(corners: &[Point]) -> Vec<BoundaryEdge> {
+        let next = corners.iter().cycle().skip(1);
+        let side = |(&from, &to)| BoundaryEdge { from, to };
+        corners.iter().zip(next).map(side).collect()
+    }
+
+    /// What is at least so far from the centre in the direction of a turn, and its straight side's
+    /// direction.
+    fn half_plane(turn: f64, offset: f64) -> ([Point; 4], [Point; 2]) {
+        let (s, c) = turn.sin_cos();
+        let at = |along: f64, out: f64| [s * along + c * out, c.mul_add(-along, s * out)];
+        let corners = [(-4.0, offset), (4.0, offset), (4.0, 8.0), (-4.0, 8.0)];
+        (
+            corners.map(|(along, out)| at(along, out)),
+            [[s, -c], [c, s]],
+        )
+    }
+
+    /// The part beyond a chord, from all but all of the disk to all but nothing: its ends are half
+    /// a chord from the chord's middle, its area is acos h − h √(1 − h²), and its arc is more than
+    /// half of the rim where it holds the centre.
+    #[test]
+    fn what_is_beyond_a_chord_is_a_segment_of_the_disk() {
+        for case in 0..200 {
+            let (turn, offset) = (0.37 * f64::from(case), f64::from(case - 100) / 101.0);
+            let (corners, [along, out]) = half_plane(turn, offset);
+            let half = ((1.0 - offset) * (1.0 + offset)).sqrt();
+            // Corners are 9 from the centre at most, so that the offset is known to 2 ε times
+            // that, and half a chord to as much over itself.
+            let rounding = 32.0 * f64::EPSILON / half;
+            let mut part = PartOnDisk::default();
+            let &[DiskEdge::Straight(a, b), DiskEdge::Arc(from, to, is_long)] =
+                part.of(sides(&corners))
+            else {
+                panic!("a chord and an arc of {turn} {offset}");
+            };
+            assert_eq!((b, a, offset < 0.0), (from, to, is_long), "{turn} {offset}");
+            for (end, sign) in [(a, -half), (b, half)] {
+                for k in 0..2 {
+                    let want = offset * out[k] + sign * along[k];
+                    assert!((end[k] - want).abs() < rounding, "{turn} {offset}: {end:?}");
+                }
+            }
+            let want = offset.acos() - offset * half;
+            let got = area(part.of(sides(&corners)));
+            assert!((got - want).abs() < 4.0 * rounding, "{got} for {want}");
+        }
+    }
+
+    /// A wedge of no width to rounding leaves all but its area, from its one end on the rim around
+    /// to the other.
+    #[test]
+    fn a_slit_leaves_the_disk() {
+        for case in 0..60 {
+            let width = 0.1_f64.powi(10 + case % 8);
+            let (s, c) = (0.21 * f64::from(case)).sin_cos();
+            let [tip, right, left] = [[0.0, 0.0], [2.0, -width], [2.0, width]]
+                .map(|[x, y]: Point| [c * x - s * y, s * x + c * y]);
+            let got = visible(&[[tip, right, left]]);
+            // Two radii with the angle of the width, each known to rounding.
+            let want = PI - 0.5 * width;
+            assert!((got - want).abs() < 1e-14, "{got} for {want}: {width:e}");
+        }
+    }
+
+    /// A boundary with a gap on the rim, at it or anywhere, or that is passed twice there, moves
+    /// the area by no more than the gap.
+    #[test]
+    fn a_gap_costs_no_more_than_itself() {
+        let mut rng = SplitMix64::new(21);
+        let mut on_rim = 0;
+        for case in 0..2000 {
+            let (turn, offset) = (rng.in_range(0.0, TAU), rng.in_range(-0.95, 0.95));
+            let (mut corners, _) = half_plane(turn, offset);
+            if case % 2 == 1 {
+                // A wedge, whose tip is on the disk.
+                let mid = |k: usize| 0.5 * (corners[0][k] + corners[1][k]);
+                corners[0] = [mid(0), mid(1)];
+            }
+            let whole = sides(&corners);
+            let gap = 0.1_f64.powf(rng.in_range(2.0, 17.0)) * [1.0, -1.0][case / 2 % 2];
+            // About where the side leaves the disk, or anywhere along it.
+            let BoundaryEdge { from, to } = whole[0];
+            let mut part = PartOnDisk::default();
+            let rim = part.of(whole.iter().copied()).iter().find_map(|e| match e {
+                DiskEdge::Straight(_, end) => Some(*end),
+                _ => None,
+            });
+            let length = hypot(to[0] - from[0], to[1] - from[1]);
+            let at = match rim {
+                Some([x, y]) if case % 3 > 0 => {
+                    hypot(x - from[0], y - from[1]) + rng.in_range(-1.0, 1.0) * gap
+                }
+                _ => rng.in_range(0.0, length),
+            };
+            let place = |d: f64| [0, 1].map(|k| from[k] + (to[k] - from[k]) * (d / length));
+            let mut torn = whole.clone();
+            torn[0].to = place(at);
+            let (from, to) = (place(at + gap), whole[0].to);
+            torn.push(BoundaryEdge { from, to });
+            let [torn, want] = [torn, whole].map(|s| area(part.of(s)));
+            on_rim += i32::from(part.sides.len() == 4);
+            assert!(
+                (torn - want).abs() < 2.0 * gap.abs() + 1e-13,
+                "{case}: {torn} for {want}, {gap:e}"
+            );
+        }
+        assert!(on_rim > 0);
     }
 }

@@ -304,6 +304,27 @@ proptest! {
     }
 }
 
+/// Edges that come onto the light where it meets an image's side, to rounding: on which side of
+/// that they begin, only exact arithmetic tells. So many images are there that grids find those at
+/// a place, whose cells meet there, too: what begins one cell beside an image is to be found.
+#[test]
+fn rounding_across_the_cells_of_grids_decides_nothing() {
+    let mut rng = linelit_testkit::cases::rng(12);
+    for case in 0..linelit_testkit::cases::cases(2000) {
+        let swap = |p: Point| if case % 2 == 0 { p } else { [p[1], p[0]] };
+        let side = if case % 4 < 2 { 2.0 } else { -1.0 };
+        let image = [[0.5, -1.0], [0.5, 2.0], [side, 0.3]].map(swap);
+        let run = [(); 2].map(|()| rng.in_range(-1.0, 1.0));
+        let at = |t: f64| [0.5 + run[0] * t, run[1] * t];
+        let ends = [-rng.in_range(0.1, 2.0), rng.in_range(0.1, 2.0)].map(at);
+        let third = [(); 2].map(|()| rng.in_range(-1.0, 2.0));
+        let other = [ends[0], ends[1], third].map(swap);
+        let many: Vec<_> = [image, other].into_iter().cycle().take(80).collect();
+        let (got, want) = (area(&SQUARE, &many), area_by_sweep(&SQUARE, &many[..2]));
+        assert!((got - want).abs() < AREA, "{got} but {want}: {other:?}");
+    }
+}
+
 #[test]
 fn what_is_kept_of_a_light_serves_no_other() {
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
