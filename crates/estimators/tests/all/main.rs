@@ -14,3 +14,4 @@ mod sides;
 mod skies;
 mod standing;
 mod text;
+mod values;
