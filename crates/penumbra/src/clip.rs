@@ -288,7 +288,8 @@ fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
     // The other comes from the right to the left: this one then goes from its left to its right.
     let to_left = !right[0];
     // Moved inwards from an end on the other's line, this one is on the side it goes to from its
-    // first end and on the side it comes from at its last.
+    // first end and on the side it comes from at its last. (No count hangs on the last: nothing
+    // follows it on this edge, and what is touched hands nothing on.)
     let starts_left = own[0] > 0.0 || (own[0] == 0.0 && to_left);
     let ends_left = own[1] > 0.0 || (own[1] == 0.0 && !to_left);
     (starts_left != ends_left).then_some(to_left)

@@ -7,16 +7,15 @@ use crate::round::{estimates, glossy, matte, nothing};
 use linelit_bsdf::{Bsdf, Known, Reflection, TransformedCosine, TransformedCosines};
 use linelit_estimators::{Measure, ShadingPoint, Technique, VisibleRegion};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
-use linelit_lights::{Cylinder, CylinderLight, Light, LinearLight, Sphere};
+use linelit_lights::{
+    AreaLight, Cylinder, CylinderLight, Disk, Emission, Light, LinearLight, Sphere,
+};
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::quadrature::gauss_kronrod;
 use linelit_testkit::ztest::t_p_value;
 use linelit_visibility::{Occluders, Scratch, ShaftQuery};
 use std::collections::BTreeSet;
-use std::f64::consts::{PI, TAU};
-
-/// A place on a light, its normal, and its share of the area.
-type Place = (DVec3, DVec3, f64);
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// ∫∫ over a square as a sum, by the midpoints after a substitution that has nothing at the ends.
 fn square(mut add: impl FnMut([f64; 2], f64)) {
@@ -35,39 +34,16 @@ fn square(mut add: impl FnMut([f64; 2], f64)) {
     }
 }
 
-/// Places all over what a point at zero sees of a flat light or a sphere.
-fn places(light: &Light) -> Vec<Place> {
-    let mut all = Vec::new();
-    match light {
-        Light::Area(l) => {
-            let (v, n) = (l.polygon.vertices(), l.polygon.normal());
-            for (b, c) in v[1..].iter().zip(&v[2..]) {
-                let (e, f) = (*b - v[0], *c - *b);
-                let twice = e.cross(f).length();
-                square(|[x, y], w| all.push((v[0] + (e + f * y) * x, n, twice * x * w)));
-            }
-        }
-        Light::Disk(l) => {
-            let (frame, r) = (Frame::from_normal(l.disk.normal), l.disk.radius);
-            square(|[x, y], w| {
-                let (s, c) = (TAU * y).sin_cos();
-                let at = l.disk.center + (frame.x * c + frame.y * s) * (r * x);
-                all.push((at, frame.z, TAU * r * r * x * w));
-            });
-        }
-        Light::Sphere(l) => {
-            let Sphere { center, radius } = l.sphere;
-            let (distance, frame) = (center.length(), Frame::from_normal(-center.normalize()));
-            let height = 1.0 - radius / distance;
-            square(|[x, y], w| {
-                let ((s, c), z) = ((TAU * y).sin_cos(), 1.0 - height * x);
-                let n = (frame.x * c + frame.y * s) * (1.0 - z * z).sqrt() + frame.z * z;
-                all.push((center + n * radius, n, TAU * height * radius * radius * w));
-            });
-        }
-        _ => {}
+/// ∫ over a polygon as a sum.
+fn over_polygon(polygon: &ConvexPolygon, f: impl Fn(DVec3) -> f64) -> f64 {
+    let v = polygon.vertices();
+    let mut sum = 0.0;
+    for (b, c) in v[1..].iter().zip(&v[2..]) {
+        let (e, g) = (*b - v[0], *c - *b);
+        let twice = e.cross(g).length();
+        square(|[x, y], w| sum += twice * x * w * f(v[0] + (e + g * y) * x));
     }
-    all
+    sum
 }
 
 /// An integral along what is above horizons of a line.
@@ -115,14 +91,45 @@ fn by_quadrature<R: Reflection>(light: &Light, point: &ShadingPoint<R>) -> f64 {
             };
             radius * gauss_kronrod(strip, -half, half, 1e-9).value
         }
-        _ => {
-            let term = |(p, n, area): Place| {
-                let above = horizons.iter().all(|n| n.dot(p) > 0.0);
-                area * f64::from(u8::from(above)) * n.dot(-p.normalize()).max(0.0) * reflected(p)
-            };
-            places(light).into_iter().map(term).sum()
+        Light::Area(l) => {
+            let above = |part: &ConvexPolygon, n| part.clip(DVec3::ZERO, n);
+            let part = above(&l.polygon, horizons[0]).and_then(|part| above(&part, horizons[1]));
+            let n = l.polygon.normal();
+            let f = |p: DVec3| -n.dot(p.normalize()) * reflected(p);
+            part.map_or(0.0, |part| over_polygon(&part, f))
         }
+        Light::Disk(l) => over_disk(l.disk, horizons, reflected),
+        // As bright as the disk of its outline.
+        Light::Sphere(l) => {
+            let Sphere { center, radius } = l.sphere;
+            let share = 1.0 - radius * radius / center.length_squared();
+            let (normal, radius) = (-center.normalize(), radius * share.sqrt());
+            let center = center * share;
+            over_disk(
+                Disk {
+                    center,
+                    normal,
+                    radius,
+                },
+                horizons,
+                reflected,
+            )
+        }
+        _ => f64::NAN,
     }
+}
+
+/// The light of a disk, chord by chord.
+fn over_disk(disk: Disk, horizons: [DVec3; 2], reflected: impl Fn(DVec3) -> f64) -> f64 {
+    let frame = Frame::from_normal(disk.normal);
+    let chord = |turn: f64| {
+        let (s, c) = turn.sin_cos();
+        let (middle, half) = (frame.x * (disk.radius * s), frame.y * (disk.radius * c));
+        let line = Segment::new(disk.center + middle - half, disk.center + middle + half);
+        let f = |p: DVec3| -frame.z.dot(p.normalize()) * reflected(p);
+        disk.radius * c * along(&line, horizons, f)
+    };
+    gauss_kronrod(chord, -FRAC_PI_2, FRAC_PI_2, 1e-11).value
 }
 
 /// Directions of lines that a technique alone can have.
@@ -133,6 +140,16 @@ const ALONE: [&str; 4] = [
     "line-analytic[orientation=origin]",
 ];
 
+/// Weighted combinations.
+const WEIGHTED: [&str; 6] = [
+    "line-area+point-solid-angle",
+    "line-area:3+point-area[mis=power]",
+    "line-area+point-solid-angle[mis=smooth]",
+    "point-area+point-solid-angle:3[mis=average]",
+    "line-solid-angle[orientation=spread:2]+point-area[mis=maximum]",
+    "line-area+point-area[mis=optimal]",
+];
+
 /// From far away, where all places of a light give nearly the same: what noise is left to
 /// stratified samples is about a hundred-thousandth. Not so for points of round lights by area, and
 /// for those that miss the light; each technique is held on some light.
@@ -140,7 +157,11 @@ const ALONE: [&str; 4] = [
 fn densities_and_weights_are_right_to_five_hundred_thousandths() {
     let (seeds, samples) = (0..24, 1024);
     let lights: Vec<_> = lights().into_iter().filter(|l| l.1.is_none()).collect();
-    let names = || Technique::all().map(|t| t.name()).chain(ALONE);
+    let names = || {
+        (Technique::all().map(|t| t.name()))
+            .chain(ALONE)
+            .chain(WEIGHTED)
+    };
     // Student's t of 23 degrees of freedom.
     let level = sidak(1e-4, 2 * lights.len() * names().count());
     let mut held = BTreeSet::new();
@@ -148,7 +169,7 @@ fn densities_and_weights_are_right_to_five_hundred_thousandths() {
         .iter()
         .flat_map(|l| [Bsdf::Lambert(matte()), glossy()].map(|bsdf| (l, bsdf)))
     {
-        let (far, wo) = (DVec3::new(0.25, -0.125, 10.0), DVec3::new(-0.6, 0.0, 0.8));
+        let (far, wo) = (DVec3::new(1.0, -0.5, 40.0), DVec3::new(-0.6, 0.0, 0.8));
         let light = &(moved(&light.0, far), None);
         let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, wo, bsdf);
         let want = by_quadrature(&light.0, &point);
@@ -161,7 +182,7 @@ fn densities_and_weights_are_right_to_five_hundred_thousandths() {
                 samples,
                 seeds.clone(),
             );
-            // Quadrature, and sums over boundaries of what is a tenth of its distance wide.
+            // Quadrature, and sums over boundaries of what is a fortieth of its distance wide.
             let noise = got.standard_error().max(1e-10 * want);
             let t = (got.mean() - want) / noise;
             assert!(
@@ -171,12 +192,12 @@ fn densities_and_weights_are_right_to_five_hundred_thousandths() {
                 point.bsdf
             );
             if t_p_value(5e-5 * want / noise, 23.0) < level {
-                held.insert(name);
+                held.insert((name, matches!(point.bsdf, Bsdf::Lambert(_))));
             }
         }
     }
-    for name in names() {
-        assert!(held.contains(name), "{name} is too noisy on all");
+    for cell in names().flat_map(|name| [(name, true), (name, false)]) {
+        assert!(held.contains(&cell), "{cell:?} is too noisy on all");
     }
 }
 
@@ -231,14 +252,54 @@ fn horizons_cut_lines_and_cylinders_where_they_are() {
                 want > 1e-3 && error < most,
                 "{normal}, {geometric_normal}: {got:?} for {want}"
             );
-            if is_closed {
-                let want = by_quadrature(&cylinder, &point);
-                let (got, _) = estimates(&nothing(), &cylinder, &point, "exact", 1024, 0..24);
-                let t = (got.mean() - want) / got.standard_error();
-                assert!(got.standard_error() < 1e-4 * want, "{got:?} for {want}");
+            let want = by_quadrature(&cylinder, &point);
+            let (got, _) = estimates(&nothing(), &cylinder, &point, "exact", 256, 0..24);
+            let t = (got.mean() - want) / got.standard_error();
+            assert!(got.standard_error() < 5e-4 * want, "{got:?} for {want}");
+            assert!(
+                t_p_value(t, 23.0) > level,
+                "{normal}, {geometric_normal}: {got:?} for {want}"
+            );
+        }
+    }
+}
+
+/// Either horizon through the midst of every light, whatever the technique.
+#[test]
+fn horizons_cut_all_lights_where_they_are() {
+    let (steep, wo) = (
+        DVec3::new(-0.6, 0.72, 0.0).normalize(),
+        DVec3::new(-0.2, 0.1, 0.9).normalize(),
+    );
+    let texts = [
+        "exact",
+        "line-area",
+        "line-analytic",
+        "point-solid-angle",
+        "point-area",
+        "point-visible-area",
+        "point-projected-solid-angle",
+    ];
+    let lights: Vec<_> = lights().into_iter().filter(|l| l.1.is_none()).collect();
+    let level = sidak(1e-4, 4 * texts.len() * lights.len());
+    for (normal, geometric_normal) in [(DVec3::Z, steep), (steep, DVec3::Z)] {
+        for (light, bsdf) in lights
+            .iter()
+            .flat_map(|l| [Bsdf::Lambert(matte()), glossy()].map(|b| (l, b)))
+        {
+            let mut point = ShadingPoint::new(DVec3::ZERO, normal, wo, bsdf);
+            point.geometric_normal = geometric_normal;
+            let want = by_quadrature(&light.0, &point);
+            for text in texts {
+                let got = means(light, &nothing(), &point, (text, true), 1024, 0..24);
+                // Disks by chords, whose ends are kinks where horizons cut.
+                let noise = got.standard_error().max(1e-9 * want);
+                let t = (got.mean() - want) / noise;
                 assert!(
-                    t_p_value(t, 23.0) > level,
-                    "{normal}, {geometric_normal}: {got:?} for {want}"
+                    want > 1e-4 && noise < 0.01 * want && t_p_value(t, 23.0) > level,
+                    "{text}: t {t}, {got:?} for {want} of {:?} on {:?}, {normal}",
+                    light.0,
+                    point.bsdf
                 );
             }
         }
@@ -273,25 +334,27 @@ impl Reflection for Cosines {
     }
 }
 
+/// A cosine and two lobes about a normal, by maps that mirror or do not, with its horizon.
+fn lobes(normal: DVec3, mirror: f64) -> Cosines {
+    let flip = DMat3::from_diagonal(DVec3::new(mirror, 1.0, 1.0));
+    let mut sum = TransformedCosines::new(Frame::from_normal(normal), DVec3::splat(0.1));
+    for (columns, albedo) in [
+        ([[0.5, 0.0, 0.0], [0.1, 0.75, 0.0], [0.25, 0.1, 1.0]], 0.25),
+        ([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [-0.5, 0.0, 1.0]], 0.5),
+    ] {
+        let albedo = DVec3::new(albedo, 0.5 * albedo, 0.0);
+        let map = DMat3::from_cols_array_2d(&columns) * flip;
+        sum.add(TransformedCosine { map, albedo });
+    }
+    Cosines(sum)
+}
+
 /// Lobes by maps that turn and by maps that mirror, of which one is as good as the other: the
 /// cosine is the same on both sides of any plane through its axis.
 #[test]
 fn transformed_cosines_are_exact_also_by_maps_that_mirror() {
-    let lobes = |mirror: f64| {
-        let flip = DMat3::from_diagonal(DVec3::new(mirror, 1.0, 1.0));
-        let mut sum = TransformedCosines::new(Frame::from_normal(DVec3::Z), DVec3::splat(0.1));
-        for (columns, albedo) in [
-            ([[0.5, 0.0, 0.1], [0.1, 0.75, 0.0], [0.25, 0.1, 1.0]], 0.25),
-            ([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [-0.5, 0.0, 1.0]], 0.5),
-        ] {
-            let albedo = DVec3::new(albedo, 0.5 * albedo, 0.0);
-            let map = DMat3::from_cols_array_2d(&columns) * flip;
-            sum.add(TransformedCosine { map, albedo });
-        }
-        Cosines(sum)
-    };
     let of = |light: &Light, between: &Occluders, mirror| {
-        let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, lobes(mirror));
+        let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, lobes(DVec3::Z, mirror));
         let (got, _) = estimates(between, light, &point, "exact", 4, 0..4);
         // Sums over boundaries, which lose no more than a few digits here.
         assert!(
@@ -318,6 +381,54 @@ fn transformed_cosines_are_exact_also_by_maps_that_mirror() {
                 (part / before - 1.0).abs() < 1e-10,
                 "{part}, {before} of {light:?}"
             );
+        }
+    }
+}
+
+/// The light that a triangle takes is what it would send as a lamp of the same radiance.
+#[test]
+fn a_triangle_takes_as_much_as_it_fills() {
+    let corners = [
+        [0.0, 0.0, 0.75],
+        [0.125, 0.03125, 0.75],
+        [0.03125, 0.125, 0.75],
+    ];
+    let between = Occluders::build(&corners, &[[0, 1, 2]]);
+    let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
+    let polygon = ConvexPolygon::triangle(a, c, b).expect("one");
+    let emission = Emission::one_sided(DVec3::ONE);
+    let hidden = Light::Area(AreaLight { polygon, emission });
+    let steep = DVec3::new(-0.6, 0.72, 0.05).normalize();
+    for (normal, geometric_normal) in [(DVec3::Z, DVec3::Z), (DVec3::Z, steep), (steep, DVec3::Z)] {
+        for (light, image) in lights() {
+            if image.is_some() || matches!(light, Light::Linear(_) | Light::Cylinder(_)) {
+                continue;
+            }
+            fn hold<R: Reflection>(
+                of: (&Light, &Light),
+                between: &Occluders,
+                point: &ShadingPoint<R>,
+            ) {
+                let (light, hidden) = of;
+                let [whole, taken] = [light, hidden].map(|l| by_quadrature(l, point));
+                let want = whole - taken;
+                let (got, _) = estimates(between, light, point, "exact", 4, 0..4);
+                // Disks by chords, whose ends are kinks where horizons cut.
+                assert!(
+                    taken > 0.01 * whole && (got.mean() / want - 1.0).abs() < 1e-9,
+                    "{got:?} for {want} of {light:?}, {}, {}",
+                    point.normal,
+                    point.geometric_normal
+                );
+                assert!(got.variance().sqrt() < 1e-10 * want, "{got:?}");
+            }
+            let mut point =
+                ShadingPoint::new(DVec3::ZERO, normal, DVec3::Z, Bsdf::Lambert(matte()));
+            point.geometric_normal = geometric_normal;
+            hold((&light, &hidden), &between, &point);
+            let mut point = ShadingPoint::new(DVec3::ZERO, normal, DVec3::Z, lobes(normal, 1.0));
+            point.geometric_normal = geometric_normal;
+            hold((&light, &hidden), &between, &point);
         }
     }
 }
@@ -353,7 +464,7 @@ fn walls_that_are_seen_edge_on_hide_nothing() {
 }
 
 /// Walls around a point and what hangs between them fill all directions, and add up to what a
-/// surface receives from a whole half space; an eighth of a cube is an eighth of the directions.
+/// surface receives from a whole half space; a wall of a cube is a sixth.
 #[test]
 fn visible_regions_around_a_point_fill_all_directions() {
     let wall = |k: usize, side: f64| {
@@ -379,10 +490,13 @@ fn visible_regions_around_a_point_fill_all_directions() {
     let n = DVec3::new(0.48, -0.6, 0.64);
     let mut of = |between, polygon: &ConvexPolygon, x| {
         region.find(between, ShaftQuery::new(x, polygon), &mut scratch);
-        [Measure::SolidAngle, Measure::Cosine(n)].map(|measure| region.measure(measure))
+        [Measure::SolidAngle, Measure::Cosine(n), Measure::Area]
+            .map(|measure| region.measure(measure))
     };
-    let eighth = of(&none, &walls[0], DVec3::ZERO)[0];
-    assert!((eighth - TAU / 3.0).abs() < 1e-14, "{eighth}");
+    let sixth = of(&none, &walls[0], DVec3::ZERO)[0];
+    assert!((sixth - TAU / 3.0).abs() < 1e-14, "{sixth}");
+    let area = of(&none, &walls[0], DVec3::ZERO)[2];
+    assert!((area - 4.0).abs() < 1e-14, "{area}");
     for x in [
         DVec3::ZERO,
         DVec3::new(0.1, -0.2, 0.05),
@@ -396,7 +510,7 @@ fn visible_regions_around_a_point_fill_all_directions() {
         assert!(sum[1][0] < 0.9 * hidden, "some of it is hidden");
         for wall in &walls {
             let more = of(&all, wall, x);
-            sum[0] = [0, 1].map(|k| sum[0][k] + more[k]);
+            sum[0] = [0, 1, 2].map(|k| sum[0][k] + more[k]);
         }
         let [solid_angle, cosine] = [0, 1].map(|k| sum[0][k] + sum[1][k]);
         // Default margins: a thousandth of a millionth of the way, at the edges of two triangles.
