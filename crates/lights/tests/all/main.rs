@@ -11,6 +11,7 @@ mod linear;
 mod next_to_the_plane;
 mod octahedral;
 mod precise;
+mod profile_values;
 mod profiles;
 mod reference;
 mod regions;
