@@ -78,6 +78,11 @@ impl LightSpace {
         self.is_rigid
     }
 
+    /// The matrix of the map from the world to this space.
+    pub(crate) const fn matrix(&self) -> DMat3 {
+        self.to_light
+    }
+
     /// The unit vector in this space along a unit vector of the world.
     #[inline]
     #[must_use]

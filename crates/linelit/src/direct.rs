@@ -395,7 +395,7 @@ impl Scene {
             t_max: room,
             ..Ray::new(point, normal)
         };
-        let is_under = MEMORY.with_borrow_mut(|memory| {
+        let is_under = with_memory(|memory| {
             let scratch = &mut memory.buffers.scratch;
             self.occluders.any_hit(&ray, &(0..0), scratch)
         });

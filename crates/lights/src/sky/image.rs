@@ -159,11 +159,12 @@ impl SkyImage {
         self.mean
     }
 
-    /// What [`SkyImage::new`] was given: the mapping, columns and rows, pixels, transform and scale.
+    /// What [`SkyImage::new`] was given: the mapping, columns and rows, pixels, the map from
+    /// directions of the world to those of the mapping, and scale.
     #[must_use]
     pub fn made_of(&self) -> (SkyMapping, [usize; 2], &[[f32; 3]], DMat3, DVec3) {
         let Self { mapping, size, .. } = *self;
-        (mapping, size, &self.pixels, self.to_image, self.scale)
+        (mapping, size, &self.pixels, self.space.matrix(), self.scale)
     }
 
     /// Bytes of pixels and hierarchy.
