@@ -122,13 +122,19 @@ pub fn about_its_middle(
         strict: false,
         ..options.clone()
     };
-    let found = read(&lenient);
-    match found.as_ref().map(|found| found.scene.better_origin()) {
-        Ok(Some(origin)) => read(&LoadOptions {
-            origin: Some(origin),
-            ..options.clone()
-        }),
-        _ if options.strict => read(options),
-        _ => found,
+    let found = match read(&lenient) {
+        Ok(found) => found,
+        Err(_) if options.strict => return read(options),
+        Err(error) => return Err(error),
+    };
+    let origin = found.scene.better_origin();
+    if origin.is_none() && (found.warnings.is_empty() || !options.strict) {
+        return Ok(found);
     }
+    // Both would take twice the memory.
+    drop(found);
+    read(&LoadOptions {
+        origin,
+        ..options.clone()
+    })
 }
