@@ -57,7 +57,7 @@ fn stray_vertices_move_nothing() {
         vertices.push(stray);
         let other = build(&vertices, &[[3, 3, 0], [0, 1, 2], [1, 3, 3], [0, 1, 9]]);
         assert_eq!(other.origin(), plain.origin());
-        assert_eq!(other.rounding().displacement, plain.rounding().displacement);
+        assert_eq!(other.rounding(), plain.rounding());
     }
     assert!(!plain.rounding().is_coarse());
 }
@@ -84,7 +84,7 @@ fn details_that_rounding_loses_are_warned_about() {
 fn doubles_that_are_single_keep_their_bits() {
     let (mut rng, mut scratch) = (rng(12), Scratch::new());
     for far in [0.0_f32, 1.0, 4096.0, 1e6] {
-        let mut at = || far + rng.in_range(-1.0, 1.0) as f32;
+        let mut at = || far + DVec3::splat(rng.in_range(-1.0, 1.0)).as_vec3().x;
         let singles: Vec<[f32; 3]> = (0..30).map(|_| [(); 3].map(|()| at())).collect();
         let doubles: Vec<_> = singles.iter().map(|v| v.map(f64::from)).collect();
         let triangles: Vec<[u32; 3]> = (0..10).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
@@ -92,7 +92,7 @@ fn doubles_that_are_single_keep_their_bits() {
             Occluders::build(&singles, &triangles),
             build(&doubles, &triangles),
         );
-        assert_eq!(two.rounding().displacement, 0.0);
+        assert!(two.rounding().displacement <= 0.0);
         for _ in 0..200 {
             let middle = DVec3::splat(far.into());
             let ray = Ray::new(
