@@ -31,6 +31,7 @@
 mod construct;
 mod delta;
 mod density;
+mod directions;
 mod image;
 mod light;
 mod line;
@@ -51,6 +52,7 @@ mod technique;
 
 pub use delta::{Beam, DistantLight, PointLight};
 pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
+pub use directions::{SkyFilter, SkyMapping};
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light};
 pub use light::{LinearLight, Sphere, SphereLight};
@@ -77,7 +79,7 @@ pub use round::disk_cone::DiskCone;
 pub use round::projected::SphereProjected;
 pub use round::sphere::{SphereCap, SphereCone};
 pub use samples::{LineSample, LinearSample, PointColumns, PointSample};
-pub use sky::{Sky, SkyBy, SkyEmission, SkyError, SkyImage, SkyMapping, SkyPoints, SkyView};
+pub use sky::{Sky, SkyBy, SkyEmission, SkyError, SkyImage, SkyPoints, SkyView};
 pub use space::LightSpace;
 pub use surface::lines::{LineDensity, LineFamily, LineSetup};
 pub use surface::points::{PointDensity, PointSource};

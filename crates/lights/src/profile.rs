@@ -6,12 +6,11 @@
 )]
 
 use crate::LightSpace;
-use crate::octahedral::{sphere_to_square, wrap_texel};
+use crate::directions::{Raster, SkyFilter, SkyMapping};
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use core::fmt;
 use linelit_elementary::{atan2, hypot, pow, sin, sin_cos};
 use linelit_geometry::DVec3;
-use linelit_geometry::finite::below_one;
 use std::sync::Arc;
 
 /// A factor by which emission depends on the direction in which light leaves, in linear RGB.
@@ -162,7 +161,7 @@ impl Profile {
     /// (1/π) ∫ p cos θ dω, and over the channels: the power of a surface over that of a Lambertian
     /// one.
     ///
-    /// **Error**: as of [`Profile::mean`].
+    /// **Error**: as of [`Profile::mean`]; of images without sharp borders, 10⁻⁵ of their mean.
     #[must_use]
     pub fn lambertian_mean(&self) -> f64 {
         self.scale * self.integral(true).element_sum() / 3.0
@@ -214,10 +213,7 @@ impl Profile {
             ProfileKind::Table(table) => {
                 rings_integral(&table.rings(), if is_lambertian { 2.0 } else { 1.0 }, PI)
             }
-            ProfileKind::Map(map) if map.is_octahedral => map.texel_integral(is_lambertian),
-            ProfileKind::Map(map) => {
-                rings_integral(&map.rings(), if is_lambertian { 2.0 } else { 1.0 }, PI)
-            }
+            ProfileKind::Map(map) => map.integral(is_lambertian),
         }
     }
 }
@@ -384,11 +380,11 @@ fn between(angles: &[f64], x: f64) -> (usize, f64) {
     (i, ((x - angles[i]) / (next - angles[i])).clamp(0.0, 1.0))
 }
 
-/// An image of directions, in grey or linear RGB.
+/// An image of directions, in grey or linear RGB, interpolated between its pixels unless it is
+/// [`nearest`](Self::nearest).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileMap {
-    size: [usize; 2],
-    is_octahedral: bool,
+    raster: Raster,
     /// One value or three for each pixel.
     values: Vec<f32>,
 }
@@ -396,148 +392,66 @@ pub struct ProfileMap {
 impl ProfileMap {
     /// A square image by the equal-area octahedral map
     /// ([`square_to_sphere`](crate::octahedral::square_to_sphere)), first row first, with one value
-    /// for each pixel, or three. A direction has the value of its pixel, as in pbrt-v4.
+    /// for each pixel, or three.
     ///
     /// # Errors
     /// Where count or values do not fit.
     pub fn octahedral(side: usize, values: Vec<f32>) -> Result<Self, ProfileError> {
-        Self::of([side; 2], true, values)
+        Self::of([side; 2], SkyMapping::EqualArea, values)
     }
 
     /// An image with columns by longitude, from x towards y, and rows by the angle from the axis,
-    /// with one value for each pixel, or three. It is interpolated between the centres of pixels,
-    /// as in pbrt-v3.
+    /// with one value for each pixel, or three.
     ///
     /// # Errors
     /// Where count or values do not fit.
     pub fn equirectangular(size: [usize; 2], values: Vec<f32>) -> Result<Self, ProfileError> {
-        Self::of(size, false, values)
+        Self::of(size, SkyMapping::Equirectangular, values)
     }
 
-    fn of(size: [usize; 2], is_octahedral: bool, values: Vec<f32>) -> Result<Self, ProfileError> {
+    /// Returns the image with the value of the pixel that a direction lies in, not interpolated.
+    #[must_use]
+    pub const fn nearest(mut self) -> Self {
+        self.raster.filter = SkyFilter::Nearest;
+        self
+    }
+
+    fn of(size: [usize; 2], mapping: SkyMapping, values: Vec<f32>) -> Result<Self, ProfileError> {
         let pixels = size[0].checked_mul(size[1]);
         let fits = |n: usize| values.len() == n || Some(values.len()) == n.checked_mul(3);
         if values.is_empty() || !pixels.is_some_and(fits) {
             return Err(ProfileError::Count);
         }
         check_values(&values)?;
-        Ok(Self {
+        let filter = SkyFilter::Linear;
+        let raster = Raster {
             size,
-            is_octahedral,
-            values,
-        })
+            mapping,
+            filter,
+        };
+        Ok(Self { raster, values })
     }
 
+    /// The value of a pixel.
     fn pixel(&self, k: usize) -> DVec3 {
-        let channels = self.values.len() / (self.size[0] * self.size[1]);
+        let channels = self.values.len() / (self.raster.size[0] * self.raster.size[1]);
         let value = |i: usize| f64::from(self.values[channels * k + (channels - 1) / 2 * i]);
         DVec3::new(value(0), value(1), value(2))
     }
 
     fn at(&self, w: DVec3) -> DVec3 {
-        if !self.is_octahedral {
-            return interpolate(self.size, false, w, |k| self.pixel(k));
+        self.raster.lookup(w, |k| self.pixel(k))
+    }
+
+    /// Twice the mean over all directions, or, of a Lambertian surface, over π the integral
+    /// weighted by max(0, cos θ).
+    fn integral(&self, is_lambertian: bool) -> DVec3 {
+        if is_lambertian {
+            return 4.0 * self.raster.weighted(|k| self.pixel(k), |w| w.z.max(0.0));
         }
-        if !w.is_finite() {
-            return DVec3::ZERO;
-        }
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "below the number of pixels"
-        )]
-        let [i, j] = sphere_to_square(w).map(|x| (below_one(x) * self.size[0] as f64) as usize);
-        self.pixel(j * self.size[0] + i)
+        let mut mean = DVec3::ZERO;
+        self.raster
+            .cells(1, |k| self.pixel(k), |_, value| mean += value);
+        2.0 * mean
     }
-
-    /// The angles from the axis at the centres of rows and at the poles, each with the mean of the
-    /// row.
-    fn rings(&self) -> Vec<(f64, DVec3)> {
-        let [width, height] = self.size;
-        let mean = |j: usize| {
-            let row = (0..width).map(|i| self.pixel(j * width + i));
-            row.sum::<DVec3>() / width as f64
-        };
-        let centre = |j: usize| PI * (j as f64 + 0.5) / height as f64;
-        let mut rings = vec![(0.0, mean(0))];
-        rings.extend((0..height).map(|j| (centre(j), mean(j))));
-        rings.push((PI, mean(height - 1)));
-        rings
-    }
-
-    /// Twice the mean of the pixels, or, of a Lambertian surface, twice their mean weighted by
-    /// 2 max(0, cos θ).
-    fn texel_integral(&self, is_lambertian: bool) -> DVec3 {
-        let side = self.size[0];
-        let weight = |k: usize| match is_lambertian {
-            true => 2.0 * mean_cosine([k % side, k / side], side),
-            false => 1.0,
-        };
-        let all = (0..side * side).map(|k| self.pixel(k) * weight(k));
-        all.sum::<DVec3>() * (2.0 / (side * side) as f64)
-    }
-}
-
-/// The mean of max(0, cos θ) over a pixel of an equal-area map of `side`² pixels.
-///
-/// In coordinates from −1 to 1 it is d (2 − d), where d = 1 − |u| − |v| > 0: a polynomial of the
-/// second degree on each half of a quarter pixel, cut along the border of the hemisphere, so that
-/// the mean over the midpoints of the half's sides is exact.
-fn mean_cosine([i, j]: [usize; 2], side: usize) -> f64 {
-    let cosine = |u: f64, v: f64| {
-        let d = (1.0 - u.abs() - v.abs()).max(0.0);
-        d * (2.0 - d)
-    };
-    let h = 0.5 / side as f64;
-    let mut sum = 0.0;
-    for (a, b) in [(1, 1), (3, 1), (1, 3), (3, 3)] {
-        // The quarter's middle, and midpoints of its four sides and of the border through it.
-        let [u, v] = [4 * i + a, 4 * j + b].map(|k| k as f64 * h - 1.0);
-        let sides = [(h, 0.0), (-h, 0.0), (0.0, h), (0.0, -h)].map(|(a, b)| cosine(u + a, v + b));
-        sum += (sides.iter().sum::<f64>() + 2.0 * cosine(u, v)) / 6.0;
-    }
-    0.25 * sum
-}
-
-/// The place of a direction in an image by longitude, from x towards y, and the angle from z.
-fn by_angles(w: DVec3) -> [f64; 2] {
-    let turn = atan2(w.y, w.x) / TAU;
-    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-    // Next to the poles the cosine tells nothing of the angle.
-    let angle = FRAC_PI_2 - atan2(w.z, (w.x * w.x + w.y * w.y).sqrt());
-    [turn, angle / PI]
-}
-
-/// An image of directions at `w`, between the centres of its pixels: by the equal-area map, or by
-/// angles.
-pub(crate) fn interpolate(
-    size: [usize; 2],
-    is_octahedral: bool,
-    w: DVec3,
-    pixel: impl Fn(usize) -> DVec3,
-) -> DVec3 {
-    if !w.is_finite() {
-        return DVec3::ZERO;
-    }
-    let place = match is_octahedral {
-        true => sphere_to_square(w),
-        false => by_angles(w),
-    };
-    let [(i, a), (j, b)] = [0, 1].map(|k| {
-        let x = place[k] * size[k] as f64 - 0.5;
-        #[allow(clippy::cast_possible_truncation, reason = "within the image's size")]
-        let first = x.floor() as isize;
-        (first, x - x.floor())
-    });
-    let at = |i: isize, j: isize| {
-        let [width, height] = size.map(usize::cast_signed);
-        let [i, j] = match is_octahedral {
-            true => wrap_texel([i, j], size[0]),
-            // Beyond a pole the sphere goes on half a turn away; the row itself is as good.
-            false => [i.rem_euclid(width), j.clamp(0, height - 1)].map(isize::cast_unsigned),
-        };
-        pixel(j * size[0] + i)
-    };
-    let row = |j: isize| at(i, j) * (1.0 - a) + at(i + 1, j) * a;
-    row(j) * (1.0 - b) + row(j + 1) * b
 }

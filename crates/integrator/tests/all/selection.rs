@@ -372,7 +372,9 @@ fn a_hidden_light_apart_does_not_drown_the_others() {
         assert!(gain > 1.3, "{lights}: {gain}");
     }
     // All of them apart are all of them.
-    (0..3).for_each(|light| renderer.set_light_apart(light, true));
+    for light in 0..3 {
+        assert!(renderer.set_light_apart(light, true));
+    }
     let lights = LightChoice::Tree;
     assert_eq!(
         all(&renderer, Settings { lights, ..base }),

@@ -10,7 +10,7 @@
 mod image;
 mod points;
 
-pub use image::{SkyError, SkyImage, SkyMapping};
+pub use image::{SkyError, SkyImage};
 pub use points::{SkyBy, SkyPoints};
 
 use crate::delta::beyond;

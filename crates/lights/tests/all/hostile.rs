@@ -30,6 +30,7 @@ fn every_public_function_is_called_with_hostile_numbers() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let tests = concat!(
         include_str!("constructed.rs"),
+        include_str!("environments.rs"),
         include_str!("hostile.rs"),
         include_str!("octahedral.rs"),
         include_str!("profiles.rs"),

@@ -5,6 +5,7 @@ mod accuracy_page;
 mod accuracy_table;
 mod areas;
 mod constructed;
+mod environments;
 mod hostile;
 mod laws;
 mod linear;

@@ -5,8 +5,8 @@ use crate::skies::{X, sky, turned};
 use linelit_geometry::{DMat3, DVec3};
 use linelit_lights::octahedral::square_to_sphere;
 use linelit_lights::{
-    LightSpace, PointTechnique, Profile, SkyBy, SkyEmission, SkyImage, SkyMapping, SkyPoints,
-    SkyView,
+    LightSpace, PointTechnique, Profile, SkyBy, SkyEmission, SkyFilter, SkyImage, SkyMapping,
+    SkyPoints, SkyView,
 };
 use linelit_testkit::cases::cases;
 use linelit_testkit::chi2::sidak;
@@ -30,7 +30,7 @@ fn over_sphere(n: u32, f: impl Fn(DVec3) -> f64) -> f64 {
 
 /// An image is looked up where the inverse of the light's transform leads, and drawn there: what is
 /// drawn has the density that is said and comes back, and estimates of the irradiance by it are the
-/// sum over directions of the world.
+/// sum over directions of the world; so are the irradiance and the mean that the image gives.
 #[test]
 fn images_under_any_transform_follow_the_laws() {
     let scale = |x: f64, y: f64, z: f64| DMat3::from_diagonal(DVec3::new(x, y, z));
@@ -51,12 +51,22 @@ fn images_under_any_transform_follow_the_laws() {
             let size = [12, 12];
             let at_home = (DMat3::IDENTITY, DVec3::ONE);
             let plain = SkyImage::new(mapping, size, pixels.clone(), at_home.0, at_home.1).unwrap();
-            let image = SkyImage::placed(mapping, size, pixels, space, DVec3::ONE).unwrap();
+            let filter = SkyFilter::Linear;
+            let image = SkyImage::placed(filter, mapping, size, pixels, space, DVec3::ONE).unwrap();
             let local = |w: DVec3| plain.radiance((to_world.inverse() * w).normalize());
             let lit = |w: DVec3| local(w).x * n.dot(w).max(0.0);
             let (coarse, want) = (over_sphere(256, lit), over_sphere(512, lit));
             // Midpoints err by the square of their step, and by its half at kinks.
             let tolerance = 2.0 * (want - coarse).abs() + 1e-4 * want;
+            let off = (image.irradiance(n).x - want).abs();
+            assert!(off < tolerance, "{mapping:?} {to_world}: {off:e} {want}");
+            let mean = over_sphere(512, |w| local(w).x) / (4.0 * PI);
+            // The solid angle of a cell, 1/16 of the image across, by its middle.
+            assert!(
+                (image.mean().x / mean - 1.0).abs() < 0.02,
+                "{} {mean}",
+                image.mean()
+            );
             let sky = sky(SkyEmission::Image(Arc::new(image)), None);
             for by in [SkyBy::Radiance(n), SkyBy::Projected(n)] {
                 let points = SkyPoints::new(SkyView::new(&sky, X), by);

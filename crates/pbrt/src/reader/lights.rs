@@ -8,7 +8,7 @@ use linelit_assembly::{ErrorKind, Result, Source, ies, shorten};
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, predicates};
 use linelit_lights::{
     Falloff, Light, LightSpace, PointLight, Profile, ProfileKind, ProfileMap, Sky, SkyEmission,
-    SkyImage, SkyMapping, Sphere,
+    SkyFilter, SkyImage, SkyMapping, Sphere,
 };
 use linelit_scene::{ImageData, LUMINANCE};
 use std::f64::consts::PI;
@@ -203,8 +203,10 @@ impl Loader {
         let size = [data.width() as usize, data.height() as usize];
         let map = match mapping {
             SkyMapping::EqualArea => {
+                // Version 4 looks the nearest pixel up.
                 let mean = |[r, g, b]: [f32; 3]| (r + g + b) / 3.0;
-                ProfileMap::octahedral(size[0], pixels(&data).map(mean).collect())
+                let map = ProfileMap::octahedral(size[0], pixels(&data).map(mean).collect());
+                map.map(ProfileMap::nearest)
             }
             SkyMapping::Equirectangular => {
                 ProfileMap::equirectangular(size, pixels(&data).flatten().collect())
@@ -262,9 +264,15 @@ impl Loader {
             Some((data, mapping)) => {
                 let space = self.light_space(params)?;
                 let size = [data.width() as usize, data.height() as usize];
+                // Version 4 looks the nearest pixel up; behind a portal it interpolates first.
+                let filter = match mapping {
+                    SkyMapping::EqualArea if portal.is_none() => SkyFilter::Nearest,
+                    _ => SkyFilter::Linear,
+                };
                 let image = |space: LightSpace, scale: DVec3| {
                     let pixels = pixels(&data).collect();
-                    SkyImage::placed(mapping, size, pixels, space, scale).map_err(|why| {
+                    let image = SkyImage::placed(filter, mapping, size, pixels, space, scale);
+                    image.map_err(|why| {
                         let message = format!("the image of {}: {why}", params.owner);
                         params.error(ErrorKind::OutOfRange, message, "")
                     })
