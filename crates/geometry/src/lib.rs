@@ -42,7 +42,8 @@
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
-#![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
+// Macros are not looked at: of `stop`, which has a thread-local, clippy would see no exception.
+#![cfg_attr(not(test), warn(clippy::disallowed_types))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
 mod close_lines;

@@ -21,7 +21,6 @@
 
 #![allow(
     clippy::disallowed_types,
-    clippy::disallowed_macros,
     reason = "what a thread is asked is its own, and nothing that is computed depends on it"
 )]
 

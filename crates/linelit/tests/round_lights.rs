@@ -1,7 +1,9 @@
 //! What points see of disks and spheres, and of lights for slices of points.
 
+#![allow(clippy::float_cmp, reason = "nothing, and all")]
+
 use linelit::geometry::DVec3;
-use linelit::{Error, Light, Measure, Scene};
+use linelit::{Error, Light, Measure, Rings, Scene};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::{PI, TAU};
@@ -53,10 +55,9 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
         }
     }
     // Beside it, a segment of the circle; on the axis its solid angle is of the same form.
-    for from in [-0.9_f64, -0.25, 0.5, 0.75] {
-        #[allow(clippy::cast_possible_truncation, reason = "sixteenths")]
-        let scene = behind(&half_plane(from as f32), disk([0.0, 0.0, 2.0], 1.0))?;
-        let from = f64::from(from as f32);
+    for from in [-0.9_f32, -0.25, 0.5, 0.75] {
+        let scene = behind(&half_plane(from), disk([0.0, 0.0, 2.0], 1.0))?;
+        let from = f64::from(from);
         let visible = 1.0 - (from.acos() - from * (1.0 - from * from).sqrt()) / PI;
         let found = scene.visible_fraction([0.0; 3], 0, Measure::Area)?;
         assert!((found - visible).abs() < 1e-14, "{from}: {found} {visible}");
@@ -104,6 +105,26 @@ fn hits(x: DVec3, d: DVec3, t: &[[f32; 3]]) -> bool {
     let (p, q) = (d.cross(v), from.cross(u));
     let [s, r, t] = [from.dot(p), d.dot(q), v.dot(q)].map(|w| w / u.dot(p));
     s >= 0.0 && r >= 0.0 && s + r <= 1.0 && t > 0.0 && t < 1.0
+}
+
+/// Rings of a disk, by its centre and its normal times its radius, have the visible area, but for
+/// that of chords, counter-clockwise as the point sees them.
+fn rings_have_the_area(rings: &Rings, x: DVec3, [center, normal]: [DVec3; 2], want: f64) {
+    let (radius, normal) = (normal.length(), normal.normalize());
+    let area = |ring: &Vec<[f64; 3]>| {
+        let next = ring.iter().cycle().skip(1);
+        let to = |p: &[f64; 3]| DVec3::from(*p) - center;
+        let turns = ring
+            .iter()
+            .zip(next)
+            .map(|(a, b)| to(a).cross(to(b)).dot(normal));
+        0.5 * turns.sum::<f64>() * normal.dot(x - center).signum()
+    };
+    let found = rings.iter().map(area).sum::<f64>() / (PI * radius * radius);
+    assert!((found - want).abs() < 1.1e-4, "{found} {want}");
+    for p in rings.iter().flatten().map(|p| DVec3::from(*p) - center) {
+        assert!(p.length() < radius * (1.0 + 1e-9) && normal.dot(p).abs() < 1e-9);
+    }
 }
 
 #[test]
@@ -160,24 +181,13 @@ fn fractions_of_round_lights_are_those_of_rays() -> Result<(), Error> {
             let z = (seen / all - exact) / (square.sqrt() / all).max(1e-9);
             assert!(z.abs() < most, "{case} {measure:?}: {exact} z = {z}");
         }
-        // Rings have the area, but for that of chords.
-        let rings = scene.visible_polygons(x, 0)?;
-        let area = |ring: &Vec<[f64; 3]>| {
-            let next = ring.iter().cycle().skip(1);
-            let pairs = ring.iter().zip(next);
-            let turn = |(a, b): (&[f64; 3], &[f64; 3])| {
-                (DVec3::from(*a) - x).cross(DVec3::from(*b) - x).dot(normal)
-            };
-            // Counter-clockwise as the point sees them, positive towards it.
-            let towards = normal.dot(x - center).signum();
-            0.5 * towards * pairs.map(turn).sum::<f64>()
-        };
-        let found = rings.iter().map(area).sum::<f64>() / (PI * radius * radius);
         let want = scene.visible_fraction(x, 0, Measure::Area)?;
-        assert!((found - want).abs() < 1.1e-4, "{case}: {found} {want}");
-        for p in rings.iter().flatten().map(|p| DVec3::from(*p) - center) {
-            assert!(p.length() < radius * (1.0 + 1e-9) && normal.dot(p).abs() < 1e-9);
-        }
+        rings_have_the_area(
+            &scene.visible_polygons(x, 0)?,
+            x,
+            [center, normal * radius],
+            want,
+        );
     }
     Ok(())
 }

@@ -16,6 +16,7 @@ use crate::program::TryAgain;
 use crate::{interrupt, output::note};
 use anyhow::{Context as _, Result, bail};
 use clap::Parser as _;
+use linelit_geometry::stop;
 use linelit_plan::{BoxError, Folder, PlanError, Ran, Run, Task, Unit};
 use linelit_study::engine::{from_bytes, to_bytes};
 use linelit_viewfactors::files::Mesh;
@@ -24,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::ops::Range;
 use std::path::Path;
+use std::rc::Rc;
 use std::time::Instant;
 
 /// The kind of plans of view factors.
@@ -122,7 +124,11 @@ pub fn run(args: &ViewFactorsArgs, out: &mut Output) -> Result<()> {
     let mesh = mesh::read(&args.common.read.library(), &args.facets, None)?;
     let factors = Factors::new(&args.facets, mesh, &args.factors)?;
     interrupt::watch().context("watching for signals")?;
-    let found = pool(&args.common)?.install(|| factors.at_once())?;
+    let pool = pool(&args.common)?;
+    pool.broadcast(|_| drop(stop::ask(Some(Rc::new(interrupt::stopped)))));
+    // Long rows are not waited for.
+    let found = stop::catch(|| pool.install(|| factors.at_once()));
+    let found = found.unwrap_or_else(|stop::Stopped| Err(interrupted("").into()))?;
     factors.write(&found, to, out)
 }
 
@@ -158,6 +164,12 @@ pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<Packed> {
         std::slice::from_ref(&args.facets),
         units,
     )
+}
+
+/// The error of factors that a signal ended at a place.
+fn interrupted(at: &str) -> TryAgain {
+    let goes_on = "`linelit plan viewfactors` makes what can be gone on with";
+    TryAgain(format!("interrupted{at}, and nothing is kept: {goes_on}"))
 }
 
 impl Factors {
@@ -207,11 +219,7 @@ impl Factors {
             .facets
             .rows_of(0..rows, self.args.tolerance, &plan, |row| {
                 if interrupt::stopped() {
-                    return Err(TryAgain(format!(
-                        "interrupted at row {} of {rows}, and nothing is kept: `linelit plan \
-                     viewfactors` makes what can be gone on with",
-                        row.facet
-                    )));
+                    return Err(interrupted(&format!(" at row {} of {rows}", row.facet)));
                 }
                 progress.inc(1);
                 self.add(&mut matrix, row);
