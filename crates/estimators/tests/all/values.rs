@@ -141,9 +141,10 @@ const ALONE: [&str; 4] = [
 ];
 
 /// Weighted combinations.
-const WEIGHTED: [&str; 6] = [
+const WEIGHTED: [&str; 7] = [
     "line-area+point-solid-angle",
     "line-area:3+point-area[mis=power]",
+    "line-area[pieces=one]+point-solid-angle",
     "line-area+point-solid-angle[mis=smooth]",
     "point-area+point-solid-angle:3[mis=average]",
     "line-solid-angle[orientation=spread:2]+point-area[mis=maximum]",
