@@ -366,6 +366,21 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
         );
         row("materials", text)?;
     }
+    print_plan(info, &mut row)?;
+    row(
+        "warnings",
+        match info.warnings.len() {
+            0 => "none".into(),
+            n => format!("{n}, printed above"),
+        },
+    )
+}
+
+/// What the plan of a quick look at the scene counts, and what it skips.
+fn print_plan(
+    info: &Info,
+    mut row: impl FnMut(&str, String) -> Result<(), OutputError>,
+) -> Result<(), OutputError> {
     let [width, height] = info.plan.pixels;
     row("looked at", format!("through {width} x {height} pixels:"))?;
     let is_total = |what: &str| what == "shading points" || what == "(point, light) pairs";
@@ -378,13 +393,7 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     for (name, text) in rows.chain(skipped.into_iter().map(line)) {
         row(&name, text)?;
     }
-    row(
-        "warnings",
-        match info.warnings.len() {
-            0 => "none".into(),
-            n => format!("{n}, printed above"),
-        },
-    )
+    Ok(())
 }
 
 /// Lights that are printed one by one.

@@ -107,6 +107,10 @@ fn info_says_what_is_in_a_scene() {
 /// Lights of the file have one row each, by the numbers that flags take: a flag that names another
 /// number is refused, and each that is listed changes the picture.
 #[test]
+#[allow(
+    clippy::too_many_lines,
+    reason = "a scene, and what is said of its lights"
+)]
 fn info_lists_the_lights_by_the_numbers_that_flags_take() {
     let dir = folder("rows");
     let scene = dir.join("rows.pbrt");

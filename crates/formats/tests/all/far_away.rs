@@ -115,7 +115,13 @@ fn all_formats_round_relative_to_the_middle() {
         #[cfg(feature = "gltf")]
         all.push(("gltf", gltf(place)));
         let bound = 3f64.sqrt() * 2f64.powi(-23) + 8.0 * f64::EPSILON * place.abs().max_element();
-        for (format, Loaded { scene, warnings, .. }) in all {
+        for (
+            format,
+            Loaded {
+                scene, warnings, ..
+            },
+        ) in all
+        {
             assert_eq!(scene.better_origin(), None);
             let coarse = warnings
                 .iter()

@@ -49,7 +49,10 @@ fn cones_are_their_polynomials() {
         let height = inner - outer;
         let mean = 0.5 * ((1.0 - inner) + height * sum);
         let lambert = (1.0 - inner * inner) + 2.0 * height * (outer * sum + height * moment);
-        assert!((profile.mean().x - mean).abs() < 1e-15, "{falloff:?}: {mean}");
+        assert!(
+            (profile.mean().x - mean).abs() < 1e-15,
+            "{falloff:?}: {mean}"
+        );
         assert!(
             (profile.lambertian_mean() - lambert).abs() < 1e-15,
             "{falloff:?}: {lambert}"
@@ -138,7 +141,11 @@ fn means_of_tables_of_cosines_are_those_of_cosines() {
     let table = ProfileTable::new(rows, vec![0.0], values).expect("a table");
     let profile = Profile::new(ProfileKind::Table(Arc::new(table)), WORLD);
     // ½ ∫ (1 + c) dc = 1, ∫ 2 c (1 + c) dc = 5/3.
-    assert!((profile.mean().x - 1.0).abs() < 5e-6, "{}", profile.mean().x);
+    assert!(
+        (profile.mean().x - 1.0).abs() < 5e-6,
+        "{}",
+        profile.mean().x
+    );
     let lambert = profile.lambertian_mean();
     assert!((lambert * 0.6 - 1.0).abs() < 1e-5, "{lambert}");
 }
@@ -161,7 +168,9 @@ fn maps_are_linear_between_the_middles_of_pixels() {
         (-0.25, 1.0, 0.75 * 3.0 + 0.25 * 7.0),
         (1.0, -0.3, 2.0),
     ] {
-        let got = profile.factor(direction((j + 0.5) * row, (i + 0.5) * turn)).x;
+        let got = profile
+            .factor(direction((j + 0.5) * row, (i + 0.5) * turn))
+            .x;
         assert!((got - want).abs() < 1e-13, "{i} {j}: {got} for {want}");
     }
 }
