@@ -64,8 +64,8 @@ impl Numbers<'_> {
 }
 
 /// Reads the intensities of a luminaire in candela, times the multiplier, the ballast factor and,
-/// before the edition of 2019, the number after it, which was the ballast-lamp factor: in 2019 it is
-/// a code for how the file was made.
+/// before the edition of 2019, the number after it, which was the ballast-lamp factor: in 2019 it
+/// is a code for how the file was made.
 ///
 /// Angles are in the profile's frame: vertical ones from its axis, which the luminaire shines
 /// along, horizontal ones from its x axis towards y = z × x. Whoever looks along the axis, as from

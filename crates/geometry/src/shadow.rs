@@ -6,11 +6,11 @@ use core::ops::Range;
 /// The margins at the ends of the way from a point to a light in which occluders hide nothing.
 ///
 /// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain: a
-/// lamp in the plane of a ceiling, a point on a surface. [`Margins::ROUNDING`] forgives the rounding
-/// of `f64` alone, for lights whose own triangles are excluded by their numbers: what touches such
-/// a light hides it up to where it touches. Zero, for callers whose occluders and lights share their
-/// vertices, leaves the decision to the side of the light's plane on which a vertex lies; what lies
-/// in that plane hides nothing.
+/// lamp in the plane of a ceiling, a point on a surface. [`Margins::ROUNDING`] forgives the
+/// rounding of `f64` alone, for lights whose own triangles are excluded by their numbers: what
+/// touches such a light hides it up to where it touches. Zero, for callers whose occluders and
+/// lights share their vertices, leaves the decision to the side of the light's plane on which a
+/// vertex lies; what lies in that plane hides nothing.
 ///
 /// ```
 /// use linelit_geometry::Margins;

@@ -14,10 +14,10 @@ use core::fmt;
 /// Returns the origin for vertices in the box from `low` to `high`: on each axis the middle of the
 /// box, where that is more than four times as far away as the box is large; else zero.
 ///
-/// Scenes about zero keep the numbers that they have, where the middle would win three bits at most.
-/// Differences from a middle are exact in `f64` (Sterbenz). The middle itself is rounded to `f32`
-/// where that moves it by less than an eighth of the size: vertices that are `f32` numbers then have
-/// exact differences.
+/// Scenes about zero keep the numbers that they have, where the middle would win three bits at
+/// most. Differences from a middle are exact in `f64` (Sterbenz). The middle itself is rounded to
+/// `f32` where that moves it by less than an eighth of the size: vertices that are `f32` numbers
+/// then have exact differences.
 ///
 /// ```
 /// use linelit_geometry::{DVec3, origin_of_box};

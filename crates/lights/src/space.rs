@@ -6,8 +6,8 @@ use linelit_geometry::{DMat3, DVec3, Frame};
 /// The linear map between directions of the world and those of a light's own space.
 ///
 /// A direction is looked up where the inverse of the light's transform takes it, made a unit vector
-/// (as in pbrt). A reflection mirrors what the light sends, and an uneven scale stretches it: a cone
-/// becomes an elliptic one. Uniform scales change no direction.
+/// (as in pbrt). A reflection mirrors what the light sends, and an uneven scale stretches it: a
+/// cone becomes an elliptic one. Uniform scales change no direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSpace {
     to_world: DMat3,

@@ -115,9 +115,9 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
     /// The distance by which `irradiance` and `radiance` lift points off their surface, along the
     /// normal. If none is set it is 2⁻⁴⁶ of the point's largest coordinate, which is for points
     /// computed in `f64`: points computed in `f32` on slanted triangles need some 10⁻⁶ of the
-    /// coordinates, or the triangle may hide the light from its own points. From 0 on and
-    /// below 2⁶⁰. Where vertices in `f64` were rounded, and a triangle is above the point by no more
-    /// than twice what that moved one, it is as much more.
+    /// coordinates, or the triangle may hide the light from its own points. From 0 on and below
+    /// 2⁶⁰. Where vertices in `f64` were rounded, and a triangle is above the point by no more than
+    /// twice what that moved one, it is as much more.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self

@@ -38,8 +38,8 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
         (Light::sphere([0.0, 0.0, 2.5], 1e-5, [1.0; 3]), 1e-5),
     ] {
         let scene = behind(&half_plane(0.0), light)?;
-        // What is at 180 is seen to an ε of that. Closed forms are good to 1e-12, and where they lose
-        // digits to the documented 1e-7.
+        // What is at 180 is seen to an ε of that. Closed forms are good to 1e-12, and where they
+        // lose digits to the documented 1e-7.
         let seen = 2.0 * f64::EPSILON * 180.0 / radius;
         let cosine = if radius < 1e-4 { 1e-7 } else { 1e-12 };
         for (measure, error) in [

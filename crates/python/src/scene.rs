@@ -21,8 +21,8 @@ use pyo3::types::{PyDict, PyList};
 /// Parameters
 /// ----------
 /// vertices : (n, 3) array
-///     Positions, up to 2⁶⁰. Those of float64 are rounded to float32 once, relative to the middle of
-///     those that faces use, so that scenes at map coordinates are as good as others.
+///     Positions, up to 2⁶⁰. Those of float64 are rounded to float32 once, relative to the middle
+///     of those that faces use, so that scenes at map coordinates are as good as others.
 /// faces : (m, 3) array of int
 ///     The vertices of each triangle, from 0. Both sides hide light; triangles without area hide
 ///     nothing.
@@ -153,8 +153,8 @@ impl Scene {
     /// samples : int
     ///     Samples for each point and light, where the method takes any.
     /// seed : int
-    ///     From 0 to 2⁶⁴ − 1. Two seeds give independent noise. A point's noise depends on the seed, its position and
-    ///     its normal alone.
+    ///     From 0 to 2⁶⁴ − 1. Two seeds give independent noise. A point's noise depends on the
+    ///     seed, its position and its normal alone.
     /// sampler : str
     ///     The sampling pattern, such as ``"stratified"`` or ``"sobol"``.
     /// threads : int, optional
@@ -244,8 +244,8 @@ impl Scene {
     /// Returns
     /// -------
     /// ndarray of float64, shape (…)
-    ///     Between 0 and 1. NaN where the whole light measures nothing: from a point in its plane or
-    ///     inside a sphere, or below the horizon of the normal.
+    ///     Between 0 and 1. NaN where the whole light measures nothing: from a point in its plane
+    ///     or inside a sphere, or below the horizon of the normal.
     ///
     /// Raises
     /// ------

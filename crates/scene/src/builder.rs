@@ -124,8 +124,9 @@ const MEAN_BUDGET: f64 = 4e6;
 /// an example.
 ///
 /// Meshes, lights and the camera are given in world space. Vertices are rounded relative to
-/// [`SceneBuilder::origin`], so that rounding does not depend on how far away they are: that is zero
-/// unless it is set before anything is added, and [`Scene::better_origin`] says what it should be.
+/// [`SceneBuilder::origin`], so that rounding does not depend on how far away they are: that is
+/// zero unless it is set before anything is added, and [`Scene::better_origin`] says what it should
+/// be.
 #[derive(Debug)]
 pub struct SceneBuilder {
     /// The point of the world relative to which vertices are stored.

@@ -115,8 +115,8 @@ fn the_standard_error_knows_of_the_reference() {
     assert!(mean(1) > 4.0, "{}", mean(1));
 }
 
-/// Biases divided by their standard errors have variance one, those of a method without noise, which
-/// differ from the reference by the reference's own error alone, too.
+/// Biases divided by their standard errors have variance one, those of a method without noise,
+/// which differ from the reference by the reference's own error alone, too.
 #[test]
 fn the_standard_error_of_a_bias_knows_of_the_reference() {
     for (sigma, trials) in [(0.0, 8), (SIGMA, 64)] {

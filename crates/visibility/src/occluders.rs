@@ -16,10 +16,11 @@ use std::sync::Arc;
 ///
 /// Vertices are stored as `f32`. Those given as `f32` are stored exactly: no query moves or rounds
 /// them. Those given as `f64` ([`Occluders::build_with`], [`Occluders::refit`]) are rounded once,
-/// relative to an [origin](Occluders::origin) in their middle; points and lights stay `f64`, and are
-/// in the coordinates that vertices were given in. Triangles that can hide nothing (a vertex that is not finite, an index out of range, two vertices in one place)
-/// are left out and counted. Three distinct vertices on a line stay: they hide next to nothing,
-/// but keep the seam between their neighbours closed.
+/// relative to an [origin](Occluders::origin) in their middle; points and lights stay `f64`, and
+/// are in the coordinates that vertices were given in. Triangles that can hide nothing (a vertex
+/// that is not finite, an index out of range, two vertices in one place) are left out and counted.
+/// Three distinct vertices on a line stay: they hide next to nothing, but keep the seam between
+/// their neighbours closed.
 ///
 /// Beside solid triangles they may have others, into which a filter cuts holes
 /// ([`Occluders::with_holes`]). Where there are none, no query costs more than a branch. A clone

@@ -46,8 +46,8 @@ pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> 
     Ok(folder)
 }
 
-/// Works off a plan, but for the units that it is to `leave` out, until it is done or a signal comes
-/// ([`TryAgain`]); then says what `goes_on` with it.
+/// Works off a plan, but for the units that it is to `leave` out, until it is done or a signal
+/// comes ([`TryAgain`]); then says what `goes_on` with it.
 pub(super) fn work_off(
     folder: &Folder,
     shard: Shard,

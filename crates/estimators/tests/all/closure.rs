@@ -161,10 +161,10 @@ fn place(rng: &mut SplitMix64, room: &Room) -> DVec3 {
 /// own triangle is excluded.
 ///
 /// Without margins, of 3,000 points, half of them within a tenth to a millionth of a facet's size
-/// above it, the sums were within 3e-12: rounding of a few 1e-15 for each side of each visible part.
-/// With the default margins light gets past whatever touches a facet, in the last 1e-10 of the way:
-/// with margins of 1e-6, the sums were off by 3e-7 to 3e-6 for up to 3,000 facets, and what gets past
-/// is proportional to the margin, so that it is 3e-10 at most.
+/// above it, the sums were within 3e-12: rounding of a few 1e-15 for each side of each visible
+/// part. With the default margins light gets past whatever touches a facet, in the last 1e-10 of
+/// the way: with margins of 1e-6, the sums were off by 3e-7 to 3e-6 for up to 3,000 facets, and
+/// what gets past is proportional to the margin, so that it is 3e-10 at most.
 #[test]
 fn view_factors_to_all_facets_of_a_room_add_up_to_one() {
     let mut rng = rng(40);

@@ -58,8 +58,8 @@ fn standing(place: f64, lean: f64) -> Standing {
 /// Rays to points of a line agree with the visible parts of the line, and these with brute force.
 ///
 /// The point is the same for both, and corners are stored in single precision relative to an origin
-/// near it, so that depths are rounded by a few ε; over the margin of 1e-10 that moves an end of what
-/// is visible by some 1e-5, and what is within 1e-4 of an end may be on either side.
+/// near it, so that depths are rounded by a few ε; over the margin of 1e-10 that moves an end of
+/// what is visible by some 1e-5, and what is within 1e-4 of an end may be on either side.
 #[test]
 fn rays_and_lines_agree_about_what_stands_on_the_point() {
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());

@@ -19,7 +19,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// ∫∫ over a square as a sum, by the midpoints after a substitution that has nothing at the ends.
 fn square(mut add: impl FnMut([f64; 2], f64)) {
-    // x(t) with x' = 2772 t⁵ (1 − t)⁵: all that Euler and Maclaurin's sum leaves is of higher order.
+    // x(t) with x' = 2772 t⁵ (1 − t)⁵: all that Euler and Maclaurin's sum leaves is of higher
+    // order.
     const COUNT: u32 = 96;
     let nodes: Vec<[f64; 2]> = (0..COUNT)
         .map(|i| {

@@ -92,8 +92,8 @@ fn gltf(at: DVec3) -> Loaded {
 }
 
 /// Corners are where the file has them: to half an ulp of their distance from the middle, which is
-/// less than one on each axis, or from zero for a scene there, where it is less than two; to that of
-/// the file's single numbers for glTF; and to the rounding of the sums that transforms are.
+/// less than one on each axis, or from zero for a scene there, where it is less than two; to that
+/// of the file's single numbers for glTF; and to the rounding of the sums that transforms are.
 #[test]
 fn all_formats_round_relative_to_the_middle() {
     for place in PLACES.map(DVec3::from) {

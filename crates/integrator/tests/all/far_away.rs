@@ -56,9 +56,9 @@ AttributeEnd"#,
 /// The same picture at each place.
 ///
 /// Camera rays meet the floor where rounding of the place allows, some twenty units ε of it (the
-/// camera's matrix is inverted twice, over a distance of four), and points are lifted by 2⁻⁴⁶ = 64 ε.
-/// The light there changes by less than eight times itself per unit of distance, but for the shadow
-/// of the lamp without size, whose edge is left out: a pixel where it is or is not.
+/// camera's matrix is inverted twice, over a distance of four), and points are lifted by 2⁻⁴⁶ = 64
+/// ε. The light there changes by less than eight times itself per unit of distance, but for the
+/// shadow of the lamp without size, whose edge is left out: a pixel where it is or is not.
 #[test]
 fn pictures_are_the_same_everywhere_on_the_map() {
     let light = |at: DVec3| -> Vec<DVec3> {

@@ -18,8 +18,8 @@ fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(st * cp, st * sp, ct)
 }
 
-/// Falloffs half and a quarter of the way between the cosines of both cones, and what they integrate
-/// to: over the sphere, and by the cosine on a surface.
+/// Falloffs half and a quarter of the way between the cosines of both cones, and what they
+/// integrate to: over the sphere, and by the cosine on a surface.
 #[test]
 fn cones_are_their_polynomials() {
     let [inner, outer] = [0.75, 0.25];

@@ -71,8 +71,8 @@ impl Loader {
         Ok(())
     }
 
-    /// Our extensions, about the normal and turned with the shape: `focus`, a power of the cosine; `coneangle` with
-    /// `conedeltaangle`, the cone of a spot; `iesfile`. Shapes keep their power.
+    /// Our extensions, about the normal and turned with the shape: `focus`, a power of the cosine;
+    /// `coneangle` with `conedeltaangle`, the cone of a spot; `iesfile`. Shapes keep their power.
     fn emission_profile(&mut self, params: &Params) -> Result<Option<u32>> {
         // The cone asks for this one itself.
         params.ignore(&["conedeltaangle"]);
