@@ -20,6 +20,7 @@ mod robust;
 mod round;
 mod shapes;
 mod skies;
+mod sky_values;
 mod solid_angle;
 mod spaces;
 mod surfaces;
