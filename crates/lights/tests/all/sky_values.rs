@@ -109,7 +109,7 @@ fn skies_of_one_radiance_are_drawn_by_the_cosine() {
     }
 }
 
-/// Through a wall of a cube about the point a sixth of the directions is seen, and each is as likely;
+/// Through a wall of a cube about the point a sixth of all directions is seen, each as likely;
 /// with an image, half of the samples go there, and half where it is bright.
 #[test]
 fn portals_are_drawn_by_solid_angle() {
