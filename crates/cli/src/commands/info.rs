@@ -112,7 +112,7 @@ impl LightGroup {
             n => format!("{n} × "),
         };
         let [power, luminance] = [self.power, self.power_luminance].map(watts);
-        format!("{count}{kind}{size}, power {power} W (luminance {luminance} W)")
+        format!("{count}{kind}{size}, power {power} W (mean of RGB; luminance {luminance} W)")
     }
 }
 
@@ -351,13 +351,8 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     row("camera", info.camera.clone())?;
     let [width, height] = info.resolution;
     row("film", format!("{width} x {height} pixels"))?;
-    row("lights", light_head(info))?;
-    for light in info.light_rows.iter().take(MOST_ROWS) {
-        let [numbers, text] = light.describe();
+    for [numbers, text] in light_lines(info) {
         row(&numbers, text)?;
-    }
-    if let Some(more @ 1..) = info.light_rows.len().checked_sub(MOST_ROWS) {
-        row("", format!("and {more} more: --json has all"))?;
     }
     for (kind, group) in &info.materials {
         let text = format!(
@@ -399,13 +394,20 @@ fn print_plan(
 /// Lights that are printed one by one.
 const MOST_ROWS: usize = 100;
 
-/// The line above the lights.
-fn light_head(info: &Info) -> String {
+/// The lines on the lights: their number, and each of the first.
+fn light_lines(info: &Info) -> Vec<[String; 2]> {
     let count: usize = info.lights.values().map(|group| group.lights).sum();
-    match count {
+    let head = match count {
         0 => "none".to_owned(),
         n => format!("{n}, by the numbers of --light-estimator and --light-apart:"),
+    };
+    let mut lines = vec![["lights".to_owned(), head]];
+    let rows = info.light_rows.iter();
+    lines.extend(rows.take(MOST_ROWS).map(LightRow::describe));
+    if let Some(more @ 1..) = info.light_rows.len().checked_sub(MOST_ROWS) {
+        lines.push([String::new(), format!("and {more} more: --json has all")]);
     }
+    lines
 }
 
 /// A power with four digits behind the point, or as a power of ten where those say little.

@@ -3,7 +3,7 @@
 use crate::common::{folder, linelit, path, succeeded, text};
 use linelit_film::Image;
 use linelit_formats::{LoadOptions, Loaded};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The picture of a scene file, and the messages.
 fn render(scene: &str, image: &Path, more: &[&str]) -> Image {
@@ -104,16 +104,9 @@ fn info_says_what_is_in_a_scene() {
     );
 }
 
-/// Lights of the file have one row each, by the numbers that flags take: a flag that names another
-/// number is refused, and each that is listed changes the picture.
-#[test]
-#[allow(
-    clippy::too_many_lines,
-    reason = "a scene, and what is said of its lights"
-)]
-fn info_lists_the_lights_by_the_numbers_that_flags_take() {
-    let dir = folder("rows");
-    let scene = dir.join("rows.pbrt");
+/// A scene of a quad, a sphere, a two-sided sphere, a point and a disk, and what `info` says of it.
+fn many_lights(name: &str) -> (PathBuf, serde_json::Value) {
+    let scene = folder(name).join("rows.pbrt");
     let quad = |z: i32| {
         format!("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 {z} 0 1 {z} 1 0 {z} 1 1 {z} ] ")
     };
@@ -136,7 +129,18 @@ fn info_lists_the_lights_by_the_numbers_that_flags_take() {
     ];
     std::fs::write(&scene, world.concat()).unwrap();
     let output = succeeded(&["info", path(&scene), "--json"]);
-    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    (scene, serde_json::from_slice(&output.stdout).unwrap())
+}
+
+/// The two numbers of a row of lights.
+fn range(row: &serde_json::Value, key: &str) -> [u64; 2] {
+    [0, 1].map(|k| row[key][k].as_u64().unwrap())
+}
+
+/// Lights of the file have one row each, whatever they are made of.
+#[test]
+fn info_lists_the_lights_of_the_file() {
+    let (_, info) = many_lights("rows");
     let rows = info["light_rows"].as_array().unwrap();
     let kinds = rows.iter().map(|row| row["kind"].as_str().unwrap());
     // The two-sided sphere stays facets, of several kinds, in one row.
@@ -151,7 +155,6 @@ fn info_lists_the_lights_by_the_numbers_that_flags_take() {
     // Round lights are one each, and the numbers of all facets go on from row to row.
     let of_kind = |kind: &str| &info["lights"][kind]["lights"];
     assert_eq!(["sphere", "disk", "point"].map(of_kind), [1, 1, 1]);
-    let range = |row: &serde_json::Value, key: &str| [0, 1].map(|k| row[key][k].as_u64().unwrap());
     let groups = info["facet_lights"].as_object().unwrap().values();
     let facets: u64 = groups.map(|group| group["lights"].as_u64().unwrap()).sum();
     let mut next = 0;
@@ -160,9 +163,15 @@ fn info_lists_the_lights_by_the_numbers_that_flags_take() {
         next = range(row, "facets")[1] + 1;
     }
     assert_eq!(next, facets);
+}
 
+/// Each number that is listed changes the picture; a flag that names another is refused.
+#[test]
+fn lights_go_by_the_numbers_that_info_lists() {
+    let (scene, info) = many_lights("numbers");
+    let rows = info["light_rows"].as_array().unwrap();
     // Files without metadata, which would name the estimators.
-    let image = dir.join("a.pfm");
+    let image = scene.with_extension("pfm");
     let render = |more: &[&str]| {
         let small = ["--resolution", "8x8", "--samples", "1", "-o", path(&image)];
         linelit(&[&["render", path(&scene)], &small[..], more].concat())
