@@ -193,6 +193,66 @@ fn environments_are_skies() {
     assert!(matches!(sky(&scene).emission, SkyEmission::Constant(_)));
 }
 
+/// Version 4 looks the nearest pixel up, of environments and goniometers by the equal-area map;
+/// version 3 interpolates. Behind a portal, version 4 resamples the image by interpolation.
+#[test]
+fn images_of_version_4_are_looked_up_by_the_nearest_pixel() {
+    let folder = Folder::new("nearest");
+    let path = folder.join("quarter.tga");
+    // Of 4 x 4 pixels, the one at column 2 and row 1 is white; that is where x > 0 > y.
+    let mut pixels = [[0, 0, 0]; 16];
+    pixels[6] = [255, 255, 255];
+    write_tga(&path, [4, 4], &pixels);
+    let name = path.display();
+    let direction = |x: f64, y: f64| linelit_lights::octahedral::square_to_sphere([x, y]);
+    let places = [
+        (0.51, 1.0),
+        (0.74, 1.0),
+        (0.6, 1.0),
+        (0.49, 0.0),
+        (0.76, 0.0),
+    ];
+    let at = |x: f64| direction(x, 0.375);
+    let read = |light: &str| {
+        load(&format!(
+            "Camera \"perspective\" WorldBegin {SQUARE} LightSource {light}"
+        ))
+        .scene
+    };
+    let file = format!("\"string filename\" \"{name}\"");
+    let scene = read(&format!("\"infinite\" {file}"));
+    for (x, value) in places {
+        near(sky(&scene).along(at(x)), DVec3::splat(value));
+    }
+    let portal = "\"point3 portal\" [ 0 0 5 0 1 5 1 1 5 1 0 5 ]";
+    let scene = read(&format!("\"infinite\" {file} {portal}"));
+    near(sky(&scene).along(at(0.5)), DVec3::splat(0.5));
+    let scene = read(&format!("\"goniometric\" {file}"));
+    let profile = point(&scene).profile.as_ref().expect("an image");
+    // A sixteenth of the sphere, all of it alike.
+    near(profile.mean(), DVec3::splat(1.0 / 16.0));
+    let values = (0..4000).map(|k| {
+        let z = 1.0 - (f64::from(k) + 0.5) / 2000.0;
+        let (s, c) = (2.4 * f64::from(k)).sin_cos();
+        let sine = (1.0 - z * z).sqrt();
+        profile.factor(DVec3::new(sine * c, sine * s, z)).x
+    });
+    let (white, black): (Vec<f64>, Vec<f64>) = values.partition(|v| *v > 0.0);
+    assert!(white.iter().all(|v| (v - 1.0).abs() < 1e-12) && !black.is_empty());
+    assert!((150..350).contains(&white.len()), "{}", white.len());
+    // Version 3: column 2 of 4 by longitude ends halfway between the centres of pixels.
+    let scene = world(&format!(
+        "{SQUARE} LightSource \"infinite\" \"string mapname\" \"{name}\""
+    ));
+    let row = 1.5 * PI / 4.0;
+    let along = |turn: f64| {
+        let (s, c) = (2.0 * PI * turn).sin_cos();
+        sky(&scene).along(DVec3::new(row.sin() * c, row.sin() * s, row.cos()))
+    };
+    near(along(0.5), DVec3::splat(0.5));
+    near(along(0.625), DVec3::ONE);
+}
+
 #[test]
 fn what_is_no_light_is_an_error_at_its_place() {
     for (text, part) in [
