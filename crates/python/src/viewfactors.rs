@@ -44,8 +44,8 @@ use rayon::prelude::*;
 /// -----
 /// Coordinates are moved to the middle of those that polygons use, and rounded to float32 once:
 /// `displacement` is how far that moved a vertex at most, and a warning says so where that is more
-/// than a thousandth of the median edge. A facet that is not much wider than this has no digits from
-/// points. Where facets coincide in one plane, the one with the lowest number is there.
+/// than a thousandth of the median edge. A facet that is not much wider than this has no digits
+/// from points. Where facets coincide in one plane, the one with the lowest number is there.
 ///
 /// Examples
 /// --------

@@ -1,16 +1,13 @@
-//! The ratchet: figures of how large and how tangled the house is, which may only fall.
+//! The ratchet: figures of how large and how tangled the house is, which only rise with a reason.
 //!
-//! `xtask/ratchet.txt` has the last ones; who lowers a figure lowers the file (`cargo xtask
-//! ratchet`), and who needs a room larger says so in the file's history. What is counted:
+//! `xtask/ratchet.txt` has the last ones. Whoever lowers a figure lowers the file (`cargo xtask
+//! ratchet`); a change that needs more raises it by hand, and its commit says what that buys and
+//! what went for it. Two figures are kept:
 //!
-//! - `lines ROOM`: lines of `src` of each crate and of xtask, unit tests too; `lines`: their sum
-//!   without testkit; `rust`: all Rust files, with tests, benches and examples;
-//! - `constants`: bare numbers other than 0, 1 and 2 that have a name in the crates which decide
-//!   what is done, [`DECIDE`];
-//! - `fragments`: docs of items that begin with one of [`FRAGMENTS`];
-//! - `tuples`: parameters that are taken apart in a function's head;
-//! - `circle`: the largest set of files of one crate that need each other, through re-exports, too;
-//! - `path`: modules that say where their file is; `tall`: files of `src` above 500 lines.
+//! - `code ROOM`: the lines of `src` of each crate and of xtask that are neither blank, nor a
+//!   comment, nor unit tests at the end of a file;
+//! - `circle ROOM`: the largest set of files of one crate that need each other, through re-exports,
+//!   too.
 
 use super::{House, Source};
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,19 +15,6 @@ use std::fs;
 use std::path::Path;
 
 const FILE: &str = "xtask/ratchet.txt";
-
-/// Crates that decide what is done.
-const DECIDE: [&str; 5] = [
-    "estimators",
-    "integrator",
-    "selection",
-    "visibility",
-    "penumbra",
-];
-
-/// First words that make a fragment of a sentence.
-const FRAGMENTS: &str = "The·same Of As By On At In For To From With Without Beside Past Its Their \
-    His What Which Where When Whose Who How And Or But Also Else Likewise There";
 
 type Figures = BTreeMap<String, usize>;
 
@@ -41,7 +25,7 @@ pub(super) fn may_only_fall(house: &House) -> Vec<String> {
     let changed = names.into_iter().filter_map(|name| {
         let [last, now] = [&last, &now].map(|figures| figures.get(name).copied().unwrap_or(0));
         let what = match now.cmp(&last) {
-            std::cmp::Ordering::Greater => "it may only fall",
+            std::cmp::Ordering::Greater => "a commit that raises it says what for",
             std::cmp::Ordering::Less => "lower the file: cargo xtask ratchet",
             std::cmp::Ordering::Equal => return None,
         };
@@ -77,81 +61,28 @@ fn last(house: &House) -> Figures {
 
 fn figures(house: &House) -> Figures {
     let mut figures = Figures::new();
-    let mut add = |name: &str, count: usize| {
-        *figures.entry(name.to_owned()).or_default() += count;
-    };
     let mut crates = BTreeMap::<&str, Vec<&Source>>::new();
-    for file in &house.sources {
-        let lines = file.text.lines().count();
-        add("rust", lines);
-        add("path", file.text.matches(concat!("#[", "path")).count());
-        if file.module().is_none() {
-            continue;
-        }
-        add(&format!("lines {}", file.owner), lines);
+    for file in house.sources.iter().filter(|file| file.module().is_some()) {
+        let code = figures.entry(format!("code {}", file.owner)).or_default();
+        *code += code_lines(&file.text);
         crates.entry(&file.owner).or_default().push(file);
-        if file.owner == "testkit" {
-            continue;
-        }
-        add("lines", lines);
-        add("tall", usize::from(lines > 500));
-        add("tuples", tuples(&file.code));
-        add("fragments", fragments(file));
-        if DECIDE.contains(&file.owner.as_str()) {
-            let bare = file.code.lines().filter(|line| is_bare(line));
-            add("constants", bare.count());
-        }
     }
-    let circles = crates.values().map(|files| largest_circle(files));
-    add("circle", circles.max().unwrap_or(0));
+    for (owner, files) in crates {
+        figures.insert(format!("circle {owner}"), largest_circle(&files));
+    }
     figures.retain(|_, figure| *figure > 0);
     figures
 }
 
-/// Whether a line names a bare number other than 0, 1 and 2.
-fn is_bare(line: &str) -> bool {
-    let typed = line
-        .split_once("const ")
-        .and_then(|(_, l)| l.split_once(": "));
-    let Some((kind, value)) = typed.and_then(|(_, l)| l.split_once(" = ")) else {
-        return false;
-    };
-    let value = value.trim_end().trim_end_matches(';').replace('_', "");
-    let value = value.parse().unwrap_or(0.0_f64);
-    ["f64", "f32", "u32", "u64", "usize"].contains(&kind) && ![0.0, 1.0, 2.0].contains(&value)
-}
-
-/// Parameters such as `(a, b): (A, B)`.
-fn tuples(code: &str) -> usize {
-    let typed = code.match_indices("): (").filter(|(end, _)| {
-        let Some((before, inside)) = code[..*end].rsplit_once('(') else {
-            return false;
-        };
-        let plain = |c: char| c.is_ascii_lowercase() || c == '_' || c == ',' || c.is_whitespace();
-        inside.contains(',') && inside.chars().all(plain) && before.trim_end().ends_with(['(', ','])
-    });
-    typed.count()
-}
-
-/// Docs of items whose first word leaves the sentence without a subject.
-fn fragments(file: &Source) -> usize {
-    let mut count = 0;
-    let mut first = None;
-    for line in file.text.lines().map(str::trim) {
-        if let Some(doc) = line.strip_prefix("///") {
-            first = first.or(Some(doc.trim()));
-        } else if !line.starts_with("#[") {
-            let doc = first.take().filter(|_| !line.is_empty());
-            count += usize::from(doc.is_some_and(is_fragment));
-        }
-    }
-    count
-}
-
-fn is_fragment(doc: &str) -> bool {
-    let doc = doc.replace("The same", "The·same");
-    let word = doc.split(|c: char| !c.is_alphanumeric() && c != '·').next();
-    word.is_some_and(|word| FRAGMENTS.split_whitespace().any(|first| first == word))
+/// The lines of a file that are neither blank nor a comment, up to the unit tests at its end.
+fn code_lines(text: &str) -> usize {
+    let is_body = |at: &usize| text[*at..].lines().nth(2).is_some_and(|l| l.ends_with('{'));
+    let mut tests = text.match_indices("\n#[cfg(test)]\nmod ").map(|(at, _)| at);
+    let end = tests.find(is_body).unwrap_or(text.len());
+    let lines = text[..end].lines().map(str::trim_start);
+    lines
+        .filter(|line| !line.is_empty() && !line.starts_with("//"))
+        .count()
 }
 
 /// The size of the largest set of files that all lead to each other; 0 if none does.
@@ -269,21 +200,11 @@ mod tests {
     }
 
     #[test]
-    fn figures_are_counted() {
-        let constants = "const A: f64 = 1.5e-3;\n    pub const B: usize = 1_000;\nconst C: f64 = 2.0;\n\
-            const D: f64 = 2.0 * 3.0;\nconst E: u8 = 3;\n";
-        assert_eq!(figure(constants, "constants"), 2);
-        let heads =
-            "fn a(&self, (b, c): (u8, u8)) {}\nlet (d, e): (u8, u8);\nfn f((g, h): (u8, u8))\n";
-        assert_eq!(figure(heads, "tuples"), 2);
-        let docs = "/// Of a tile.\n#[must_use]\nfn a() {}\n/// A tile.\nfn b() {}\n/// The same.\nfn c() {}\n\
-            /// Ofen.\nfn d() {}\n/// In nothing.\n\n";
-        assert_eq!(figure(docs, "fragments"), 2);
-        assert_eq!(figure(docs, "lines visibility"), 11);
-        assert_eq!(
-            [figure(&"a\n".repeat(501), "tall"), figure(docs, "tall")],
-            [1, 0]
-        );
+    fn code_is_counted_without_comments_and_tests() {
+        let text = "//! A page.\n\nfn a() {\n    // A step.\n}\n\n#[cfg(test)]\nmod tests {\n}\n";
+        assert_eq!(figure(text, "code visibility"), 2);
+        let outside = "fn a() {}\n#[cfg(test)]\nmod tests;\nfn b() {}\n";
+        assert_eq!(figure(outside, "code visibility"), 4);
     }
 
     #[test]
@@ -301,7 +222,7 @@ mod tests {
             .push(file("b/mod.rs", "use super::c::Thing;\n"));
         house.sources.push(file("c.rs", "use crate::{d, Kind};\n"));
         house.sources.push(file("d.rs", "fn d() {}\n"));
-        assert_eq!(figures(&house).get("circle"), Some(&3));
+        assert_eq!(figures(&house).get("circle mis"), Some(&3));
     }
 
     #[test]
@@ -310,10 +231,10 @@ mod tests {
         fs::create_dir_all(root.join("xtask")).unwrap();
         let mut house = House::of("crates/mis/src/x.rs", "a\nb\n");
         house.root.clone_from(&root);
-        fs::write(root.join(FILE), "lines 3\nlines mis 2\nrust 1\ntall 4\n").unwrap();
+        fs::write(root.join(FILE), "circle mis 3\ncode mis 1\ntall 4\n").unwrap();
         assert_eq!(may_only_fall(&house).len(), 3);
         assert_eq!(lower(&house, &root), Ok(2));
-        assert_eq!(house.text(FILE), "lines 2\nlines mis 2\nrust 1\n");
+        assert_eq!(house.text(FILE), "code mis 1\n");
         assert_eq!(may_only_fall(&house).len(), 1);
         fs::remove_dir_all(root).unwrap();
     }
