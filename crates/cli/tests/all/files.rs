@@ -105,8 +105,8 @@ fn info_says_what_is_in_a_scene() {
 }
 
 /// A scene of a quad, a sphere, a two-sided sphere, a point and a disk, and what `info` says of it.
-fn many_lights(name: &str) -> (PathBuf, serde_json::Value) {
-    let scene = folder(name).join("rows.pbrt");
+fn many_lights(dir: &Path) -> (PathBuf, serde_json::Value) {
+    let scene = dir.join("rows.pbrt");
     let quad = |z: i32| {
         format!("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 {z} 0 1 {z} 1 0 {z} 1 1 {z} ] ")
     };
@@ -140,7 +140,8 @@ fn range(row: &serde_json::Value, key: &str) -> [u64; 2] {
 /// Lights of the file have one row each, whatever they are made of.
 #[test]
 fn info_lists_the_lights_of_the_file() {
-    let (_, info) = many_lights("rows");
+    let dir = folder("rows");
+    let (_, info) = many_lights(&dir);
     let rows = info["light_rows"].as_array().unwrap();
     let kinds = rows.iter().map(|row| row["kind"].as_str().unwrap());
     // The two-sided sphere stays facets, of several kinds, in one row.
@@ -168,7 +169,8 @@ fn info_lists_the_lights_of_the_file() {
 /// Each number that is listed changes the picture; a flag that names another is refused.
 #[test]
 fn lights_go_by_the_numbers_that_info_lists() {
-    let (scene, info) = many_lights("numbers");
+    let dir = folder("numbers");
+    let (scene, info) = many_lights(&dir);
     let rows = info["light_rows"].as_array().unwrap();
     // Files without metadata, which would name the estimators.
     let image = scene.with_extension("pfm");
