@@ -5,6 +5,7 @@ mod closure;
 mod cylinders;
 mod dense;
 mod directions;
+mod environments;
 mod linear_lights;
 mod methods;
 mod nasty;
