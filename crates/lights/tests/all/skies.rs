@@ -451,6 +451,10 @@ fn images_are_drawn_in_proportion() {
         "{sum} {want}"
     );
     assert!(picture.memory() >= 8 * 8 * 12 && sky.memory() == picture.memory());
+    // Made again of what it was made of, it is the same image.
+    let (mapping, size, pixels, to_image, scale) = picture.made_of();
+    let again = SkyImage::new(mapping, size, pixels.to_vec(), to_image, scale);
+    assert_eq!(again.as_ref(), Ok(&**picture));
     // A sphere of the scene's size is lit by as much.
     let power = Light::Sky(sky.clone()).power();
     assert!((power / (PI * 100.0 * want) - 1.0).abs() < 1e-12);
