@@ -58,8 +58,9 @@ impl Pixels {
     }
 }
 
-/// Seven skies: even, random of few and of many pixels, one pixel next to the pole, one at the seam,
-/// a sun of two by two pixels in an even sky, and one pixel of many, next to the seam and the pole.
+/// Seven skies: even, random of few and of many pixels, one pixel next to the pole, one at the
+/// seam, a sun of two by two pixels in an even sky, and one pixel of many, next to the seam and the
+/// pole.
 fn skies(mapping: SkyMapping) -> [Pixels; 7] {
     let is_flat = mapping == SkyMapping::EqualArea;
     let of = |wide: [usize; 2], square: usize| if is_flat { [square; 2] } else { wide };
