@@ -7,7 +7,7 @@
 //! ```
 //! use linelit_geometry::stop;
 //! use std::{cell::Cell, rc::Rc};
-//! let left = Cell::new(3);
+//! let left = Cell::new(3_u32);
 //! let is_enough = move || left.replace(left.get().saturating_sub(1)) == 0;
 //! let mut steps = 0;
 //! let before = stop::ask(Some(Rc::new(is_enough)));
