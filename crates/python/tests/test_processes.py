@@ -212,7 +212,7 @@ LONG = {
     ),
     "many samples": (
         "s = ll.Scene(*soup(1000))",
-        "s.irradiance([5, 5, -5], UP, big, method='point-area', samples=2_000_000_000)",
+        "s.irradiance([[5, 5, -5]] * 50, UP, big, method='point-area', samples=1 << 24)",
     ),
     "lit": ("s = ll.Scene(*soup(100_000))", "s.irradiance([5, 5, -5], UP, [big] * 99, method='hybrid')"),
     "sample": (
