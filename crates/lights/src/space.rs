@@ -72,7 +72,8 @@ impl LightSpace {
         }
     }
 
-    /// Whether angles are the same in this space and in the world.
+    /// Whether the map keeps all angles: it is a rotation, which may mirror, without an uneven
+    /// scale.
     #[must_use]
     pub const fn is_rigid(&self) -> bool {
         self.is_rigid

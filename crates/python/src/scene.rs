@@ -539,7 +539,7 @@ impl Scene {
         reduced(py, "Scene", arguments, options)
     }
 
-    /// Scenes cannot be changed: a copy is the scene itself.
+    /// Return this scene itself: scenes cannot be changed, so that a copy would be equal.
     const fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }

@@ -12,7 +12,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The time between two looks at signals.
+/// How often the calling thread checks whether a signal such as Ctrl-C has arrived.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Items of which a call is short: waking other threads would take longer.

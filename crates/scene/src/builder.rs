@@ -142,7 +142,8 @@ pub struct SceneBuilder {
     pub(crate) meshes: Vec<Mesh>,
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
-    /// The objects so far that a file places by reference, for [`Scene::placed`].
+    /// How many objects a file has placed by reference so far, and how often: it becomes
+    /// [`Scene::placed`].
     pub placed: Placed,
     alphas: Vec<Alpha>,
     pub(crate) lights: Vec<SceneLight>,

@@ -129,7 +129,8 @@ pub struct Scene {
     pub round: Vec<RoundLight>,
     /// Whether one of the lights is a lamp that is not in the scene's file, which has none.
     pub has_lamp: bool,
-    /// The objects of the file whose copies are among the meshes.
+    /// How many objects the file places by reference, and how often. Their copies are among the
+    /// meshes.
     pub placed: Placed,
     /// The camera.
     pub camera: Camera,
@@ -151,7 +152,8 @@ impl Scene {
         self.triangles[triangle as usize].map(|i| self.vertex(i))
     }
 
-    /// A vertex as it is stored, in world space.
+    /// The position of a vertex in world space, in metres: its stored `f32` coordinates, which are
+    /// relative to [`Scene::origin`], plus the origin.
     pub fn vertex(&self, index: u32) -> DVec3 {
         to_f64(self.positions[index as usize]) + self.origin
     }

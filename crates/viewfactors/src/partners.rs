@@ -153,7 +153,8 @@ impl Facets {
         (settled, blockers)
     }
 
-    /// The height above the plane of one of two patches within which a corner lies in it.
+    /// The tolerance for flatness of two patches: a corner that is less far above or below the
+    /// plane of one of them counts as lying in this plane.
     pub(crate) fn flatness(&self, [a, b]: [usize; 2]) -> f64 {
         self.patches[a].flatness.max(self.patches[b].flatness)
     }

@@ -159,12 +159,15 @@ struct PlanInfo {
     counts: BTreeMap<&'static str, u64>,
 }
 
+/// The size of the picture of a quick look, and what its plan counted.
+type Look = ([u32; 2], BTreeMap<&'static str, u64>);
+
 /// Says what is in a scene.
 pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     let mut loaded = args.common.read.library().load(&args.scene)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
-    let plan = pool(&args.common)?.install(|| look(&mut loaded.scene));
-    let info = describe(&loaded, &args.scene, resolution, plan);
+    let look = pool(&args.common)?.install(|| look(&mut loaded.scene));
+    let info = describe(&loaded, &args.scene, resolution, look);
     if args.common.json {
         writeln!(out, "{}", serde_json::to_string(&info)?)?;
     } else {
@@ -174,7 +177,7 @@ pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
 }
 
 /// Renders a few pixels to see what the plan does.
-fn look(scene: &mut Scene) -> PlanInfo {
+fn look(scene: &mut Scene) -> Look {
     let side = (MAX_PAIRS / scene.lights.len().max(1)).isqrt().clamp(1, 64);
     let side = u32::try_from(side).unwrap_or(1);
     scene.set_resolution(side, side);
@@ -185,11 +188,7 @@ fn look(scene: &mut Scene) -> PlanInfo {
     };
     let window = Tile::whole(side, side);
     let (_, counts) = scene_study::render(&renderer, &settings, window, &ProgressBar::hidden());
-    PlanInfo {
-        dark_lights: 0,
-        pixels: [side, side],
-        counts: counts.plan.rows().collect(),
-    }
+    ([side, side], counts.plan.rows().collect())
 }
 
 /// The lights of the file, in its order: facets that are sampled as a whole are one, and all
@@ -241,7 +240,8 @@ fn by_kind<'a>(lights: impl IntoIterator<Item = &'a Light>) -> BTreeMap<&'static
     groups
 }
 
-fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -> Info {
+fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], look: Look) -> Info {
+    let (pixels, counts) = look;
     let scene = &loaded.scene;
     // The lights as they are sampled, and as they are with facets.
     let sampled = numbers(scene, Spheres::Exact).map(|number| {
@@ -285,7 +285,8 @@ fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -
         resolution,
         plan: PlanInfo {
             dark_lights,
-            ..plan
+            pixels,
+            counts,
         },
         warnings: loaded
             .warnings

@@ -6,7 +6,9 @@ use linelit_bsdf::Bsdf;
 use linelit_estimators::ShadingPoint;
 use linelit_geometry::{DMat3, DVec3, Frame};
 use linelit_lights::octahedral::square_to_sphere;
-use linelit_lights::{Light, Sky, SkyEmission, SkyFilter, SkyImage, SkyMapping, Sphere};
+use linelit_lights::{
+    Light, LightSpace, Sky, SkyEmission, SkyFilter, SkyImage, SkyMapping, Sphere,
+};
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::quadrature::{GaussRule, gauss_kronrod, gauss_legendre};
 use linelit_testkit::rng::SplitMix64;
@@ -235,7 +237,8 @@ fn check(frames: &[DMat3], seeds: u64) {
                 let case = format!("{mapping:?} {filter:?}, sky {k}, frame {frame}");
                 let pixels = of.values().into_iter().map(|v| [v; 3]).collect();
                 let one = DVec3::ONE;
-                let image = SkyImage::with_filter(filter, mapping, of.size, pixels, *to_image, one);
+                let space = LightSpace::new(to_image.transpose()).unwrap();
+                let image = SkyImage::placed(filter, mapping, of.size, pixels, space, one);
                 let image = Arc::new(image.expect("good pixels"));
                 let want = irradiance(&image, mapping, &of, *to_image);
                 if of.is_wide() {

@@ -94,31 +94,17 @@ impl SkyImage {
         to_image: DMat3,
         scale: DVec3,
     ) -> Result<Self, SkyError> {
-        Self::with_filter(SkyFilter::Linear, mapping, size, pixels, to_image, scale)
-    }
-
-    /// [`SkyImage::new`] with the filter by which pixels are looked up.
-    ///
-    /// # Errors
-    /// As of [`SkyImage::new`].
-    pub fn with_filter(
-        filter: SkyFilter,
-        mapping: SkyMapping,
-        size: [usize; 2],
-        pixels: Vec<[f32; 3]>,
-        to_image: DMat3,
-        scale: DVec3,
-    ) -> Result<Self, SkyError> {
         let off = to_image.transpose() * to_image - DMat3::IDENTITY;
         let error = off.to_cols_array().into_iter().map(f64::abs);
         let space = LightSpace::new(to_image.transpose()).ok_or(SkyError::Transform)?;
         if !(error.fold(0.0, f64::max) <= 1e-6) {
             return Err(SkyError::Transform);
         }
-        Self::placed(filter, mapping, size, pixels, space, scale)
+        Self::placed(SkyFilter::Linear, mapping, size, pixels, space, scale)
     }
 
-    /// [`SkyImage::with_filter`] of an image in the space of a light, under any transform.
+    /// [`SkyImage::new`] with a filter by which pixels are looked up, in the space of a light under
+    /// any transform.
     ///
     /// # Errors
     /// Where the pixels are no environment, or the scale is negative or not finite.

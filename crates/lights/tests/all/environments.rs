@@ -9,8 +9,8 @@ use crate::skies::{X, portals, sky, turned};
 use linelit_geometry::{DMat3, DVec3};
 use linelit_lights::octahedral::square_to_sphere;
 use linelit_lights::{
-    Light, PointTechnique, Shape, SkyBy, SkyEmission, SkyFilter, SkyImage, SkyMapping, SkyPoints,
-    SkyView,
+    Light, LightSpace, PointTechnique, Shape, SkyBy, SkyEmission, SkyFilter, SkyImage, SkyMapping,
+    SkyPoints, SkyView,
 };
 use linelit_testkit::quadrature::{GaussRule, gauss_kronrod, gauss_legendre};
 use linelit_testkit::rng::SplitMix64;
@@ -30,7 +30,8 @@ impl Form {
         let pixels = (0..self.size[0] * self.size[1]).map(pixel).map(|v| [v; 3]);
         let scale = DVec3::new(1.0, 2.0, 0.5);
         let (pixels, size) = (pixels.collect(), self.size);
-        SkyImage::with_filter(self.filter, self.mapping, size, pixels, to_image, scale).unwrap()
+        let space = LightSpace::new(to_image.transpose()).unwrap();
+        SkyImage::placed(self.filter, self.mapping, size, pixels, space, scale).unwrap()
     }
 
     /// The cells of the hierarchy along a side: at least 8, one for each pixel, or 2048.

@@ -12,9 +12,9 @@ use crate::profiles::profiles;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere};
 use linelit_lights::{
-    Beam, DistantLight, Light, PointDensity, PointLight, PointSample, PointTechnique, Profile,
-    Shape, Sky, SkyBy, SkyEmission, SkyError, SkyFilter, SkyImage, SkyMapping, SkyPoints, SkyView,
-    SolidAngle, Sphere, Viewer,
+    Beam, DistantLight, Light, LightSpace, PointDensity, PointLight, PointSample, PointTechnique,
+    Profile, Shape, Sky, SkyBy, SkyEmission, SkyError, SkyFilter, SkyImage, SkyMapping, SkyPoints,
+    SkyView, SolidAngle, Sphere, Viewer,
 };
 use linelit_testkit::cases::cases;
 use linelit_testkit::chi2::{chi2_test, sidak};
@@ -75,7 +75,8 @@ fn filtered(
 ) -> SkyEmission {
     let pixels = pixels(size[0] * size[1], one);
     let scale = DVec3::new(1.0, 2.0, 0.5);
-    let image = SkyImage::with_filter(filter, mapping, size, pixels, turned(), scale);
+    let space = LightSpace::new(turned().transpose()).unwrap();
+    let image = SkyImage::placed(filter, mapping, size, pixels, space, scale);
     SkyEmission::Image(Arc::new(image.expect("good pixels")))
 }
 
