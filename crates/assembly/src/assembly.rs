@@ -425,6 +425,7 @@ impl Assembly {
         camera: Option<Camera>,
         film: FilmSettings,
     ) -> Result<Loaded> {
+        // Say what is missing of shapes and lights.
         let whole = |e: SceneError| e.in_file(name);
         if !has_shapes {
             let message = "the scene has no shapes";
@@ -436,6 +437,7 @@ impl Assembly {
             };
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         }
+        // Build the scene; where the file has no camera, frame all of it.
         let size = [film.width, film.height];
         let unset = Camera::new(
             DAffine3::IDENTITY,
@@ -449,6 +451,7 @@ impl Assembly {
         if framed && let Some((lo, hi)) = scene.bounds() {
             scene.camera = framing::camera(lo, hi, size);
         }
+        // Say where `f32` is too coarse for the details of the scene.
         let rounding = scene.rounding();
         if rounding.is_coarse() {
             let kind = ErrorKind::OutOfRange;

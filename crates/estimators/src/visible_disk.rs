@@ -152,6 +152,7 @@ impl VisibleDisk {
         else {
             return Vec::new();
         };
+        // Replace arcs by chords, then join the sides to rings.
         let mut all = Vec::new();
         for edge in edges {
             match *edge {
@@ -176,6 +177,8 @@ impl Seen {
     /// The measure of what a boundary encloses: of triangles with the centre as a corner, and
     /// sectors, each with its sign.
     fn of(&self, edges: &[DiskEdge], measure: Measure) -> f64 {
+        // Add triangles and sectors about the centre; for the cosine, Lambert's sum where it keeps its
+        // digits, and else a sum over chords.
         let radius = self.axes[0].length();
         let sum = match measure {
             Measure::Area => {

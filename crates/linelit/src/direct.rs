@@ -340,6 +340,7 @@ impl Scene {
         light: usize,
         memory: &mut Memory,
     ) -> Result<(), Error> {
+        // Take a sphere as the disk of its outline; from inside there is none.
         let (scene_light, scratch) = (&self.lights[light], &mut memory.buffers.scratch);
         let disk = match &scene_light.light {
             Light::Disk(l) => Some(l.disk),
@@ -350,6 +351,7 @@ impl Scene {
             memory.disk.hide(point);
             return Ok(());
         };
+        // Find what is seen of the disk, unless an occluder reaches into the sphere.
         let around = disk.around();
         let query = || self.shaft(point, &around, &scene_light.triangles);
         if let Light::Sphere(l) = &scene_light.light

@@ -195,6 +195,7 @@ impl Plan {
     /// The differences between two plans whose texts differ, in words.
     pub(crate) fn difference(&self, other: &Self) -> String {
         let mut words = Vec::new();
+        // Compare who made them, and with which settings.
         for (what, a, b) in [
             ("program", &self.program, &other.program),
             ("kind", &self.kind, &other.kind),
@@ -206,6 +207,7 @@ impl Plan {
         if self.settings != other.settings {
             words.push(settings_difference(&self.settings, &other.settings));
         }
+        // Compare the files that they read.
         for (a, b) in self.inputs.iter().zip(&other.inputs) {
             if a.name != b.name {
                 words.push(format!("input `{}`, not `{}`", a.name, b.name));
@@ -215,6 +217,7 @@ impl Plan {
                 words.extend(a.check(&b.files).err().map(|e| e.to_string()));
             }
         }
+        // Compare how many files and units they have, and name the first other unit.
         for (what, a, b) in [
             ("inputs", self.inputs.len(), other.inputs.len()),
             ("units", self.units.len(), other.units.len()),

@@ -423,6 +423,7 @@ impl Light {
             Some(given) => emitted("scale", given)?,
             None => (DVec3::ONE, true),
         };
+// One radiance is an even sky.
         if image.extract::<f64>().is_ok() || !is_image(image)? {
             let (radiance, is_one) = emitted("image", image)?;
             let (radiance, is_single) = (radiance * scale, is_one && is_single);
@@ -432,6 +433,7 @@ impl Light {
                 made: made!("environment").and(radiance, is_single),
             });
         }
+// An array is an image by longitude and latitude.
         let vectors = Vectors::new("image", image)?;
         let &[height, width] = vectors.shape.as_slice() else {
             let what = "image needs the shape (height, width, 3), or a radiance";

@@ -332,6 +332,7 @@ impl Scene {
         light: &Bound<'py, PyAny>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyList>> {
+// Find the rings of each point without the interpreter's lock.
         let points = Vectors::new("point", point)?;
         let rows = points.rows()?;
         let scene = self
@@ -346,6 +347,7 @@ impl Scene {
             ..NAMED
         };
         let found = found.map_err(|e| of_query(e, names, |i| [rows.get(i); 2]))?;
+// Make arrays of them: a list of rings for one point, a list of such lists for many.
         let array = |ring: Vec<[f64; 3]>| {
             let count = ring.len();
             PyArray1::from_vec(py, ring.into_flattened()).reshape([count, 3])

@@ -28,6 +28,7 @@ pub(crate) fn without(
     let mut left = Vec::with_capacity(parts.len());
     for (k, (facet, corners)) in parts.iter().enumerate() {
         stop::check();
+        // Find the parts of lower facets that lie in the plane of this one.
         let (n, [low, high]) = (normal(k), bounds(corners));
         let meets = |l: DVec3, h: DVec3| !(h.cmplt(low - room) | l.cmpgt(high + room)).any();
         let mut lower = Vec::new();
@@ -40,6 +41,7 @@ pub(crate) fn without(
                 lower.push(edge_planes(normal(other), polygon, room));
             }
         });
+        // Keep what is outside of all of them.
         let mut rest = vec![corners.clone()];
         for planes in lower {
             let outside = |piece: Vec<DVec3>| match divided(&piece, &planes) {

@@ -177,6 +177,7 @@ impl Facets {
 
     /// Finds pieces, the ranges of facets, occluders and patches.
     fn index(&mut self, corners: &[Vec<DVec3>]) {
+        // Round the facets to what points see, and say how far that moved corners.
         let mut rounder = Rounder::default();
         for (corners, seen) in stacks(&self.parts, corners, self.sides) {
             rounder.add(seen, &corners);
@@ -187,6 +188,7 @@ impl Facets {
         });
         self.rounding = Rounding::new(rounder.displacement, &mut sides.collect::<Vec<_>>());
         (self.pieces, self.occluders) = rounder.finish();
+        // Number the parts of each facet, and join parts in one plane to patches.
         let mut parts = 0;
         for facet in &mut self.facets {
             facet.parts = parts..parts + facet.parts.end;

@@ -27,6 +27,7 @@ pub(crate) const FLAT: f64 = 16.0 * f64::EPSILON;
 /// Joins polygons in one plane that share edges, wherever the result is convex. The outlines are
 /// their corners to the last bit, by which neighbours know each other.
 pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
+    // Join neighbours, two by two, until nothing changes.
     let polygons: Vec<ConvexPolygon> = parts.iter().map(|part| part.polygon).collect();
     let flatness = parts.iter().map(|part| part.flatness).collect();
     let mut joiner = Joiner::new(&polygons, outlines, flatness);
@@ -45,6 +46,8 @@ pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
         .zip(flatness)
         .filter(|((outline, _), _)| !outline.is_empty())
     {
+        // Make a patch of the parts of each outline: its polygon, its facets, and a tree of its parts
+        // with a rectangle around each node.
         let bounds = |k: usize| bounds(polygons[k].vertices());
         let (first, count) = (members[0], members.len());
         let facets = || members.iter().map(|&k| parts[k].facet);

@@ -190,6 +190,7 @@ impl Occluders {
         let center = center.dvec3();
         let holes = self.holes.as_ref().map(|holes| &holes.bvh);
         std::iter::once(&self.bvh).chain(holes).any(|bvh| {
+            // Walk the nodes whose boxes come nearer to the centre than the radius.
             let (hierarchy, at) = (&*bvh.hierarchy, center - bvh.origin);
             let is_near = |p: DVec3| p.distance(at) < radius;
             let mut waiting = vec![Child::node(0)];

@@ -100,6 +100,7 @@ pub(super) fn guide(house: &House) -> Vec<String> {
 /// `cargo xtask test STEP` a step, and `rustc` and `doctest` need no name.
 pub(super) fn promises(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
+    // Read all tests, to look names up in.
     let ends = [".rs", ".py"];
     let files = house
         .files
@@ -112,6 +113,7 @@ pub(super) fn promises(house: &House) -> Vec<String> {
             .iter()
             .any(|t| heads.iter().any(|head| t.contains(head)))
     };
+    // Look up each word in code font of the last column.
     for (i, line) in house.text("docs/promises.md").lines().enumerate() {
         let cell = line.strip_suffix(" |").and_then(|l| l.rsplit_once(" | "));
         for word in cell

@@ -68,8 +68,10 @@ fn converge(
     let load = |name: &str| sources.load_to_measure(name);
     let mut record = spec.record(command());
     let (exhibits, interrupted) = with_work(spec, &load, |work| {
+        // Plan the units, or take up the plan that is there.
         let planned = pool.install(|| study::plan(&args.study, work, &sources))?;
         let plan = keep(&path, &planned, "study")?;
+        // Compute what is missing and fits into the time budget.
         let clock = Clock::new(spec, plan.plan(), start, pool.current_num_threads())?;
         let ran = work_off(
             &plan,
@@ -81,9 +83,11 @@ fn converge(
         );
         let interrupted = ran.err().map(|e| e.downcast::<TryAgain>()).transpose()?;
         record.unfinished = interrupted.is_some();
+        // Put together what there is, of an interrupted study, too.
         let exhibits = pool.install(|| study::gather(work, &plan, &mut record))?;
         Ok::<_, anyhow::Error>((exhibits, interrupted))
     })?;
+    // Write the report, unless nothing fitted into the time.
     record.seconds = start.elapsed().as_secs_f64();
     if interrupted.is_some() {
         folder.set_unfinished();

@@ -198,6 +198,7 @@ fn light_rows(scene: &Scene) -> Vec<LightRow> {
     let mut mesh_before = None;
     for number in numbers(scene, Spheres::Exact) {
         let light = &scene.lights[number as usize];
+        // Take a round shape for its facets, and find the mesh of the light.
         let whole = scene.whole_of(number);
         let shown = whole.map_or(&*light.light, |round| &round.light);
         let mesh = match light.triangles.is_empty() {
@@ -206,6 +207,7 @@ fn light_rows(scene: &Scene) -> Vec<LightRow> {
         };
         let (kind, sum) = (kind(shown), LightGroup::of(shown));
         let dark = usize::from(!(sum.power > 0.0));
+        // Add a facet to the row of its mesh, or begin a row.
         match rows
             .last_mut()
             .filter(|_| mesh.is_some() && mesh == mesh_before)
@@ -325,6 +327,7 @@ fn kind(light: &Light) -> &'static str {
 
 fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     let mut row = |key: &str, value: String| writeln!(out, "{key:>20}  {value}");
+    // What the scene is made of.
     row("scene", info.scene.clone())?;
     row(
         "triangles",
@@ -352,6 +355,7 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     row("camera", info.camera.clone())?;
     let [width, height] = info.resolution;
     row("film", format!("{width} x {height} pixels"))?;
+    // Its lights and materials.
     for [numbers, text] in light_lines(info) {
         row(&numbers, text)?;
     }
@@ -362,6 +366,7 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
         );
         row("materials", text)?;
     }
+    // What a quick look at it skips, and what the reader warned of.
     print_plan(info, &mut row)?;
     row(
         "warnings",

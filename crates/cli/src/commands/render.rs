@@ -183,6 +183,7 @@ pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
 /// nothing is a mistake.
 pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
     let count = scene.lights.len();
+    // Check that each number is a light that is sampled by itself and emits.
     let own = || args.light_estimator.iter().map(|own| own.light);
     for light in own().chain(args.light_apart.iter().copied()) {
         let Some(named) = scene.lights.get(light as usize) else {
@@ -199,6 +200,7 @@ pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
             bail!("light {light} emits nothing, and is not sampled");
         }
     }
+    // Check that the flags do not contradict each other.
     let mut seen = BTreeSet::new();
     if let Some(twice) = own().find(|light| !seen.insert(*light)) {
         bail!("light {twice} has two estimators by --light-estimator");

@@ -119,10 +119,12 @@ impl<'a> SeenDisk<'a> {
         penumbra: &mut Penumbra,
         part: &'a mut PartOnDisk,
     ) -> Option<Self> {
+        // Choose two radii as axes, counter-clockwise as the point sees them.
         let (center, radius) = (disk.center - x, disk.radius);
         let frame = Frame::from_normal(disk.normal);
         let height = disk.normal.dot(center);
         let axes = [frame.x * radius, frame.y * radius.copysign(height)];
+        // Find the boundary: nothing, the rim, what horizons leave of it, or what occluders do.
         let mut room = [[[0.0; 2]; CORNERS]; 2];
         let mut corners = [[0.0; 2]; CORNERS];
         let edges: &[DiskEdge] = match shaft.class() {

@@ -116,6 +116,7 @@ impl SkyImage {
         space: LightSpace,
         scale: DVec3,
     ) -> Result<Self, SkyError> {
+        // Refuse what is no image of all directions.
         let [width, height] = size;
         if pixels.is_empty() || width.checked_mul(height) != Some(pixels.len()) {
             return Err(SkyError::Count);
@@ -135,6 +136,7 @@ impl SkyImage {
             mapping,
             filter,
         };
+        // Choose a grid of as many cells as pixels, and weigh its cells.
         let wanted = (pixels.len() as f64).sqrt();
         let fits = |depth: &usize| (1_u32 << depth) as f64 >= wanted;
         let depth = (3..DEEPEST).find(fits).unwrap_or(DEEPEST);

@@ -66,6 +66,7 @@ impl Work<'_, '_, '_> {
     /// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees
     /// nothing at the pixels, or the study does not fit into memory.
     pub fn plan(&self) -> Result<Vec<PlannedUnit>> {
+        // Open all scenes.
         (0..self.views.len()).try_for_each(|view| self.job(view).map(drop))?;
         let mut planned = Vec::new();
         for (view, about) in self.views.iter().enumerate() {
@@ -77,6 +78,7 @@ impl Work<'_, '_, '_> {
                     needs: 0..0,
                 });
             };
+            // List the references and measurements of the view.
             for Planned { unit, seconds } in self.job(view)?.units() {
                 let name = match &unit {
                     Unit::Reference { round, integrals } => {
@@ -95,6 +97,7 @@ impl Work<'_, '_, '_> {
                 };
                 add(Piece::Errors(unit), name, seconds);
             }
+            // List the pictures of the gallery, and those of the report.
             if self.spec.gallery.is_some() && about.with_gallery {
                 self.with_gallery(view, |wanted, job| {
                     for Planned { unit, seconds } in job.reference_units(wanted.reference_rounds) {
@@ -115,6 +118,7 @@ impl Work<'_, '_, '_> {
             let seconds = self.exhibit_seconds(view)?;
             add(Piece::Exhibit, "picture".to_owned(), seconds);
         }
+        // Find what each unit needs, now that all have their numbers.
         let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
         for (number, planned) in planned.iter_mut().enumerate() {
             planned.needs = self.needs(&units, number);
