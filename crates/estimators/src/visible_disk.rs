@@ -72,7 +72,13 @@ pub fn is_clear(
     match shaft.candidate_corners().filter(|_| is_partial) {
         Some(mut corners) => corners.all(|c| sphere.is_clear_of(c)),
         None if shaft.class() == ShaftClass::Empty => true,
-        None => !occluders.reach_into(sphere.center, sphere.radius, &own),
+        None => {
+            let is_in = |p: DVec3| p.distance(sphere.center) < sphere.radius;
+            let may_hold = |low, high| is_in(sphere.center.clamp(low, high));
+            !occluders.any_triangle(may_hold, |number, triangle| {
+                !own.contains(&number) && is_in(triangle.nearest(sphere.center))
+            })
+        }
     }
 }
 
@@ -177,8 +183,8 @@ impl Seen {
     /// The measure of what a boundary encloses: of triangles with the centre as a corner, and
     /// sectors, each with its sign.
     fn of(&self, edges: &[DiskEdge], measure: Measure) -> f64 {
-        // Add triangles and sectors about the centre; for the cosine, Lambert's sum where it keeps its
-        // digits, and else a sum over chords.
+        // Add triangles and sectors about the centre; for the cosine, Lambert's sum where it keeps
+        // its digits, and else a sum over chords.
         let radius = self.axes[0].length();
         let sum = match measure {
             Measure::Area => {

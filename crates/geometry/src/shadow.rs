@@ -55,10 +55,10 @@ impl Margins {
         light: 0.0,
     };
 
-    /// The margins that suit a light whose own triangles have the numbers `own` among the occluders,
-    /// and so are excluded from its shadows: [`Margins::ROUNDING`]. If `own` is empty, it is
-    /// [`Margins::DEFAULT`], which lets light past the light's own triangles where these are among
-    /// the occluders and nobody has said which they are.
+    /// The margins that suit a light whose own triangles have the numbers `own` among the
+    /// occluders, and so are excluded from its shadows: [`Margins::ROUNDING`]. If `own` is empty,
+    /// it is [`Margins::DEFAULT`], which lets light past the light's own triangles where these are
+    /// among the occluders and nobody has said which they are.
     #[must_use]
     pub const fn excluding(own: &Range<u32>) -> Self {
         if own.start < own.end {

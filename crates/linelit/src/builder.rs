@@ -56,16 +56,20 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
         }
     }
 
-    /// Adds a light; the first has number 0. Lights hide nothing by themselves. Where a light is a
-    /// part of the mesh, use [`SceneBuilder::light_of`], which says which triangles are its own:
-    /// rounded to `f32`, their corners may lie off the light's plane and hide it. Not knowing them,
-    /// the scene lets nothing hide a light in the last millionth of the way ([`Margins::DEFAULT`]).
+    /// Adds a light; the first has number 0. Lights hide nothing by themselves.
+    ///
+    /// A light may be a part of the mesh, or lie in a triangle of it, as a lamp in a ceiling does.
+    /// Rounded to `f32`, such triangles may be in front of the light. Those that lie in a polygon
+    /// or a disk are taken for its own, which do not hide it, if their numbers follow each other;
+    /// for others that are as close to its plane, nothing hides it in the last millionth of the way
+    /// ([`Margins::DEFAULT`]). Elsewhere occluders hide it up to where they touch it
+    /// ([`Margins::ROUNDING`]).
     pub fn light(self, light: impl Into<Light>) -> Self {
         self.light_of(light, 0..0)
     }
 
-    /// Adds a light whose own triangles, by their numbers, do not hide it. Others do, up to where
-    /// they touch it ([`Margins::ROUNDING`]).
+    /// Adds a light whose own triangles, by their numbers, do not hide it: of any shape, and also
+    /// where its triangles are not in its plane, as those of a sphere.
     pub fn light_of(mut self, light: impl Into<Light>, triangles: Range<u32>) -> Self {
         self.lights.push(SceneLight {
             triangles,
@@ -124,8 +128,8 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
     }
 
     /// The distances from a point and from a light within which triangles hide nothing, as
-    /// fractions of the way, from 0 on and below 1; [`Margins::excluding`] of each light's own
-    /// triangles if none are set.
+    /// fractions of the way, from 0 on and below 1, for all lights; if none are set, each light has
+    /// those that [`SceneBuilder::light`] says.
     pub const fn margins(mut self, margins: Margins) -> Self {
         self.settings.margins = Some(margins);
         self

@@ -7,14 +7,13 @@ use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, Measure, Query};
 use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, estimate};
 use linelit_estimators::{VisibleDisk, VisibleRegion, is_clear};
-use linelit_geometry::{DVec3, Margins, Segment, Vector3, predicates, stop};
+use linelit_geometry::{DVec3, Segment, Vector3, predicates, stop};
 use linelit_lights::{Beam, DistantLight, Light, PointLight, Sphere};
 use linelit_shading::cylinder;
 use linelit_visibility::{LightCorners, Occluders, Ray, ShaftQuery, VisibleLines};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::f64::consts::PI;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// The reflection of all light alike: its radiance is the irradiance over π.
@@ -268,7 +267,7 @@ impl Scene {
                 with_memory(|memory| {
                     let Memory { buffers, lines, .. } = memory;
                     let ends = [line.p0, line.p1];
-                    let query = self.shaft(point, &ends, &(0..0));
+                    let query = self.shaft(point, &ends, None);
                     let mut shaft = self.occluders.shaft(query, &mut buffers.scratch);
                     shaft.visible(&[line], lines);
                     visible.append(lines);
@@ -316,7 +315,7 @@ impl Scene {
         with_memory(|memory| {
             let rings = match &scene_light.light {
                 Light::Area(area) => {
-                    let query = self.shaft(point, &area.polygon, &scene_light.triangles);
+                    let query = self.shaft(point, &area.polygon, Some(scene_light));
                     let scratch = &mut memory.buffers.scratch;
                     memory.region.find(&self.occluders, query, scratch);
                     memory.region.rings()
@@ -353,7 +352,7 @@ impl Scene {
         };
         // Find what is seen of the disk, unless an occluder reaches into the sphere.
         let around = disk.around();
-        let query = || self.shaft(point, &around, &scene_light.triangles);
+        let query = || self.shaft(point, &around, Some(scene_light));
         if let Light::Sphere(l) = &scene_light.light
             && !is_clear(&self.occluders, &l.sphere, query(), scratch)
         {
@@ -420,7 +419,7 @@ impl Scene {
                 let samples = self.settings.samples;
                 let mut query =
                     Query::new(&self.occluders, &source, point, estimator, numbers, samples);
-                query.margins = self.margins(&light.triangles);
+                query.margins = light.margins;
                 estimate(&query, buffers)
             });
             each.sum()
@@ -442,10 +441,9 @@ impl Scene {
             measure => measure,
         };
         let scene_light = self.light_number(light)?;
-        let own = &scene_light.triangles;
         with_memory(|memory| match (&scene_light.light, measure) {
             (Light::Area(area), _) => {
-                let query = self.shaft(point, &area.polygon, own);
+                let query = self.shaft(point, &area.polygon, Some(scene_light));
                 let scratch = &mut memory.buffers.scratch;
                 memory.region.find(&self.occluders, query, scratch);
                 Ok(memory.region.fraction(measure))
@@ -455,7 +453,7 @@ impl Scene {
                 Ok(memory.disk.fraction(measure))
             }
             (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
-                Ok(self.of_line(point, &line.segment, own, measure, memory))
+                Ok(self.of_line(point, &line.segment, scene_light, measure, memory))
             }
             (Light::Point(light), _) => {
                 let even = PointLight {
@@ -463,14 +461,14 @@ impl Scene {
                     profile: None,
                     ..*light
                 };
-                Ok(self.of_beam(point, even.beam(point), own, measure, memory))
+                Ok(self.of_beam(point, even.beam(point), scene_light, measure, memory))
             }
             (Light::Distant(light), _) => {
                 let even = DistantLight {
                     irradiance: DVec3::ONE,
                     ..light.clone()
                 };
-                Ok(self.of_beam(point, even.beam(point), own, measure, memory))
+                Ok(self.of_beam(point, even.beam(point), scene_light, measure, memory))
             }
             (Light::Linear(_) | Light::Cylinder(_) | Light::Sky(_), _) => {
                 Err(Error::NotExact(light))
@@ -483,12 +481,12 @@ impl Scene {
         &self,
         point: DVec3,
         line: &Segment,
-        own: &Range<u32>,
+        light: &SceneLight,
         measure: Measure,
         memory: &mut Memory,
     ) -> f64 {
         let ends = [line.p0, line.p1];
-        let query = self.shaft(point, &ends, own);
+        let query = self.shaft(point, &ends, Some(light));
         let mut shaft = self.occluders.shaft(query, &mut memory.buffers.scratch);
         shaft.visible(&[*line], &mut memory.lines);
         let Measure::Cosine(n) = measure else {
@@ -513,7 +511,7 @@ impl Scene {
         &self,
         point: DVec3,
         beam: Option<Beam>,
-        own: &Range<u32>,
+        light: &SceneLight,
         measure: Measure,
         memory: &mut Memory,
     ) -> f64 {
@@ -526,28 +524,24 @@ impl Scene {
             return f64::NAN;
         }
         let rays = [beam.to_light];
-        let fan = (self.occluders).shadow_rays(point, &rays, self.margins(own));
-        let hidden = (self.occluders).any_hits(&fan, own, &mut memory.buffers.scratch);
+        let fan = (self.occluders).shadow_rays(point, &rays, light.margins);
+        let hidden = (self.occluders).any_hits(&fan, &light.triangles, &mut memory.buffers.scratch);
         if hidden == 0 { 1.0 } else { 0.0 }
     }
 
-    /// The question for a light's visible part.
+    /// The query for the visible part of a light, or of a line that is none.
     fn shaft<'a>(
         &self,
         point: DVec3,
-        light: impl Into<LightCorners<'a>>,
-        own: &Range<u32>,
+        corners: impl Into<LightCorners<'a>>,
+        light: Option<&SceneLight>,
     ) -> ShaftQuery<'a> {
+        let own = light.map_or(0..0, |light| light.triangles.clone());
+        let set = || self.settings.margins.unwrap_or_default();
         ShaftQuery {
-            margins: self.margins(own),
-            ..ShaftQuery::new(point, light).excluding(own.clone())
+            margins: light.map_or_else(set, |light| light.margins),
+            ..ShaftQuery::new(point, corners).excluding(own)
         }
-    }
-
-    /// The margins for a light with these triangles.
-    fn margins(&self, own: &Range<u32>) -> Margins {
-        let set = self.settings.margins;
-        set.unwrap_or_else(|| Margins::excluding(own))
     }
 
     fn light_number(&self, light: usize) -> Result<&SceneLight, Error> {

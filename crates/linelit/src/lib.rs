@@ -9,6 +9,7 @@ mod builder;
 mod direct;
 mod error;
 mod prepare;
+mod resting;
 mod scene_lights;
 
 pub use builder::SceneBuilder;

@@ -1,13 +1,15 @@
 //! The lights of a scene: what is refused, and lights and methods in place of others.
 
 use crate::builder::{LARGEST, check_samples};
+use crate::resting::resting;
 use crate::{Error, Scene};
 use linelit_estimators::{
     Estimator, ExactOptions, Integration, LightSource, OcclusionStats, Technique,
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{ConvexPolygon, DVec3, Margins};
 use linelit_lights::{Light, Profile, SkyEmission};
 use linelit_samplers::SamplerKind;
+use linelit_visibility::Occluders;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -17,6 +19,8 @@ pub(crate) struct SceneLight {
     pub light: Light,
     pub triangles: Range<u32>,
     pub profile: Option<Arc<Profile>>,
+    /// The margins of its shadows, unless the settings have others.
+    pub margins: Margins,
     pub occlusion: OcclusionStats,
 }
 
@@ -26,6 +30,7 @@ impl From<Light> for SceneLight {
             light,
             triangles: 0..0,
             profile: None,
+            margins: Margins::DEFAULT,
             occlusion: OcclusionStats::FEW,
         }
     }
@@ -89,6 +94,8 @@ impl Scene {
             if is_exact && !light.is_exact() {
                 return Err(Error::NotExact(i));
             }
+            light.find_own(&self.occluders);
+            light.margins = self.settings.margins.unwrap_or(light.margins);
         }
         self.look_at(&mut lights);
         self.lights = lights.into();
@@ -103,6 +110,19 @@ impl SceneLight {
             profile: self.profile.as_deref(),
             occlusion: self.occlusion,
             ..LightSource::new(&self.light)
+        }
+    }
+
+    /// Finds the light's own triangles if none are named, and the margins that it needs.
+    fn find_own(&mut self, occluders: &Occluders) {
+        let flat = match &self.light {
+            Light::Area(area) => Some(area.polygon),
+            Light::Disk(disk) => ConvexPolygon::new(&disk.disk.around()).ok(),
+            _ => None,
+        };
+        self.margins = Margins::excluding(&self.triangles);
+        if let Some(flat) = flat {
+            (self.triangles, self.margins) = resting(occluders, &flat, self.triangles.clone());
         }
     }
 

@@ -32,8 +32,9 @@ use pyo3::types::{PyDict, PyList};
 ///     for points that were computed in float64, and more where rounding moved the point's own
 ///     face above it. Points in float32 need some 1e-6 of the coordinates.
 /// light_margin : float, optional
-///     The share of the way from a light within which triangles hide nothing, 1e-6 if none is
-///     given: it forgives lights that lie in the plane of their own triangles.
+///     The fraction of the way from a light within which triangles hide nothing. If none is given,
+///     it is 1e-10, and 1e-6 for a light in whose plane triangles lie that rounding may have moved
+///     before it, such as a lamp in a ceiling.
 /// threads : int, optional
 ///     Threads that build the hierarchy, all cores if none is given.
 ///

@@ -46,8 +46,8 @@ pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
         .zip(flatness)
         .filter(|((outline, _), _)| !outline.is_empty())
     {
-        // Make a patch of the parts of each outline: its polygon, its facets, and a tree of its parts
-        // with a rectangle around each node.
+        // Make a patch of the parts of each outline: its polygon, its facets, and a tree of its
+        // parts with a rectangle around each node.
         let bounds = |k: usize| bounds(polygons[k].vertices());
         let (first, count) = (members[0], members.len());
         let facets = || members.iter().map(|&k| parts[k].facet);

@@ -1,11 +1,9 @@
 //! The space between a point and a light: for hierarchies of others, and the triangles in it.
 
-use crate::bvh::Bvh;
 use crate::node::Child;
 use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
 use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
-use std::ops::Range;
 
 /// The space between a shading point and a light, their convex hull: what a
 /// renderer asks its own hierarchy for, to build [`Occluders`](crate::Occluders) of the triangles
@@ -172,10 +170,13 @@ impl Occluders {
     pub fn between<'a>(&self, point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Vec<u32> {
         let space = Between::new(point, light);
         let mut found = Vec::new();
-        let holes = self.holes.as_ref().map(|holes| &holes.bvh);
-        for bvh in std::iter::once(&self.bvh).chain(holes) {
-            space.collect(bvh, &mut found);
-        }
+        let may_hold = |low, high| space.may_hold(low, high);
+        self.any_triangle(may_hold, |number, triangle| {
+            if space.meets(triangle.vertices) {
+                found.push(number);
+            }
+            false
+        });
         // Triangles that were split are in several leaves.
         found.sort_unstable();
         found.dedup();
@@ -184,62 +185,43 @@ impl Occluders {
 }
 
 impl Occluders {
-    /// Whether any triangle but those of a range reaches into a ball. Touching it does not count.
-    #[must_use]
-    pub fn reach_into(&self, center: impl Vector3, radius: f64, exclude: &Range<u32>) -> bool {
-        let center = center.dvec3();
+    /// Looks at the triangles in one part of space until `is_wanted` says yes to one, and returns
+    /// whether it did.
+    ///
+    /// `may_hold` gets the lowest and the highest corner of a box, and says whether triangles in it
+    /// are wanted; `is_wanted` gets the number and the corners of each triangle in a box that is,
+    /// some of them more than once.
+    pub fn any_triangle(
+        &self,
+        may_hold: impl Fn(DVec3, DVec3) -> bool,
+        mut is_wanted: impl FnMut(u32, Triangle) -> bool,
+    ) -> bool {
         let holes = self.holes.as_ref().map(|holes| &holes.bvh);
         std::iter::once(&self.bvh).chain(holes).any(|bvh| {
-            // Walk the nodes whose boxes come nearer to the centre than the radius.
-            let (hierarchy, at) = (&*bvh.hierarchy, center - bvh.origin);
-            let is_near = |p: DVec3| p.distance(at) < radius;
+            let hierarchy = &*bvh.hierarchy;
+            let world = |v: [f32; 3]| v.dvec3() + bvh.origin;
             let mut waiting = vec![Child::node(0)];
             while let Some(child) = waiting.pop() {
                 stop::check();
                 if child.is_leaf() {
                     let leaf = &hierarchy.leaves[child.leaf_index()];
                     let mut lanes = (0..8).filter(|lane| child.mask() >> lane & 1 != 0);
-                    let reaches = |lane: usize| {
-                        let [a, b, c] = leaf.triangle(lane).map(|v| v.dvec3());
-                        !exclude.contains(&leaf.id[lane])
-                            && is_near(Triangle::new(a, b, c).nearest(at))
+                    let wanted = |lane: usize| {
+                        let [a, b, c] = leaf.triangle(lane).map(world);
+                        is_wanted(leaf.id[lane], Triangle::new(a, b, c))
                     };
-                    if lanes.any(reaches) {
+                    if lanes.any(wanted) {
                         return true;
                     }
                 } else if let Some(node) = hierarchy.nodes.get(child.index()) {
                     let lanes = node.lanes().filter(|&lane| {
                         let bounds = node.bounds_of(lane);
-                        is_near(at.clamp(bounds.lo.dvec3(), bounds.hi.dvec3()))
+                        may_hold(world(bounds.lo), world(bounds.hi))
                     });
                     waiting.extend(lanes.map(|lane| Child(node.child[lane])));
                 }
             }
             false
         })
-    }
-}
-
-impl Between {
-    /// Adds the triangles of a hierarchy that meet the space.
-    fn collect(&self, bvh: &Bvh, found: &mut Vec<u32>) {
-        let hierarchy = &*bvh.hierarchy;
-        let world = |v: [f32; 3]| v.dvec3() + bvh.origin;
-        let mut waiting = vec![Child::node(0)];
-        while let Some(child) = waiting.pop() {
-            stop::check();
-            if child.is_leaf() {
-                let leaf = &hierarchy.leaves[child.leaf_index()];
-                let lanes = (0..8).filter(|lane| child.mask() >> lane & 1 != 0);
-                let meets = |&lane: &usize| self.meets(leaf.triangle(lane).map(world));
-                found.extend(lanes.filter(meets).map(|lane| leaf.id[lane]));
-            } else if let Some(node) = hierarchy.nodes.get(child.index()) {
-                let lanes = node.lanes().filter(|&lane| {
-                    let bounds = node.bounds_of(lane);
-                    self.may_hold(world(bounds.lo), world(bounds.hi))
-                });
-                waiting.extend(lanes.map(|lane| Child(node.child[lane])));
-            }
-        }
     }
 }
