@@ -10,25 +10,25 @@ mod plan;
 mod point;
 mod probe;
 mod renderer;
-mod selection;
 mod settings;
 mod workspace;
 mod world;
 
+pub use linelit_direct::{Counts, LightChoice, Luminaire, Luminaires};
 pub use linelit_estimators::{
     Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SURFACE_OFFSET, SegmentCounters,
 };
 pub use methods::PairMethods;
 pub use picture::Window;
-pub use plan::{Plan, PlannedLight, PlannedTexture};
+pub use plan::Plan;
 pub use point::ShadingPoint;
 pub use renderer::Renderer;
-pub use settings::{LightChoice, Settings, Spheres};
-pub use workspace::{Counts, Workspace};
+pub use settings::{Settings, Spheres};
+pub use workspace::Workspace;
 
 // What public signatures name, so that one dependency is enough.
 pub use {
-    linelit_bsdf as bsdf, linelit_estimators as estimators, linelit_geometry as geometry,
-    linelit_lights as lights, linelit_samplers as samplers, linelit_scene as scene,
-    linelit_visibility as visibility,
+    linelit_bsdf as bsdf, linelit_direct as direct, linelit_estimators as estimators,
+    linelit_geometry as geometry, linelit_lights as lights, linelit_samplers as samplers,
+    linelit_scene as scene, linelit_visibility as visibility,
 };

@@ -1,7 +1,7 @@
 //! Which methods an estimator uses for the lights of a scene on its materials.
 
-use crate::probe::{RAYS, over_grid};
-use crate::{Renderer, Settings};
+use crate::probe::{RAYS, grid};
+use crate::{Renderer, Settings, Workspace};
 use linelit_bsdf::Reflection;
 use linelit_estimators::{Ask, Facts, KnownKind, LightKind};
 use std::collections::BTreeSet;
@@ -25,17 +25,23 @@ impl Renderer<'_> {
     /// what is known of its reflection may have several methods.
     #[must_use]
     pub fn methods(&self, settings: &Settings) -> Vec<PairMethods> {
+        // Find which lights reach which materials.
         let lights = self.plan().lights_of(settings.spheres);
-        let mut pairs = BTreeSet::new();
-        over_grid(&self.world, lights, 4 * RAYS, |index, point, _| {
-            if !point.bsdf.is_black() {
-                let known = match lights[index].profile {
+        let (mut pairs, mut workspace) = (BTreeSet::new(), Workspace::new());
+        for point in grid(&self.world, 4 * RAYS, &mut workspace) {
+            let counts = &mut workspace.direct.buffers.counts.plan;
+            for (index, light) in lights.iter().enumerate() {
+                if point.bsdf.is_black() || !light.source().reaches(&point, counts) {
+                    continue;
+                }
+                let known = match light.profile {
                     None => KnownKind::of(&point.shading),
                     Some(_) => KnownKind::NOTHING,
                 };
                 pairs.insert((index, point.material, known));
             }
-        });
+        }
+        // Join the pairs for which the estimator uses the same methods.
         let mut rows: Vec<PairMethods> = Vec::new();
         for (index, material, known) in pairs {
             let planned = &lights[index];

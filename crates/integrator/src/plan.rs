@@ -1,56 +1,18 @@
 //! The lights that a scene, and those that a shading point, needs.
 
-use crate::{LightChoice, Spheres};
-use linelit_estimators::{
-    EmissionTexture, Estimator, LightSource, OcclusionStats, Technique, Weights,
-};
-use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{ImportanceImage, Light, Profile, TexturedSampler};
+use crate::Spheres;
+use linelit_direct::{Luminaire, Luminaires, Texture};
+use linelit_estimators::EmissionTexture;
+use linelit_geometry::{ConvexPolygon, DVec3, Margins};
+use linelit_lights::{ImportanceImage, Light, TexturedSampler};
 use linelit_scene::{Scene, SceneLight};
-use linelit_selection::{Discrete, LightTree};
-use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-/// A light that can contribute to some point of the scene.
+/// Emission of an area light of a scene by position, as estimators query it.
 #[derive(Clone, Debug)]
-pub struct PlannedLight {
-    /// Index of the light in the scene: it names the light's sample dimensions.
-    pub index: u32,
-    /// The light, the scene's own.
-    pub light: Arc<Light>,
-    /// The light's own triangles, which never block it.
-    pub triangles: Range<u32>,
-    /// Emission of an area light by position, if not the same everywhere.
-    pub texture: Option<PlannedTexture>,
-    /// The factor of the emission of an area light by direction.
-    pub profile: Option<Arc<Profile>>,
-    /// The estimator of this light, if it has one of its own.
-    pub estimator: Option<Estimator>,
-    /// Whether it is sampled for itself where one of the other lights is picked for each sample.
-    pub is_apart: bool,
-    /// The light's usual occlusion, which chooses the strategy of `hybrid`.
-    pub occlusion: OcclusionStats,
-}
+struct SceneTexture(linelit_scene::EmissionTexture);
 
-impl PlannedLight {
-    /// The light as estimators take it.
-    #[must_use]
-    pub fn source(&self) -> LightSource<'_, PlannedTexture> {
-        LightSource {
-            light: &self.light,
-            triangles: self.triangles.clone(),
-            texture: self.texture.as_ref(),
-            profile: self.profile.as_deref(),
-            occlusion: self.occlusion,
-        }
-    }
-}
-
-/// Emission of an area light of a scene by position, as estimators ask for it.
-#[derive(Clone, Debug)]
-pub struct PlannedTexture(Arc<linelit_scene::EmissionTexture>);
-
-impl EmissionTexture for PlannedTexture {
+impl EmissionTexture for SceneTexture {
     fn radiance(&self, on_light: DVec3) -> DVec3 {
         self.0.radiance(on_light)
     }
@@ -77,59 +39,35 @@ impl EmissionTexture for PlannedTexture {
 /// skip leaves the image as it is, bit for bit, or replaces an estimate by the exact value.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    facets: LightSet,
+    facets: Luminaires,
     /// Lights with exact spheres in place of their facets, if there are any.
-    exact: Option<LightSet>,
-}
-
-/// Tables for picking one of the union, the same for all shading points; made when first asked for.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Tables {
-    pub uniform: OnceLock<Option<Discrete>>,
-    pub power: OnceLock<Option<Discrete>>,
-    pub tree: OnceLock<LightTree>,
-}
-
-/// Lights, and tables for picking one of the union.
-#[derive(Clone, Debug)]
-pub(crate) struct LightSet {
-    /// The lights; those that are sampled for themselves come first.
-    lights: Vec<PlannedLight>,
-    pub tables: Tables,
-}
-
-impl LightSet {
-    fn new(lights: Vec<PlannedLight>) -> Self {
-        let tables = Tables::default();
-        Self { lights, tables }
-    }
-
-    /// The lights that are sampled for themselves, and the union of which one is picked.
-    pub(crate) fn split(&self, choice: LightChoice) -> (&[PlannedLight], &[PlannedLight]) {
-        match choice {
-            LightChoice::All => (&self.lights, &[]),
-            _ => (self.lights).split_at(self.lights.partition_point(|l| l.is_apart)),
-        }
-    }
+    exact: Option<Luminaires>,
 }
 
 impl Plan {
-    /// The plan of the lights of a scene that emit.
-    pub(crate) fn new(scene: &Scene, lights: Vec<PlannedLight>) -> Self {
+    /// The plan of the lights of a scene that emit. `look` measures their occlusion.
+    pub(crate) fn new(scene: &Scene, mut look: impl FnMut(&mut [Luminaire])) -> Self {
+        let indices = u32::try_from(scene.lights.len()).unwrap_or(u32::MAX);
+        let facets = emitting(scene);
+        let exact = (!scene.round.is_empty()).then(|| with_round(scene, &facets));
+        let mut set = |mut lights: Vec<Luminaire>| {
+            look(&mut lights);
+            Luminaires::new(lights, indices)
+        };
         Self {
-            exact: (!scene.round.is_empty()).then(|| LightSet::new(with_round(scene, &lights))),
-            facets: LightSet::new(lights),
+            exact: exact.map(&mut set),
+            facets: set(facets),
         }
     }
 
     /// The lights that emit, with spheres as the settings want them.
     #[must_use]
-    pub fn lights_of(&self, spheres: Spheres) -> &[PlannedLight] {
-        &self.set_of(spheres).lights
+    pub fn lights_of(&self, spheres: Spheres) -> &[Luminaire] {
+        self.set_of(spheres).as_slice()
     }
 
-    /// The lights that emit, and the tables for choosing among them.
-    pub(crate) fn set_of(&self, spheres: Spheres) -> &LightSet {
+    /// The lights that emit, with the tables for choosing among them.
+    pub(crate) const fn set_of(&self, spheres: Spheres) -> &Luminaires {
         match (&self.exact, spheres) {
             (Some(set), Spheres::Exact) => set,
             _ => &self.facets,
@@ -138,62 +76,47 @@ impl Plan {
 
     /// Changes a light of the scene; an exact sphere is the first of its facets. False if no light
     /// that emits has that number.
-    pub(crate) fn change(&mut self, light: u32, change: impl Fn(&mut PlannedLight)) -> bool {
+    pub(crate) fn change(&mut self, light: u32, change: impl Fn(&mut Luminaire)) -> bool {
         let mut is_found = false;
         for set in std::iter::once(&mut self.facets).chain(&mut self.exact) {
-            if let Some(planned) = set.lights.iter_mut().find(|l| l.index == light) {
-                change(planned);
-                is_found = true;
-            }
-            set.lights.sort_by_key(|l| (!l.is_apart, l.index));
-            set.tables = Tables::default();
+            is_found |= set.change(light, &change);
         }
         is_found
     }
 }
 
-/// Whether an estimator asks occluders by rays alone, whatever the light and the reflection: points
-/// of one technique, each with a shadow ray.
-pub(crate) fn asks_by_rays(estimator: &Estimator) -> bool {
-    let by_rays = |technique| matches!(technique, Technique::Points(points) if !points.in_shaft);
-    estimator.weights() == Weights::Alone
-        && estimator.parts().iter().all(|part| by_rays(part.technique))
-}
-
 /// The lights of a scene that emit.
-pub(crate) fn emitting(scene: &Scene) -> Vec<PlannedLight> {
+fn emitting(scene: &Scene) -> Vec<Luminaire> {
     let textured = scene.lights.iter().filter(|l| l.map.is_some()).count();
     (scene.lights.iter().zip(0u32..))
         .filter(|(light, _)| light.light.power() > 0.0)
-        .map(|(light, index)| PlannedLight {
-            index,
-            light: Arc::clone(&light.light),
+        .map(|(light, index)| Luminaire {
             triangles: light.triangles.clone(),
             texture: texture(light, textured),
             profile: light.profile.clone(),
-            estimator: None,
-            is_apart: false,
-            occlusion: OcclusionStats::FEW,
+            // Files are rounded: a lamp may be mounted flush in a slanted ceiling.
+            margins: Margins::DEFAULT,
+            ..Luminaire::new(index, Arc::clone(&light.light))
         })
         .collect()
 }
 
 /// The texture of one of `count` textured lights.
-fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
+fn texture(light: &SceneLight, count: usize) -> Option<Texture> {
     let (Light::Area(area), Some(map)) = (&*light.light, &light.map) else {
         return None;
     };
     let texture = linelit_scene::EmissionTexture::new(map, &area.polygon, count)?;
-    Some(PlannedTexture(Arc::new(texture)))
+    Some(Texture::new(SceneTexture(texture)))
 }
 
 /// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets.
-fn with_round(scene: &Scene, lights: &[PlannedLight]) -> Vec<PlannedLight> {
-    let exact = |facet: &PlannedLight| {
+fn with_round(scene: &Scene, lights: &[Luminaire]) -> Vec<Luminaire> {
+    let exact = |facet: &Luminaire| {
         let Some(round) = scene.whole_of(facet.index) else {
             return Some(facet.clone());
         };
-        (round.lights.start == facet.index).then(|| PlannedLight {
+        (round.lights.start == facet.index).then(|| Luminaire {
             light: Arc::new(round.light.clone()),
             triangles: round.triangles.clone(),
             ..facet.clone()

@@ -1,11 +1,11 @@
 //! From a pixel to its direct light.
 
-use crate::selection::Streams;
+use crate::probe::{RAYS, grid};
 use crate::world::World;
-use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace, plan, probe, selection};
-use linelit_bsdf::Reflection;
-use linelit_estimators::{Ask, Estimator, Query, RandomNumbers, estimate, streams};
-use linelit_geometry::{DVec3, Margins, stop};
+use crate::{Plan, Settings, ShadingPoint, Workspace};
+use linelit_direct::{Illumination, SampleNames, needs_occlusion, needs_shafts, probe};
+use linelit_estimators::{Estimator, streams};
+use linelit_geometry::{DVec3, stop};
 use linelit_samplers::{Block, Sampler};
 use linelit_scene::{Projection, Scene};
 use linelit_visibility::{Fan, Occluders};
@@ -27,20 +27,36 @@ impl<'s> Renderer<'s> {
 
     /// Builds them for known estimators, those of lights of their own included. Where all of them
     /// ask by shadow rays alone (`point-area`), what shafts need is left out, and lights are not
-    /// asked how occluded they usually are, which only lines want to know. Their estimates are
+    /// looked at beforehand, which only lines need. Their estimates are
     /// those of [`Renderer::new`], to the bit; others may take longer, and choose otherwise.
     #[must_use]
     pub fn for_estimators<'e>(
         scene: &'s Scene,
         estimators: impl IntoIterator<Item = &'e Estimator>,
     ) -> Self {
-        let for_rays = estimators.into_iter().all(plan::asks_by_rays);
-        let (world, mut lights) = (World::new(scene, for_rays), plan::emitting(scene));
-        scene.prepare_textures();
-        if !for_rays {
-            probe::note_occlusion(&world, &mut lights);
+        // Build the occluders.
+        let (mut shafts, mut occlusion) = (false, false);
+        for estimator in estimators {
+            shafts |= needs_shafts(estimator);
+            occlusion |= needs_occlusion(estimator);
         }
-        let plan = Plan::new(scene, lights);
+        let world = World::new(scene, !shafts);
+        scene.prepare_textures();
+        // Look at the lights from the points that a grid of camera rays meets.
+        let mut workspace = Workspace::new();
+        let points = match occlusion {
+            true => [RAYS, 2 * RAYS].map(|rays| grid(&world, rays, &mut workspace)),
+            false => Default::default(),
+        };
+        let points = points.map(|points| points.into_iter().map(|p| p.shading).collect::<Vec<_>>());
+        let plan = Plan::new(scene, |lights| {
+            probe(
+                &world.shadows,
+                lights,
+                points.each_ref().map(Vec::as_slice),
+                &mut workspace.direct,
+            );
+        });
         Self { world, plan }
     }
 
@@ -194,8 +210,8 @@ impl<'s> Renderer<'s> {
                 t_min: 0.0,
                 t_max: f64::INFINITY,
             };
-            let Workspace { buffers, hits, .. } = &mut *workspace;
-            (self.world.views).closest_hits(&fan, hits, &mut buffers.scratch);
+            let Workspace { direct, hits } = &mut *workspace;
+            (self.world.views).closest_hits(&fan, hits, &mut direct.buffers.scratch);
             for (k, CameraSample { pixel, index, at }) in together[..found].iter().enumerate() {
                 let Some(hit) = workspace.hits[k] else {
                     let sky = match settings.show_lights {
@@ -206,12 +222,12 @@ impl<'s> Renderer<'s> {
                     continue;
                 };
                 let point = &self.world.seen_at(*at, &hit, directions[k], spacing);
-                let streams = Streams {
+                let names = SampleNames {
                     pixel: *pixel,
                     path: 0,
                     block: Block::new(*index, count),
                 };
-                each(self.shown(settings, streams, point, workspace));
+                each(self.shown(settings, names, point, workspace));
             }
         }
     }
@@ -220,7 +236,7 @@ impl<'s> Renderer<'s> {
     fn shown(
         &self,
         settings: &Settings,
-        mut streams: Streams,
+        mut names: SampleNames,
         point: &ShadingPoint,
         workspace: &mut Workspace,
     ) -> DVec3 {
@@ -230,7 +246,7 @@ impl<'s> Renderer<'s> {
             DVec3::ZERO
         };
         let bounces = settings.bounces.min(Settings::MOST_BOUNCES);
-        let reflected = self.reflected(settings, &mut streams, point, bounces, workspace);
+        let reflected = self.reflected(settings, &mut names, point, bounces, workspace);
         (emitted + reflected) * self.scene().film.scale
     }
 
@@ -238,19 +254,19 @@ impl<'s> Renderer<'s> {
     fn reflected(
         &self,
         settings: &Settings,
-        streams: &mut Streams,
+        names: &mut SampleNames,
         point: &ShadingPoint,
         bounces: u32,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        let mut sum = self.direct_by(settings, point, *streams, workspace);
+        let mut sum = self.direct_by(settings, point, *names, workspace);
         if bounces == 0 {
             return sum;
         }
         for bounce in &point.bounces {
-            streams.path = streams.path.wrapping_add(1);
+            names.path = names.path.wrapping_add(1);
             if let Some(next) = &self.world.follow(point, bounce, workspace) {
-                let reflected = self.reflected(settings, streams, next, bounces - 1, workspace);
+                let reflected = self.reflected(settings, names, next, bounces - 1, workspace);
                 sum += bounce.weight * (next.emitted + reflected);
             } else {
                 sum += bounce.weight * self.world.sky(point.position, bounce.direction);
@@ -279,88 +295,27 @@ impl<'s> Renderer<'s> {
         pixel: [u32; 2],
         workspace: &mut Workspace,
     ) -> DVec3 {
-        let streams = Streams {
+        let names = SampleNames {
             pixel,
             path: 0,
             block: Block::new(0, settings.pixel_samples),
         };
-        self.direct_by(settings, point, streams, workspace)
+        self.direct_by(settings, point, names, workspace)
     }
 
     fn direct_by(
         &self,
         settings: &Settings,
         point: &ShadingPoint,
-        streams: Streams,
+        names: SampleNames,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        // The counts are then a function of the arguments, as the radiance is.
-        workspace.buffers.scratch.forget_latest();
-        workspace.buffers.counts.plan.points += 1;
-        if settings.skip && point.bsdf.is_black() {
-            workspace.buffers.counts.plan.black_materials += 1;
-            return DVec3::ZERO;
-        }
-        let set = self.plan.set_of(settings.spheres);
-        let (apart, union) = set.split(settings.lights);
-        let mut sum = DVec3::ZERO;
-        for light in apart {
-            sum += self.one_light(settings, light, point, streams, workspace);
-        }
-        if union.is_empty() {
-            return sum;
-        }
-        selection::draw(union, &set.tables, settings, point, streams, workspace);
-        let all = f64::from(settings.samples.max(1));
-        for k in 0..workspace.drawn.len() {
-            let drawn = workspace.drawn[k];
-            let settings = Settings {
-                samples: drawn.count,
-                ..*settings
-            };
-            let streams = Streams {
-                block: drawn.block,
-                ..streams
-            };
-            let light = &union[drawn.light];
-            let value = self.one_light(&settings, light, point, streams, workspace);
-            sum += value * (f64::from(drawn.count) / (all * drawn.probability));
-        }
-        sum
-    }
-
-    /// Radiance that one light sends from `point` to the viewer.
-    fn one_light(
-        &self,
-        settings: &Settings,
-        light: &PlannedLight,
-        point: &ShadingPoint,
-        streams: Streams,
-        workspace: &mut Workspace,
-    ) -> DVec3 {
-        let source = light.source();
-        let buffers = &mut workspace.buffers;
-        if settings.skip && !source.reaches(point, &mut buffers.counts.plan) {
-            return DVec3::ZERO;
-        }
-        let total = u32::try_from(self.scene().lights.len()).unwrap_or(u32::MAX);
-        let numbers = RandomNumbers {
-            sampler: settings.sampler,
-            seed: settings.seed,
-            pixel: streams.pixel,
-            pair: (streams.path.wrapping_mul(total)).wrapping_add(light.index),
-            block: streams.block,
+        let illumination = Illumination {
+            occluders: &self.world.shadows,
+            lights: self.plan.set_of(settings.spheres),
+            settings: settings.direct(),
         };
-        let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
-        let (occluders, samples) = (&self.world.shadows, settings.samples);
-        let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
-        // Files are rounded: a lamp may be mounted flush in a slanted ceiling.
-        query.margins = Margins::DEFAULT;
-        query.skip = settings.skip;
-        if !settings.share {
-            query.ask = Ask::Rays;
-        }
-        estimate(&query, buffers)
+        illumination.radiance(point, names, &mut workspace.direct)
     }
 }
 

@@ -1,5 +1,6 @@
 //! How a picture is estimated.
 
+use linelit_direct::LightChoice;
 use linelit_estimators::Estimator;
 use linelit_samplers::SamplerKind;
 use std::fmt;
@@ -78,33 +79,19 @@ impl Settings {
         let block = BLOCK.max(count.div_ceil(BLOCK));
         (0..count.div_ceil(block)).map(move |k| k * block..count.min((k + 1).saturating_mul(block)))
     }
-}
 
-/// The lights that a shading point samples: all of them, or for each sample one, with the
-/// probability αᵢ.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LightChoice {
-    /// `all`: as many samples of each light.
-    #[default]
-    All,
-    /// `one:uniform`: αᵢ = 1/N.
-    Uniform,
-    /// `one:power`: αᵢ by the emitted power.
-    Power,
-    /// `one:estimate`: αᵢ by the unshadowed light that the BSDF reflects from a random point of
-    /// each light, with a floor for every light that can contribute (Shirley & Wang's rule). Its
-    /// cost grows with the lights.
-    Estimate,
-    /// `one:exact`: αᵢ by the unshadowed light of each light in closed form, the BSDF as linearly
-    /// transformed cosines: what the others try to be. Its cost grows with the lights.
-    Exact,
-    /// `one:centre`: αᵢ by the unshadowed light of each light's centre, without the rule. **Wrong**
-    /// where a light's centre is below the horizon and other parts of it are not: it makes the
-    /// bands of Shirley & Wang's Fig. 10, and is here to show them.
-    Centre,
-    /// `tree`: αᵢ by a hierarchy of the lights, each group a blurred light under those cosines. Its
-    /// cost grows with the logarithm of the number of lights.
-    Tree,
+    /// The settings of the light at a point.
+    pub(crate) const fn direct(&self) -> linelit_direct::Settings<'_> {
+        linelit_direct::Settings {
+            estimator: &self.estimator,
+            sampler: self.sampler,
+            seed: self.seed,
+            samples: self.samples,
+            lights: self.lights,
+            skip: self.skip,
+            share: self.share,
+        }
+    }
 }
 
 /// Representation of emissive spheres, disks and cylinders.
@@ -119,57 +106,12 @@ pub enum Spheres {
     Exact,
 }
 
-/// Names and values of a setting, as command lines and files have them.
-type Names<T, const N: usize> = [(&'static str, T); N];
-
-const CHOICES: Names<LightChoice, 7> = [
-    ("all", LightChoice::All),
-    ("one:uniform", LightChoice::Uniform),
-    ("one:power", LightChoice::Power),
-    ("one:estimate", LightChoice::Estimate),
-    ("one:exact", LightChoice::Exact),
-    ("one:centre", LightChoice::Centre),
-    ("tree", LightChoice::Tree),
-];
-
-const SPHERES: Names<Spheres, 2> = [("facets", Spheres::Facets), ("exact", Spheres::Exact)];
-
-/// The name of a value.
-fn name<T: PartialEq, const N: usize>(names: &Names<T, N>, value: &T) -> &'static str {
-    let found = names.iter().find(|(_, named)| named == value);
-    found.map_or("", |(name, _)| name)
-}
-
-/// The value of a name; an error names the `setting`.
-fn value<T: Copy, const N: usize>(
-    setting: &str,
-    names: &Names<T, N>,
-    text: &str,
-) -> Result<T, String> {
-    let found = names.iter().find(|(name, _)| *name == text);
-    found.map(|(_, value)| *value).ok_or_else(|| {
-        let names = names.each_ref().map(|(name, _)| *name).join(", ");
-        format!("{setting} `{text}`; expected one of {names}")
-    })
-}
-
-impl fmt::Display for LightChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(name(&CHOICES, self))
-    }
-}
-
-impl FromStr for LightChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        value("lights", &CHOICES, text)
-    }
-}
-
 impl fmt::Display for Spheres {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(name(&SPHERES, self))
+        f.pad(match self {
+            Self::Facets => "facets",
+            Self::Exact => "exact",
+        })
     }
 }
 
@@ -177,6 +119,10 @@ impl FromStr for Spheres {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        value("spheres", &SPHERES, text)
+        match text {
+            "facets" => Ok(Self::Facets),
+            "exact" => Ok(Self::Exact),
+            _ => Err(format!("spheres `{text}`; expected one of facets, exact")),
+        }
     }
 }

@@ -109,7 +109,7 @@ impl<'s> World<'s> {
         let behind = direction.dot(point.geometric_normal) < 0.0;
         let lift = if behind { 2.0 * point.lift } else { 0.0 };
         let ray = Ray::new(point.position - point.geometric_normal * lift, direction);
-        let scratch = &mut workspace.buffers.scratch;
+        let scratch = &mut workspace.direct.buffers.scratch;
         let hit = self.views.closest_hit(&ray, scratch)?;
         Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
@@ -129,7 +129,7 @@ impl<'s> World<'s> {
         let at = pixel.map(|c| f64::from(c) + 0.5);
         let camera = self.scene.camera.ray(at[0], at[1]);
         let ray = Ray::new(camera.origin, camera.direction);
-        let scratch = &mut workspace.buffers.scratch;
+        let scratch = &mut workspace.direct.buffers.scratch;
         let hit = self.views.closest_hit(&ray, scratch)?;
         Some(self.seen_at(at, &hit, camera.direction, 1.0))
     }

@@ -1,7 +1,7 @@
 //! Scenes from slices.
 
-use crate::scene_lights::SceneLight;
 use crate::{Error, Scene};
+use linelit_direct::Luminaire;
 use linelit_estimators::{Estimator, MOST_SAMPLES};
 use linelit_geometry::{DVec3, Margins, Vector3};
 use linelit_lights::{Light, Profile, Sphere};
@@ -31,7 +31,7 @@ pub(crate) struct Settings {
 pub struct SceneBuilder<'a, V = [f32; 3]> {
     positions: &'a [V],
     triangles: &'a [[u32; 3]],
-    lights: Vec<SceneLight>,
+    lights: Vec<Luminaire>,
     settings: Settings,
     /// Whether a profile came before all lights.
     has_stray_profile: bool,
@@ -71,9 +71,10 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
     /// Adds a light whose own triangles, by their numbers, do not hide it: of any shape, and also
     /// where its triangles are not in its plane, as those of a sphere.
     pub fn light_of(mut self, light: impl Into<Light>, triangles: Range<u32>) -> Self {
-        self.lights.push(SceneLight {
+        let index = u32::try_from(self.lights.len()).unwrap_or(u32::MAX);
+        self.lights.push(Luminaire {
             triangles,
-            ..SceneLight::from(light.into())
+            ..Luminaire::new(index, Arc::new(light.into()))
         });
         self
     }

@@ -6,23 +6,23 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod builder;
-mod direct;
 mod error;
-mod prepare;
-mod resting;
+mod one_call;
 mod scene_lights;
 
 pub use builder::SceneBuilder;
-pub use direct::{Rings, Scene};
 pub use error::Error;
 pub use linelit_estimators::{Estimator, Measure};
 pub use linelit_lights::Light;
+pub use one_call::{Rings, Scene};
 
 #[doc(inline)]
 #[cfg(feature = "pbrt")]
 pub use linelit_assembly as assembly;
 #[doc(inline)]
 pub use linelit_bsdf as bsdf;
+#[doc(inline)]
+pub use linelit_direct as direct;
 #[doc(inline)]
 pub use linelit_estimators as estimators;
 #[doc(inline)]

@@ -1,40 +1,15 @@
-//! The lights of a scene: what is refused, and lights and methods in place of others.
+//! The lights of a scene: what is refused, and other lights and methods over the same triangles.
 
 use crate::builder::{LARGEST, check_samples};
-use crate::resting::resting;
+use crate::one_call::{WHITE, same_length};
 use crate::{Error, Scene};
-use linelit_estimators::{
-    Estimator, ExactOptions, Integration, LightSource, OcclusionStats, Technique,
-};
-use linelit_geometry::{ConvexPolygon, DVec3, Margins};
-use linelit_lights::{Light, Profile, SkyEmission};
+use linelit_direct::{Luminaire, Luminaires, PROBES, Workspace, needs_occlusion, points_on, probe};
+use linelit_estimators::{Estimator, Integration, ShadingPoint, Technique};
+use linelit_geometry::{DVec3, Vector3};
+use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
-use linelit_visibility::Occluders;
 use std::ops::Range;
 use std::sync::Arc;
-
-/// A light of a scene.
-#[derive(Clone, Debug)]
-pub(crate) struct SceneLight {
-    pub light: Light,
-    pub triangles: Range<u32>,
-    pub profile: Option<Arc<Profile>>,
-    /// The margins of its shadows, unless the settings have others.
-    pub margins: Margins,
-    pub occlusion: OcclusionStats,
-}
-
-impl From<Light> for SceneLight {
-    fn from(light: Light) -> Self {
-        Self {
-            light,
-            triangles: 0..0,
-            profile: None,
-            margins: Margins::DEFAULT,
-            occlusion: OcclusionStats::FEW,
-        }
-    }
-}
 
 impl Scene {
     /// These triangles under other lights, which are numbered from 0. The hierarchy is shared.
@@ -46,9 +21,8 @@ impl Scene {
         lights: impl IntoIterator<Item = L>,
     ) -> Result<Self, Error> {
         let mut scene = self.clone();
-        let lights = lights
-            .into_iter()
-            .map(|light| SceneLight::from(light.into()));
+        let lights = lights.into_iter().zip(0..);
+        let lights = lights.map(|(light, index)| Luminaire::new(index, Arc::new(light.into())));
         scene.set_lights(lights.collect())?;
         Ok(scene)
     }
@@ -64,7 +38,7 @@ impl Scene {
         let mut scene = self.clone();
         scene.settings.estimator = estimator;
         scene.settings.samples = samples.max(1);
-        scene.set_lights(self.lights.to_vec())?;
+        scene.set_lights(self.lights.as_slice().to_vec())?;
         Ok(scene)
     }
 
@@ -76,71 +50,70 @@ impl Scene {
         scene
     }
 
-    /// Takes lights after checking them, and looks at them.
-    pub(crate) fn set_lights(&mut self, mut lights: Vec<SceneLight>) -> Result<(), Error> {
+    /// Looks at the lights from these points, by which `hybrid` chooses its method: in place of
+    /// points on the triangles, which the scene took when it was built. Some hundred points in the
+    /// places that matter will do. Answers keep their mean, whatever the points are.
+    ///
+    /// # Errors
+    /// Slices of different lengths; the first point or normal that is not valid.
+    pub fn prepare<V: Vector3 + Copy>(&mut self, points: &[V], normals: &[V]) -> Result<(), Error> {
+        same_length("normals", points, normals)?;
+        let mut places = Vec::with_capacity(points.len());
+        for (i, (point, normal)) in points.iter().zip(normals).enumerate() {
+            places.push(self.point(i, point.dvec3(), normal.dvec3(), None, WHITE)?);
+        }
+        self.places = Arc::new([places.clone(), places]);
+        self.set_lights(self.lights.as_slice().to_vec())
+    }
+
+    /// The points from which the lights are looked at unless [`Scene::prepare`] takes others.
+    pub(crate) fn places_on<V: Vector3 + Copy>(
+        &self,
+        positions: &[V],
+        triangles: &[[u32; 3]],
+    ) -> [Vec<ShadingPoint>; 2] {
+        // Take corners as they are stored, or points would be below their own triangles.
+        let origin = self.occluders.origin();
+        let stored = |p: DVec3| (p - origin).as_vec3().as_dvec3() + origin;
+        let corners = |t: &[u32; 3]| t.map(|i| stored(positions[i as usize].dvec3()));
+        PROBES.map(|count| {
+            let points = points_on(corners, triangles, count).into_iter();
+            let lifted = points.filter_map(|[p, n]| self.point(0, p, n, None, WHITE).ok());
+            lifted.collect()
+        })
+    }
+
+    /// Takes lights after checking them, and looks at them if the estimator has a use for that.
+    pub(crate) fn set_lights(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
+        // Refuse what is no light, or has no exact answer where one is promised.
         let is_exact = is_exact(&self.settings.estimator);
         for (i, light) in lights.iter_mut().enumerate() {
-            light.light.set_scene(self.ball);
+            Arc::make_mut(&mut light.light).set_scene(self.ball);
             let Range { start, end } = light.triangles;
             if start > end || end as usize > self.triangles {
                 return Err(Error::LightTriangles(i));
             }
-            if !is_light(&light.light) {
+            if !light.is_valid(LARGEST) {
                 return Err(Error::Light(i));
             }
-            if light.profile.is_some() && !light.has_sides() {
+            if light.profile.is_some() && !light.takes_profile() {
                 return Err(Error::Profile(i));
             }
             if is_exact && !light.is_exact() {
                 return Err(Error::NotExact(i));
             }
-            light.find_own(&self.occluders);
+            light.find_own_triangles(&self.occluders);
             light.margins = self.settings.margins.unwrap_or(light.margins);
         }
-        self.look_at(&mut lights);
-        self.lights = lights.into();
-        Ok(())
-    }
-}
-
-impl SceneLight {
-    pub(crate) fn source(&self) -> LightSource<'_> {
-        LightSource {
-            triangles: self.triangles.clone(),
-            profile: self.profile.as_deref(),
-            occlusion: self.occlusion,
-            ..LightSource::new(&self.light)
-        }
-    }
-
-    /// Finds the light's own triangles if none are named, and the margins that it needs.
-    fn find_own(&mut self, occluders: &Occluders) {
-        let flat = match &self.light {
-            Light::Area(area) => Some(area.polygon),
-            Light::Disk(disk) => ConvexPolygon::new(&disk.disk.around()).ok(),
-            _ => None,
+        // Look at the lights from some points.
+        let points = match needs_occlusion(&self.settings.estimator) {
+            true => self.places.each_ref().map(Vec::as_slice),
+            false => [&[][..]; 2],
         };
-        self.margins = Margins::excluding(&self.triangles);
-        if let Some(flat) = flat {
-            (self.triangles, self.margins) = resting(occluders, &flat, self.triangles.clone());
-        }
-    }
-
-    /// Whether a profile can be about its normal.
-    const fn has_sides(&self) -> bool {
-        match &self.light {
-            Light::Area(_) | Light::Disk(_) | Light::Sphere(_) | Light::Cylinder(_) => true,
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => false,
-        }
-    }
-
-    /// Whether `exact` gives its light without noise, on a diffuse surface.
-    const fn is_exact(&self) -> bool {
-        match &self.light {
-            Light::Area(_) => self.profile.is_none(),
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) => true,
-            Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Sky(_) => false,
-        }
+        probe(&self.occluders, &mut lights, points, &mut Workspace::new());
+        let indices = u32::try_from(lights.len()).unwrap_or(u32::MAX);
+        self.lights = Arc::new(Luminaires::new(lights, indices));
+        Ok(())
     }
 }
 
@@ -151,57 +124,4 @@ fn is_exact(estimator: &Estimator) -> bool {
         Some(Technique::Points(_)) | None => None,
     };
     matches!(by, Some(Integration::Exact(_)))
-}
-
-/// Whether an estimator wants to know beforehand what hides a light: `hybrid`, and lines, which
-/// take their direction from it.
-pub(crate) fn looks_ahead(estimator: &Estimator) -> bool {
-    let mut techniques = estimator.parts().iter().map(|part| &part.technique);
-    techniques.any(|technique| match technique {
-        Technique::Points(_) => false,
-        Technique::Lines(lines) => match lines.integration {
-            Some(Integration::Exact(options)) => options.limit != ExactOptions::NO_LIMIT,
-            Some(Integration::Analytic | Integration::Cheapest) | None => true,
-        },
-    })
-}
-
-/// Whether the numbers of a light are finite, its emission is not negative, and its shape has a
-/// size and a direction.
-fn is_light(light: &Light) -> bool {
-    let emission = light.emission().radiance;
-    let is_place = |p: DVec3| p.abs().cmple(DVec3::splat(LARGEST)).all();
-    let is_size = |r: f64| r > 0.0 && r <= LARGEST;
-    let emits = emission.is_finite() && emission.min_element() >= 0.0;
-    emits
-        && match light {
-            Light::Area(l) => l.polygon.vertices().iter().all(|&v| is_place(v)),
-            Light::Linear(l) => {
-                let ends = [l.segment.p0, l.segment.p1];
-                ends.into_iter().all(is_place) && l.segment.length() > 0.0
-            }
-            Light::Sphere(l) => is_place(l.sphere.center) && is_size(l.sphere.radius),
-            Light::Disk(l) => {
-                let disk = &l.disk;
-                is_place(disk.center) && is_size(disk.radius) && disk.normal.is_normalized()
-            }
-            Light::Cylinder(l) => {
-                let axis = &l.cylinder.axis;
-                let is_axis = [axis.p0, axis.p1].into_iter().all(is_place);
-                is_axis && axis.length() > 0.0 && is_size(l.cylinder.radius)
-            }
-            Light::Point(l) => is_place(l.position),
-            Light::Distant(l) => l.direction.is_normalized(),
-            Light::Sky(l) => match &l.emission {
-                SkyEmission::Constant(_) | SkyEmission::Image(_) => true,
-                SkyEmission::Sun {
-                    direction,
-                    half_angle,
-                    ..
-                } => {
-                    let is_angle = *half_angle > 0.0 && *half_angle <= std::f64::consts::FRAC_PI_2;
-                    direction.is_normalized() && is_angle
-                }
-            },
-        }
 }

@@ -3,7 +3,7 @@
 use linelit_estimators::{Query, RandomNumbers, brute_force};
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, PlannedLight, Renderer, Settings, Spheres, Workspace};
+use linelit_integrator::{Estimator, Luminaire, Renderer, Settings, Spheres, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
@@ -152,7 +152,7 @@ fn by_triangles(
     let mut workspace = Workspace::new();
     let mut light = |pixel| {
         let point = renderer.shading_point(pixel, &mut workspace)?;
-        let of_light = |light: &PlannedLight| {
+        let of_light = |light: &Luminaire| {
             let Light::Area(area) = &*light.light else {
                 return DVec3::ZERO;
             };

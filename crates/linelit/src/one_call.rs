@@ -2,15 +2,12 @@
 
 use crate::Error;
 use crate::builder::{LARGEST, SceneBuilder, Settings};
-use crate::scene_lights::SceneLight;
 use linelit_bsdf::{Bsdf, Lambert};
-use linelit_estimators::{Buffers, Measure, Query};
-use linelit_estimators::{RandomNumbers, SURFACE_OFFSET, ShadingPoint, estimate};
-use linelit_estimators::{VisibleDisk, VisibleRegion, is_clear};
+use linelit_direct::{Illumination, Luminaire, Luminaires, SampleNames, Unknown, Workspace};
+use linelit_estimators::{Measure, SURFACE_OFFSET, ShadingPoint};
 use linelit_geometry::{DVec3, Segment, Vector3, predicates, stop};
-use linelit_lights::{Beam, DistantLight, Light, PointLight, Sphere};
-use linelit_shading::cylinder;
-use linelit_visibility::{LightCorners, Occluders, Ray, ShaftQuery, VisibleLines};
+use linelit_lights::Sphere;
+use linelit_visibility::{Occluders, Ray, ShaftQuery, VisibleLines};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::f64::consts::PI;
@@ -47,32 +44,23 @@ pub struct Scene {
     pub(crate) ball: Sphere,
     /// The points that lights are looked at from, and those for the direction of lines.
     pub(crate) places: Arc<[Vec<ShadingPoint>; 2]>,
-    pub(crate) lights: Arc<[SceneLight]>,
+    pub(crate) lights: Arc<Luminaires>,
     pub(crate) settings: Settings,
 }
 
 /// Rings of corners.
 pub type Rings = Vec<Vec<[f64; 3]>>;
 
-/// The memory of a thread.
-#[derive(Debug, Default)]
-struct Memory {
-    buffers: Buffers,
-    region: VisibleRegion,
-    disk: VisibleDisk,
-    lines: VisibleLines,
-}
-
 thread_local! {
-    static MEMORY: Cell<Option<Box<Memory>>> = const { Cell::new(None) };
+    static WORKSPACE: Cell<Option<Box<Workspace>>> = const { Cell::new(None) };
 }
 
 /// Does work with the memory of this thread; with new memory where that is in use, or was when work
 /// was stopped.
-fn with_memory<T>(work: impl FnOnce(&mut Memory) -> T) -> T {
-    let mut memory = MEMORY.take().unwrap_or_default();
-    let found = work(&mut memory);
-    MEMORY.set(Some(memory));
+fn with_workspace<T>(work: impl FnOnce(&mut Workspace) -> T) -> T {
+    let mut workspace = WORKSPACE.take().unwrap_or_default();
+    let found = work(&mut workspace);
+    WORKSPACE.set(Some(workspace));
     found
 }
 
@@ -264,10 +252,11 @@ impl Scene {
                 let point = check_point(i, points[i].dvec3())?;
                 let [from, to] = lines[i].map(|end| check_point(i, end.dvec3()));
                 let line = Segment::new(from?, to?);
-                with_memory(|memory| {
-                    let Memory { buffers, lines, .. } = memory;
+                with_workspace(|workspace| {
+                    let Workspace { buffers, lines, .. } = workspace;
                     let ends = [line.p0, line.p1];
-                    let query = self.shaft(point, &ends, None);
+                    let mut query = ShaftQuery::new(point, &ends);
+                    query.margins = self.settings.margins.unwrap_or_default();
                     let mut shaft = self.occluders.shaft(query, &mut buffers.scratch);
                     shaft.visible(&[line], lines);
                     visible.append(lines);
@@ -311,55 +300,12 @@ impl Scene {
 
     fn rings(&self, i: usize, point: DVec3, light: usize) -> Result<Rings, Error> {
         let point = check_point(i, point)?;
-        let scene_light = self.light_number(light)?;
-        with_memory(|memory| {
-            let rings = match &scene_light.light {
-                Light::Area(area) => {
-                    let query = self.shaft(point, &area.polygon, Some(scene_light));
-                    let scratch = &mut memory.buffers.scratch;
-                    memory.region.find(&self.occluders, query, scratch);
-                    memory.region.rings()
-                }
-                Light::Disk(_) | Light::Sphere(_) => {
-                    self.find_disk(i, point, light, memory)?;
-                    memory.disk.rings()
-                }
-                _ => return Err(Error::NotExact(light)),
-            };
-            let ring = |ring: Vec<DVec3>| ring.into_iter().map(|p| p.to_array()).collect();
-            Ok(rings.into_iter().map(ring).collect())
-        })
-    }
-
-    /// Finds the visible part of a round light.
-    fn find_disk(
-        &self,
-        i: usize,
-        point: DVec3,
-        light: usize,
-        memory: &mut Memory,
-    ) -> Result<(), Error> {
-        // Take a sphere as the disk of its outline; from inside there is none.
-        let (scene_light, scratch) = (&self.lights[light], &mut memory.buffers.scratch);
-        let disk = match &scene_light.light {
-            Light::Disk(l) => Some(l.disk),
-            Light::Sphere(l) => l.sphere.outline(point),
-            _ => None,
-        };
-        let Some(disk) = disk else {
-            memory.disk.hide(point);
-            return Ok(());
-        };
-        // Find what is seen of the disk, unless an occluder reaches into the sphere.
-        let around = disk.around();
-        let query = || self.shaft(point, &around, Some(scene_light));
-        if let Light::Sphere(l) = &scene_light.light
-            && !is_clear(&self.occluders, &l.sphere, query(), scratch)
-        {
-            return Err(Error::Pierced { point: i, light });
-        }
-        memory.disk.find(&self.occluders, &disk, query(), scratch);
-        Ok(())
+        let luminaire = self.light_number(light)?;
+        let rings =
+            with_workspace(|workspace| luminaire.visible_rings(&self.occluders, point, workspace));
+        let rings = rings.map_err(|reason| unknown(reason, i, light))?;
+        let ring = |ring: Vec<DVec3>| ring.into_iter().map(|p| p.to_array()).collect();
+        Ok(rings.into_iter().map(ring).collect())
     }
 
     /// A shading point that is lifted off its surface; without a direction to the viewer, as seen
@@ -396,34 +342,27 @@ impl Scene {
             t_max: room,
             ..Ray::new(point, normal)
         };
-        let is_under = with_memory(|memory| {
-            let scratch = &mut memory.buffers.scratch;
+        let is_under = with_workspace(|workspace| {
+            let scratch = &mut workspace.buffers.scratch;
             self.occluders.any_hit(&ray, &(0..0), scratch)
         });
         if is_under { room } else { 0.0 }
     }
 
-    /// The radiance of a point, summed over the lights.
+    /// The radiance that a point reflects of the light of all lights.
     fn light(&self, point: &ShadingPoint) -> DVec3 {
-        let Settings { sampler, seed, .. } = self.settings;
-        let pixel = key(point);
-        with_memory(|memory| {
-            let buffers = &mut memory.buffers;
-            let lights = (0..).zip(&*self.lights);
-            let each = lights.map(|(k, light)| {
-                let (source, estimator) = (light.source(), &self.settings.estimator);
-                if !source.reaches(point, &mut buffers.counts.plan) {
-                    return DVec3::ZERO;
-                }
-                let numbers = RandomNumbers::new(sampler, seed, pixel, k);
-                let samples = self.settings.samples;
-                let mut query =
-                    Query::new(&self.occluders, &source, point, estimator, numbers, samples);
-                query.margins = light.margins;
-                estimate(&query, buffers)
-            });
-            each.sum()
-        })
+        let settings = &self.settings;
+        let illumination = Illumination {
+            occluders: &self.occluders,
+            lights: &self.lights,
+            settings: linelit_direct::Settings {
+                sampler: settings.sampler,
+                seed: settings.seed,
+                ..linelit_direct::Settings::new(&settings.estimator, settings.samples)
+            },
+        };
+        let names = SampleNames::of_pixel(key(point));
+        with_workspace(|workspace| illumination.radiance(point, names, workspace))
     }
 
     fn fraction(
@@ -440,115 +379,25 @@ impl Scene {
             }
             measure => measure,
         };
-        let scene_light = self.light_number(light)?;
-        with_memory(|memory| match (&scene_light.light, measure) {
-            (Light::Area(area), _) => {
-                let query = self.shaft(point, &area.polygon, Some(scene_light));
-                let scratch = &mut memory.buffers.scratch;
-                memory.region.find(&self.occluders, query, scratch);
-                Ok(memory.region.fraction(measure))
-            }
-            (Light::Disk(_) | Light::Sphere(_), _) => {
-                self.find_disk(i, point, light, memory)?;
-                Ok(memory.disk.fraction(measure))
-            }
-            (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
-                Ok(self.of_line(point, &line.segment, scene_light, measure, memory))
-            }
-            (Light::Point(light), _) => {
-                let even = PointLight {
-                    intensity: DVec3::ONE,
-                    profile: None,
-                    ..*light
-                };
-                Ok(self.of_beam(point, even.beam(point), scene_light, measure, memory))
-            }
-            (Light::Distant(light), _) => {
-                let even = DistantLight {
-                    irradiance: DVec3::ONE,
-                    ..light.clone()
-                };
-                Ok(self.of_beam(point, even.beam(point), scene_light, measure, memory))
-            }
-            (Light::Linear(_) | Light::Cylinder(_) | Light::Sky(_), _) => {
-                Err(Error::NotExact(light))
-            }
-        })
+        let luminaire = self.light_number(light)?;
+        let fraction = with_workspace(|workspace| {
+            luminaire.visible_fraction(&self.occluders, point, measure, workspace)
+        });
+        fraction.map_err(|reason| unknown(reason, i, light))
     }
 
-    /// The visible share of a line.
-    fn of_line(
-        &self,
-        point: DVec3,
-        line: &Segment,
-        light: &SceneLight,
-        measure: Measure,
-        memory: &mut Memory,
-    ) -> f64 {
-        let ends = [line.p0, line.p1];
-        let query = self.shaft(point, &ends, Some(light));
-        let mut shaft = self.occluders.shaft(query, &mut memory.buffers.scratch);
-        shaft.visible(&[*line], &mut memory.lines);
-        let Measure::Cosine(n) = measure else {
-            // A sum of nothing is zero, not minus zero.
-            return memory.lines.fraction(0) + 0.0;
-        };
-        let along = |lo: f64, hi: f64| {
-            let piece = line.piece(lo, hi).relative_to(point);
-            cylinder::irradiance(piece.p0, piece.p1, n)
-        };
-        let visible = memory.lines.line(0).iter();
-        let visible: f64 = visible.map(|part| along(part.lo, part.hi)).sum();
-        let whole = along(0.0, 1.0);
-        match whole > 0.0 {
-            true => (visible / whole).min(1.0) + 0.0,
-            false => f64::NAN,
-        }
+    fn light_number(&self, light: usize) -> Result<&Luminaire, Error> {
+        let all = self.lights.as_slice();
+        let lights = all.len();
+        all.get(light).ok_or(Error::NoLight { light, lights })
     }
+}
 
-    /// The visible share of a light without size: all or nothing; NaN for a point on it.
-    fn of_beam(
-        &self,
-        point: DVec3,
-        beam: Option<Beam>,
-        light: &SceneLight,
-        measure: Measure,
-        memory: &mut Memory,
-    ) -> f64 {
-        let Some(beam) = beam else {
-            return f64::NAN;
-        };
-        if let Measure::Cosine(n) = measure
-            && n.dot(beam.direction) <= 0.0
-        {
-            return f64::NAN;
-        }
-        let rays = [beam.to_light];
-        let fan = (self.occluders).shadow_rays(point, &rays, light.margins);
-        let hidden = (self.occluders).any_hits(&fan, &light.triangles, &mut memory.buffers.scratch);
-        if hidden == 0 { 1.0 } else { 0.0 }
-    }
-
-    /// The query for the visible part of a light, or of a line that is none.
-    fn shaft<'a>(
-        &self,
-        point: DVec3,
-        corners: impl Into<LightCorners<'a>>,
-        light: Option<&SceneLight>,
-    ) -> ShaftQuery<'a> {
-        let own = light.map_or(0..0, |light| light.triangles.clone());
-        let set = || self.settings.margins.unwrap_or_default();
-        ShaftQuery {
-            margins: light.map_or_else(set, |light| light.margins),
-            ..ShaftQuery::new(point, corners).excluding(own)
-        }
-    }
-
-    fn light_number(&self, light: usize) -> Result<&SceneLight, Error> {
-        let lights = self.lights.len();
-        self.lights
-            .get(light)
-            .ok_or(Error::NoLight { light, lights })
+/// The error of a point and a light for which a visible part has no exact answer.
+const fn unknown(reason: Unknown, point: usize, light: usize) -> Error {
+    match reason {
+        Unknown::Shape => Error::NotExact(light),
+        Unknown::Pierced => Error::Pierced { point, light },
     }
 }
 

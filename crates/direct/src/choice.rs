@@ -1,8 +1,8 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
-use crate::plan::Tables;
 use crate::workspace::Drawn;
-use crate::{LightChoice, PlannedLight, Settings, ShadingPoint, Workspace};
+use crate::{Illumination, LightChoice, Luminaire, SampleNames, Settings, Workspace};
+use linelit_estimators::ShadingPoint;
 use linelit_estimators::streams::light_choice;
 use linelit_lights::Light;
 use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind};
@@ -11,28 +11,18 @@ use linelit_selection::{
     unshadowed_at_center,
 };
 
-/// The names of the random numbers of a shading point.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Streams {
-    pub pixel: [u32; 2],
-    /// The number of the shading point on the path of perfect reflections of a camera sample.
-    pub path: u32,
-    /// The part of the pixel's patterns that the camera sample takes.
-    pub block: Block,
-}
-
-/// Draws a light for each sample of a shading point; `workspace.drawn` then holds each light that
-/// was picked, once.
+/// Chooses one of these lights for each sample of a shading point; `workspace.drawn` then holds
+/// each light that was chosen, once.
 pub(crate) fn draw(
-    lights: &[PlannedLight],
-    tables: &Tables,
-    settings: &Settings,
+    lights: &[Luminaire],
+    illumination: &Illumination<'_>,
     point: &ShadingPoint,
-    streams: Streams,
+    names: SampleNames,
     workspace: &mut Workspace,
 ) {
+    let (settings, tables) = (&illumination.settings, &illumination.lights.tables);
     let (x, n, wo) = (point.position, point.normal, point.outgoing);
-    let numbers = Numbers::new(settings, streams);
+    let numbers = Numbers::new(settings, names);
     let light = |i: usize| &*lights[i].light;
     let weighted = |weight: &dyn Fn(&Light) -> f64| {
         let weights: Vec<f64> = lights.iter().map(|l| weight(&l.light)).collect();
@@ -98,8 +88,8 @@ struct Numbers {
 }
 
 impl Numbers {
-    fn new(settings: &Settings, streams: Streams) -> Self {
-        let Streams { pixel, path, block } = streams;
+    fn new(settings: &Settings<'_>, names: SampleNames) -> Self {
+        let SampleNames { pixel, path, block } = names;
         let (count, dimension) = (settings.samples.max(1), light_choice(path));
         let sampler = Sampler::new(settings.sampler, settings.seed);
         let independent = Sampler::new(SamplerKind::Independent, settings.seed);

@@ -21,7 +21,7 @@ const OVERLAP: f64 = 1e-3;
 
 /// The triangles of a flat light among the occluders, and the margins that it needs: `own` if that
 /// names any, else the triangles that lie in the light if their numbers follow each other.
-pub(crate) fn resting(
+pub(crate) fn own_triangles(
     occluders: &Occluders,
     light: &ConvexPolygon,
     own: Range<u32>,

@@ -1,0 +1,100 @@
+//! From one shading point to its direct light.
+
+use crate::choice;
+use crate::{Luminaire, Luminaires, SampleNames, Settings, Workspace};
+use linelit_bsdf::Reflection;
+use linelit_estimators::{Ask, Query, RandomNumbers, ShadingPoint, estimate};
+use linelit_geometry::DVec3;
+use linelit_visibility::Occluders;
+
+/// The occluders and the lights of a scene, and how its direct light is estimated.
+///
+/// This is the one way from a shading point to its light: a call for one point and a picture both
+/// take it.
+#[derive(Clone, Copy, Debug)]
+pub struct Illumination<'a> {
+    /// The triangles that may hide lights.
+    pub occluders: &'a Occluders,
+    /// The lights.
+    pub lights: &'a Luminaires,
+    /// The estimator and its settings.
+    pub settings: Settings<'a>,
+}
+
+impl Illumination<'_> {
+    /// The radiance that a point of a surface reflects to its viewer of the direct light of all
+    /// lights, W/(m² sr) by channel: unbiased, and a pure function of the arguments but for the
+    /// workspace.
+    pub fn radiance(
+        &self,
+        point: &ShadingPoint,
+        names: SampleNames,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        // Counts are then a function of the arguments, as the radiance is.
+        workspace.buffers.scratch.forget_latest();
+        workspace.buffers.counts.plan.points += 1;
+        // Skip points that reflect nothing.
+        let Settings { skip, samples, .. } = self.settings;
+        if skip && point.bsdf.is_black() {
+            workspace.buffers.counts.plan.black_materials += 1;
+            return DVec3::ZERO;
+        }
+        // Add the lights that are sampled for themselves.
+        let (apart, union) = self.lights.split(self.settings.lights);
+        let mut sum = DVec3::ZERO;
+        for light in apart {
+            sum += self.one_light(light, samples, point, names, workspace);
+        }
+        if union.is_empty() {
+            return sum;
+        }
+        // Choose one of the others for each sample, and weight by the probability of the choice.
+        choice::draw(union, self, point, names, workspace);
+        let all = f64::from(samples.max(1));
+        for k in 0..workspace.drawn.len() {
+            let drawn = workspace.drawn[k];
+            let names = SampleNames {
+                block: drawn.block,
+                ..names
+            };
+            let light = &union[drawn.light];
+            let value = self.one_light(light, drawn.count, point, names, workspace);
+            sum += value * (f64::from(drawn.count) / (all * drawn.probability));
+        }
+        sum
+    }
+
+    /// The radiance that one light sends by way of the point to the viewer.
+    fn one_light(
+        &self,
+        light: &Luminaire,
+        samples: u32,
+        point: &ShadingPoint,
+        names: SampleNames,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let settings = &self.settings;
+        let (source, buffers) = (light.source(), &mut workspace.buffers);
+        // Skip lights that face away or are below the horizon.
+        if settings.skip && !source.reaches(point, &mut buffers.counts.plan) {
+            return DVec3::ZERO;
+        }
+        // Estimate the light by random numbers of its own.
+        let numbers = RandomNumbers {
+            sampler: settings.sampler,
+            seed: settings.seed,
+            pixel: names.pixel,
+            pair: (names.path.wrapping_mul(self.lights.indices)).wrapping_add(light.index),
+            block: names.block,
+        };
+        let estimator = light.estimator.as_ref().unwrap_or(settings.estimator);
+        let mut query = Query::new(self.occluders, &source, point, estimator, numbers, samples);
+        query.margins = light.margins;
+        query.skip = settings.skip;
+        if !settings.share {
+            query.ask = Ask::Rays;
+        }
+        estimate(&query, buffers)
+    }
+}

@@ -1,0 +1,175 @@
+//! A light as it is placed in a scene.
+
+use crate::own_triangles::own_triangles;
+use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
+use linelit_geometry::{ConvexPolygon, DVec3, Margins};
+use linelit_lights::{ImportanceImage, Light, Profile, SkyEmission, TexturedSampler};
+use linelit_visibility::Occluders;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A light as it is placed in a scene: its shape and emission, the triangles that it is made of,
+/// and the statistics by which methods are chosen for it.
+#[derive(Clone, Debug)]
+pub struct Luminaire {
+    /// Its number in the scene, which names its random numbers.
+    pub index: u32,
+    /// The shape and the emission.
+    pub light: Arc<Light>,
+    /// The light's own triangles among the occluders, which never hide it; empty if it has none.
+    pub triangles: Range<u32>,
+    /// The emission of a polygon by position, if it is not the same everywhere.
+    pub texture: Option<Texture>,
+    /// The factor of the emission of a polygon, a disk, a sphere or a cylinder by direction.
+    pub profile: Option<Arc<Profile>>,
+    /// The estimator of this light, if it has one of its own.
+    pub estimator: Option<Estimator>,
+    /// Whether it is sampled for itself, with all samples, where one of the other lights is chosen
+    /// for each sample.
+    pub is_apart: bool,
+    /// The distances from point and light within which an occluder hides nothing.
+    pub margins: Margins,
+    /// Statistics of its occlusion, by which `hybrid` chooses ([`probe`](crate::probe)).
+    pub occlusion: OcclusionStats,
+}
+
+/// The emission of a polygon by position, shared.
+#[derive(Clone, Debug)]
+pub struct Texture(Arc<dyn SharedTexture>);
+
+/// An emission by position that threads can share.
+trait SharedTexture: EmissionTexture + Send + Sync + std::fmt::Debug {}
+
+impl<T: EmissionTexture + Send + Sync + std::fmt::Debug> SharedTexture for T {}
+
+impl Texture {
+    /// Shares an emission by position.
+    pub fn new(texture: impl EmissionTexture + Send + Sync + std::fmt::Debug + 'static) -> Self {
+        Self(Arc::new(texture))
+    }
+}
+
+impl EmissionTexture for Texture {
+    fn radiance(&self, on_light: DVec3) -> DVec3 {
+        self.0.radiance(on_light)
+    }
+
+    fn points(&self) -> Option<TexturedSampler<'_>> {
+        self.0.points()
+    }
+
+    fn fits(&self) -> bool {
+        self.0.fits()
+    }
+
+    fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage> {
+        self.0.over(part)
+    }
+}
+
+impl Luminaire {
+    /// A light that has no triangles among the occluders, with the margins
+    /// [`Margins::DEFAULT`].
+    #[must_use]
+    pub fn new(index: u32, light: Arc<Light>) -> Self {
+        Self {
+            index,
+            light,
+            triangles: 0..0,
+            texture: None,
+            profile: None,
+            estimator: None,
+            is_apart: false,
+            margins: Margins::DEFAULT,
+            occlusion: OcclusionStats::FEW,
+        }
+    }
+
+    /// The light as estimators take it.
+    #[must_use]
+    pub fn source(&self) -> LightSource<'_, Texture> {
+        LightSource {
+            light: &self.light,
+            triangles: self.triangles.clone(),
+            texture: self.texture.as_ref(),
+            profile: self.profile.as_deref(),
+            occlusion: self.occlusion,
+        }
+    }
+
+    /// Sets the margins that the light needs among these occluders: narrow ones where all
+    /// triangles in its plane are known to be its own. A polygon or a disk without triangles gets
+    /// those that lie in it, if their numbers follow each other.
+    pub fn find_own_triangles(&mut self, occluders: &Occluders) {
+        let flat = match &*self.light {
+            Light::Area(area) => Some(area.polygon),
+            Light::Disk(disk) => ConvexPolygon::new(&disk.disk.around()).ok(),
+            _ => None,
+        };
+        self.margins = Margins::excluding(&self.triangles);
+        if let Some(flat) = flat {
+            (self.triangles, self.margins) =
+                own_triangles(occluders, &flat, self.triangles.clone());
+        }
+    }
+
+    /// Whether the light's shape has a normal that a profile can be about.
+    #[must_use]
+    pub fn takes_profile(&self) -> bool {
+        match &*self.light {
+            Light::Area(_) | Light::Disk(_) | Light::Sphere(_) | Light::Cylinder(_) => true,
+            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => false,
+        }
+    }
+
+    /// Whether [`Estimator::exact`] gives the light's irradiance without noise.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        match &*self.light {
+            Light::Area(_) => self.profile.is_none() && self.texture.is_none(),
+            Light::Linear(_) | Light::Point(_) | Light::Distant(_) => true,
+            Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Sky(_) => false,
+        }
+    }
+
+    /// Whether the numbers of the light are finite, its emission is not negative, its shape has a
+    /// size and a direction, and no coordinate is beyond `largest`.
+    #[must_use]
+    pub fn is_valid(&self, largest: f64) -> bool {
+        let emission = self.light.emission().radiance;
+        let is_position = |p: DVec3| p.abs().cmple(DVec3::splat(largest)).all();
+        let is_size = |r: f64| r > 0.0 && r <= largest;
+        let emits = emission.is_finite() && emission.min_element() >= 0.0;
+        emits
+            && match &*self.light {
+                Light::Area(l) => l.polygon.vertices().iter().all(|&v| is_position(v)),
+                Light::Linear(l) => {
+                    let ends = [l.segment.p0, l.segment.p1];
+                    ends.into_iter().all(is_position) && l.segment.length() > 0.0
+                }
+                Light::Sphere(l) => is_position(l.sphere.center) && is_size(l.sphere.radius),
+                Light::Disk(l) => {
+                    let disk = &l.disk;
+                    is_position(disk.center) && is_size(disk.radius) && disk.normal.is_normalized()
+                }
+                Light::Cylinder(l) => {
+                    let axis = &l.cylinder.axis;
+                    let is_axis = [axis.p0, axis.p1].into_iter().all(is_position);
+                    is_axis && axis.length() > 0.0 && is_size(l.cylinder.radius)
+                }
+                Light::Point(l) => is_position(l.position),
+                Light::Distant(l) => l.direction.is_normalized(),
+                Light::Sky(l) => match &l.emission {
+                    SkyEmission::Constant(_) | SkyEmission::Image(_) => true,
+                    SkyEmission::Sun {
+                        direction,
+                        half_angle,
+                        ..
+                    } => {
+                        let right = std::f64::consts::FRAC_PI_2;
+                        direction.is_normalized() && *half_angle > 0.0 && *half_angle <= right
+                    }
+                },
+            }
+    }
+}

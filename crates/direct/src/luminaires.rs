@@ -1,0 +1,67 @@
+//! The lights of a scene together, and the tables by which one of them is chosen.
+
+use crate::{LightChoice, Luminaire};
+use linelit_selection::{Discrete, LightTree};
+use std::sync::OnceLock;
+
+/// The lights of a scene, and the tables by which one is chosen for a sample.
+#[derive(Clone, Debug, Default)]
+pub struct Luminaires {
+    /// The lights; those that are sampled for themselves come first, each in the order of indices.
+    lights: Vec<Luminaire>,
+    /// The number of sample dimensions' owners for each shading point: larger than all indices.
+    pub(crate) indices: u32,
+    pub(crate) tables: Tables,
+}
+
+/// Tables for choosing one light that are the same for all shading points; each is built when it is
+/// first needed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tables {
+    pub uniform: OnceLock<Option<Discrete>>,
+    pub power: OnceLock<Option<Discrete>>,
+    pub tree: OnceLock<LightTree>,
+}
+
+impl Luminaires {
+    /// The lights of a scene, whose indices ([`Luminaire::index`]) are all below `indices`.
+    #[must_use]
+    pub fn new(lights: Vec<Luminaire>, indices: u32) -> Self {
+        let mut all = Self {
+            lights,
+            indices,
+            tables: Tables::default(),
+        };
+        all.sort();
+        all
+    }
+
+    /// The lights.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Luminaire] {
+        &self.lights
+    }
+
+    /// Changes the light of an index; returns whether there is one.
+    pub fn change(&mut self, index: u32, change: impl FnOnce(&mut Luminaire)) -> bool {
+        let found = self.lights.iter_mut().find(|light| light.index == index);
+        let exists = found.map(change).is_some();
+        self.sort();
+        exists
+    }
+
+    /// The lights that are sampled for themselves, and those of which one is chosen.
+    pub(crate) fn split(&self, choice: LightChoice) -> (&[Luminaire], &[Luminaire]) {
+        match choice {
+            LightChoice::All => (&self.lights, &[]),
+            _ => (self.lights).split_at(self.lights.partition_point(|light| light.is_apart)),
+        }
+    }
+
+    /// Puts the lights in order, with new tables.
+    fn sort(&mut self) {
+        self.lights
+            .sort_by_key(|light| (!light.is_apart, light.index));
+        self.tables = Tables::default();
+    }
+}
