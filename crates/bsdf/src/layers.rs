@@ -46,6 +46,12 @@ impl Layers {
         }
     }
 
+    /// The direction that anisotropic lobes call x; zero if there is none.
+    #[must_use]
+    pub const fn tangent(&self) -> DVec3 {
+        self.tangent
+    }
+
     /// Changes the direction that anisotropic lobes call x.
     pub const fn set_tangent(&mut self, tangent: DVec3) {
         self.tangent = tangent;

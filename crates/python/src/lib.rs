@@ -10,6 +10,7 @@ mod lit;
 mod pickle;
 mod picture;
 mod receivers;
+mod reflection;
 mod sampling;
 mod scene;
 mod study;
@@ -25,6 +26,8 @@ mod _linelit {
     use crate::light::Light;
     #[pymodule_export]
     use crate::picture::render;
+    #[pymodule_export]
+    use crate::reflection::Reflection;
     #[pymodule_export]
     use crate::sampling::{pdf, sample};
     #[pymodule_export]

@@ -26,12 +26,17 @@ pub(crate) struct Light {
     made: Made,
 }
 
-/// The function that made a light, and what that was given; of an image the function alone.
-struct Made(&'static str, Vec<Argument>);
+/// The function that made an object, and its arguments, without images: by order, and by name.
+pub(crate) struct Made(
+    pub(crate) &'static str,
+    pub(crate) Vec<Argument>,
+    pub(crate) Vec<(&'static str, Argument)>,
+);
 
 #[derive(Clone, IntoPyObject)]
-enum Argument {
+pub(crate) enum Argument {
     Number(f64),
+    Pair([f64; 2]),
     Vector([f64; 3]),
     Vectors(Vec<[f64; 3]>),
 }
@@ -48,10 +53,17 @@ impl From<DVec3> for Argument {
     }
 }
 
-/// What a light is made by.
-macro_rules! made {
-    ($by:literal $(, $argument:expr)*) => { Made($by, vec![$($argument.into()),*]) };
+impl From<[f64; 2]> for Argument {
+    fn from(pair: [f64; 2]) -> Self {
+        Self::Pair(pair)
+    }
 }
+
+/// What an object is made by.
+macro_rules! made {
+    ($by:literal $(, $argument:expr)*) => { Made($by, vec![$($argument.into()),*], Vec::new()) };
+}
+pub(crate) use made;
 
 /// A light with the radiance that was given.
 fn lit(
@@ -68,8 +80,8 @@ fn lit(
     })
 }
 
-/// What is emitted, for each channel; and whether it is one number for all.
-fn emitted(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, bool)> {
+/// A radiance or a colour by channel, finite and not negative; and whether it was one number.
+pub(crate) fn emitted(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, bool)> {
     let found = channels(name, given)?;
     match found.0.is_finite() && found.0.min_element() >= 0.0 {
         true => Ok(found),
@@ -81,6 +93,15 @@ fn emitted(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, bool)> {
 }
 
 impl Made {
+    /// With an argument by its name, unless that is a vector of zero.
+    pub(crate) fn with(mut self, name: &'static str, argument: impl Into<Argument>) -> Self {
+        let argument = argument.into();
+        if !matches!(argument, Argument::Vector([0.0, 0.0, 0.0])) {
+            self.2.push((name, argument));
+        }
+        self
+    }
+
     /// With the radiance as the last argument.
     fn and(mut self, radiance: DVec3, is_single: bool) -> Self {
         self.1.push(match is_single {
@@ -423,7 +444,7 @@ impl Light {
             Some(given) => emitted("scale", given)?,
             None => (DVec3::ONE, true),
         };
-// One radiance is an even sky.
+        // One radiance is an even sky.
         if image.extract::<f64>().is_ok() || !is_image(image)? {
             let (radiance, is_one) = emitted("image", image)?;
             let (radiance, is_single) = (radiance * scale, is_one && is_single);
@@ -433,7 +454,7 @@ impl Light {
                 made: made!("environment").and(radiance, is_single),
             });
         }
-// An array is an image by longitude and latitude.
+        // An array is an image by longitude and latitude.
         let vectors = Vectors::new("image", image)?;
         let &[height, width] = vectors.shape.as_slice() else {
             let what = "image needs the shape (height, width, 3), or a radiance";
@@ -469,7 +490,7 @@ impl Light {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let Made(name, arguments) = &self.made;
+        let Made(name, arguments, _) = &self.made;
         let options = PyDict::new(py);
         let each = arguments
             .iter()

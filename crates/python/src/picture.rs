@@ -50,7 +50,7 @@ pub(crate) fn render<'py>(
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
-// Read the arguments.
+    // Read the arguments.
     let samples = whole("samples", samples)?;
     let camera_samples = whole("camera_samples", camera_samples)?;
     let settings = Settings {
@@ -69,7 +69,7 @@ pub(crate) fn render<'py>(
             "samples and camera_samples need to be at least 1",
         ));
     }
-// Load the scene, and pass its warnings on.
+    // Load the scene, and pass its warnings on.
     let load = || Library::default().load_lit(scene);
     let loaded = watched(py, threads, load, |_| Ok(()))?;
     let mut loaded = loaded.map_err(|e| not_read(scene, &e))?;
@@ -77,7 +77,7 @@ pub(crate) fn render<'py>(
         warn(py, warning)?;
     }
     set_resolution(&mut loaded.scene, resolution)?;
-// Render the rows of the crop, counting those that are done.
+    // Render the rows of the crop, counting those that are done.
     let scene = &loaded.scene;
     let [x0, x1, y0, y1] = scene.film.crop;
     let height = (y1 - y0) as usize;

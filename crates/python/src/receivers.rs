@@ -3,6 +3,7 @@
 use crate::arrays::{Rows, Vectors, shape_text};
 use crate::errors::{NAMED, of_query, value_error};
 use crate::threads::detached;
+use linelit::bsdf::Bsdf;
 use linelit::geometry::DVec3;
 use linelit::{Error, Measure, Scene};
 use pyo3::prelude::*;
@@ -71,6 +72,30 @@ impl<'a> Receivers<'a> {
         }
     }
 
+    /// The radiance that each point reflects to its viewer, by one reflection or one for each.
+    pub(crate) fn radiances(
+        &self,
+        scene: &Scene,
+        bsdfs: &[Bsdf],
+        outgoing: Rows<'_>,
+        out: &mut [[f64; 3]],
+    ) -> Result<(), Error> {
+        let one = |count: usize, i: usize| if count == 1 { 0 } else { i };
+        for (k, out) in out.chunks_mut(AT_ONCE).enumerate() {
+            let first = k * AT_ONCE;
+            let numbers = || first..first + out.len();
+            let points: Vec<_> = numbers().map(|i| self.points.get(i)).collect();
+            let normals: Vec<_> = numbers().map(|i| self.normal(i).to_array()).collect();
+            let to_viewer = numbers().map(|i| outgoing.get(one(outgoing.len(), i)));
+            let to_viewer: Vec<_> = to_viewer.collect();
+            let bsdfs = numbers().map(|i| bsdfs[one(bsdfs.len(), i)].clone());
+            let bsdfs: Vec<_> = bsdfs.collect();
+            let found = scene.radiances(&points, &normals, &bsdfs, &to_viewer, out);
+            found.map_err(|e| from(first, e))?;
+        }
+        Ok(())
+    }
+
     pub(crate) fn fractions(
         &self,
         scene: &Scene,
@@ -92,6 +117,7 @@ pub(crate) const fn from(first: usize, error: Error) -> Error {
     match error {
         Error::Point(i) => Error::Point(first + i),
         Error::Normal(i) => Error::Normal(first + i),
+        Error::Outgoing(i) => Error::Outgoing(first + i),
         other => other,
     }
 }

@@ -6,6 +6,7 @@ use crate::light::{Light, kind};
 use crate::lit::{Latest, Method, lights, one_light};
 use crate::pickle::{Reduced, reduced};
 use crate::receivers::{AT_ONCE, Receivers, from};
+use crate::reflection::reflections;
 use crate::threads::{alone, detached};
 use linelit::geometry::{ConvexPolygon, DVec3, Margins, Vector3};
 use linelit::lights::Light as RustLight;
@@ -101,6 +102,20 @@ fn built<V: Vector3 + Copy + Sync>(
     builder.build()
 }
 
+/// An array of this shape with three channels for each point, or the one number that they are.
+fn colours<'py>(
+    py: Python<'py>,
+    found: Vec<[f64; 3]>,
+    is_single: bool,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    if is_single {
+        let numbers: Vec<f64> = found.into_iter().map(|[first, ..]| first).collect();
+        return out(py, numbers, shape);
+    }
+    out(py, found.into_flattened(), &[shape, &[3]].concat())
+}
+
 #[pymethods]
 impl Scene {
     #[new]
@@ -147,8 +162,9 @@ impl Scene {
     /// light : Light or list of Light
     ///     The lights, of which the sum is taken: zero of an empty list.
     /// method : str
-    ///     ``"hybrid"`` takes what is cheapest at each point; ``"exact"`` integrates over the
-    ///     visible part of polygons, lines, points and parallel light without noise;
+    ///     ``"hybrid"`` chooses the method that is expected to be the cheapest at each point;
+    ///     ``"exact"`` integrates over the visible part of polygons, lines, points and parallel
+    ///     light without noise;
     ///     ``"line-analytic"``, ``"point-solid-angle"`` and others are those of the program
     ///     (``linelit list estimators``).
     /// samples : int
@@ -216,13 +232,106 @@ impl Scene {
             .with_seed(seed);
         let mut found = vec![[0.0; 3]; asked.points.len()];
         asked.detached(py, threads, || asked.irradiances(&scene, &mut found))?;
-        let mut shape = points.shape.clone();
-        if is_single {
-            let numbers: Vec<f64> = found.into_iter().map(|[first, ..]| first).collect();
-            return out(py, numbers, &shape);
+        colours(py, found, is_single, &points.shape)
+    }
+
+    /// Compute the radiance that points reflect to their viewers, past all triangles.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : (…, 3) array
+    ///     Points of surfaces, none of an empty list.
+    /// normals : (…, 3) array
+    ///     The normal of each point, of any length but zero, or one for all.
+    /// bsdf : Reflection or list of Reflection
+    ///     How the surface reflects light: one for all points, or one for each, in the order of
+    ///     the flattened points.
+    /// outgoing : (…, 3) array
+    ///     The direction from each point to its viewer, on the side of the normal, of any length
+    ///     but zero; or one for all.
+    /// light : Light or list of Light
+    ///     The lights, of which the sum is taken: zero of an empty list.
+    /// method : str
+    ///     As for `irradiance`. ``"exact"`` has no noise where the reflection is diffuse; of other
+    ///     reflections it samples what has no closed form.
+    /// samples : int
+    ///     Samples for each point and light, where the method takes any.
+    /// seed : int
+    ///     From 0 to 2⁶⁴ − 1. Two seeds give independent noise.
+    /// sampler : str
+    ///     The sampling pattern, such as ``"stratified"`` or ``"sobol"``.
+    /// threads : int, optional
+    ///     All cores if none is given. No bit of the result depends on it.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (…, 3), or (…) where colours and radiances are one number each
+    ///     Radiance in W/(m² sr).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If an argument is not valid: with its index and value.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import linelit as ll
+    /// >>> import numpy as np
+    /// >>> scene = ll.Scene(np.zeros((0, 3)), np.zeros((0, 3), int))
+    /// >>> lamp = ll.Rectangle([-1, -1, 1], [0, 2, 0], [2, 0, 0], radiance=1.0)
+    /// >>> up = [0, 0, 1]
+    /// >>> L = scene.radiance([0, 0, 0], up, ll.Lambert(0.5), up, lamp, method="exact")
+    /// >>> E = scene.irradiance([0, 0, 0], up, lamp, method="exact")
+    /// >>> bool(np.isclose(L, 0.5 / np.pi * E, rtol=1e-14))
+    /// True
+    #[pyo3(signature = (points, normals, bsdf, outgoing, light, *, method = "hybrid", samples = 16, seed = 0, sampler = "auto", threads = None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn radiance<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        bsdf: &Bound<'py, PyAny>,
+        outgoing: &Bound<'py, PyAny>,
+        light: &Bound<'py, PyAny>,
+        method: &str,
+        samples: i128,
+        seed: i128,
+        sampler: &str,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // Read the arguments.
+        let (samples, seed) = (whole("samples", samples)?, whole("seed", seed)?);
+        let points = Vectors::new("points", points)?;
+        let normals = Vectors::new("normals", normals)?;
+        let outgoing = Vectors::new("outgoing", outgoing)?;
+        let asked = Receivers::new(&points, &normals)?;
+        if !outgoing.shape.is_empty() && outgoing.shape != points.shape {
+            let (points, outgoing) = (shape_text(&points.shape), shape_text(&outgoing.shape));
+            return Err(value_error(format!(
+                "points are {points} vectors, outgoing {outgoing}: each point needs one"
+            )));
         }
-        shape.push(3);
-        out(py, found.into_flattened(), &shape)
+        let (lights, reflections) = (lights(light)?, reflections(bsdf, asked.points.len())?);
+        let is_single = lights.iter().all(|light| light.get().is_single)
+            && reflections.iter().all(|one| one.get().is_single);
+        let bsdfs: Vec<_> = reflections.iter().map(|one| one.get().bsdf()).collect();
+        let method = Method {
+            estimator: method.to_owned(),
+            samples,
+            sampler: sampler.to_owned(),
+        };
+        // Compute without the interpreter's lock.
+        let scene = self
+            .lit
+            .get(py, &self.bare, lights, method)?
+            .with_seed(seed);
+        let mut found = vec![[0.0; 3]; asked.points.len()];
+        let to_viewer = outgoing.rows()?;
+        asked.detached(py, threads, || {
+            asked.radiances(&scene, &bsdfs, to_viewer, &mut found)
+        })?;
+        colours(py, found, is_single, &points.shape)
     }
 
     /// Compute the share of a light that points see, past all triangles, without noise.
@@ -333,7 +442,7 @@ impl Scene {
         light: &Bound<'py, PyAny>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyList>> {
-// Find the rings of each point without the interpreter's lock.
+        // Find the rings of each point without the interpreter's lock.
         let points = Vectors::new("point", point)?;
         let rows = points.rows()?;
         let scene = self
@@ -348,7 +457,7 @@ impl Scene {
             ..NAMED
         };
         let found = found.map_err(|e| of_query(e, names, |i| [rows.get(i); 2]))?;
-// Make arrays of them: a list of rings for one point, a list of such lists for many.
+        // Make arrays of them: a list of rings for one point, a list of such lists for many.
         let array = |ring: Vec<[f64; 3]>| {
             let count = ring.len();
             PyArray1::from_vec(py, ring.into_flattened()).reshape([count, 3])

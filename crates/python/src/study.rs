@@ -80,14 +80,14 @@ fn measure(spec: &StudySpec, done: &Done) -> Result<Tables> {
         Ok(loaded.scene)
     };
     with_work(spec, &load, |work| {
-// Plan the units of the tables: pictures are left out.
+        // Plan the units of the tables: pictures are left out.
         let planned = work.plan()?;
         let units: Vec<_> = planned.iter().map(|planned| planned.unit.clone()).collect();
         let mut parts: Vec<Option<Vec<u8>>> = vec![None; units.len()];
         let wanted = |k: &usize| matches!(units[*k].piece, Piece::Errors(_));
         let numbers: Vec<usize> = (0..units.len()).filter(wanted).collect();
         done.all.store(numbers.len(), Ordering::Relaxed);
-// Compute them in their order, each from the parts that it needs.
+        // Compute them in their order, each from the parts that it needs.
         for k in numbers {
             let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
                 let mut needs = planned[k].needs.clone();

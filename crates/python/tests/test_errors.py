@@ -27,6 +27,10 @@ def irradiance(points=FLOOR, normals=UP, light=LAMP, **options):
     return SCENE.irradiance(points, normals, light, **options)
 
 
+def radiance(bsdf=ll.Lambert(0.5), points=FLOOR, normals=UP, outgoing=UP, **options):
+    return SCENE.radiance(points, normals, bsdf, outgoing, LAMP, **options)
+
+
 def fraction(points=FLOOR, light=LAMP, **options):
     return SCENE.visible_fraction(points, light, **options)
 
@@ -43,6 +47,24 @@ def with_vertex(i, value):
 
 # What is called, the kind of error, and words of its message.
 WRONG = [
+    (lambda: radiance(0.5), TypeError, "needs a linelit.Reflection"),
+    (lambda: radiance([ll.Lambert(0.5)]), ValueError, "1 reflections for 2 points"),
+    (lambda: radiance(outgoing=np.zeros((3, 3))), ValueError, "outgoing (3,)"),
+    (lambda: radiance(outgoing=[UP, np.zeros(3)]), ValueError, "outgoing direction 1 is zero"),
+    (lambda: radiance(normals=[UP, np.zeros(3)]), ValueError, "normals[1]"),
+    (lambda: radiance(points=NAN), ValueError, "points[1]"),
+    (lambda: ll.Lambert(-0.5), ValueError, "albedo is negative"),
+    (lambda: ll.Lambert([0.5, 0.5]), ValueError, "albedo has the shape (2,)"),
+    (lambda: ll.OrenNayar(0.5, 120), ValueError, "sigma is 120 degrees"),
+    (lambda: ll.Phong(0.5, 0.5, -1), ValueError, "exponent is -1"),
+    (lambda: ll.Phong(0.5, np.nan, 1), ValueError, "specular is negative or not finite"),
+    (lambda: ll.Metal(0.2, 3.9, 0.0), ValueError, "alpha is 0"),
+    (lambda: ll.Metal(0.2, 3.9, [0.1, 0.2]), ValueError, "need a tangent"),
+    (lambda: ll.Metal(0.2, 3.9, [0.1, 0.2, 0.3]), ValueError, "alpha has the shape (3,)"),
+    (lambda: ll.Plastic(0.5, 0.5, 0.1, eta=0), ValueError, "eta is 0"),
+    (lambda: ll.Substrate(0.5, 0.5, 0.1, tangent=[0, 0, 0]), ValueError, "tangent is zero"),
+    (lambda: ll.Frostbite(0.5, 0.5, 2), ValueError, "roughness is 2"),
+    (lambda: ll.Lambert(0.5) + 1, TypeError, ""),
     (lambda: ll.Scene(VERTICES[:, :2], FACES), ValueError, "vertices has the shape (3, 2)"),
     (lambda: ll.Scene(VERTICES[0], FACES), ValueError, "vertices are () vectors"),
     (lambda: ll.Scene("mesh.obj", FACES), TypeError, "vertices is 'mesh.obj'"),

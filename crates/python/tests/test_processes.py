@@ -170,6 +170,16 @@ def test_facets_that_were_pickled_give_the_same_bits(protocol):
         assert all(np.array_equal(a, b) for a, b in zip(want, got))
 
 
+def test_a_reflection_that_was_pickled_gives_the_same_bits():
+    scene, up = ll.Scene([], []), [0, 0, 1]
+    lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], radiance=4.0)
+    anisotropic = ll.Metal([0.2, 0.9, 1.1], 3.9, [0.1, 0.3], tangent=[1, 2, 0])
+    for bsdf in ll.Lambert(0.5), ll.Plastic([0.5, 0.4, 0.3], 0.2, 0.1, eta=1.7), anisotropic + ll.Lambert(0.1):
+        again = pickle.loads(pickle.dumps(bsdf))
+        a, b = (scene.radiance([0, 0, 0], up, one, [1, 0, 1], lamp) for one in (bsdf, again))
+        assert np.array_equal(a, b) and a.shape == b.shape and repr(again) == repr(bsdf)
+
+
 def test_answers_can_be_pickled():
     for answer in (VIEWS.matrix(1e-3), VIEWS.between(0, 1), VIEWS.from_point([0, 0, 1], UP)):
         again = pickle.loads(pickle.dumps(answer))

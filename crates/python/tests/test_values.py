@@ -72,6 +72,33 @@ def test_lights_add_up():
     assert np.allclose(both, sum(alone), rtol=1e-14)
 
 
+def test_diffuse_radiance_is_irradiance_times_albedo_over_pi():
+    scene, up = soup(30, 5), [0, 0, 1]
+    points = np.random.default_rng(6).uniform([-1, -1, 0], [1, 1, 0], (3, 20, 3))
+    lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], radiance=4.0)
+    irradiance = scene.irradiance(points, up, lamp, method="exact")
+    for albedo in 0.5, [0.5, 0.25, 0.125]:
+        bsdf = ll.Lambert(albedo)
+        found = scene.radiance(points, up, bsdf, [0.3, 0.1, 1.0], lamp, method="exact")
+        assert found.shape == points.shape[:2] + np.shape(albedo)
+        want = np.multiply.outer(irradiance, albedo) / np.pi
+        # Four roundings.
+        np.testing.assert_allclose(found, want, rtol=4 * np.finfo(float).eps)
+    assert np.ptp(irradiance) > 0.5
+
+
+def test_a_reflection_for_each_point_and_sums_of_reflections():
+    scene, up = soup(30, 7), [0, 0, 1]
+    points = np.random.default_rng(8).uniform([-1, -1, 0], [1, 1, 0], (40, 3))
+    lamp = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], radiance=4.0)
+    dark, bright = ll.Lambert(0.25), ll.Lambert(0.5)
+    radiance = lambda bsdf: scene.radiance(points, up, bsdf, up, lamp, method="exact")
+    low, high = radiance(dark), radiance(bright)
+    assert np.array_equal(radiance([dark, bright] * 20), np.where(np.arange(40) % 2, high, low))
+    # Three roundings each.
+    np.testing.assert_allclose(radiance(dark + bright), low + high, rtol=8 * np.finfo(float).eps)
+
+
 def area(ring):
     """Twice the signed area in the xy plane, halved."""
     x, y = ring[:, 0], ring[:, 1]

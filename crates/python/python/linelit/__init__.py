@@ -13,7 +13,7 @@ arrays are numpy's; lengths are in any unit, radiance too.
 0.766364
 """
 
-from linelit._linelit import Light, Scene, ViewFactors, __version__, pdf, sample
+from linelit._linelit import Light, Reflection, Scene, ViewFactors, __version__, pdf, sample
 from linelit._files import Picture, Study, converge, render
 from linelit._meshes import from_mitsuba, from_trimesh
 from linelit._viewfactors import Estimate, FactorMatrix, PointFactors
@@ -29,6 +29,14 @@ Spot = Light.spot
 Distant = Light.distant
 Sun = Light.sun
 Environment = Light.environment
+Lambert = Reflection.lambert
+OrenNayar = Reflection.oren_nayar
+Phong = Reflection.phong
+Metal = Reflection.metal
+Plastic = Reflection.plastic
+Microfacet = Reflection.microfacet
+Substrate = Reflection.substrate
+Frostbite = Reflection.frostbite
 
 __all__ = [
     "Cylinder",
@@ -37,17 +45,26 @@ __all__ = [
     "Environment",
     "Estimate",
     "FactorMatrix",
+    "Frostbite",
+    "Lambert",
     "Light",
     "Line",
+    "Metal",
+    "Microfacet",
+    "OrenNayar",
+    "Phong",
     "Picture",
+    "Plastic",
     "Point",
     "PointFactors",
     "Polygon",
     "Rectangle",
+    "Reflection",
     "Scene",
     "Sphere",
     "Spot",
     "Study",
+    "Substrate",
     "Sun",
     "ViewFactors",
     "__version__",

@@ -8,6 +8,7 @@ from linelit._viewfactors import Estimate, FactorMatrix, PointFactors
 __version__: str
 
 Lights: TypeAlias = Light | Sequence[Light]
+Reflections: TypeAlias = Reflection | Sequence[Reflection]
 
 class Light:
     @property
@@ -45,6 +46,36 @@ class Light:
         image: ArrayLike, *, scale: ArrayLike | None = None, to_image: ArrayLike | None = None
     ) -> Light: ...
 
+class Reflection:
+    @staticmethod
+    def lambert(albedo: ArrayLike) -> Reflection: ...
+    @staticmethod
+    def oren_nayar(albedo: ArrayLike, sigma: float) -> Reflection: ...
+    @staticmethod
+    def phong(diffuse: ArrayLike, specular: ArrayLike, exponent: float) -> Reflection: ...
+    @staticmethod
+    def metal(
+        eta: ArrayLike, k: ArrayLike, alpha: ArrayLike, *, tangent: ArrayLike | None = None
+    ) -> Reflection: ...
+    @staticmethod
+    def plastic(
+        diffuse: ArrayLike,
+        specular: ArrayLike,
+        alpha: ArrayLike,
+        *,
+        eta: float = 1.5,
+        tangent: ArrayLike | None = None,
+    ) -> Reflection: ...
+    @staticmethod
+    def microfacet(f0: ArrayLike, alpha: ArrayLike, *, tangent: ArrayLike | None = None) -> Reflection: ...
+    @staticmethod
+    def substrate(
+        diffuse: ArrayLike, specular: ArrayLike, alpha: ArrayLike, *, tangent: ArrayLike | None = None
+    ) -> Reflection: ...
+    @staticmethod
+    def frostbite(diffuse: ArrayLike, f0: ArrayLike, roughness: float) -> Reflection: ...
+    def __add__(self, other: Reflection) -> Reflection: ...
+
 class Scene:
     def __new__(
         cls,
@@ -63,6 +94,20 @@ class Scene:
         self,
         points: ArrayLike,
         normals: ArrayLike,
+        light: Lights,
+        *,
+        method: str = "hybrid",
+        samples: int = 16,
+        seed: int = 0,
+        sampler: str = "auto",
+        threads: int | None = None,
+    ) -> NDArray[np.float64]: ...
+    def radiance(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike,
+        bsdf: Reflections,
+        outgoing: ArrayLike,
         light: Lights,
         *,
         method: str = "hybrid",
