@@ -48,9 +48,9 @@ impl OcclusionProbe {
         let (candidates, is_dense) = (shaft.candidates(), shaft.is_dense());
         self.shafts += 1;
         self.dense += u32::from(is_dense);
-        if let Some(images) = shaft.images() {
+        if let (Some(images), Some(plane)) = (shaft.images(), shaft.light_plane()) {
             let penumbra = &mut buffers.known.region.penumbra;
-            penumbra.boundary(images.light(), images.triangles());
+            penumbra.boundary(plane.corners, images);
             self.candidates += candidates;
             self.edges += penumbra.edge_count();
         }

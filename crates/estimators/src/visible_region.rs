@@ -1,6 +1,7 @@
 //! The visible part of a polygon as one point sees it, for callers who want the shape itself.
 
-use crate::known::region::{Seen, boundary};
+use crate::known::boundary::visible_region;
+use crate::known::region::Seen;
 use linelit_geometry::{DVec3, stop};
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::{polygon, solid_angle};
@@ -60,18 +61,12 @@ impl VisibleRegion {
         self.corners.clear();
         let mut shaft = occluders.shaft(query, scratch);
         if shaft.class() == ShaftClass::Partial {
-            let (penumbra, known) = (&mut self.penumbra, &mut self.corners);
-            let found = boundary(&mut shaft, penumbra, |images| {
-                known.extend_from_slice(images.light());
-                &*known
-            });
-            if let Some((_, plane, edges)) = found {
-                self.plane = plane;
-                self.edges.extend_from_slice(edges);
-            }
-            if self.corners.len() < 3 {
-                self.corners.clear();
-                self.edges.clear();
+            if let Some(plane) = shaft.light_plane().filter(|plane| plane.corners.len() >= 3) {
+                self.plane = plane.axes;
+                self.corners.extend_from_slice(plane.corners);
+                let (penumbra, polygon) = (&mut self.penumbra, &self.corners);
+                let edges = visible_region(&mut shaft, penumbra, polygon);
+                self.edges.extend_from_slice(edges.unwrap_or_default());
             }
             return;
         }

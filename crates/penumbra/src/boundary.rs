@@ -8,6 +8,7 @@ mod edges;
 mod image;
 mod layers;
 mod side;
+mod steps;
 mod stretches;
 
 use crate::bins::{Bins, Bounds};
@@ -19,6 +20,7 @@ use image::Image;
 use layers::Layers;
 use linelit_geometry::stop;
 use side::{Event, Extent, Side, are_neighbours, meet};
+pub use steps::{Occluded, Outline};
 use stretches::Stretches;
 
 /// A straight piece of the boundary of the visible part of a light; what is visible lies on its
@@ -73,111 +75,7 @@ pub struct Penumbra {
 }
 
 impl Penumbra {
-    /// The boundary of a convex polygon minus triangles in its plane, each in either winding.
-    ///
-    /// Edges come in no particular order; together they are closed curves, counter-clockwise
-    /// around the visible part and clockwise around its holes, but for ends that are rounded.
-    /// Empty if nothing is visible or the light has fewer than three corners. Coordinates are
-    /// zero or between 1e-60 and 1e60.
-    pub fn boundary(
-        &mut self,
-        light: &[Point],
-        triangles: impl Iterator<Item = [Point; 3]>,
-    ) -> &[BoundaryEdge] {
-        self.begin(light);
-        self.boundary_past(triangles)
-    }
-
-    /// The boundary of the same polygon minus the triangles that it was asked for last, and more.
-    pub fn boundary_past(
-        &mut self,
-        triangles: impl Iterator<Item = [Point; 3]>,
-    ) -> &[BoundaryEdge] {
-        self.add(triangles);
-        self.find();
-        &self.pieces
-    }
-
-    /// Begins with a convex polygon, before which there is nothing yet. For triangles alone
-    /// [`Self::boundary`] does all; past surfaces, [`Self::add`] and [`Self::set_silhouettes`] tell
-    /// of them, [`Self::outline`] of where more may matter, and [`Self::settle`] of the boundary.
-    pub fn begin(&mut self, light: &[Point]) {
-        self.set_light(light);
-        self.images.clear();
-        self.edges.clear();
-        self.surface_edges.clear();
-        self.past_surfaces = false;
-    }
-
-    /// Takes in triangles in the polygon's plane, each in either winding.
-    pub fn add(&mut self, triangles: impl Iterator<Item = [Point; 3]>) {
-        if self.light.len() < 3 {
-            return;
-        }
-        let on_light = Bounds::of_all(&self.light);
-        let known = self.images.len();
-        let images = triangles.filter_map(Image::new);
-        self.images
-            .extend(images.filter(|i| i.bounds.meets(&on_light)));
-        self.collect_edges(known);
-    }
-
-    /// Takes in surfaces that are known by their silhouettes, in place of all others: edges, each
-    /// with the layers that lie on its left less those on its right.
-    ///
-    /// Edges may be missing beyond the polygon and behind triangles; elsewhere as many layers come
-    /// as go around any place.
-    pub fn set_silhouettes(&mut self, silhouettes: impl Iterator<Item = (Point, Point, i32)>) {
-        self.past_surfaces = true;
-        self.surface_edges.clear();
-        self.surface_edges.make_room(silhouettes.size_hint().0);
-        for (a, b, layers) in silhouettes {
-            let (a, b) = (settled(a), settled(b));
-            self.surface_edges.make_room(1);
-            let hash = hash(a).wrapping_add(hash(b));
-            self.surface_edges.count(a, b, hash, layers);
-        }
-    }
-
-    /// All parts of edges that are on the polygon and past all triangles, on their right at least:
-    /// where triangles or edges that were not passed may matter.
-    pub fn outline(&mut self) -> impl Iterator<Item = [Point; 2]> {
-        self.find();
-        self.stretches.iter()
-    }
-
-    /// The boundary of the polygon minus triangles and surfaces, after [`Self::outline`].
-    /// `is_visible` tells of a place on the polygon, past all triangles and at least `least` away
-    /// from all edges, whether it is past all surfaces, too.
-    ///
-    /// Of all places that edges connect, one is asked about: that under the fewest layers. `None`
-    /// if edges are so close to each other that there is none to ask about.
-    ///
-    /// ```
-    /// use linelit_penumbra::Penumbra;
-    ///
-    /// // A surface whose silhouette is a triangle: two layers, its front and its back.
-    /// let [a, b, c] = [[0.2, 0.2], [0.8, 0.2], [0.2, 0.8]];
-    /// let is_past = |p: [f64; 2]| p[0] < 0.2 || p[1] < 0.2 || p[0] + p[1] > 1.0;
-    /// let mut penumbra = Penumbra::default();
-    /// penumbra.begin(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
-    /// penumbra.set_silhouettes([(a, b, 2), (b, c, 2), (c, a, 2)].into_iter());
-    /// // The sides of the square and of the triangle.
-    /// assert_eq!(penumbra.outline().count(), 7);
-    /// let boundary = penumbra.settle(1e-12, is_past).expect("nothing is close");
-    /// let area = boundary.iter().map(|e| 0.5 * (e.from[0] * e.to[1] - e.from[1] * e.to[0]));
-    /// assert!((area.sum::<f64>() - 0.82).abs() < 1e-15);
-    /// ```
-    pub fn settle(
-        &mut self,
-        least: f64,
-        is_visible: impl FnMut(Point) -> bool,
-    ) -> Option<&[BoundaryEdge]> {
-        self.find_boundary(least, is_visible)
-            .then_some(&self.pieces)
-    }
-
-    /// Finds the boundary past all that was taken in.
+    /// Finds the boundary past triangles, or, past silhouettes, too, the outline.
     fn find(&mut self) {
         self.pieces.clear();
         self.stretches.clear();
@@ -200,12 +98,6 @@ impl Penumbra {
                 break;
             }
         }
-    }
-
-    /// The boundary that was found last.
-    #[must_use]
-    pub fn latest(&self) -> &[BoundaryEdge] {
-        &self.pieces
     }
 
     /// Returns the number of edges, of triangles and silhouettes, that the last boundary had to

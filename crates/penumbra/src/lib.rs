@@ -12,7 +12,7 @@
 //!
 //! Of surfaces that are known by their silhouettes, it is not known how many layers lie over a
 //! place, but how many more than over another that edges connect with it. One place of all those
-//! has to be looked at ([`Penumbra::settle`]).
+//! has to be looked at ([`Outline::boundary`]).
 //!
 //! # Why degenerate input is no special case
 //!
@@ -32,7 +32,7 @@ mod disk;
 mod grids;
 mod orient;
 
-pub use boundary::{BoundaryEdge, Penumbra};
+pub use boundary::{BoundaryEdge, Occluded, Outline, Penumbra};
 pub use disk::{DiskEdge, PartOnDisk};
 pub use orient::Point;
 

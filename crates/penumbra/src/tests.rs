@@ -134,15 +134,10 @@ fn area_past_surfaces(light: &[Point], triangles: &[[Point; 3]], every: bool) ->
         assert!(!images.iter().any(holds), "{p:?}");
         !surfaces.iter().any(holds)
     };
-    penumbra.begin(light);
-    penumbra.add(images.iter().copied());
-    penumbra.set_silhouettes(silhouettes);
-    assert!(
-        penumbra
-            .outline()
-            .all(|p| p.iter().flatten().all(|x| x.is_finite()))
-    );
-    let pieces = penumbra.settle(1e-12, is_visible)?;
+    let occluded = penumbra.begin(light).past(images.iter().copied());
+    let outline = occluded.outline(silhouettes);
+    assert!(outline.edges().flatten().flatten().all(f64::is_finite));
+    let pieces = outline.boundary(1e-12, is_visible)?;
     Some(area_within(light[0], pieces))
 }
 
@@ -360,9 +355,10 @@ fn area_of_many_in_two_goes() {
         }
         let want = area_by_sweep(&SQUARE, &triangles);
         let (first, second) = triangles.split_at(triangles.len() / 3);
-        penumbra.boundary(&SQUARE, first.iter().copied());
+        let mut some = penumbra.begin(&SQUARE).past(first.iter().copied());
+        some.boundary();
         let again = second.iter().chain(&first[..7]).copied();
-        let pieces = penumbra.boundary_past(again).to_vec();
+        let pieces = some.past(again).boundary().to_vec();
         assert_eq!(pieces, penumbra.latest());
         let sum = pieces
             .iter()
@@ -381,10 +377,10 @@ fn nothing_is_visible_of_an_empty_light_after_another() {
     let is_past = |p: Point| p[0] < 0.2 || p[1] < 0.2 || p[0] + p[1] > 1.0;
     let mut penumbra = Penumbra::default();
     for light in [&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]][..], &[]] {
-        penumbra.begin(light);
-        penumbra.set_silhouettes([(a, b, 2), (b, c, 2), (c, a, 2)].into_iter());
-        assert_eq!(penumbra.outline().count() == 0, light.is_empty());
-        let count = penumbra.settle(1e-12, is_past).map(<[_]>::len);
+        let silhouettes = [(a, b, 2), (b, c, 2), (c, a, 2)].into_iter();
+        let outline = penumbra.begin(light).outline(silhouettes);
+        assert_eq!(outline.edges().count() == 0, light.is_empty());
+        let count = outline.boundary(1e-12, is_past).map(<[_]>::len);
         assert_eq!(count.is_none_or(|n| n == 0), light.is_empty(), "{count:?}");
     }
 }

@@ -111,7 +111,8 @@ pub use rays::fan::{FAN, Fan};
 pub use rays::ray::{Hit, Ray};
 pub use scratch::Scratch;
 pub use shaft::frame::LightCorners;
-pub use shaft::images::Images;
+pub use shaft::in_front::{FrontWithoutMeshes, MeshesInFront, TrianglesInFront};
+pub use shaft::plane::LightPlane;
 pub use shaft::{Shaft, ShaftClass, ShaftQuery};
 pub use silhouettes::outline::Silhouette;
 

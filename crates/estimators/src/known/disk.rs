@@ -1,6 +1,7 @@
 //! Light over the visible region of the disk that a shading point sees of a sphere or a disk.
 
-use super::region::{CORNERS, KnownLight, RegionMemory, boundary, clip};
+use super::boundary::visible_region;
+use super::region::{CORNERS, KnownLight, RegionMemory, clip};
 use crate::view::{Shape, View};
 use linelit_bsdf::TransformedCosines;
 use linelit_geometry::{DVec3, EllipticCone, Frame};
@@ -138,11 +139,11 @@ impl<'a> SeenDisk<'a> {
                 part.of(sides.map(|(&from, &to)| BoundaryEdge { from, to }))
             }
             ShaftClass::Partial => {
-                let (_, plane, boundary) = boundary(shaft, penumbra, |images| {
-                    let light = images.light();
-                    corners[..light.len()].copy_from_slice(light);
-                    above(&corners[..light.len()], images.axes(), horizons, &mut room)
-                })?;
+                let plane = shaft.light_plane()?;
+                let (around, plane) = (plane.corners, plane.axes);
+                corners[..around.len()].copy_from_slice(around);
+                let polygon = above(&corners[..around.len()], plane, horizons, &mut room);
+                let boundary = visible_region(shaft, penumbra, polygon)?;
                 let to_disk = ToDisk::new(plane, center, axes);
                 part.of(boundary.iter().map(|edge| to_disk.edge(edge)))
             }

@@ -1,5 +1,6 @@
 //! Integrals of the known part of the light: along lines, and over the visible region of a light.
 
+pub(crate) mod boundary;
 pub(crate) mod disk;
 pub(crate) mod lines;
 pub(crate) mod region;

@@ -1,5 +1,6 @@
 //! Light over the visible region of a polygon: diffuse in closed form, and by transformed cosines.
 
+use super::boundary::visible_region;
 use crate::integrand::Cosines;
 use crate::point::Receiver;
 use crate::view::View;
@@ -8,9 +9,8 @@ use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_penumbra::{BoundaryEdge, PartOnDisk, Penumbra, Point};
 use linelit_shading::ltc::Ltc;
 use linelit_shading::polygon;
-use linelit_visibility::{Images, Shaft, ShaftClass};
+use linelit_visibility::{LightPlane, Shaft, ShaftClass};
 use std::f64::consts::FRAC_1_PI;
-use std::iter;
 
 /// Diffuse light of polygons whose sides are longer than the root of this times their distance is
 /// Lambert's sum over the boundary; for smaller ones it would lose more than two digits.
@@ -19,12 +19,6 @@ const WIDE: f64 = 1e-4;
 /// Transformed cosines are summed over the boundary where the square of a side is more than this
 /// times that of the distance: the sum is then good to 1e-8.
 const SMALL: f64 = 1e-8;
-
-/// A ray tells whether a place is visible at least so far from all edges: in units of how far
-/// triangles reach, some forty roundings of coordinates; and in units of the light, as many as they
-/// seem of what is a thousandth of the way from the shading point.
-const CLOSE: f64 = 1e-14;
-const LEAST_ASIDE: f64 = 1e-11;
 
 /// Room for the light's corners after a clip, even if rounding has it cross each second side.
 pub(super) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
@@ -220,13 +214,10 @@ impl<'a> Seen<'a> {
         penumbra: &'a mut Penumbra,
         corners: &'a mut [Point; CORNERS],
     ) -> Option<Self> {
-        let (light, plane, pieces) =
-            boundary(shaft, penumbra, |images| above_surface(at, images, corners))?;
-        Some(Self {
-            light,
-            pieces,
-            plane,
-        })
+        let plane = shaft.light_plane()?;
+        let (light, axes) = (above_surface(at, &plane, corners), plane.axes);
+        let pieces = visible_region(shaft, penumbra, light)?;
+        Some(Self::within(light, pieces, axes))
     }
 
     /// A point of the light relative to the shading point.
@@ -276,83 +267,19 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// A polygon in the light's plane, that plane, and the boundary of what is visible of the polygon;
-/// `None` if the shaft keeps nothing of what is in between.
-pub(crate) fn boundary<'a, 'b>(
-    shaft: &mut Shaft<'_>,
-    penumbra: &'a mut Penumbra,
-    polygon: impl FnOnce(&Images<'_>) -> &'b [Point],
-) -> Option<(&'b [Point], [DVec3; 3], &'a [BoundaryEdge])> {
-    let mut by_silhouettes = true;
-    let images = match shaft.loose_front() {
-        Some(images) => images,
-        None => {
-            by_silhouettes = false;
-            shaft.front()?
-        }
-    };
-    let (polygon, plane) = (polygon(&images), images.axes());
-    penumbra.begin(polygon);
-    penumbra.add(images.triangles());
-    if !by_silhouettes {
-        past_triangles(shaft, penumbra);
-    } else if !past_surfaces(shaft, penumbra, plane) {
-        penumbra.begin(polygon);
-        penumbra.add(shaft.front()?.triangles());
-        past_triangles(shaft, penumbra);
-    }
-    Some((polygon, plane, penumbra.latest()))
-}
-
-/// Finds the boundary past triangles, and those that turn out to be behind it.
-fn past_triangles(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra) {
-    penumbra.boundary_past(iter::empty());
-    let ends = |edge: &BoundaryEdge| [edge.from, edge.to];
-    while let Some(images) = shaft.behind(penumbra.latest().iter().map(ends)) {
-        penumbra.boundary_past(images.triangles());
-    }
-}
-
-/// Finds the boundary past loose triangles and, by their silhouettes, fine meshes; false if there
-/// are none, or they are so close to each other that they do not tell.
-fn past_surfaces(
-    shaft: &mut Shaft<'_>,
-    penumbra: &mut Penumbra,
-    [origin, along_p, along_q]: [DVec3; 3],
-) -> bool {
-    loop {
-        let Some((images, silhouettes)) = shaft.silhouettes() else {
-            return false;
-        };
-        penumbra.add(images.triangles());
-        penumbra.set_silhouettes(silhouettes.iter().map(|s| (s.from, s.to, s.layers)));
-        match shaft.behind(penumbra.outline()) {
-            Some(images) => penumbra.add(images.triangles()),
-            None => break,
-        }
-    }
-    let side = along_p
-        .length_squared()
-        .min(along_q.length_squared())
-        .sqrt();
-    let least = (CLOSE * shaft.reach() / side).max(LEAST_ASIDE);
-    let is_visible = |[p, q]: Point| shaft.place_visible(origin + along_p * p + along_q * q);
-    penumbra.settle(least, is_visible).is_some()
-}
-
 /// The light's corners in its plane; with an interpolated normal, of the part above the surface's
 /// own horizon (the closed forms clip to the normal's).
 fn above_surface<'a>(
     at: &Receiver,
-    images: &Images<'_>,
+    plane: &LightPlane<'_>,
     out: &'a mut [Point; CORNERS],
 ) -> &'a [Point] {
-    let light = images.light();
+    let light = plane.corners;
     if !at.has_two_horizons() {
         out[..light.len()].copy_from_slice(light);
         return &out[..light.len()];
     }
-    let count = clip(light, images.axes(), at.geometric_normal, out);
+    let count = clip(light, plane.axes, at.geometric_normal, out);
     &out[..count]
 }
 

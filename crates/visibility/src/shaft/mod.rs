@@ -8,19 +8,20 @@ pub(crate) mod dense;
 mod find;
 pub(crate) mod frame;
 pub(crate) mod front;
-pub(crate) mod images;
+pub(crate) mod in_front;
 pub(crate) mod merge;
+pub(crate) mod plane;
 pub(crate) mod project;
 pub(crate) mod seen;
 mod sides;
 pub(crate) mod sweep;
 
 use crate::{
-    Counters, Images, LightCorners, Occluders, Ray, Scratch, Silhouette, VisibleLines, brute,
+    Counters, LightCorners, Occluders, Ray, Scratch, VisibleLines, brute,
     holes::filtered::{Past, PastScratch},
     node::{Child, DENSE},
     rays::ray::{self, shadow_ray},
-    silhouettes::{crossings::Gap, outline},
+    silhouettes::crossings::Gap,
 };
 use bins::GROUP;
 use block::has_length;
@@ -212,99 +213,16 @@ impl Shaft<'_> {
         Some(self.candidate_slots()?.iter().map(corners))
     }
 
-    /// The candidates as they lie before the light; `None` unless the shaft is partly hidden by
-    /// few enough triangles to keep.
+    /// The images of the candidates on the [plane](Self::light_plane) of the light, seen from the
+    /// shading point; `None` unless the light is partly hidden by few enough triangles to keep.
+    ///
+    /// Each is the image of a triangle or a piece of one, in either winding. They reach beyond the
+    /// light; together they cover exactly what is hidden of it. An edge that two triangles of a
+    /// mesh share has the same ends in both images, to the bit.
     #[must_use]
-    pub fn images(&self) -> Option<Images<'_>> {
-        (self.found == Found::Few && !self.has_holes)
-            .then(|| Images::new(&self.scratch.seen.frame, &self.scratch.seen.flat, 0))
-    }
-
-    /// Triangles as they lie before the light that together hide almost all that is hidden, in a
-    /// dense shaft too; `None` where none are kept: nothing is known of what is in between, or
-    /// there are triangles with holes, or the shaft is empty or blocked.
-    ///
-    /// Of a shaft that is not dense they are [all](Self::images). In a dense one, a few places
-    /// seem visible that are not: callers that have found the boundary of the visible part query
-    /// the triangles [behind](Self::behind) it.
-    ///
-    /// What is asked of a dense shaft's lines in between makes it forget what it kept.
-    pub fn front(&mut self) -> Option<Images<'_>> {
-        self.scratch.front.front.loose = false;
-        self.in_front()
-    }
-
-    /// Returns the images of [`front`](Self::front) for those triangles alone that belong to no
-    /// fine mesh, as [`behind`](Self::behind) then does too. What fine meshes hide follows from
-    /// their [silhouettes](Self::silhouettes). `None` where those are not known.
-    pub fn loose_front(&mut self) -> Option<Images<'_>> {
-        if !self.has_silhouettes() {
-            return None;
-        }
-        self.scratch.front.front.loose = true;
-        self.in_front()
-    }
-
-    /// Whether [silhouettes](Self::silhouettes) tell what fine meshes hide: in a dense shaft
-    /// without triangles with holes, where no fine mesh has a triangle of the light.
-    #[must_use]
-    pub fn has_silhouettes(&self) -> bool {
-        let is_dense = self.found == Found::Many && !self.has_holes;
-        is_dense && self.occluders.bvh.hierarchy.surfaces.serve(self.exclude)
-    }
-
-    /// Keeps the triangles of a dense shaft that are in front, or, unless it is the `FIRST` time,
-    /// those of the cells that are open.
-    fn keep_front<const FIRST: bool>(&mut self) -> bool {
-        let (bvh, all) = (&self.occluders.bvh, &mut *self.scratch);
-        let (seen, front, counters) = (&mut all.seen, &mut all.front, &mut all.counters);
-        front::front::<FIRST>(bvh.isa, bvh, self.exclude, seen, front, counters)
-    }
-
-    fn in_front(&mut self) -> Option<Images<'_>> {
-        let kept = match self.found {
-            _ if self.has_holes => false,
-            Found::Nothing | Found::All | Found::Unknown => false,
-            Found::Few => true,
-            Found::Many => self.keep_front::<true>(),
-        };
-        kept.then(|| Images::new(&self.scratch.seen.frame, &self.scratch.seen.flat, 0))
-    }
-
-    /// More triangles, given the boundary of what seems visible past those of [`Self::front`] and
-    /// all that this has returned since, as pieces from one place to another; `None` if that is
-    /// what is visible. Some may have been returned before.
-    pub fn behind(&mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> Option<Images<'_>> {
-        if self.found != Found::Many || !self.scratch.front.front.look(boundary) {
-            return None;
-        }
-        let first = self.scratch.seen.flat.count;
-        self.keep_front::<false>();
-        Some(Images::new(
-            &self.scratch.seen.frame,
-            &self.scratch.seen.flat,
-            first,
-        ))
-    }
-
-    /// After [`Self::loose_front`]: the silhouettes of fine meshes, and images of those of their
-    /// triangles that are not in front of the light as a whole. Where loose triangles seem to hide
-    /// the light, some are missing; elsewhere, as many layers come as go around each place.
-    ///
-    /// Callers that have found places past all loose triangles, and the parts of surfaces before
-    /// those, query the triangles [behind](Self::behind) all these sides, and then silhouettes
-    /// again. `None` where that has returned none: nothing would be known of the meshes.
-    pub fn silhouettes(&mut self) -> Option<(Images<'_>, &[Silhouette])> {
-        if !self.has_silhouettes() {
-            return None;
-        }
-        let first = self.scratch.seen.flat.count;
-        let (bvh, all) = (&self.occluders.bvh, &mut *self.scratch);
-        let (seen, front) = (&mut all.seen, &mut all.front.front);
-        let (outline, counters) = (&mut all.outline, &mut all.counters);
-        let is_known = outline::outline(bvh.isa, bvh, self.exclude, seen, front, outline, counters);
-        let images = is_known.then(|| Images::new(&seen.frame, &seen.flat, first))?;
-        Some((images, &outline.found))
+    pub fn images(&self) -> Option<impl ExactSizeIterator<Item = [[f64; 2]; 3]>> {
+        let is_few = self.found == Found::Few && !self.has_holes;
+        is_few.then(|| self.scratch.seen.flat.get_from(0))
     }
 
     /// The work that queries through the shaft's [`Scratch`] have done, those of other shafts

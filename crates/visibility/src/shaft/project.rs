@@ -109,6 +109,11 @@ impl FlatTriangles {
         self.count = 0;
     }
 
+    /// The images from the one of this number on.
+    pub(crate) fn get_from(&self, first: usize) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
+        (first.min(self.count)..self.count).map(|i| self.get(i))
+    }
+
     /// One image: three places.
     pub(crate) fn get(&self, i: usize) -> [[f64; 2]; 3] {
         [0, 2, 4].map(|k| [self.rows[k][i], self.rows[k + 1][i]])

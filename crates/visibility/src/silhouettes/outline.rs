@@ -20,7 +20,8 @@ use linelit_simd::{Simd, dispatch};
 /// A straight piece of the silhouette of a surface, or of its edge, as it lies before a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Silhouette {
-    /// The place where it begins, in the coordinates (p, q) of [`Images`](crate::Images).
+    /// The place where it begins, in the coordinates (p, q) of the light's
+    /// [plane](crate::LightPlane).
     pub from: [f64; 2],
     /// The place where it ends.
     pub to: [f64; 2],
