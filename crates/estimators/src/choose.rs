@@ -86,7 +86,12 @@ impl<'e, 'f> Choice<'e, 'f> {
             _ => {
                 let known = |integral| integrated(integral, facts, between);
                 let method = self.integral.as_ref().and_then(known);
-                method.unwrap_or_else(|| self.combined(between))
+                let mut method = method.unwrap_or_else(|| self.combined(between));
+                if facts.light.is_round() && matches!(method.known, KnownOver::Region(_)) {
+                    let by_angle = Some(PointDensity::SolidAngle);
+                    method.otherwise = self.weighted(self.wants_bsdf(), by_angle, samples);
+                }
+                method
             }
         }
     }

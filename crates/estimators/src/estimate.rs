@@ -106,36 +106,34 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     // Query the occluders in between, and choose the method.
     let (occluders, ask) = (query.occluders, choice.ask());
     let mut visible = Visible::new(occluders, &view, ask, scratch, &mut counts.plan);
-    let mut between = visible.between();
+    let between = visible.between();
     if between.class == ShaftClass::Partial && choice.asks_for_density() {
         choice.facts.points = query.light.cheapest_points(query.point.position);
     }
     let mut method = choice.method(&between);
-    if method.ask == Ask::Rays && !matches!(method.known, KnownOver::Region(_)) {
-        visible = visible.into_rays();
-    }
-    // Integrate what is known; where the visible region cannot be found, choose again.
-    let mut over = |known: &KnownOver<'_>, visible: &mut Visible<'_>| {
-        known::over(query, &view, known, asked, visible, memory, counts)
-    };
-    let mut light = over(&method.known, &mut visible);
-    if light.is_none() {
-        between.has_region = false;
-        method = choice.method(&between);
-        light = over(&method.known, &mut visible);
-    }
-    let Some(light) = light else {
-        return DVec3::ZERO;
-    };
-    count(query, &method, between.class, &mut counts.plan);
-    // Sample the rest.
     if method.ask == Ask::Rays {
         visible = visible.into_rays();
     }
-    let known = (method.known == KnownOver::Region(Of::Cosines)).then_some(light);
+    // Integrate what is known, unless the region is too narrow for that.
+    let known = known::over(
+        query,
+        &view,
+        &method.known,
+        asked,
+        &mut visible,
+        memory,
+        counts,
+    );
+    if known.is_none() {
+        method = Method::sampled(method.otherwise, method.ask);
+    }
+    let light = known.map_or(DVec3::ZERO, |known| known.light);
+    count(query, &method, between.class, &mut counts.plan);
+    // Sample the rest.
+    let known = known.filter(|_| method.known == KnownOver::Region(Of::Cosines));
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
     let lines = &mut memory.lines;
-    sampled.with_rest(&method.rest, light.light, &mut visible, lines, rest, counts)
+    sampled.with_rest(&method.rest, light, &mut visible, lines, rest, counts)
 }
 
 /// The light of a query that asks by one ray, or by a ray for each point, whatever is in between.

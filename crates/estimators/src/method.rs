@@ -261,7 +261,9 @@ pub struct Between {
     pub is_dense: bool,
     /// The triangles that are kept.
     pub candidates: usize,
-    /// Whether the visible region of the light can be found.
+    /// Whether the visible region of the light can be found: the light is seen as a whole, or what
+    /// bounds the region is [known](linelit_visibility::Shaft::has_front); of a cylinder, whether
+    /// all of it is visible and above the horizons.
     pub has_region: bool,
 }
 
@@ -272,8 +274,12 @@ pub struct Method<'e> {
     pub known: KnownOver<'e>,
     /// The samples for the rest.
     pub rest: Rest<'e>,
-    /// The way in which visibility is asked for.
+    /// The way in which visibility is asked for: always by a shaft for a region.
     pub ask: Ask,
+    /// The samples of all of the light that take the place of both where the visible region of a
+    /// round light is so narrow, or a lobe makes it so narrow, that sums over its boundary would
+    /// lose half of their digits. No other method needs any.
+    pub otherwise: Rest<'e>,
 }
 
 /// The domain over which the known part of the light is integrated.
@@ -362,7 +368,12 @@ pub enum Ask {
 
 impl<'e> Method<'e> {
     pub(crate) const fn new(known: KnownOver<'e>, rest: Rest<'e>, ask: Ask) -> Self {
-        Self { known, rest, ask }
+        Self {
+            known,
+            rest,
+            ask,
+            otherwise: Rest::Nothing,
+        }
     }
 
     /// Samples alone.

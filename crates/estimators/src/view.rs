@@ -100,6 +100,12 @@ impl<'a> View<'a> {
         })
     }
 
+    /// Whether no horizon of the shading point cuts a cylinder.
+    pub(crate) fn is_above(&self, cylinder: &CylinderView) -> bool {
+        let above = |n: &DVec3| cylinder.heights(*n)[0] >= 0.0;
+        self.at.horizons().iter().all(above)
+    }
+
     /// The polygon, of a light that is one.
     pub(crate) const fn polygon(&self) -> Option<&'a ConvexPolygon> {
         match self.shape {

@@ -124,12 +124,18 @@ impl<'a> Visible<'a> {
                 candidates: 0,
                 has_region: false,
             },
-            Source::Shaft(shaft, _) => Between {
-                class: shaft.class(),
-                is_dense: shaft.is_dense(),
-                candidates: shaft.candidates(),
-                has_region: true,
-            },
+            Source::Shaft(shaft, cylinder) => {
+                let is_empty = shaft.class() == ShaftClass::Empty;
+                Between {
+                    class: shaft.class(),
+                    is_dense: shaft.is_dense(),
+                    candidates: shaft.candidates(),
+                    has_region: match cylinder {
+                        Some(cylinder) => is_empty && self.view.is_above(cylinder),
+                        None => is_empty || shaft.has_front(),
+                    },
+                }
+            }
         }
     }
 

@@ -26,9 +26,9 @@ pub(crate) struct KnownMemory {
     pub region: RegionMemory,
 }
 
-/// The known part of the light of a query, as its method wants it; `None` where the visible region
-/// cannot be found. Transformed cosines are integrated over the part of a polygon above the
-/// horizons if the view has it.
+/// The known part of the light of a query, as its method says; `None` where the region of a round
+/// light is too narrow for that, as [`Method::otherwise`](crate::Method) says. Transformed cosines
+/// are integrated over the part of a polygon above the horizons if the view has it.
 pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     view: &View<'_>,
@@ -104,7 +104,7 @@ fn reflected_of_region<R: Reflection, T>(
     let diffuse = form()?.diffuse.value();
     let shaft = visible.shaft()?;
     let irradiance = match view.shape {
-        Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder)?,
+        Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder),
         Shape::Sphere(_) | Shape::Disk(_) => disk::irradiance(view, query.skip, shaft, region)?,
         _ if shaft.class() == ShaftClass::Empty => {
             // In this order, which the last bits of the product depend on.

@@ -80,9 +80,7 @@ pub(crate) fn by_quadrature<R: Reflection>(
     sum
 }
 
-/// The irradiance of a whole cylinder of radiance one; `None` where a horizon cuts it.
-pub(crate) fn whole_cylinder(view: &View<'_>, cylinder: &CylinderView) -> Option<f64> {
-    let above = |n: &DVec3| cylinder.heights(*n)[0] >= 0.0;
-    let projected = || view.at.normal.dot(cylinder.vector_irradiance()).max(0.0);
-    view.at.horizons().iter().all(above).then(projected)
+/// The irradiance of a whole cylinder of radiance one that no horizon cuts.
+pub(crate) fn whole_cylinder(view: &View<'_>, cylinder: &CylinderView) -> f64 {
+    view.at.normal.dot(cylinder.vector_irradiance()).max(0.0)
 }

@@ -2,11 +2,11 @@
 
 use crate::agreement::{Image, Opaque, gaussians, lights, materials, means, occluders};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
-use linelit_estimators::{Between, Closed, Estimator, Facts, KnownKind, LightKind, LightSource};
+use linelit_estimators::{Ask, Between, Closed, Estimator, Facts, KnownKind, KnownOver, LightKind};
 use linelit_estimators::{
-    Buffers, OcclusionStats, PlanCounters, PointDensity, Query, RandomNumbers,
+    Buffers, LightSource, OcclusionStats, PlanCounters, PointDensity, Query, RandomNumbers,
 };
-use linelit_estimators::{ShadingPoint, Technique, estimate};
+use linelit_estimators::{Rest, ShadingPoint, Technique, estimate};
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
@@ -237,4 +237,63 @@ fn what_is_not_integrated_is_counted() {
         let has_shaft = !matches!(kind, LightKind::Sphere | LightKind::Disk);
         assert_eq!(skipped, [u64::from(has_shaft), 0], "{kind}");
     }
+}
+
+/// One of 64 combinations of what a method may depend on beside light and reflection.
+fn situation(case: u32, light: LightKind, known: KnownKind) -> (Facts<'static>, Between) {
+    let is = |bit: u32| case >> bit & 1 == 1;
+    let between = Between {
+        is_dense: is(0) && is(1),
+        has_region: is(2),
+        ..between(is(0))
+    };
+    let facts = Facts {
+        skip: is(3),
+        ask: [Ask::Rays, Ask::Shaft][usize::from(is(4))],
+        points: [PointDensity::Area, PointDensity::SolidAngle][usize::from(is(5))],
+        ..Facts::new(light, known, SAMPLES)
+    };
+    (facts, between)
+}
+
+/// Every estimator on every light and reflection: a region is integrated by a shaft alone, where it
+/// can be found, and the regions of round lights, which may turn out too narrow, leave samples of
+/// all of the light to take.
+#[test]
+fn what_a_method_integrates_can_be_integrated_or_has_samples_in_its_place() {
+    let names = Technique::all().map(|technique| technique.name());
+    let endings = ["", "[mis=balance]", "+point-bsdf"];
+    let texts = names.flat_map(|name| endings.map(|ending| format!("{name}{ending}")));
+    let estimators: Vec<Estimator> = texts.filter_map(|text| text.parse().ok()).collect();
+    let knowns = KnownKind::ALL.iter().flat_map(|(_, known)| {
+        [false, true].map(|are_unlike| KnownKind {
+            are_unlike,
+            ..*known
+        })
+    });
+    let (mut regions, mut round) = (0, 0);
+    let mut hold = |estimator: &Estimator, (facts, between): (Facts<'_>, Between)| {
+        let method = estimator.method(&facts, &between);
+        let is_round = matches!(facts.light, LightKind::Sphere | LightKind::Disk);
+        let is_region = matches!(method.known, KnownOver::Region(_));
+        let has_other = method.otherwise != Rest::Nothing;
+        let has_region = between.has_region || facts.light == LightKind::Linear;
+        let what = || format!("{estimator} {facts:?} {between:?}: {method:?}");
+        assert_eq!(has_other, is_region && is_round, "{}", what());
+        let may_be = has_region && method.ask == Ask::Shaft;
+        assert!(may_be || !is_region, "{}", what());
+        regions += u32::from(is_region);
+        round += u32::from(is_region && is_round);
+    };
+    for known in knowns {
+        for (estimator, (_, light)) in estimators
+            .iter()
+            .flat_map(|e| LightKind::ALL.map(|l| (e, l)))
+        {
+            for case in 0..64 {
+                hold(estimator, situation(case, light, known));
+            }
+        }
+    }
+    assert!(regions > round && round > 0, "{regions} {round}");
 }
