@@ -89,7 +89,8 @@ impl<'e, 'f> Choice<'e, 'f> {
                 let mut method = method.unwrap_or_else(|| self.combined(between));
                 if facts.light.is_round() && matches!(method.known, KnownOver::Region(_)) {
                     let by_angle = Some(PointDensity::SolidAngle);
-                    method.otherwise = self.weighted(self.wants_bsdf(), by_angle, samples);
+                    let weighted = self.weighted(self.wants_bsdf(), by_angle, samples);
+                    method.otherwise = Rest::Weighted(weighted);
                 }
                 method
             }
@@ -148,8 +149,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let weighted = |with_bsdf| {
             let integrals = Some(PointDensity::ProjectedSolidAngle);
-            let rest = self.weighted(with_bsdf, integrals, facts.samples);
-            Method::sampled(rest, Ask::Rays)
+            let weighted = self.weighted(with_bsdf, integrals, facts.samples);
+            Method::sampled(Rest::Weighted(weighted), Ask::Rays)
         };
         match estimator.alone() {
             Some(Technique::Points(points)) => Method::points(points.by, facts.samples, Ask::Rays),
@@ -190,24 +191,33 @@ impl<'e, 'f> Choice<'e, 'f> {
             Instead::Points(times) => (Some(PointDensity::Lobes), times),
         };
         let samples = facts.samples.saturating_mul(times);
-        let rest = self.weighted(self.wants_bsdf(), integrals, samples);
-        Method::new(known, rest, facts.ask)
+        let weighted = Weighted {
+            lobes_alone: is_round && known != KnownOver::Nothing,
+            ..self.weighted(self.wants_bsdf(), integrals, samples)
+        };
+        Method::new(known, Rest::Weighted(weighted), facts.ask)
     }
 
     /// Its techniques, weighted; a technique alone and what stands beside it by the balance
     /// heuristic.
-    fn weighted(&self, with_bsdf: bool, integrals: Option<PointDensity>, samples: u32) -> Rest<'e> {
+    fn weighted(
+        &self,
+        with_bsdf: bool,
+        integrals: Option<PointDensity>,
+        samples: u32,
+    ) -> Weighted<'e> {
         let weights = match self.estimator.weights() {
             Weights::Alone => Weights::Balance,
             weights => weights,
         };
-        Rest::Weighted(Weighted {
+        Weighted {
             parts: self.estimator.parts(),
             with_bsdf,
             integrals,
+            lobes_alone: false,
             weights,
             samples,
-        })
+        }
     }
 }
 
@@ -302,11 +312,11 @@ pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> 
     if facts.known.closed == Closed::Diffuse {
         return Some(Method::region(Of::Reflection));
     }
-    let is_partial = between.class == ShaftClass::Partial && !facts.light.is_round();
     let by = PointDensity::Lobes.into();
-    let rest = match is_partial && facts.points == PointDensity::Area {
-        true => Rest::Visible { samples },
-        false => Rest::Points { by, samples },
+    let rest = match (between.class, facts.points) {
+        _ if facts.light.is_round() => Rest::PointsByLobes { samples },
+        (ShaftClass::Partial, PointDensity::Area) => Rest::Visible { samples },
+        _ => Rest::Points { by, samples },
     };
     Some(Method::new(
         KnownOver::Region(Of::Cosines),

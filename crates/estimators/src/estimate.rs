@@ -16,7 +16,7 @@ use crate::{
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, stop};
-use linelit_lights::{DiskLobes, PointSource, Viewer};
+use linelit_lights::{PointSource, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -227,6 +227,13 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
             + match *rest {
                 Rest::Nothing => return light,
                 Rest::Points { by, samples } => self.points(by, samples, visible, memory),
+                Rest::PointsByLobes { samples } => {
+                    let Some(cosines) = self.cosines else {
+                        return light;
+                    };
+                    let (from, block) = (self.samples(samples), &mut memory.points);
+                    alone::by_lobes(integrand, self.view, cosines, from, visible, block)
+                }
                 Rest::PointsOfLines {
                     lines: options,
                     samples,
@@ -251,9 +258,8 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
                 }
                 Rest::Weighted(weighted) => {
                     let (view, numbers) = (self.view, &self.query.numbers);
-                    let cosines = self.drawn();
                     let memory = (&mut memory.weighted, &mut memory.points, counts);
-                    let cosines = cosines.as_ref();
+                    let cosines = self.cosines;
                     weighted::sum(
                         integrand, view, &weighted, cosines, numbers, visible, memory,
                     )
@@ -292,33 +298,15 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
         let mut mean = |source: Option<&PointSource<'_>>| {
             alone::points(integrand, &surface, Source(source), samples, visible, block)
         };
-        let cosines = self.drawn();
-        if self.known.is_some()
-            && let (Some(disk), Some(cosines)) = (view.disk(), &cosines)
-            && let Some(lobes) = DiskLobes::new(&disk, view.at.position, cosines)
-        {
-            return mean(Some(&PointSource::DiskLobes(lobes)));
-        }
         let Some(density) = by.on_surface() else {
             return mean(None);
         };
         let viewer = Viewer {
-            cosines: cosines.as_ref(),
+            cosines: self.cosines,
             ..view.at.viewer()
         };
         // A source is large: it is made where it stays.
         let source = PointSource::new(density, surface, self.query.light.texture, &viewer);
         mean(Some(&source))
-    }
-
-    /// The transformed cosines that points are drawn by: on round lights, of a reflection with
-    /// lobes whose integral is known, the lobes alone, for the difference that the cosine itself
-    /// leaves mostly cancels.
-    fn drawn(&self) -> Option<TransformedCosines> {
-        let mut cosines = *self.cosines?;
-        if self.known.is_some() && self.view.disk().is_some() && !cosines.lobes().is_empty() {
-            cosines.diffuse = DVec3::ZERO;
-        }
-        Some(cosines)
     }
 }

@@ -69,16 +69,15 @@ impl Method<'_> {
             Ask::Rays => "a shadow ray each",
             Ask::Shaft => "one shaft for all",
         };
+        let points = |samples, density| {
+            let points = Estimator::points(facts.points_by(density));
+            format!("{samples} points as `{points}`, {by}")
+        };
         let rest = match self.rest {
             Rest::Nothing if known.is_empty() => return "no light".to_owned(),
             Rest::Nothing => return known,
-            Rest::Points {
-                by: density,
-                samples,
-            } => {
-                let points = Estimator::points(facts.points_by(density));
-                format!("{samples} points as `{points}`, {by}")
-            }
+            Rest::Points { by, samples } => points(samples, by),
+            Rest::PointsByLobes { samples } => points(samples, PointDensity::Lobes.into()),
             Rest::PointsOfLines { samples, .. } => {
                 format!("a point of each of {samples} lines as `line-area`, {by}")
             }

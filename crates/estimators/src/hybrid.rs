@@ -116,6 +116,7 @@ pub(crate) fn textured<'e>(facts: &Facts<'_>) -> Method<'e> {
         parts: if is_diffuse { &DIFFUSE } else { &GLOSSY },
         with_bsdf: facts.known.are_unlike,
         integrals: None,
+        lobes_alone: false,
         weights: Weights::Balance,
         samples: facts.samples,
     };

@@ -325,6 +325,13 @@ pub enum Rest<'e> {
         /// The number of points.
         samples: u32,
     },
+    /// Points of a round light by the lobes of the transformed cosines whose integral is known,
+    /// [without the cosine itself](linelit_shading::ltc::TransformedCosines::lobes_alone): the
+    /// difference that this leaves mostly cancels.
+    PointsByLobes {
+        /// The number of points.
+        samples: u32,
+    },
     /// A point of the visible parts of each line.
     PointsOfLines {
         /// The lines.
@@ -332,7 +339,8 @@ pub enum Rest<'e> {
         /// The number of points.
         samples: u32,
     },
-    /// Points of the visible region by the transformed cosines, none of which is asked for.
+    /// Points of the visible region by the transformed cosines, whose visibility is known; where
+    /// all that is visible has an area that is rounded to zero, points of the whole light.
     Visible {
         /// The number of points.
         samples: u32,
@@ -351,6 +359,9 @@ pub struct Weighted<'e> {
     /// The points that replace lines of integrals ([`Lines::integration`]); `None` keeps lines, of
     /// which points are drawn.
     pub integrals: Option<PointDensity>,
+    /// Whether points by transformed cosines leave out the cosine itself, as
+    /// [`Rest::PointsByLobes`].
+    pub lobes_alone: bool,
     /// The weights.
     pub weights: Weights,
     /// The samples of all together.

@@ -188,6 +188,15 @@ impl TransformedCosines {
         }
     }
 
+    /// These without the cosine itself, unless there are no lobes.
+    #[must_use]
+    pub const fn lobes_alone(mut self) -> Self {
+        if self.count > 0 {
+            self.diffuse = DVec3::ZERO;
+        }
+        self
+    }
+
     /// The lobes beside the cosine itself.
     #[must_use]
     pub fn lobes(&self) -> &[TransformedCosine] {

@@ -6,11 +6,12 @@ use crate::draw::lines::{Draw, Draws, Use};
 use crate::integrand::Integrand;
 use crate::known::lines::LineMemory;
 use crate::streams::Samples;
+use crate::view::View;
 use crate::visible::Visible;
-use crate::{EmissionTexture, Lines, WorkCounters};
-use linelit_bsdf::Reflection;
+use crate::{EmissionTexture, Lines, PointDensity, WorkCounters};
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval, stop};
-use linelit_lights::{LightPoint, Surface};
+use linelit_lights::{DiskLobes, LightPoint, PointSource, Surface};
 use std::ops::Range;
 
 /// The mean of V × value/p over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
@@ -61,6 +62,34 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
             }
         }
     })
+}
+
+/// The mean over points of a round light by the lobes of transformed cosines, as
+/// [`Rest::PointsByLobes`](crate::Rest); uniform in the solid angle where the disk that is seen is
+/// too small for that, or seen too flatly.
+pub(crate) fn by_lobes<R: Reflection, T: EmissionTexture>(
+    integrand: &Integrand<'_, R, T>,
+    view: &View<'_>,
+    cosines: &TransformedCosines,
+    samples: Samples<'_>,
+    visible: &mut Visible<'_>,
+    block: &mut PointBlock,
+) -> DVec3 {
+    let (Some(surface), Some(disk)) = (view.surface(), view.disk()) else {
+        return DVec3::ZERO;
+    };
+    let (texture, viewer) = (integrand.light.texture, view.at.viewer());
+    let uniform = || PointSource::new(PointDensity::SolidAngle, surface, texture, &viewer);
+    let lobes = DiskLobes::new(&disk, viewer.position, &cosines.lobes_alone());
+    let source = lobes.map_or_else(uniform, PointSource::DiskLobes);
+    points(
+        integrand,
+        &surface,
+        Source(Some(&source)),
+        samples,
+        visible,
+        block,
+    )
 }
 
 /// The mean over lines on a polygon of a point of the visible parts of each, uniform in length

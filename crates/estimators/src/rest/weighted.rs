@@ -68,6 +68,8 @@ pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
     let Some(surface) = view.surface() else {
         return DVec3::ZERO;
     };
+    let lobes = cosines.filter(|_| weighted.lobes_alone);
+    let lobes = lobes.map(|cosines| cosines.lobes_alone());
     let domain = Domain {
         surface: view
             .above
@@ -75,7 +77,7 @@ pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
         turn: view.above.map_or(0.0, |above| above.turn),
         light: integrand.light,
         viewer: Viewer {
-            cosines,
+            cosines: lobes.as_ref().or(cosines),
             ..view.at.viewer()
         },
     };
