@@ -6,7 +6,10 @@
 mod counts;
 mod edges;
 mod image;
+mod index;
+mod layer_counts;
 mod layers;
+mod query_point;
 mod side;
 mod steps;
 mod stretches;
@@ -17,6 +20,7 @@ use crate::grids::Grids;
 use crate::orient::{Point, orient};
 use edges::{Edges, Shared, hash, spread};
 use image::Image;
+use index::Index;
 use layers::Layers;
 use linelit_geometry::stop;
 use side::{Event, Extent, Side, are_neighbours, meet};
@@ -55,15 +59,15 @@ pub struct Penumbra {
     edges: Edges,
     surface_edges: Edges,
     sides: Vec<Side>,
-    /// The hash table of sides by the point where they start: their indices plus one.
-    starts: Vec<u32>,
+    /// The hash table of sides by the point where they start.
+    starts: Vec<Option<Index>>,
     /// The box in which each side may matter.
     boxes: Vec<Bounds>,
     images_at: Grids,
     sides_near: Bins,
     events: Vec<Event>,
     /// The events of one side, in ascending order.
-    own: Vec<(f64, u32)>,
+    own: Vec<(f64, Index)>,
     /// Sides whose counts are known, but not what follows from them.
     handed: Vec<(usize, i32)>,
     /// The number of sides outside of `handed` whose counts are not known.
@@ -157,7 +161,8 @@ impl Penumbra {
             let mut side = Side::new(edge, Layers::default(), whole);
             side.light = true;
             // The last has the first after it.
-            side.next = index(if i > 0 { self.around.len() + 2 } else { 1 });
+            let next = if i > 0 { self.around.len() + 1 } else { 0 };
+            side.next = Some(Index::new(next));
             self.around.push(side);
             self.around_boxes.push(bounds);
         }
@@ -187,7 +192,7 @@ impl Penumbra {
             let ca = edges.count(c, a, r.wrapping_add(p), 1);
             for (this, next) in [(ab, bc), (bc, ca), (ca, ab)] {
                 if let (Some(this), Some(next)) = (this, next) {
-                    edges.all[this].next = index(next + 1);
+                    edges.all[this].next = Some(Index::new(next));
                 }
             }
         }
@@ -205,7 +210,7 @@ impl Penumbra {
             let Shared { edge, weight, .. } = shared;
             let whole = Bounds::of([edge.from, edge.to]);
             let near = whole.meets(on_light);
-            shared.side = 0;
+            shared.side = None;
             let has_none = *weight == 0 || edge.length == 0.0;
             if has_none || (!near && extent == Extent::Light) {
                 continue;
@@ -241,8 +246,8 @@ impl Penumbra {
                 side.close = room * edge.extent();
                 side.touched[0] = slack > 0.2 * room;
             }
+            shared.side = Some(Index::new(self.sides.len()));
             self.sides.push(side);
-            shared.side = index(self.sides.len());
         }
         self.join_sides();
         self.collect_lights_sides();
@@ -254,10 +259,10 @@ impl Penumbra {
         self.boxes.extend_from_slice(&self.around_boxes);
         self.sides.extend_from_slice(&self.around);
         for side in &mut self.sides[first..] {
-            side.next += index(first);
+            side.next = side.next.map(|next| Index::new(first + next.get()));
         }
-        for (place, side) in (0..).zip(&mut self.sides) {
-            side.place = place;
+        for (place, side) in self.sides.iter_mut().enumerate() {
+            side.place = Index::new(place);
         }
     }
 
@@ -268,12 +273,12 @@ impl Penumbra {
     fn join_sides(&mut self) {
         // Around an image, from edges to sides.
         for side in &mut self.sides {
-            if let Some(next) = (side.next as usize).checked_sub(1) {
-                let next = &self.edges.all[next];
-                side.next = if next.weight > 0 { next.side } else { 0 };
+            if let Some(next) = side.next {
+                let next = &self.edges.all[next.get()];
+                side.next = next.side.filter(|_| next.weight > 0);
             }
         }
-        if self.sides.iter().all(|side| side.next != 0) {
+        if self.sides.iter().all(|side| side.next.is_some()) {
             return;
         }
         let Self {
@@ -282,24 +287,24 @@ impl Penumbra {
             ..
         } = self;
         table.clear();
-        table.resize((2 * sides.len()).next_power_of_two(), 0);
+        table.resize((2 * sides.len()).next_power_of_two(), None);
         let mask = table.len() - 1;
         for (i, side) in sides.iter().enumerate() {
             let mut slot = spread(hash(side.edge.from)) & mask;
-            while table[slot] != 0 {
+            while table[slot].is_some() {
                 slot = (slot + 1) & mask;
             }
-            table[slot] = index(i + 1);
+            table[slot] = Some(Index::new(i));
         }
         for i in 0..sides.len() {
-            if sides[i].next != 0 {
+            if sides[i].next.is_some() {
                 continue;
             }
             let to = sides[i].edge.to;
             let mut slot = spread(hash(to)) & mask;
-            while let Some(next) = (table[slot] as usize).checked_sub(1) {
-                if sides[next].edge.from == to {
-                    sides[i].next = index(next + 1);
+            while let Some(next) = table[slot] {
+                if sides[next.get()].edge.from == to {
+                    sides[i].next = Some(next);
                     break;
                 }
                 slot = (slot + 1) & mask;
@@ -344,9 +349,4 @@ impl Penumbra {
 fn settled(p: Point) -> Point {
     let flush = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
     [flush(p[0]), flush(p[1])]
-}
-
-/// A place in a list that holds fewer than 2³² items.
-fn index(i: usize) -> u32 {
-    u32::try_from(i).unwrap_or(u32::MAX)
 }

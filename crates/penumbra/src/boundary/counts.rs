@@ -1,5 +1,6 @@
 //! How many images are right of each side.
 
+use super::index::Index;
 use super::side::{Event, Extent, Side};
 use super::{BoundaryEdge, CLOSE, Penumbra};
 use crate::bins::Bounds;
@@ -20,8 +21,8 @@ impl Penumbra {
             if side.part.is_none() || side.count.is_some() {
                 continue;
             }
-            let entry = match (extent, (side.entry as usize).checked_sub(1)) {
-                (Extent::Light, Some(entry)) if !side.touched[0] => self.events[entry].right,
+            let entry = match (extent, side.entry) {
+                (Extent::Light, Some(entry)) if !side.touched[0] => self.events[entry.get()].right,
                 _ => None,
             };
             let ask = || Some(self.ask(side)? + side.shared);
@@ -63,7 +64,7 @@ impl Penumbra {
                 self.count_crossing(i, count);
             }
             let side = &self.sides[i];
-            if let Some(next) = (side.next as usize).checked_sub(1)
+            if let Some(next) = side.next.map(Index::get)
                 && side.goes_on_in(&self.sides[next])
             {
                 self.handed.push((next, count + side.change.images));
@@ -85,7 +86,7 @@ impl Penumbra {
             return;
         };
         let mut reached = part.lo;
-        let events = self.own.iter().map(|e| &self.events[e.1 as usize]);
+        let events = self.own.iter().map(|e| &self.events[e.1.get()]);
         let changes = events.map(|e| (e.end, e.change.images));
         for (hi, change) in changes.chain([(part.hi, 0)]) {
             if hi.at > reached.at {
@@ -113,10 +114,10 @@ impl Penumbra {
         for k in 0..self.own.len() {
             let (at, event) = self.own[k];
             let after = self.own.get(k + 1).map_or(part.hi.at, |next| next.0);
-            let event = &self.events[event as usize];
+            let event = &self.events[event.get()];
             let right = count.min(count + event.change.images);
             count += event.change.images;
-            if let Some(twin) = (event.twin as usize).checked_sub(1)
+            if let Some(twin) = event.twin
                 && (at - before).min(after - at) > room
                 && let Some((j, start)) = self.count_start(twin, right)
             {
@@ -129,12 +130,12 @@ impl Penumbra {
 
     /// The side of an event, and the images right of where counting starts on it, given those right
     /// of both sides where the event is; none if that is known, or rounding may decide.
-    fn count_start(&self, event: usize, right: i32) -> Option<(usize, i32)> {
+    fn count_start(&self, event: Index, right: i32) -> Option<(usize, i32)> {
         let Event {
             change, end, side, ..
-        } = &self.events[event];
+        } = &self.events[event.get()];
         let change = change.images;
-        let i = *side as usize;
+        let i = side.get();
         let side = &self.sides[i];
         let room = CLOSE * self.unit * side.edge.extent();
         let (start, last) = side.part.map(|part| (part.lo.at, part.hi.at))?;
@@ -146,8 +147,8 @@ impl Penumbra {
         // What is right of both comes before where the other is passed to its left.
         let mut count = if change > 0 { right } else { right - change };
         let mut next = side.events;
-        while let Some(place) = (next as usize).checked_sub(1) {
-            let other = &self.events[place];
+        while let Some(place) = next {
+            let other = &self.events[place.get()];
             if place != event {
                 if (other.end.at - end.at).abs() <= room {
                     return None;
@@ -169,7 +170,7 @@ impl Penumbra {
         for k in 0..self.own.len() {
             let (at, event) = self.own[k];
             let after = self.own.get(k + 1).map_or(edge.length, |next| next.0);
-            let event = &mut self.events[event as usize];
+            let event = &mut self.events[event.get()];
             let right = count.min(count + event.change.images);
             event.right = (at - before > room && after - at > room).then_some(right);
             count += event.change.images;
@@ -181,16 +182,16 @@ impl Penumbra {
     #[inline]
     pub(super) fn sort_own(&mut self, i: usize) {
         self.own.clear();
-        let first = self.sides[i].events;
-        if first > 0 {
-            self.sort_from(first);
+        if let Some(last) = self.sides[i].events {
+            self.sort_from(last);
         }
     }
 
     #[inline(never)]
-    fn sort_from(&mut self, mut next: u32) {
-        while let Some(place) = next.checked_sub(1) {
-            let event = &self.events[place as usize];
+    fn sort_from(&mut self, last: Index) {
+        let mut next = Some(last);
+        while let Some(place) = next {
+            let event = &self.events[place.get()];
             self.own.push((event.end.at, place));
             next = event.before;
         }

@@ -1,6 +1,6 @@
 //! Edges, each once for all that share it.
 
-use super::index;
+use super::index::Index;
 use crate::clip::Edge;
 use crate::orient::Point;
 
@@ -10,18 +10,18 @@ pub(super) struct Shared {
     pub(super) edge: Edge,
     /// Images, or layers of surfaces, on its left less those on its right.
     pub(super) weight: i32,
-    /// The edge after it around an image, plus one, if both run that way.
-    pub(super) next: u32,
-    /// The side that it is, plus one.
-    pub(super) side: u32,
+    /// The edge after it around an image, if both run that way.
+    pub(super) next: Option<Index>,
+    /// The side that it is, if it takes part.
+    pub(super) side: Option<Index>,
 }
 
 /// Edges by their ends.
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     pub(super) all: Vec<Shared>,
-    /// Places in that plus one, by a hash of the ends.
-    table: Vec<u32>,
+    /// Indices into that, by a hash of the ends.
+    table: Vec<Option<Index>>,
 }
 
 impl Edges {
@@ -38,13 +38,13 @@ impl Edges {
         }
         let room = (2 * all).next_power_of_two();
         self.table.clear();
-        self.table.resize(room, 0);
+        self.table.resize(room, None);
         for (place, Shared { edge, .. }) in self.all.iter().enumerate() {
             let mut slot = spread(hash(edge.from).wrapping_add(hash(edge.to))) & (room - 1);
-            while self.table[slot] != 0 {
+            while self.table[slot].is_some() {
                 slot = (slot + 1) & (room - 1);
             }
-            self.table[slot] = index(place + 1);
+            self.table[slot] = Some(Index::new(place));
         }
     }
 
@@ -54,8 +54,7 @@ impl Edges {
     pub(super) fn count(&mut self, from: Point, to: Point, hash: u64, more: i32) -> Option<usize> {
         let mask = self.table.len() - 1;
         let mut slot = spread(hash) & mask;
-        while self.table[slot] != 0 {
-            let place = self.table[slot] as usize - 1;
+        while let Some(place) = self.table[slot].map(Index::get) {
             let Shared { edge, weight, .. } = &mut self.all[place];
             if edge.from == from && edge.to == to {
                 *weight += more;
@@ -70,11 +69,12 @@ impl Edges {
         self.all.push(Shared {
             edge: Edge::new(from, to),
             weight: more,
-            next: 0,
-            side: 0,
+            next: None,
+            side: None,
         });
-        self.table[slot] = index(self.all.len());
-        Some(self.all.len() - 1)
+        let place = self.all.len() - 1;
+        self.table[slot] = Some(Index::new(place));
+        Some(place)
     }
 }
 

@@ -1,13 +1,15 @@
-//! How much is over a place.
+//! Images and layers of surfaces over a point.
 
 use std::ops::{Add, AddAssign, Neg};
 
-/// Images and layers of surfaces over a place, or how many more there are than over another.
+/// The images and the layers of surfaces over a point, or the differences of both from those over
+/// another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Layers {
     /// The number of layers of other images, which is always known.
     pub(super) images: i32,
-    /// The number of layers of fine surfaces; in gaps, relative to the beginning of the gap.
+    /// The number of layers of surfaces, of which the differences alone are known
+    /// ([`LayerCount`](super::layer_counts::LayerCount)).
     pub(super) surfaces: i32,
 }
 

@@ -1,6 +1,9 @@
 //! Edges that take part, and where they meet.
 
-use super::{CLOSE, index, layers::Layers};
+use super::CLOSE;
+use super::index::Index;
+use super::layer_counts::LayerCount;
+use super::layers::Layers;
 use crate::clip::{Edge, End, Meeting, Span, Start};
 
 /// An edge of images or of the light that takes part.
@@ -21,30 +24,28 @@ pub(super) struct Side {
     pub(super) counted: f64,
     /// The distance from `counted` within which rounding may decide.
     pub(super) close: f64,
-    /// The last of its events, plus one.
-    pub(super) events: u32,
-    /// The side after it around an image, plus one: where it ends and that one starts, no image
-    /// comes or goes, but where they are touched.
-    pub(super) next: u32,
+    /// The last of its events, which leads to the others ([`Event::before`]).
+    pub(super) events: Option<Index>,
+    /// The side after it around an image: where it ends and that one starts, no image comes or
+    /// goes, but where they are touched.
+    pub(super) next: Option<Index>,
     /// Whether anything else goes through its first or last point, or so close to where it is cut
     /// that rounding may decide.
     pub(super) touched: [bool; 2],
-    /// The event, plus one, of a side of the light at which this side enters the light.
-    pub(super) entry: u32,
+    /// The event of a side of the light at which this side enters the light.
+    pub(super) entry: Option<Index>,
     /// The index of the side in the list.
-    pub(super) place: u32,
+    pub(super) place: Index,
     /// Whether its count is to be handed on.
     pub(super) is_handed: bool,
     /// Whether it crosses another at so small an angle that rounding moves where.
     pub(super) is_loose: bool,
     /// The number of surfaces' sides that overlap with this one where counting starts.
     pub(super) shared: i32,
-    /// The gap between images right of where its part begins, and that where it ends, plus one;
-    /// zero if there is an image over it.
-    pub(super) first_gap: u32,
-    pub(super) last_gap: u32,
-    /// The difference of layers over its end from those over the beginning of the last gap.
-    pub(super) last_layers: i32,
+    /// The layers of surfaces right of where its part begins, and right of where it ends; none
+    /// where an image is over it.
+    pub(super) layers_at_start: Option<LayerCount>,
+    pub(super) layers_at_end: Option<LayerCount>,
 }
 
 /// A place on a side where what is over its right changes.
@@ -54,19 +55,18 @@ pub(super) struct Event {
     pub(super) end: End,
     /// Whether the side comes to the left of the one that it crosses.
     pub(super) to_left: bool,
-    /// The gap that is right of both sides here, plus one, and how many layers more there are than
-    /// over its beginning; none if rounding may decide, or images are over it.
-    pub(super) gap: u32,
-    pub(super) layers: i32,
-    /// The event of the same side that was found before, plus one.
-    pub(super) before: u32,
+    /// The layers of surfaces in the sector that is right of both sides here, as counted along this
+    /// one; none if rounding may decide, or images are over it.
+    pub(super) layers: Option<LayerCount>,
+    /// The event of the same side that was found before.
+    pub(super) before: Option<Index>,
     /// The number of images to the right of the edge that enters or leaves here, on a side of the
     /// light; none if another is too close.
     pub(super) right: Option<i32>,
-    /// The side that it is on, and the event of the side that crosses it here, plus one, if neither
-    /// only touches the other.
-    pub(super) side: u32,
-    pub(super) twin: u32,
+    /// The side that it is on, and the event of the side that crosses it here, if neither only
+    /// touches the other.
+    pub(super) side: Index,
+    pub(super) twin: Option<Index>,
 }
 
 /// The part of the plane under consideration.
@@ -90,17 +90,16 @@ impl Side {
             count: None,
             change: Layers::default(),
             counted: f64::NEG_INFINITY,
-            events: 0,
-            next: 0,
+            events: None,
+            next: None,
             touched: [false; 2],
-            entry: 0,
-            place: 0,
+            entry: None,
+            place: Index::new(0),
             is_handed: false,
             is_loose: false,
             shared: 0,
-            first_gap: 0,
-            last_gap: 0,
-            last_layers: 0,
+            layers_at_start: None,
+            layers_at_end: None,
         }
     }
 
@@ -112,31 +111,38 @@ impl Side {
             && !next.touched[0]
     }
 
-    /// Adds an event if it is where that matters.
+    /// Adds an event, which it returns, if it is where that matters.
     #[inline(never)]
-    pub(super) fn add(&mut self, change: Layers, to_left: bool, end: End, events: &mut Vec<Event>) {
-        let Some(part) = &self.part else { return };
+    pub(super) fn add(
+        &mut self,
+        change: Layers,
+        to_left: bool,
+        end: End,
+        events: &mut Vec<Event>,
+    ) -> Option<Index> {
+        let part = self.part.as_ref()?;
         if end.at <= self.counted + self.close {
             self.touched[0] |= end.at >= self.counted - self.close;
             if end.at <= self.counted {
-                return;
+                return None;
             }
         }
         self.change += change;
-        if end.at < part.hi.at {
+        (end.at < part.hi.at).then(|| {
+            let event = Index::new(events.len());
             events.push(Event {
                 change,
                 end,
                 to_left,
-                gap: 0,
-                layers: 0,
+                layers: None,
                 before: self.events,
                 right: None,
                 side: self.place,
-                twin: 0,
+                twin: None,
             });
-            self.events = index(events.len());
-        }
+            self.events = Some(event);
+            event
+        })
     }
 }
 
@@ -144,7 +150,7 @@ impl Side {
 /// meet where it turns.
 #[inline]
 pub(super) fn are_neighbours(e: &Side, i: usize, f: &Side, j: usize) -> bool {
-    (e.next as usize == j + 1) | (f.next as usize == i + 1)
+    Index::is(e.next, j) | Index::is(f.next, i)
 }
 
 /// Records what two sides, of which the first comes first, add to each other's counts.
@@ -174,28 +180,27 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
                 (e.touched, f.touched) = ([true; 2], [true; 2]);
             }
             let mut pass = |side: &mut Side, left: Option<bool>, weight: Layers| {
-                let Some(left) = left else { return };
-                if weight != Layers::default() && side.part.is_some() {
-                    let change = if left { weight } else { -weight };
-                    side.add(change, left, side.edge.end_at(crossing.point), events);
+                let left = left?;
+                if weight == Layers::default() || side.part.is_none() {
+                    return None;
                 }
+                let change = if left { weight } else { -weight };
+                side.add(change, left, side.edge.end_at(crossing.point), events)
             };
             let weights = [f.weight, e.weight];
-            let before = [e.events, f.events];
-            pass(e, crossing.first, weights[0]);
-            pass(f, crossing.second, weights[1]);
-            let (here, there) = (e.events, f.events);
-            if here != before[0] && there != before[1] && !crossing.touching {
-                events[here as usize - 1].twin = there;
-                events[there as usize - 1].twin = here;
+            let here = pass(e, crossing.first, weights[0]);
+            let there = pass(f, crossing.second, weights[1]);
+            if let (Some(i), Some(j), false) = (here, there, crossing.touching) {
+                events[i.get()].twin = there;
+                events[j.get()].twin = here;
             }
-            if here != before[0] || there != before[1] {
+            if here.is_some() || there.is_some() {
                 let loose = e.edge.crosses_loosely(&f.edge, 0.2 * CLOSE * unit);
                 e.is_loose |= loose;
                 f.is_loose |= loose;
             }
             // The light is right of its sides.
-            if f.light && crossing.first == Some(false) && there != before[1] {
+            if f.light && crossing.first == Some(false) && there.is_some() {
                 e.entry = there;
             }
         }

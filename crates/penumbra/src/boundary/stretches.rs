@@ -1,157 +1,144 @@
-//! The boundary past surfaces that are known by their silhouettes.
+//! The boundary past surfaces that are known by their silhouettes alone.
 //!
-//! How many layers of surfaces are over a place is not known, but along a side that is under no
-//! image it is how many more there are than over another. Where sides cross, and where one goes on
-//! where another ends, what is right of both is over both alike. So all that sides connect needs
-//! one answer: whether there is anything over the place under the fewest layers. If not, no layer
-//! is over it and all places like it; if so, some are over all.
+//! A point of the light is visible where no image of a triangle and no layer of a surface is over
+//! it. Images are counted ([`counts`](super::counts)). Of surfaces nobody knows how many layers are
+//! over a point, but each silhouette says how many more are on its left than on its right: its
+//! weight. So the layers right next to a side, on its right, are an unknown x plus a known number,
+//! which changes where a silhouette crosses:
+//!
+//! ```text
+//!                      a silhouette
+//!                      of weight 2           images
+//!                            ▲             ▒▒▒▒▒▒▒▒▒▒
+//!    ────────────────────────┼─────────────▒▒▒▒▒▒▒▒▒▒──────────────────► a side
+//!     layers right of it:  x + 2      x    ▒▒▒▒▒▒▒▒▒▒       y
+//!    ╰─────── stretch ──────╯╰── stretch ─╯          ╰──── stretch ────╯
+//! ```
+//!
+//! Behind images silhouettes may be missing, so that beyond them another unknown begins. A *stretch*
+//! is a part of a side, past images, between two changes: either all of it is boundary or nothing.
+//!
+//! Where two sides cross, one sector is right of both, and what is counted along either is over it.
+//! This is an equation ([`LayerEquations`]):
+//!
+//! ```text
+//!                ▲ b
+//!         left   │   right of b,
+//!       of both  │   left of a
+//!    ────────────┼────────────────► a
+//!      right of  │  right of both:     after the crossing, along a: x + 1
+//!      a, left   │                     before the crossing, along b: y          x + 1 = y
+//!      of b      │
+//! ```
+//!
+//! Two more kinds of equations come from a side that goes on in the next one around an image, and
+//! from a side that enters the light through one of the light's own sides.
+//!
+//! Stretches whose unknowns equations connect are a *group*. In a group all counts can be compared,
+//! and none is negative. So one query is enough for it, at a point next to the stretch with the
+//! lowest count: if nothing is over the point, this count is zero, and the group's boundary are the
+//! stretches with this count; if something is, all counts are positive, and none of it is boundary.
+//!
+//! Rounding costs queries, not errors: what is too close to decide gives no equation, so that there
+//! are more groups, and a stretch of no length to speak of never represents a group.
 
+use super::index::Index;
+use super::layer_counts::{LayerCount, LayerEquations};
 use super::layers::Layers;
-use super::{BoundaryEdge, CLOSE, Penumbra, index};
-use crate::bins::Bounds;
-use crate::clip::{Edge, End};
-use crate::orient::{Point, orient};
+use super::side::Side;
+use super::{BoundaryEdge, CLOSE, Penumbra};
+use crate::clip::End;
+use crate::orient::Point;
 use linelit_geometry::stop;
 
-/// A part of a side, under no image, between two places where what is right of it changes.
+/// A part of a side, past images, between two places where the layers right of it change.
 #[derive(Clone, Copy, Debug)]
-struct Stretch {
-    side: u32,
-    /// The gap between images that it is in.
-    gap: u32,
-    /// The difference of layers to its right from those to the right of the gap's beginning.
-    layers: i32,
-    lo: End,
-    hi: End,
+pub(super) struct Stretch {
+    pub(super) side: Index,
+    /// The layers of surfaces right of it.
+    pub(super) layers: LayerCount,
+    pub(super) lo: End,
+    pub(super) hi: End,
 }
 
-/// A gap between images along a side.
-#[derive(Clone, Copy, Debug)]
-struct Gap {
-    /// A gap that it is connected with, or itself.
-    with: u32,
-    /// The difference of layers over its beginning from those over the beginning of that gap.
-    layers: i32,
-    /// If it stands for all that are connected with it, the place of the stretch of those under the
-    /// fewest layers, plus one, and up to how many layers stretches are visible.
-    fewest: (u32, i32),
-}
-
-/// The stretches between the edges of images and surfaces.
+/// The stretches of all sides, and what is known of the layers right of them.
 #[derive(Debug, Default)]
 pub(super) struct Stretches {
     all: Vec<Stretch>,
-    gaps: Vec<Gap>,
+    equations: LayerEquations,
+    /// The stretch that represents each group, by the root of the group's unknowns: the longest of
+    /// those with the lowest count.
+    lowest: Vec<Option<Index>>,
+    /// The count, plus the root, up to which stretches of each group are boundary; none if
+    /// something is over all of them.
+    visible: Vec<Option<i32>>,
 }
 
-/// The positions at which a place near a stretch is tested, along it and beside it, as fractions of
-/// its length: as far beside it as nothing else is in between.
-const ALONG: [f64; 5] = [0.5, 0.47, 0.59, 0.38, 0.67];
-const ASIDE: [f64; 5] = [0.25, 0.02, 1e-3, 3e-5, 1e-6];
-
-/// The length, in units of the light, below which stretches are decided by longer ones, or left
-/// out where there are none.
+/// The length, in units of the light, up to which stretches do not represent their group: rounding
+/// may have made them.
 const SHORT: f64 = 1e-12;
 
-/// The largest error of a place on a stretch, in units of the light, chosen generously.
-const ROUNDING: f64 = 1e-14;
+impl Stretch {
+    /// Its length along the axes: at most √2 times its length.
+    pub(super) fn length(&self) -> f64 {
+        let (a, b) = (self.lo.point, self.hi.point);
+        (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
+    }
 
-/// The number of stretches on which a place is tried.
-const TRIES: usize = 16;
+    /// Whether it represents a group better than another of the same group.
+    fn is_lower(&self, other: &Self, short: f64) -> bool {
+        let (length, others) = (self.length(), other.length());
+        match (length > short, others > short) {
+            (true, false) => true,
+            (false, true) => false,
+            _ if self.layers.plus == other.layers.plus => length > others,
+            _ => self.layers.plus < other.layers.plus,
+        }
+    }
+}
 
 impl Stretches {
     pub(super) fn iter(&self) -> impl Iterator<Item = [Point; 2]> {
         self.all.iter().map(|s| [s.lo.point, s.hi.point])
     }
 
+    pub(super) fn all(&self) -> &[Stretch] {
+        &self.all
+    }
+
     pub(super) fn clear(&mut self) {
         self.all.clear();
-        self.gaps.clear();
+        self.equations.clear();
     }
 
-    /// Begins a gap and tells its number, plus one.
-    fn begin(&mut self) -> u32 {
-        self.gaps.push(Gap {
-            with: index(self.gaps.len()),
-            layers: 0,
-            fewest: (0, 0),
-        });
-        index(self.gaps.len())
-    }
-
-    /// The gap that stands for all that a gap is connected with, and how many layers more are over
-    /// the latter's beginning.
-    fn root(&mut self, gap: u32) -> (u32, i32) {
-        let (mut at, mut layers) = (gap, 0);
-        loop {
-            let Gap {
-                with, layers: more, ..
-            } = self.gaps[at as usize];
-            if with == at {
-                return (at, layers);
-            }
-            // Halve the path for the next search.
-            let beyond = self.gaps[with as usize];
-            if beyond.with != with {
-                let shorter = &mut self.gaps[at as usize];
-                (shorter.with, shorter.layers) = (beyond.with, more + beyond.layers);
-            }
-            layers += more;
-            at = with;
-        }
-    }
-
-    /// Connects two gaps, each with how many layers more than over its beginning are over a place
-    /// that both share; false if that is known to be otherwise.
-    fn connect(&mut self, a: u32, over_a: i32, b: u32, over_b: i32) -> bool {
-        let [(a, more_a), (b, more_b)] = [a, b].map(|gap| self.root(gap));
-        let more = more_b + over_b - more_a - over_a;
-        if a == b {
-            return more == 0;
-        }
-        let gap = &mut self.gaps[a as usize];
-        (gap.with, gap.layers) = (b, more);
-        true
-    }
-
-    /// Finds, among all connected stretches, the one under the fewest layers, the longest of those;
-    /// short ones only where there are no others. Layers are then counted from the beginning of the
-    /// gap that represents the connected ones.
-    fn find_fewest(&mut self, short: f64) {
-        for place in 0..self.all.len() {
-            let (gap, more) = self.root(self.all[place].gap);
-            let stretch = &mut self.all[place];
-            (stretch.gap, stretch.layers) = (gap, stretch.layers + more);
-            let stretch = &self.all[place];
-            let (best, _) = self.gaps[gap as usize].fewest;
-            let is_better = best.checked_sub(1).is_none_or(|best| {
-                let best = &self.all[best as usize];
-                let (length, longest) = (stretch.length(), best.length());
-                match (length > short, longest > short) {
-                    (true, false) => true,
-                    (false, true) => false,
-                    _ if stretch.layers == best.layers => length > longest,
-                    _ => stretch.layers < best.layers,
-                }
-            });
-            if is_better {
-                self.gaps[gap as usize].fewest = (index(place + 1), i32::MIN);
+    /// Counts all layers from the root of their group, and finds the stretch that represents each
+    /// group.
+    fn find_lowest(&mut self, short: f64) {
+        self.lowest.clear();
+        self.lowest.resize(self.equations.len(), None);
+        for i in 0..self.all.len() {
+            let layers = self.equations.by_root(self.all[i].layers);
+            self.all[i].layers = layers;
+            let lowest = &mut self.lowest[layers.unknown.get()];
+            let is_lower = |other: Index| self.all[i].is_lower(&self.all[other.get()], short);
+            if lowest.is_none_or(is_lower) {
+                *lowest = Some(Index::new(i));
             }
         }
     }
-}
 
-impl Stretch {
-    /// Along the axes: no more than 1.5 times as long as it is.
-    fn length(&self) -> f64 {
-        let (a, b) = (self.lo.point, self.hi.point);
-        (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
+    /// The stretches that are boundary, once [`Self::visible`] is known.
+    fn visible(&self) -> impl Iterator<Item = &Stretch> {
+        self.all.iter().filter(|stretch| {
+            let most = self.visible[stretch.layers.unknown.get()];
+            most.is_some_and(|most| stretch.layers.plus <= most)
+        })
     }
 }
 
 impl Penumbra {
-    /// Collects the parts of a side with no image right of it, given how many images are where
-    /// counting starts.
+    /// Collects the stretches of a side, given how many images are right of where counting starts,
+    /// and notes at its ends and crossings what its neighbours may share with it.
     pub(super) fn collect_stretches(&mut self, i: usize, mut images: i32) {
         let Self {
             sides,
@@ -161,94 +148,88 @@ impl Penumbra {
             unit,
             ..
         } = self;
+        let Stretches { all, equations, .. } = stretches;
         let side = &mut sides[i];
         let Some(part) = side.part else { return };
         // Where the light's sides begin is not moved by what they cross.
         let is_loose = side.is_loose && !side.light;
         let room = CLOSE * *unit * side.edge.extent();
-        let (mut layers, mut passed) = (0, Layers::default());
-        let mut gap = if images == 0 { stretches.begin() } else { 0 };
-        side.first_gap = gap;
-        let (mut reached, mut before) = (part.lo, part.lo.at);
+        let mut passed = Layers::default();
+        let mut layers = (images == 0).then(|| equations.new_unknown());
+        side.layers_at_start = layers;
+        let (mut reached, mut previous) = (part.lo, part.lo.at);
         for k in 0..=own.len() {
-            let event = own.get(k).map(|&(_, place)| place as usize);
-            let hi = event.map_or(part.hi, |place| events[place].end);
+            // End a stretch at the event, or at the end of the side.
+            let event = own.get(k).map(|(_, event)| event.get());
+            let hi = event.map_or(part.hi, |event| events[event].end);
             if hi.at > reached.at {
-                if let Some(gap) = gap.checked_sub(1) {
-                    stretches.all.push(Stretch {
-                        side: index(i),
-                        gap,
-                        layers,
-                        lo: reached,
-                        hi,
-                    });
-                }
+                all.extend(layers.map(|layers| Stretch {
+                    side: Index::new(i),
+                    layers,
+                    lo: reached,
+                    hi,
+                }));
                 reached = hi;
             }
             let Some(event) = event else { break };
             let event = &mut events[event];
-            let was = (gap, layers);
+            // Count beyond the event: on, or anew where the side comes out from behind images.
+            let layers_before = layers;
             passed += event.change;
             images += event.change.images;
-            layers += event.change.surfaces;
-            if images != 0 || gap == 0 {
-                layers = 0;
-                gap = if images == 0 { stretches.begin() } else { 0 };
-            }
-            let after = own.get(k + 1).map_or(part.hi.at, |next| next.0);
-            let is_clear = !is_loose && (hi.at - before).min(after - hi.at) > room;
-            // What is right of both comes before where the side comes to the other's left.
-            (event.gap, event.layers) = match (is_clear, event.to_left) {
-                (false, _) => (0, 0),
-                (true, true) => was,
-                (true, false) => (gap, layers),
+            layers = match layers {
+                _ if images != 0 => None,
+                Some(layers) => Some(layers.plus(event.change.surfaces)),
+                None => Some(equations.new_unknown()),
             };
-            before = hi.at;
+            // Note the count in the sector that is right of both sides: it is before the event where
+            // this side comes to the left of the other.
+            let next = own.get(k + 1).map_or(part.hi.at, |next| next.0);
+            let is_certain = !is_loose && (hi.at - previous).min(next - hi.at) > room;
+            event.layers = match event.to_left {
+                _ if !is_certain => None,
+                true => layers_before,
+                false => layers,
+            };
+            previous = hi.at;
         }
-        // What rounding puts at its end has no event.
+        // What rounding puts at the side's end has no event.
         let left = side.change + -passed;
-        if images + left.images != 0 {
-            gap = 0;
-        }
-        (side.last_gap, side.last_layers) = (gap, layers + left.surfaces);
+        let layers = layers.filter(|_| images + left.images == 0);
+        side.layers_at_end = layers.map(|layers| layers.plus(left.surfaces));
     }
 
-    /// Finds which stretches are boundary, asking about a place for all that are connected; false
-    /// if there is none to ask about.
+    /// Finds which stretches are boundary by one query of `is_visible` for each group; false if
+    /// there is no point at which to query.
     pub(super) fn find_boundary(
         &mut self,
         least: f64,
         mut is_visible: impl FnMut(Point) -> bool,
     ) -> bool {
         self.pieces.clear();
-        if !self.connect() {
+        // Join the stretches to groups, and find the one in each that is under the fewest layers.
+        if !self.equate_layers() {
             return false;
         }
         let short = SHORT * self.unit;
-        self.stretches.find_fewest(short);
-        for gap in 0..self.stretches.gaps.len() {
+        self.stretches.find_lowest(short);
+        // Query next to it whether anything is over it. Nothing is known of a group of short ones
+        // alone, which is left out.
+        self.stretches.visible.clear();
+        for root in 0..self.stretches.lowest.len() {
             stop::check();
-            let Some(best) = self.stretches.gaps[gap].fewest.0.checked_sub(1) else {
-                continue;
-            };
-            let stretch = &self.stretches.all[best as usize];
-            let mut most = i32::MIN;
-            if stretch.length() > short {
-                let Some(place) = self.place_beside(stretch, least) else {
+            let lowest = self.stretches.lowest[root].map(|i| self.stretches.all[i.get()]);
+            let mut visible = None;
+            if let Some(lowest) = lowest.filter(|stretch| stretch.length() > short) {
+                let Some(point) = self.query_point(&lowest, least) else {
                     return false;
                 };
-                if is_visible(place) {
-                    // Under fewer are only short ones.
-                    most = stretch.layers;
-                }
+                visible = is_visible(point).then_some(lowest.layers.plus);
             }
-            self.stretches.gaps[gap].fewest.1 = most;
+            self.stretches.visible.push(visible);
         }
-        let Stretches { all, gaps } = &self.stretches;
-        let visible = all
-            .iter()
-            .filter(|stretch| stretch.layers <= gaps[stretch.gap as usize].fewest.1);
-        // Backwards: what is visible is right of the edge.
+        // What is visible is on the right of a side, and on the left of the boundary: turn them.
+        let visible = self.stretches.visible();
         self.pieces.extend(visible.map(|stretch| BoundaryEdge {
             from: stretch.hi.point,
             to: stretch.lo.point,
@@ -256,9 +237,9 @@ impl Penumbra {
         true
     }
 
-    /// Connects the gaps of sides that share what is right of them; false if what is known of one
-    /// contradicts what is known of another.
-    fn connect(&mut self) -> bool {
+    /// Equates the counts of sides that share what is right of them; false if they contradict each
+    /// other.
+    fn equate_layers(&mut self) -> bool {
         let Self {
             sides,
             events,
@@ -266,88 +247,32 @@ impl Penumbra {
             ..
         } = self;
         let mut agree = true;
-        let mut connect = |(a, over_a): (u32, i32), (b, over_b): (u32, i32)| {
-            if let (Some(a), Some(b)) = (a.checked_sub(1), b.checked_sub(1)) {
-                agree &= stretches.connect(a, over_a, b, over_b);
+        let mut equate = |a: Option<LayerCount>, b: Option<LayerCount>| {
+            if let (Some(a), Some(b)) = (a, b) {
+                agree &= stretches.equations.equate(a, b);
             }
         };
-        for (place, event) in events.iter().enumerate() {
-            if let Some(twin) = (event.twin as usize).checked_sub(1)
-                && twin > place
-            {
-                let twin = &events[twin];
-                connect((event.gap, event.layers), (twin.gap, twin.layers));
+        // Where two sides cross, each pair once.
+        for (i, event) in events.iter().enumerate() {
+            if let Some(twin) = event.twin.map(Index::get).filter(|twin| *twin > i) {
+                equate(event.layers, events[twin].layers);
             }
         }
         for side in &*sides {
-            // Where counting starts with the part that is on the light, as nothing does of all of
-            // every edge.
-            if let Some(entry) = (side.entry as usize).checked_sub(1)
-                && !side.touched[0]
-                && side.counted >= 0.0
-            {
-                let entry = &events[entry];
-                connect((side.first_gap, 0), (entry.gap, entry.layers));
+            // Where a side enters the light, if counting starts there.
+            let is_cut = side.counted >= 0.0 && !side.touched[0];
+            if let Some(entry) = side.entry.filter(|_| is_cut) {
+                equate(side.layers_at_start, events[entry.get()].layers);
             }
-            if let Some(next) = (side.next as usize).checked_sub(1) {
-                let to = &sides[next];
-                let is_same = (side.weight.images == 0) == (to.weight.images == 0);
-                if is_same && side.goes_on_in(to) {
-                    connect((side.last_gap, side.last_layers), (to.first_gap, 0));
-                }
+            // Where a side goes on in the next one around an image, or around a surface.
+            let is_image = |side: &Side| side.weight.images != 0;
+            if let Some(next) = side.next.map(|next| &sides[next.get()])
+                && is_image(side) == is_image(next)
+                && side.goes_on_in(next)
+            {
+                equate(side.layers_at_end, next.layers_at_start);
             }
         }
         agree
-    }
-
-    /// A place right of a stretch, or of one connected with it under as few layers, with nothing
-    /// in between.
-    fn place_beside(&self, stretch: &Stretch, least: f64) -> Option<Point> {
-        let is_like = |other: &&Stretch| {
-            other.gap == stretch.gap && other.layers == stretch.layers && other.lo.at < other.hi.at
-        };
-        let others = || self.stretches.all.iter().filter(is_like).take(TRIES);
-        self.place_right_of(stretch, least)
-            .or_else(|| others().find_map(|other| self.place_right_of(other, least)))
-    }
-
-    /// A place right of a stretch, at least so far from it, with nothing in between.
-    fn place_right_of(&self, stretch: &Stretch, least: f64) -> Option<Point> {
-        let Stretch { side, lo, hi, .. } = stretch;
-        let length = stretch.length();
-        let own = &self.sides[*side as usize];
-        let run = [0, 1].map(|k| own.edge.to[k] - own.edge.from[k]);
-        let size = (run[0] * run[0] + run[1] * run[1]).sqrt();
-        let right = [run[1] / size, -run[0] / size];
-        ALONG.iter().zip(ASIDE).find_map(|(along, aside)| {
-            let aside = aside * length;
-            let beside = |aside: f64| {
-                [0, 1].map(|k| {
-                    let on_side = lo.point[k] + along * (hi.point[k] - lo.point[k]);
-                    on_side + aside * right[k]
-                })
-            };
-            // That is rounded: from where surely no other side is between it and its own.
-            let (from, place) = (beside(-ROUNDING * self.unit), beside(aside));
-            let is_free = aside > least && self.is_free(from, place, *side as usize, &own.edge);
-            is_free.then_some(place)
-        })
-    }
-
-    /// Whether no side is between two places, of which the first is on the side at `own`.
-    #[allow(clippy::float_cmp, reason = "on the very same line")]
-    fn is_free(&self, from: Point, to: Point, own: usize, edge: &Edge) -> bool {
-        let bounds = Bounds::of([from, to]);
-        self.sides_near.near(&bounds, 0).all(|j| {
-            if j == own || !self.boxes[j].meets(&bounds) {
-                return true;
-            }
-            let other = &self.sides[j].edge;
-            let beside = |a: Point, b: Point| [orient(a, b, other.from), orient(a, b, other.to)];
-            let apart = |[a, b]: [f64; 2]| (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0);
-            let ends = [from, to].map(|p| orient(other.from, other.to, p));
-            // What runs along the side is where the way begins.
-            apart(beside(from, to)) || apart(ends) || beside(edge.from, edge.to) == [0.0; 2]
-        })
     }
 }
