@@ -73,7 +73,7 @@ impl DistantLight {
     /// The light at `x`; `None` where nothing arrives.
     #[must_use]
     pub fn beam(&self, x: DVec3) -> Option<Beam> {
-        let to_light = self.direction * beyond(&self.scene, x);
+        let to_light = self.direction * self.scene.beyond(x);
         Beam::new(to_light, self.direction, self.irradiance)
     }
 
@@ -95,12 +95,4 @@ impl Beam {
             irradiance: irradiance.max(DVec3::ZERO),
         })
     }
-}
-
-/// A distance from `x` at which every direction has left the ball that holds the scene: twice the
-/// way to its far side, so that no margin near the light cuts into it.
-pub(crate) fn beyond(scene: &Sphere, x: DVec3) -> f64 {
-    let far = x.distance(scene.center) + scene.radius;
-    // A scene without size has no occluders.
-    2.0 * far.max(f64::MIN_POSITIVE.sqrt())
 }

@@ -1,8 +1,9 @@
 //! What emits, and how much: plain data.
 
+use crate::shapes::{Cylinder, Disk, Sphere, bounded};
 use crate::{Beam, DistantLight, PointLight, Sky};
 use core::f64::consts::PI;
-use linelit_geometry::{ConvexPolygon, DVec3, Segment, predicates};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 
 /// Emission of a surface light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,29 +98,6 @@ pub struct LinearLight {
     pub radiance_radius: DVec3,
 }
 
-/// A sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sphere {
-    /// Centre.
-    pub center: DVec3,
-    /// Radius > 0, in scene units.
-    pub radius: f64,
-}
-
-impl Sphere {
-    /// 4πR²; zero where that is not finite.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        power(4.0 * PI * self.radius * self.radius)
-    }
-
-    /// Unit outward normal at a point of the surface.
-    #[must_use]
-    pub fn normal(&self, point: DVec3) -> DVec3 {
-        predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
-    }
-}
-
 /// A sphere that emits outwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereLight {
@@ -127,25 +105,6 @@ pub struct SphereLight {
     pub sphere: Sphere,
     /// Emitted radiance in W/(m² sr), linear RGB.
     pub radiance: DVec3,
-}
-
-/// A flat disk.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disk {
-    /// Centre.
-    pub center: DVec3,
-    /// Unit normal, the emitting side.
-    pub normal: DVec3,
-    /// Radius > 0, in scene units.
-    pub radius: f64,
-}
-
-impl Disk {
-    /// πR²; zero where that is not finite.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        power(PI * self.radius * self.radius)
-    }
 }
 
 /// A disk that emits.
@@ -165,30 +124,6 @@ impl DiskLight {
         let disk = &self.disk;
         self.emission
             .reaches(height(disk.normal, disk.center, disk.radius, x, margin))
-    }
-}
-
-/// The side of a cylinder, without its ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cylinder {
-    /// The axis, from the middle of one end to that of the other.
-    pub axis: Segment,
-    /// Radius > 0, in scene units.
-    pub radius: f64,
-}
-
-impl Cylinder {
-    /// 2πR l; zero where that is not finite.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        power(2.0 * PI * self.radius * self.axis.length())
-    }
-
-    /// Unit outward normal at a point of the surface; zero on the axis.
-    #[must_use]
-    pub fn normal(&self, point: DVec3) -> DVec3 {
-        let (out, along) = (point - self.axis.p0, self.axis.direction());
-        predicates::normalize(out - along * out.dot(along)).unwrap_or(DVec3::ZERO)
     }
 }
 
@@ -269,14 +204,14 @@ impl Light {
     #[must_use]
     pub fn power(&self) -> f64 {
         let (factor, emission) = self.power_factors();
-        power(factor * (emission.element_sum() / 3.0))
+        bounded(factor * (emission.element_sum() / 3.0))
     }
 
     /// Emitted power in W of each channel, linear RGB; their mean is [`Light::power`].
     #[must_use]
     pub fn power_by_channel(&self) -> DVec3 {
         let (factor, emission) = self.power_factors();
-        (factor * emission).map(power)
+        (factor * emission).map(bounded)
     }
 
     /// A measure of the light and its emission, whose product is the power.
@@ -295,10 +230,4 @@ impl Light {
         };
         (surface, emission.radiance)
     }
-}
-
-/// A power or an area: the largest number where it overflows, so that no light is lost, and zero
-/// where it is none.
-fn power(x: f64) -> f64 {
-    if x > 0.0 { x.min(f64::MAX) } else { 0.0 }
 }

@@ -13,7 +13,6 @@ mod points;
 pub use image::{SkyError, SkyImage};
 pub use points::{SkyBy, SkyPoints};
 
-use crate::delta::beyond;
 use crate::surface::{Shape, Viewer};
 use crate::{PointDensity, PointSource, Sphere};
 use core::f64::consts::PI;
@@ -160,7 +159,7 @@ impl<'a> SkyView<'a> {
     /// The sky about `x`.
     #[must_use]
     pub fn new(sky: &'a Sky, x: DVec3) -> Self {
-        let radius = beyond(&sky.scene, x);
+        let radius = sky.scene.beyond(x);
         Self { sky, x, radius }
     }
 
