@@ -304,7 +304,7 @@ impl SkyImage {
 
     /// A direction from two random numbers, and its density per solid angle; zero where there is
     /// none.
-    pub(super) fn sample(&self, mut u: [f64; 2], normal: Option<DVec3>) -> (DVec3, f64) {
+    pub(crate) fn sample(&self, mut u: [f64; 2], normal: Option<DVec3>) -> (DVec3, f64) {
         let (cell, probability) = self.descend(normal, |axis, share| {
             let is_second = u[axis] >= share;
             u[axis] = fraction(match is_second {
@@ -319,7 +319,7 @@ impl SkyImage {
     }
 
     /// The density per solid angle with which a direction is drawn.
-    pub(super) fn pdf(&self, w: DVec3, normal: Option<DVec3>) -> f64 {
+    pub(crate) fn pdf(&self, w: DVec3, normal: Option<DVec3>) -> f64 {
         let place = self.grid.locate(self.space.to_light(w));
         let mut bits = [self.levels.len() - 1; 2];
         let (cell, probability) = self.descend(normal, |axis, _| {
@@ -330,7 +330,7 @@ impl SkyImage {
     }
 
     /// The random numbers from which a direction is drawn.
-    pub(super) fn invert(&self, w: DVec3, normal: Option<DVec3>) -> Option<[f64; 2]> {
+    pub(crate) fn invert(&self, w: DVec3, normal: Option<DVec3>) -> Option<[f64; 2]> {
         let place = self.grid.locate(self.space.to_light(w));
         let depth = self.levels.len() - 1;
         let mut bits = [depth; 2];

@@ -1,20 +1,17 @@
-//! Light from infinity with a solid angle: environments and suns.
+//! Light from infinity with a solid angle: environments and suns, and their radiance by direction.
 //!
-//! Techniques take the light to be a sphere about the shading point that is larger than the scene:
-//! points of it stand for directions, and densities are per solid angle.
+//! What a shading point sees of one, and the points that are drawn of it, are in `surface/sky.rs`.
 #![allow(
     clippy::disallowed_types,
     reason = "lights share the image of an environment"
 )]
 
 mod image;
-mod points;
 
 pub use image::{SkyError, SkyImage};
-pub use points::{SkyBy, SkyPoints};
 
-use crate::surface::{Shape, Viewer};
-use crate::{PointDensity, PointSource, Sphere};
+use crate::Sphere;
+use crate::surface::Shape;
 use core::f64::consts::PI;
 use linelit_elementary::sin;
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -71,7 +68,7 @@ impl Sky {
     }
 
     /// Whether the direction is of the sun, and through the portal.
-    fn shows(&self, x: DVec3, w: DVec3) -> bool {
+    pub(crate) fn shows(&self, x: DVec3, w: DVec3) -> bool {
         let in_sun = match self.emission {
             SkyEmission::Sun {
                 direction,
@@ -137,68 +134,12 @@ impl Sky {
 }
 
 /// 1 − cos of an angle, without cancellation.
-fn cap_height(angle: f64) -> f64 {
+pub(crate) fn cap_height(angle: f64) -> f64 {
     let half = sin(0.5 * angle);
     2.0 * half * half
 }
 
 /// 1 − cos of the angle between unit vectors, without cancellation.
-fn below_cap(axis: DVec3, w: DVec3) -> f64 {
+pub(crate) fn below_cap(axis: DVec3, w: DVec3) -> f64 {
     0.5 * (w - axis).length_squared()
-}
-
-/// A sky as a shading point sees it: a sphere about the point that is larger than the scene.
-#[derive(Clone, Copy, Debug)]
-pub struct SkyView<'a> {
-    sky: &'a Sky,
-    x: DVec3,
-    radius: f64,
-}
-
-impl<'a> SkyView<'a> {
-    /// The sky about `x`.
-    #[must_use]
-    pub fn new(sky: &'a Sky, x: DVec3) -> Self {
-        let radius = sky.scene.beyond(x);
-        Self { sky, x, radius }
-    }
-
-    /// The point that stands for a direction.
-    fn point(&self, w: DVec3) -> DVec3 {
-        self.x + w * self.radius
-    }
-
-    /// The direction that a point stands for.
-    fn direction(&self, point: DVec3) -> DVec3 {
-        (point - self.x).normalize_or_zero()
-    }
-}
-
-impl Shape for SkyView<'_> {
-    fn normal(&self, point: DVec3) -> DVec3 {
-        -self.direction(point)
-    }
-
-    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
-        self.sky.shows(x, direction).then(|| self.point(direction))
-    }
-
-    fn half_width(&self) -> f64 {
-        self.radius
-    }
-
-    /// Skies have no border: that of a sun is as sharp as the light itself.
-    fn border(&self, _: DVec3, _: DVec3, _: impl Fn(f64) -> f64) -> f64 {
-        1.0
-    }
-
-    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t> {
-        let by = match by {
-            PointDensity::ProjectedSolidAngle | PointDensity::Lobes => {
-                SkyBy::Projected(from.normal)
-            }
-            _ => SkyBy::Radiance(from.normal),
-        };
-        PointSource::Sky(SkyPoints::new(*self, by))
-    }
 }

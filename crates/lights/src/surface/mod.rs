@@ -29,6 +29,7 @@ mod disk;
 pub(crate) mod lines;
 pub(crate) mod points;
 mod polygon;
+pub(crate) mod sky;
 mod sphere;
 pub(crate) mod texture;
 

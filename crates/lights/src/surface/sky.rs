@@ -1,14 +1,71 @@
-//! Points of a sky, which stand for its directions.
+//! Skies as surfaces of lights, and points of them, which stand for their directions.
+//!
+//! Techniques take the light to be a sphere about the shading point that is larger than the scene:
+//! points of it stand for directions, and densities are per solid angle.
 
-use super::image::SkyImage;
-use super::{SkyEmission, SkyView, below_cap, cap_height};
+use super::points::{PointDensity as By, PointSource};
+use super::{Shape, Viewer};
 use crate::density::{Pdf, SolidAngle};
-use crate::surface::Shape;
+use crate::sky::{Sky, SkyEmission, SkyImage, below_cap, cap_height};
 use crate::{PointSample, PointTechnique, SolidAngleSampler};
 use core::f64::consts::{FRAC_1_PI, TAU};
 use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame};
+
+/// A sky as a shading point sees it: a sphere about the point that is larger than the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyView<'a> {
+    sky: &'a Sky,
+    x: DVec3,
+    radius: f64,
+}
+
+impl<'a> SkyView<'a> {
+    /// The sky about `x`.
+    #[must_use]
+    pub fn new(sky: &'a Sky, x: DVec3) -> Self {
+        let radius = sky.scene.beyond(x);
+        Self { sky, x, radius }
+    }
+
+    /// The point that stands for a direction.
+    fn point(&self, w: DVec3) -> DVec3 {
+        self.x + w * self.radius
+    }
+
+    /// The direction that a point stands for.
+    fn direction(&self, point: DVec3) -> DVec3 {
+        (point - self.x).normalize_or_zero()
+    }
+}
+
+impl Shape for SkyView<'_> {
+    fn normal(&self, point: DVec3) -> DVec3 {
+        -self.direction(point)
+    }
+
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        self.sky.shows(x, direction).then(|| self.point(direction))
+    }
+
+    fn half_width(&self) -> f64 {
+        self.radius
+    }
+
+    /// Skies have no border: that of a sun is as sharp as the light itself.
+    fn border(&self, _: DVec3, _: DVec3, _: impl Fn(f64) -> f64) -> f64 {
+        1.0
+    }
+
+    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+        let by = match by {
+            By::ProjectedSolidAngle | By::Lobes => SkyBy::Projected(from.normal),
+            _ => SkyBy::Radiance(from.normal),
+        };
+        PointSource::Sky(SkyPoints::new(*self, by))
+    }
+}
 
 /// The density of directions of a sky. Suns have one, uniform in their solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
