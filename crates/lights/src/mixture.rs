@@ -1,6 +1,6 @@
 //! Points of a light by linearly transformed cosines that look like the reflection.
 
-use crate::surface::points::Draw;
+use crate::surface::draw::Draw;
 use crate::{
     Disk, LightPoint, Pdf, PointTechnique, RegionSampler, SolidAngle, SolidAngleSampler, Surface,
     TransformedCone, TransformedSampler,

@@ -11,7 +11,7 @@ mod image;
 pub use image::{SkyError, SkyImage};
 
 use crate::Sphere;
-use crate::surface::Shape;
+use crate::surface::shape::Shape;
 use core::f64::consts::PI;
 use linelit_elementary::sin;
 use linelit_geometry::{ConvexPolygon, DVec3};

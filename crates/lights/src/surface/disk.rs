@@ -1,9 +1,7 @@
 //! Disks as surfaces of lights.
 
-use super::points::{PointDensity as By, PointSource};
-use super::{Shape, Viewer, on_plane};
-use crate::mixture::DiskLobes;
-use crate::{Disk, DiskArea, DiskChords, DiskCone};
+use super::shape::{Shape, on_plane};
+use crate::Disk;
 use linelit_elementary::{cos, sin_cos};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::TAU;
@@ -39,12 +37,6 @@ fn around_circle<P>(radius: f64, corner: impl Fn(f64, f64, f64) -> P) -> [P; Dis
     })
 }
 
-/// The lobes of the viewer's reflection over a disk, where points can be drawn by them.
-pub(super) fn lobes(disk: &Disk, from: &Viewer<'_>) -> Option<DiskLobes> {
-    let cosines = from.cosines.filter(|cosines| !cosines.lobes().is_empty())?;
-    DiskLobes::new(disk, from.position, cosines)
-}
-
 impl Shape for Disk {
     #[inline]
     fn normal(&self, _: DVec3) -> DVec3 {
@@ -66,19 +58,5 @@ impl Shape for Disk {
 
     fn border(&self, point: DVec3, _: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
         edge(self.radius - point.distance(self.center))
-    }
-
-    #[inline(always)]
-    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
-        let x = from.position;
-        let by_angle = || PointSource::DiskCone(DiskCone::new(self, x));
-        match by {
-            By::Area | By::VisibleArea => PointSource::DiskArea(DiskArea::new(self)),
-            By::SolidAngle | By::Proxy | By::Texture => by_angle(),
-            By::ProjectedSolidAngle => {
-                PointSource::DiskChords(DiskChords::new(self, 0.0, x, &[from.normal]))
-            }
-            By::Lobes => lobes(self, from).map_or_else(by_angle, PointSource::DiskLobes),
-        }
     }
 }

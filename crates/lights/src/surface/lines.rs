@@ -1,11 +1,14 @@
 //! Lines on the surface of any light that has them, by any density.
 
-use super::texture::{self, EmissionTexture};
-use super::{LightPoint, Shape, Surface, Viewer};
-use crate::{AngularLines, CylinderLines, LineSample, LineSampler, LineTechnique};
-use crate::{OffsetDensity, TexturedLines};
+use super::texture::EmissionTexture;
+use super::{LightPoint, Surface, Viewer};
+use crate::{
+    AngularLines, ChordMeasure, CylinderLines, CylinderView, LineSample, LineSampler,
+    LineTechnique, OffsetDensity, TextureAxis, TexturedLines,
+};
+use core::f64::consts::PI;
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 
 /// The measure in which lines, and points on them, are uniform where nothing occludes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,11 +70,15 @@ impl<'t> LineFamily<'t> {
     ) -> Option<Self> {
         if let (LineDensity::Texture, Surface::Polygon(light), Some(texture)) =
             (by, surface, texture)
-            && let Some(textured) = texture::lines(texture, light, setup)
+            && let Some(textured) = textured(texture, light, setup)
         {
             return Some(Self::Texture(textured));
         }
-        of!(Surface surface, shape => shape.lines(by, setup, from))
+        match surface {
+            Surface::Polygon(light) => Some(polygon(light, by, setup, from)),
+            Surface::Cylinder(light) => Some(cylinder(light, by, setup, from)),
+            Surface::Sphere(_) | Surface::Disk(_) | Surface::Sky(_) => None,
+        }
     }
 
     /// The unit direction of the lines; zero where there are none.
@@ -125,4 +132,66 @@ impl<'t> LineFamily<'t> {
             Self::Area(_) | Self::Angular(_) | Self::Texture(_) => 1.0,
         }
     }
+}
+
+fn polygon<'t>(
+    light: &ConvexPolygon,
+    by: LineDensity,
+    setup: LineSetup,
+    from: &Viewer<'_>,
+) -> LineFamily<'t> {
+    let (angle, x, n) = (setup.angle, from.position, from.normal);
+    LineFamily::Angular(match by {
+        LineDensity::Area | LineDensity::Texture => {
+            return LineFamily::Area(LineSampler::new(light, angle, setup.offset));
+        }
+        LineDensity::SolidAngle => AngularLines::by_solid_angle(light, angle, x),
+        LineDensity::Warped => AngularLines::by_warped_solid_angle(light, angle, x),
+        LineDensity::Projected => AngularLines::by_projected_solid_angle(light, angle, x, n),
+    })
+}
+
+/// Lines on a polygon by its texture, along its edges unless a direction is asked for; `None` where
+/// the image does not cover the polygon exactly.
+fn textured<'t>(
+    texture: &'t impl EmissionTexture,
+    light: &ConvexPolygon,
+    setup: LineSetup,
+) -> Option<TexturedLines<'t>> {
+    let image = texture.over(light)?;
+    if setup.fixed {
+        return TexturedLines::new(light, image, setup.fraction * PI);
+    }
+    let axis = match (2.0 * setup.fraction).rem_euclid(2.0) >= 1.0 {
+        true => TextureAxis::V,
+        false => TextureAxis::U,
+    };
+    TexturedLines::along(light, image, axis)
+}
+
+/// Lines along the axis, whatever the direction asked for.
+fn cylinder<'t>(
+    light: &CylinderView,
+    by: LineDensity,
+    setup: LineSetup,
+    from: &Viewer<'_>,
+) -> LineFamily<'t> {
+    let measure = match by {
+        LineDensity::SolidAngle | LineDensity::Warped => ChordMeasure::SolidAngle,
+        LineDensity::Projected => ChordMeasure::Projected,
+        LineDensity::Area | LineDensity::Texture => match setup.offset {
+            OffsetDensity::Uniform => ChordMeasure::Uniform,
+            OffsetDensity::Length => ChordMeasure::Length,
+        },
+    };
+    LineFamily::Cylinder(along_cylinder(light, from, measure))
+}
+
+/// Lines of a measure along a cylinder, above both horizons of a viewer.
+pub(super) fn along_cylinder(
+    light: &CylinderView,
+    from: &Viewer<'_>,
+    measure: ChordMeasure,
+) -> CylinderLines {
+    CylinderLines::of(light, &[from.normal, from.geometric_normal], measure)
 }

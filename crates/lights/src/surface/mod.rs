@@ -1,10 +1,10 @@
 //! Surfaces of lights: the properties of each shape, and points and lines of any of them.
 //!
 //! A shape is one file of this folder, which implements [`Shape`] for it, and one arm of
-//! [`Surface`]; whatever draws its points and lines is an arm of [`PointSource`] and
-//! [`LineFamily`].
+//! [`Surface`]. `points.rs` and `lines.rs` say what draws its points and lines by each density, in
+//! one function for each shape.
 
-/// The code for whichever variant of [`Surface`], [`PointSource`] or [`LineFamily`] the value is.
+/// The code for whichever variant of `Surface`, `PointSource` or `LineFamily` the value is.
 macro_rules! of {
     (Surface $value:expr, $one:ident => $code:expr) => {
         of!(Surface: Polygon Sphere Disk Cylinder Sky; $value, $one => $code)
@@ -26,20 +26,21 @@ macro_rules! of {
 
 mod cylinder;
 mod disk;
+pub(crate) mod draw;
 pub(crate) mod lines;
 pub(crate) mod points;
 mod polygon;
+pub(crate) mod shape;
 pub(crate) mod sky;
 mod sphere;
 pub(crate) mod texture;
 
 pub use disk::around_unit_circle;
+pub use shape::Shape;
 
 use crate::{CylinderView, Disk, Pdf, SkyView, Sphere, SurfaceMeasure};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::ltc::TransformedCosines;
-use lines::{LineDensity, LineFamily, LineSetup};
-use points::{PointDensity, PointSource};
 
 /// A point of a light, and the direction from the shading point to it.
 #[derive(Clone, Copy, Debug)]
@@ -114,42 +115,6 @@ pub enum Surface<'a> {
     Sky(&'a SkyView<'a>),
 }
 
-/// A shape as the surface of a light.
-pub trait Shape {
-    /// The unit normal at one of its points, on the side that emits.
-    fn normal(&self, point: DVec3) -> DVec3;
-
-    /// The normal, if it is the same everywhere.
-    fn flat(&self) -> Option<DVec3> {
-        None
-    }
-
-    /// The place where a ray from the shading point `x` meets it first; none from inside.
-    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3>;
-
-    /// Half the smaller extent: the width that Salesin & Jarosz 2019 recommend for smooth weights.
-    fn half_width(&self) -> f64;
-
-    /// The product of `edge` of the distances of a point from the borders that the shading point
-    /// `x` sees, positive inside (Salesin & Jarosz 2019, eq. 23).
-    fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64;
-
-    /// Points by a density, or by another where the shape lacks it, as [`PointDensity`] says; no
-    /// texture is known here.
-    fn points<'t>(&'t self, by: PointDensity, from: &Viewer<'_>) -> PointSource<'t>;
-
-    /// Lines by a density, where [`LineDensity::Texture`] is that by area; none unless it has them.
-    fn lines<'t>(
-        &'t self,
-        by: LineDensity,
-        setup: LineSetup,
-        from: &Viewer<'_>,
-    ) -> Option<LineFamily<'t>> {
-        let _ = (by, setup, from);
-        None
-    }
-}
-
 impl Surface<'_> {
     /// The unit normal at one of its points, on the side that emits.
     #[inline]
@@ -180,10 +145,4 @@ impl Surface<'_> {
     pub fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
         of!(Surface self, shape => shape.border(point, x, edge))
     }
-}
-
-/// The place where a ray meets a plane ahead of it.
-fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) -> Option<DVec3> {
-    let t = normal.dot(on_it - x) / normal.dot(direction);
-    (t > 0.0 && t.is_finite()).then(|| x + direction * t)
 }

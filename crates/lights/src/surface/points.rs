@@ -1,12 +1,18 @@
 //! Points of the surface of any light, by any density.
 
+use super::draw::Draw;
+use super::lines::along_cylinder;
 use super::texture::{EmissionTexture, TexturedPoints};
-use super::{LightPoint, Shape, Surface, Viewer};
+use super::{LightPoint, Surface, Viewer};
 use crate::mixture::{DiskLobes, Lobes};
-use crate::{AngularLines, AreaSampler, CylinderArea, CylinderLines, DiskArea, DiskChords};
-use crate::{DiskCone, PointColumns, PointTechnique, PointsOnLines, ProxySampler};
-use crate::{SkyPoints, SolidAngleSampler, SphereCap, SphereCone, SphereProjected, SurfaceMeasure};
-use linelit_geometry::DVec3;
+use crate::{
+    AngularLines, AreaSampler, ChordMeasure, CylinderArea, CylinderLines, CylinderView, Disk,
+    DiskArea, DiskChords, DiskCone, PointColumns, PointsOnLines, ProxySampler, SkyBy, SkyPoints,
+    SkyView, SolidAngleSampler, Sphere, SphereCap, SphereCone, SphereProjected,
+};
+use PointDensity as By;
+use linelit_geometry::{ConvexPolygon, DVec3, Frame};
+use linelit_shading::ltc::TransformedCosines;
 
 /// The density of points of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,46 +78,6 @@ pub enum PointSource<'t> {
     Sky(SkyPoints<'t>),
 }
 
-/// A variant of [`PointSource`], whose methods these are.
-pub(crate) trait Draw {
-    /// A point and its density.
-    fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)>;
-
-    /// Points side by side: [`PointSource::sample_into`].
-    fn columns(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
-        let _ = (u, out);
-        None
-    }
-
-    /// The density per solid angle at any point of the light.
-    fn density(&self, at: &LightPoint) -> f64;
-}
-
-impl<P: PointTechnique> Draw for P {
-    #[inline]
-    fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
-        let sample = PointTechnique::sample(self, u);
-        let to_light = sample.point - x;
-        let direction = if P::Measure::IS_LOCAL {
-            to_light / to_light.length()
-        } else {
-            to_light.normalize_or_zero()
-        };
-        let at = LightPoint::towards(sample.point, to_light, direction, surface);
-        Some((at, at.density(sample.pdf)))
-    }
-
-    fn columns(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
-        self.sample_into(u, out);
-        Some(P::Measure::IS_LOCAL)
-    }
-
-    #[inline]
-    fn density(&self, at: &LightPoint) -> f64 {
-        at.density(self.pdf(at.point))
-    }
-}
-
 impl<'t> PointSource<'t> {
     /// Creates points of a surface by a density, for any shading point.
     // Inlined, so that the few bytes of most densities are written where the source stays.
@@ -129,7 +95,13 @@ impl<'t> PointSource<'t> {
         {
             return Self::Texture(textured);
         }
-        of!(Surface surface, shape => shape.points(by, from))
+        match surface {
+            Surface::Polygon(light) => polygon(light, by, from),
+            Surface::Sphere(light) => sphere(light, by, from),
+            Surface::Disk(light) => disk(light, by, from),
+            Surface::Cylinder(light) => cylinder(light, by, from),
+            Surface::Sky(light) => sky(*light, by, from),
+        }
     }
 
     /// A point of the surface from two random numbers in [0, 1), and its density per solid angle
@@ -152,4 +124,82 @@ impl<'t> PointSource<'t> {
     pub fn density(&self, at: &LightPoint) -> f64 {
         of!(PointSource self, source => source.density(at))
     }
+}
+
+#[inline(always)]
+fn polygon<'t>(light: &'t ConvexPolygon, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+    let (x, n) = (from.position, from.normal);
+    match by {
+        By::Area | By::VisibleArea | By::Texture => PointSource::Area(AreaSampler::new(light)),
+        By::Proxy => PointSource::Proxy(ProxySampler::new(light, x)),
+        By::SolidAngle => PointSource::SolidAngle(SolidAngleSampler::new(light, x)),
+        By::ProjectedSolidAngle => {
+            let lines = AngularLines::by_projected_solid_angle(light, 0.0, x, n);
+            PointSource::Projected(PointsOnLines(lines))
+        }
+        By::Lobes => {
+            let nothing = TransformedCosines::new(Frame::from_normal(n), DVec3::ZERO);
+            PointSource::Lobes(Lobes::new(light, x, from.cosines.unwrap_or(&nothing)))
+        }
+    }
+}
+
+#[inline(always)]
+fn sphere<'t>(light: &Sphere, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+    let x = from.position;
+    let whole = || PointSource::SphereCap(SphereCap::whole(light));
+    let by_angle = || PointSource::SphereCone(SphereCone::new(light, x));
+    match by {
+        By::Area => whole(),
+        By::VisibleArea => PointSource::SphereCap(SphereCap::visible(light, x)),
+        By::SolidAngle | By::Proxy | By::Texture => by_angle(),
+        By::ProjectedSolidAngle => {
+            let projected = SphereProjected::new(light, x, from.normal);
+            projected.map_or_else(whole, PointSource::SphereProjected)
+        }
+        By::Lobes => {
+            let lobes = light.outline(x).and_then(|seen| disk_lobes(&seen, from));
+            lobes.map_or_else(by_angle, PointSource::DiskLobes)
+        }
+    }
+}
+
+#[inline(always)]
+fn disk<'t>(light: &Disk, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+    let x = from.position;
+    let by_angle = || PointSource::DiskCone(DiskCone::new(light, x));
+    match by {
+        By::Area | By::VisibleArea => PointSource::DiskArea(DiskArea::new(light)),
+        By::SolidAngle | By::Proxy | By::Texture => by_angle(),
+        By::ProjectedSolidAngle => {
+            PointSource::DiskChords(DiskChords::new(light, 0.0, x, &[from.normal]))
+        }
+        By::Lobes => disk_lobes(light, from).map_or_else(by_angle, PointSource::DiskLobes),
+    }
+}
+
+/// The lobes of the viewer's reflection over a disk, where points can be drawn by them.
+fn disk_lobes(disk: &Disk, from: &Viewer<'_>) -> Option<DiskLobes> {
+    let cosines = from.cosines.filter(|cosines| !cosines.lobes().is_empty())?;
+    DiskLobes::new(disk, from.position, cosines)
+}
+
+#[inline(always)]
+fn cylinder<'t>(light: &CylinderView, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+    let by_area = PointSource::CylinderArea;
+    let by_lines = |measure| PointSource::CylinderLines(along_cylinder(light, from, measure));
+    match by {
+        By::Area => by_area(CylinderArea::whole(light.cylinder())),
+        By::VisibleArea => by_area(CylinderArea::visible(light.cylinder(), light.position())),
+        By::ProjectedSolidAngle => by_lines(ChordMeasure::Projected),
+        By::SolidAngle | By::Proxy | By::Lobes | By::Texture => by_lines(ChordMeasure::SolidAngle),
+    }
+}
+
+fn sky<'t>(light: SkyView<'t>, by: By, from: &Viewer<'_>) -> PointSource<'t> {
+    let by = match by {
+        By::ProjectedSolidAngle | By::Lobes => SkyBy::Projected(from.normal),
+        _ => SkyBy::Radiance(from.normal),
+    };
+    PointSource::Sky(SkyPoints::new(light, by))
 }

@@ -1,13 +1,7 @@
 //! Polygons as surfaces of lights.
 
-use super::lines::{LineDensity, LineFamily, LineSetup};
-use super::points::{PointDensity as By, PointSource};
-use super::{Shape, Viewer, on_plane};
-use crate::mixture::Lobes;
-use crate::{AngularLines, AreaSampler, LineSampler};
-use crate::{PointsOnLines, ProxySampler, SolidAngleSampler};
-use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Frame};
-use linelit_shading::ltc::TransformedCosines;
+use super::shape::{Shape, on_plane};
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3};
 
 impl Shape for ConvexPolygon {
     #[inline]
@@ -45,42 +39,5 @@ impl Shape for ConvexPolygon {
             edge(inwards.dot(point - *a))
         };
         vertices.iter().zip(next).map(factor).product()
-    }
-
-    #[inline(always)]
-    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
-        let (x, n) = (from.position, from.normal);
-        match by {
-            By::Area | By::VisibleArea | By::Texture => PointSource::Area(AreaSampler::new(self)),
-            By::Proxy => PointSource::Proxy(ProxySampler::new(self, x)),
-            By::SolidAngle => PointSource::SolidAngle(SolidAngleSampler::new(self, x)),
-            By::ProjectedSolidAngle => {
-                let lines = AngularLines::by_projected_solid_angle(self, 0.0, x, n);
-                PointSource::Projected(PointsOnLines(lines))
-            }
-            By::Lobes => {
-                let nothing = TransformedCosines::new(Frame::from_normal(n), DVec3::ZERO);
-                PointSource::Lobes(Lobes::new(self, x, from.cosines.unwrap_or(&nothing)))
-            }
-        }
-    }
-
-    fn lines<'t>(
-        &'t self,
-        by: LineDensity,
-        setup: LineSetup,
-        from: &Viewer<'_>,
-    ) -> Option<LineFamily<'t>> {
-        let (angle, x, n) = (setup.angle, from.position, from.normal);
-        let lines = match by {
-            LineDensity::Area | LineDensity::Texture => {
-                let lines = LineSampler::new(self, angle, setup.offset);
-                return Some(LineFamily::Area(lines));
-            }
-            LineDensity::SolidAngle => AngularLines::by_solid_angle(self, angle, x),
-            LineDensity::Warped => AngularLines::by_warped_solid_angle(self, angle, x),
-            LineDensity::Projected => AngularLines::by_projected_solid_angle(self, angle, x, n),
-        };
-        Some(LineFamily::Angular(lines))
     }
 }

@@ -3,8 +3,7 @@
 //! Techniques take the light to be a sphere about the shading point that is larger than the scene:
 //! points of it stand for directions, and densities are per solid angle.
 
-use super::points::{PointDensity as By, PointSource};
-use super::{Shape, Viewer};
+use super::shape::Shape;
 use crate::density::{Pdf, SolidAngle};
 use crate::sky::{Sky, SkyEmission, SkyImage, below_cap, cap_height};
 use crate::{PointSample, PointTechnique, SolidAngleSampler};
@@ -56,14 +55,6 @@ impl Shape for SkyView<'_> {
     /// Skies have no border: that of a sun is as sharp as the light itself.
     fn border(&self, _: DVec3, _: DVec3, _: impl Fn(f64) -> f64) -> f64 {
         1.0
-    }
-
-    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
-        let by = match by {
-            By::ProjectedSolidAngle | By::Lobes => SkyBy::Projected(from.normal),
-            _ => SkyBy::Radiance(from.normal),
-        };
-        PointSource::Sky(SkyPoints::new(*self, by))
     }
 }
 

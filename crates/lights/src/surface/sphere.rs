@@ -5,9 +5,8 @@
 //! the shading point. Occluders between the point and that disk hide both alike, but for those
 //! inside the sphere before the disk, which hide the disk only.
 
-use super::points::{PointDensity as By, PointSource};
-use super::{Shape, Viewer, disk, on_plane};
-use crate::{Disk, Sphere, SphereCap, SphereCone, SphereProjected};
+use super::shape::{Shape, on_plane};
+use crate::{Disk, Sphere};
 use linelit_geometry::{DVec3, Triangle};
 
 impl Sphere {
@@ -83,25 +82,5 @@ impl Shape for Sphere {
         let direction = (point - x).normalize_or_zero();
         let seen = on_plane(outline.center, outline.normal, x, direction);
         seen.map_or(0.0, |seen| outline.border(seen, x, edge))
-    }
-
-    #[inline(always)]
-    fn points<'t>(&'t self, by: By, from: &Viewer<'_>) -> PointSource<'t> {
-        let x = from.position;
-        let whole = || PointSource::SphereCap(SphereCap::whole(self));
-        let by_angle = || PointSource::SphereCone(SphereCone::new(self, x));
-        match by {
-            By::Area => whole(),
-            By::VisibleArea => PointSource::SphereCap(SphereCap::visible(self, x)),
-            By::SolidAngle | By::Proxy | By::Texture => by_angle(),
-            By::ProjectedSolidAngle => {
-                let projected = SphereProjected::new(self, x, from.normal);
-                projected.map_or_else(whole, PointSource::SphereProjected)
-            }
-            By::Lobes => {
-                let lobes = self.outline(x).and_then(|seen| disk::lobes(&seen, from));
-                lobes.map_or_else(by_angle, PointSource::DiskLobes)
-            }
-        }
     }
 }

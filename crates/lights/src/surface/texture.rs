@@ -1,11 +1,9 @@
-//! Emission that varies over a light, and points and lines drawn in proportion to it.
+//! Emission that varies over a light, and points drawn in proportion to it.
 
-use super::lines::LineSetup;
-use super::points::Draw;
+use super::draw::Draw;
 use super::{LightPoint, Shape, Surface};
-use crate::{ImportanceImage, PointTechnique, TextureAxis, TexturedLines, TexturedSampler};
+use crate::{ImportanceImage, PointTechnique, TexturedSampler};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use std::f64::consts::PI;
 
 /// Emission that varies over an area light, and what points are drawn in proportion to.
 pub trait EmissionTexture {
@@ -72,22 +70,4 @@ impl Draw for TexturedPoints<'_> {
     fn density(&self, at: &LightPoint) -> f64 {
         at.density(self.sampler.pdf(at.point))
     }
-}
-
-/// Lines on a polygon by its texture, along its edges unless a direction is asked for; `None` where
-/// the image does not cover the polygon exactly.
-pub(super) fn lines<'t>(
-    texture: &'t impl EmissionTexture,
-    light: &ConvexPolygon,
-    setup: LineSetup,
-) -> Option<TexturedLines<'t>> {
-    let image = texture.over(light)?;
-    if setup.fixed {
-        return TexturedLines::new(light, image, setup.fraction * PI);
-    }
-    let axis = match (2.0 * setup.fraction).rem_euclid(2.0) >= 1.0 {
-        true => TextureAxis::V,
-        false => TextureAxis::U,
-    };
-    TexturedLines::along(light, image, axis)
 }

@@ -12,9 +12,10 @@ use crate::profiles::profiles;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere};
 use linelit_lights::{
-    Beam, DistantLight, Light, LightSpace, PointDensity, PointLight, PointSample, PointTechnique,
-    Profile, Shape, Sky, SkyBy, SkyEmission, SkyError, SkyFilter, SkyImage, SkyMapping, SkyPoints,
-    SkyView, SolidAngle, Sphere, Viewer,
+    Beam, DistantLight, Light, LightPoint, LightSpace, NoTexture, PointDensity, PointLight,
+    PointSample, PointSource, PointTechnique, Profile, Shape, Sky, SkyBy, SkyEmission, SkyError,
+    SkyFilter, SkyImage, SkyMapping, SkyPoints, SkyView, SolidAngle, Sphere,
+    Surface as LightSurface, Viewer,
 };
 use linelit_testkit::cases::cases;
 use linelit_testkit::chi2::{chi2_test, sidak};
@@ -606,8 +607,9 @@ proptest! {
             prop_assert!(points.invert(at).is_none_or(|u| u.iter().all(|u| (0.0..1.0).contains(u))));
         }
         let viewer = Viewer { position: x, normal: n, geometric_normal: n, cosines: None };
-        let source = view.points(PointDensity::Area, &viewer);
-        prop_assert!(source.density(&linelit_lights::LightPoint::new(at, x, &linelit_lights::Surface::Sky(&view))) >= 0.0);
+        let surface = LightSurface::Sky(&view);
+        let source = PointSource::new::<NoTexture>(PointDensity::Area, surface, None, &viewer);
+        prop_assert!(source.density(&LightPoint::new(at, x, &surface)) >= 0.0);
         let _ = (sky.is_above(x, n), sky.radiance(x, n), sky.solid_angle(), sky.mean());
         let lamp = PointLight { position: at, intensity: DVec3::splat(radius), profile: None };
         for light in [
