@@ -28,11 +28,11 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
-mod construct;
 mod delta;
 mod density;
 mod directions;
 mod image;
+mod kinds;
 mod light;
 mod line;
 pub mod linear;
@@ -45,7 +45,6 @@ mod profile;
 mod random;
 mod round;
 mod samples;
-mod shapes;
 mod sky;
 mod space;
 mod surface;
@@ -55,7 +54,8 @@ pub use delta::{Beam, DistantLight, PointLight};
 pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
 pub use directions::{SkyFilter, SkyMapping};
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
-pub use light::{AreaLight, CylinderLight, DiskLight, Emission, Light, LinearLight, SphereLight};
+pub use kinds::Light;
+pub use light::{Emission, LinearLight};
 pub use line::by_angle::AngularLines;
 pub use line::by_length::{LineSampler, OffsetDensity, Width};
 pub use line::by_texture::TexturedLines;
@@ -79,14 +79,18 @@ pub use round::disk_cone::DiskCone;
 pub use round::projected::SphereProjected;
 pub use round::sphere::{SphereCap, SphereCone};
 pub use samples::{LineSample, LinearSample, PointColumns, PointSample};
-pub use shapes::{Cylinder, Disk, Sphere};
 pub use sky::{Sky, SkyEmission, SkyError, SkyImage};
 pub use space::LightSpace;
+pub use surface::cylinder::{Cylinder, CylinderLight};
+pub use surface::disk::{Disk, DiskLight, around_unit_circle};
 pub use surface::lines::{LineDensity, LineFamily, LineSetup};
 pub use surface::points::{PointDensity, PointSource};
+pub use surface::polygon::AreaLight;
+pub use surface::shape::Shape;
 pub use surface::sky::{SkyBy, SkyPoints, SkyView};
+pub use surface::sphere::{Sphere, SphereLight};
 pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};
-pub use surface::{LightPoint, Shape, Surface, Viewer, around_unit_circle};
+pub use surface::{LightPoint, Surface, Viewer};
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines, through};
 
 // What public signatures name, so that one dependency is enough.

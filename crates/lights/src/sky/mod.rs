@@ -10,8 +10,7 @@ mod image;
 
 pub use image::{SkyError, SkyImage};
 
-use crate::Sphere;
-use crate::surface::shape::Shape;
+use crate::{Shape, Sphere};
 use core::f64::consts::PI;
 use linelit_elementary::sin;
 use linelit_geometry::{ConvexPolygon, DVec3};

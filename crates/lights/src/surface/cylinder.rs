@@ -1,9 +1,43 @@
-//! Cylinders as surfaces of lights, as their shading point sees them.
+//! Cylinders, the lights that they make, and their surfaces as a shading point sees them.
 
-use super::shape::Shape;
+use super::shape::{Shape, bounded};
 use crate::CylinderView;
 use linelit_elementary::sin;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Segment, predicates};
+use std::f64::consts::PI;
+
+/// The side of a cylinder, without its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// The axis, from the middle of one end to that of the other.
+    pub axis: Segment,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Cylinder {
+    /// 2πR l; `f64::MAX` where that overflows, and zero where it is no number.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        bounded(2.0 * PI * self.radius * self.axis.length())
+    }
+
+    /// Unit outward normal at a point of the surface; zero on the axis.
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        let (out, along) = (point - self.axis.p0, self.axis.direction());
+        predicates::normalize(out - along * out.dot(along)).unwrap_or(DVec3::ZERO)
+    }
+}
+
+/// The side of a cylinder that emits outwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CylinderLight {
+    /// The shape.
+    pub cylinder: Cylinder,
+    /// Emitted radiance in W/(m² sr), linear RGB.
+    pub radiance: DVec3,
+}
 
 impl Shape for CylinderView {
     #[inline]

@@ -1,10 +1,49 @@
-//! Disks as surfaces of lights.
+//! Disks, the lights that they make, and their surfaces.
 
-use super::shape::{Shape, on_plane};
-use crate::Disk;
+use super::shape::{Shape, bounded, on_plane};
+use crate::light::{Emission, height};
 use linelit_elementary::{cos, sin_cos};
 use linelit_geometry::{DVec3, Frame};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
+
+/// A flat disk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disk {
+    /// Centre.
+    pub center: DVec3,
+    /// Unit normal, the emitting side.
+    pub normal: DVec3,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Disk {
+    /// πR²; `f64::MAX` where that overflows, and zero where it is no number.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        bounded(PI * self.radius * self.radius)
+    }
+}
+
+/// A disk that emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiskLight {
+    /// The shape; its normal is the emitting side.
+    pub disk: Disk,
+    /// The light that it emits.
+    pub emission: Emission,
+}
+
+impl DiskLight {
+    /// Whether the shading point `x` is on a side that emits, and not in the light's plane: as
+    /// [`AreaLight::faces`](crate::AreaLight::faces).
+    #[must_use]
+    pub fn faces(&self, x: DVec3, margin: f64) -> bool {
+        let disk = &self.disk;
+        self.emission
+            .reaches(height(disk.normal, disk.center, disk.radius, x, margin))
+    }
+}
 
 impl Disk {
     /// The number of corners of [`Disk::around`], which has 2.4 % more area than the disk.

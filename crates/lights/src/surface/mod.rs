@@ -1,8 +1,8 @@
 //! Surfaces of lights: the properties of each shape, and points and lines of any of them.
 //!
-//! A shape is one file of this folder, which implements [`Shape`] for it, and one arm of
-//! [`Surface`]. `points.rs` and `lines.rs` say what draws its points and lines by each density, in
-//! one function for each shape.
+//! A shape is one file of this folder, which holds the plain shape, the light that it makes and its
+//! [`Shape`], and one arm of [`Surface`]. `points.rs` and `lines.rs` say what draws its points and
+//! lines by each density, in one function for each shape.
 
 /// The code for whichever variant of `Surface`, `PointSource` or `LineFamily` the value is.
 macro_rules! of {
@@ -24,21 +24,18 @@ macro_rules! of {
     };
 }
 
-mod cylinder;
-mod disk;
+pub(crate) mod cylinder;
+pub(crate) mod disk;
 pub(crate) mod draw;
 pub(crate) mod lines;
 pub(crate) mod points;
-mod polygon;
+pub(crate) mod polygon;
 pub(crate) mod shape;
 pub(crate) mod sky;
-mod sphere;
+pub(crate) mod sphere;
 pub(crate) mod texture;
 
-pub use disk::around_unit_circle;
-pub use shape::Shape;
-
-use crate::{CylinderView, Disk, Pdf, SkyView, Sphere, SurfaceMeasure};
+use crate::{CylinderView, Disk, Pdf, Shape, SkyView, Sphere, SurfaceMeasure};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::ltc::TransformedCosines;
 

@@ -1,7 +1,32 @@
-//! Polygons as surfaces of lights.
+//! Polygons, the lights that they make, and their surfaces.
 
 use super::shape::{Shape, on_plane};
+use crate::light::{Emission, height};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3};
+
+/// A convex planar polygon (triangle, quad, …) that emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaLight {
+    /// The shape; its normal is the emitting side.
+    pub polygon: ConvexPolygon,
+    /// The light that it emits.
+    pub emission: Emission,
+}
+
+impl AreaLight {
+    /// Whether the shading point `x` is on a side that emits, and not in the light's plane.
+    ///
+    /// What a point in the plane receives is anything between nothing and half a space, and every
+    /// technique would make something else of it: it is nothing. In the plane is what lies within
+    /// `margin`, a fraction of the distance or of the light's size, at least 10⁻¹².
+    #[must_use]
+    pub fn faces(&self, x: DVec3, margin: f64) -> bool {
+        let (normal, corners) = (self.polygon.normal(), self.polygon.vertices());
+        let size = (corners[2] - corners[0]).abs().max_element();
+        self.emission
+            .reaches(height(normal, corners[0], size, x, margin))
+    }
+}
 
 impl Shape for ConvexPolygon {
     #[inline]

@@ -28,3 +28,9 @@ pub(super) fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) 
     let t = normal.dot(on_it - x) / normal.dot(direction);
     (t > 0.0 && t.is_finite()).then(|| x + direction * t)
 }
+
+/// A power or an area: the largest number where it overflows, so that no light is lost, and zero
+/// where it is negative or no number.
+pub(crate) fn bounded(x: f64) -> f64 {
+    if x > 0.0 { x.min(f64::MAX) } else { 0.0 }
+}

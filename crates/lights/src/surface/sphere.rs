@@ -1,13 +1,54 @@
-//! Spheres as surfaces of lights.
+//! Spheres, the lights that they make, and their surfaces.
 //!
 //! A sphere of constant radiance is, seen from outside, the flat disk of its outline with the same
 //! radiance: the circle in which the cone of directions touches it, r²/d from the centre towards
 //! the shading point. Occluders between the point and that disk hide both alike, but for those
 //! inside the sphere before the disk, which hide the disk only.
 
-use super::shape::{Shape, on_plane};
-use crate::{Disk, Sphere};
-use linelit_geometry::{DVec3, Triangle};
+use super::disk::Disk;
+use super::shape::{Shape, bounded, on_plane};
+use core::f64::consts::PI;
+use linelit_geometry::{DVec3, Triangle, predicates};
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Sphere {
+    /// 4πR²; `f64::MAX` where that overflows, and zero where it is no number.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        bounded(4.0 * PI * self.radius * self.radius)
+    }
+
+    /// Unit outward normal at a point of the surface.
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
+    }
+
+    /// A distance from `x` at which every direction has left the sphere, if that holds a scene:
+    /// twice the way to its far side, so that no margin near the light cuts into it.
+    pub(crate) fn beyond(&self, x: DVec3) -> f64 {
+        let far = x.distance(self.center) + self.radius;
+        // A scene without size has no occluders.
+        2.0 * far.max(f64::MIN_POSITIVE.sqrt())
+    }
+}
+
+/// A sphere that emits outwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereLight {
+    /// The shape.
+    pub sphere: Sphere,
+    /// Emitted radiance in W/(m² sr), linear RGB.
+    pub radiance: DVec3,
+}
 
 impl Sphere {
     /// The circle in which the cone from `x` touches the sphere, as a disk with its normal towards

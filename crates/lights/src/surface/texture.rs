@@ -1,7 +1,8 @@
 //! Emission that varies over a light, and points drawn in proportion to it.
 
 use super::draw::Draw;
-use super::{LightPoint, Shape, Surface};
+use super::{LightPoint, Surface};
+use crate::Shape;
 use crate::{ImportanceImage, PointTechnique, TexturedSampler};
 use linelit_geometry::{ConvexPolygon, DVec3};
 

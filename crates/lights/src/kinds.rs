@@ -1,14 +1,115 @@
-//! Lights from plain numbers.
+//! A light of any kind, made of plain numbers; its emission and its power.
+//!
+//! Lights with a surface are in `surface`, one file for each shape; lines in `light`, lights without
+//! size in `delta`, and light from infinity in `sky`.
 
 #![allow(clippy::disallowed_types, reason = "points share their profiles")]
 
+use crate::surface::shape::bounded;
 use crate::{
-    AreaLight, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission, Falloff, Light,
+    AreaLight, Beam, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission, Falloff,
     LinearLight, PointLight, Profile, ProfileKind, Sky, SkyEmission, Sphere, SphereLight,
 };
+use core::f64::consts::PI;
 use linelit_elementary::cos;
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, PolygonError, Segment, Vector3, predicates};
 use std::sync::Arc;
+
+/// A light of any kind that the renderer can sample.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "lights are few")]
+pub enum Light {
+    /// A polygon.
+    Area(AreaLight),
+    /// A line.
+    Linear(LinearLight),
+    /// A sphere.
+    Sphere(SphereLight),
+    /// A disk.
+    Disk(DiskLight),
+    /// A cylinder.
+    Cylinder(CylinderLight),
+    /// A point.
+    Point(PointLight),
+    /// Parallel light.
+    Distant(DistantLight),
+    /// An environment, or a sun.
+    Sky(Sky),
+}
+
+impl Light {
+    /// Returns the emission of each point; in place of radiance, of linear lights radiance times
+    /// radius, of points intensity, of parallel light irradiance, and of skies the mean radiance.
+    #[inline]
+    #[must_use]
+    pub fn emission(&self) -> Emission {
+        match self {
+            Self::Area(l) => l.emission,
+            Self::Linear(l) => Emission::one_sided(l.radiance_radius),
+            Self::Sphere(l) => Emission::one_sided(l.radiance),
+            Self::Disk(l) => l.emission,
+            Self::Cylinder(l) => Emission::one_sided(l.radiance),
+            Self::Point(l) => Emission::one_sided(l.intensity),
+            Self::Distant(l) => Emission::one_sided(l.irradiance),
+            Self::Sky(l) => Emission::one_sided(l.mean()),
+        }
+    }
+
+    /// The light of a source without size at the point `x`, if it is one and light arrives.
+    #[must_use]
+    pub fn beam(&self, x: DVec3) -> Option<Beam> {
+        match self {
+            Self::Point(l) => l.beam(x),
+            Self::Distant(l) => l.beam(x),
+            Self::Area(_) | Self::Linear(_) | Self::Sphere(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Sky(_) => None,
+        }
+    }
+
+    /// Sets the ball that holds the scene, of light from infinity; other lights have none.
+    pub const fn set_scene(&mut self, ball: Sphere) {
+        match self {
+            Self::Distant(l) => l.scene = ball,
+            Self::Sky(l) => l.scene = ball,
+            Self::Area(_) | Self::Linear(_) | Self::Sphere(_) => {}
+            Self::Disk(_) | Self::Cylinder(_) | Self::Point(_) => {}
+        }
+    }
+
+    /// Emitted power in W, averaged over the channels: π A L for each side that emits, where the
+    /// area A of a linear light is that of the cylinder's surface, 2πR l. A point's is 4π I, and
+    /// that of light from infinity what falls on the ball that holds the scene. Of every kind of
+    /// light, it is `f64::MAX` where it overflows, and zero where it is negative or no number.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        let (factor, emission) = self.power_factors();
+        bounded(factor * (emission.element_sum() / 3.0))
+    }
+
+    /// Emitted power in W of each channel, linear RGB; their mean is [`Light::power`].
+    #[must_use]
+    pub fn power_by_channel(&self) -> DVec3 {
+        let (factor, emission) = self.power_factors();
+        (factor * emission).map(bounded)
+    }
+
+    /// A measure of the light and its emission, whose product is the power.
+    fn power_factors(&self) -> (f64, DVec3) {
+        let emission = self.emission();
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        let surface = match self {
+            Self::Area(l) => sides * PI * l.polygon.area(),
+            Self::Linear(l) => 2.0 * PI.powi(2) * l.segment.length(),
+            Self::Sphere(l) => PI * l.sphere.area(),
+            Self::Disk(l) => sides * PI * l.disk.area(),
+            Self::Cylinder(l) => PI * l.cylinder.area(),
+            Self::Point(l) => return (1.0, l.power()),
+            Self::Distant(l) => return (1.0, l.power()),
+            Self::Sky(l) => return (1.0, l.power()),
+        };
+        (surface, emission.radiance)
+    }
+}
 
 /// The ball of a scene that is not known yet ([`Light::set_scene`]).
 const NO_SCENE: Sphere = Sphere {
