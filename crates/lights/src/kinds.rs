@@ -5,10 +5,12 @@
 
 #![allow(clippy::disallowed_types, reason = "points share their profiles")]
 
-use crate::surface::shape::bounded;
+use crate::surface::shape::{Extent, Normals, ShapeLight, bounded, bounds_of};
 use crate::{
-    AreaLight, Beam, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission, Falloff,
-    LinearLight, PointLight, Profile, ProfileKind, Sky, SkyEmission, Sphere, SphereLight,
+    Area, AreaLight, AreaSampler, Beam, Cylinder, CylinderArea, CylinderLight, CylinderView, Disk,
+    DiskArea, DiskLight, DistantLight, Emission, Falloff, LinearLight, PointDensity, PointLight,
+    PointSample, PointTechnique, Profile, ProfileKind, SeenSurface, Sky, SkyEmission, SkyView,
+    Sphere, SphereCap, SphereLight, Surface,
 };
 use core::f64::consts::PI;
 use linelit_elementary::cos;
@@ -37,22 +39,46 @@ pub enum Light {
     Sky(Sky),
 }
 
+/// The code for a light with a surface, whatever its shape, and what is said of the other kinds.
+macro_rules! with_surface {
+    ($light:expr, $one:ident => $code:expr, $($others:tt)+) => {
+        match $light {
+            Light::Area($one) => $code,
+            Light::Sphere($one) => $code,
+            Light::Disk($one) => $code,
+            Light::Cylinder($one) => $code,
+            $($others)+
+        }
+    };
+}
+
 impl Light {
+    /// The name of its kind, in one word.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Area(_) => "polygon",
+            Self::Linear(_) => "line",
+            Self::Sphere(_) => "sphere",
+            Self::Disk(_) => "disk",
+            Self::Cylinder(_) => "cylinder",
+            Self::Point(_) => "point",
+            Self::Distant(_) => "distant",
+            Self::Sky(_) => "sky",
+        }
+    }
+
     /// Returns the emission of each point; in place of radiance, of linear lights radiance times
     /// radius, of points intensity, of parallel light irradiance, and of skies the mean radiance.
     #[inline]
     #[must_use]
     pub fn emission(&self) -> Emission {
-        match self {
-            Self::Area(l) => l.emission,
+        with_surface!(self, l => l.emission(),
             Self::Linear(l) => Emission::one_sided(l.radiance_radius),
-            Self::Sphere(l) => Emission::one_sided(l.radiance),
-            Self::Disk(l) => l.emission,
-            Self::Cylinder(l) => Emission::one_sided(l.radiance),
             Self::Point(l) => Emission::one_sided(l.intensity),
             Self::Distant(l) => Emission::one_sided(l.irradiance),
             Self::Sky(l) => Emission::one_sided(l.mean()),
-        }
+        )
     }
 
     /// The light of a source without size at the point `x`, if it is one and light arrives.
@@ -61,8 +87,7 @@ impl Light {
         match self {
             Self::Point(l) => l.beam(x),
             Self::Distant(l) => l.beam(x),
-            Self::Area(_) | Self::Linear(_) | Self::Sphere(_) => None,
-            Self::Disk(_) | Self::Cylinder(_) | Self::Sky(_) => None,
+            _ => None,
         }
     }
 
@@ -71,9 +96,123 @@ impl Light {
         match self {
             Self::Distant(l) => l.scene = ball,
             Self::Sky(l) => l.scene = ball,
-            Self::Area(_) | Self::Linear(_) | Self::Sphere(_) => {}
-            Self::Disk(_) | Self::Cylinder(_) | Self::Point(_) => {}
+            _ => {}
         }
+    }
+
+    /// The area of the surface that emits, of one side if both do; zero of lights without a
+    /// surface.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        with_surface!(self, l => l.area(),
+            Self::Linear(_) | Self::Point(_) | Self::Distant(_) | Self::Sky(_) => 0.0,
+        )
+    }
+
+    /// The unit normal at a point of the surface, on the side that emits; `None` of lights without
+    /// sides: lines, points and light from infinity.
+    #[inline]
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> Option<DVec3> {
+        with_surface!(self, l => Some(ShapeLight::normal(l, point)),
+            Self::Linear(_) | Self::Point(_) | Self::Distant(_) | Self::Sky(_) => None,
+        )
+    }
+
+    /// Whether all of its surface is in one plane.
+    #[must_use]
+    pub const fn is_flat(&self) -> bool {
+        matches!(self, Self::Area(_) | Self::Disk(_))
+    }
+
+    /// The densities of points that its shape has, without those of textures and reflections; none
+    /// of lights without sides.
+    #[must_use]
+    pub const fn densities(&self) -> &'static [PointDensity] {
+        use PointDensity::{Area, ProjectedSolidAngle, Proxy, SolidAngle, VisibleArea};
+        match self {
+            Self::Area(_) => &[Area, Proxy, SolidAngle, ProjectedSolidAngle],
+            Self::Disk(_) => &[Area, SolidAngle, ProjectedSolidAngle],
+            Self::Sphere(_) | Self::Cylinder(_) => {
+                &[Area, VisibleArea, SolidAngle, ProjectedSolidAngle]
+            }
+            Self::Linear(_) | Self::Point(_) | Self::Distant(_) | Self::Sky(_) => &[],
+        }
+    }
+
+    /// The surface as the shading point `x` sees it; `None` of lights without one, and of a
+    /// cylinder from inside.
+    #[inline]
+    #[must_use]
+    pub fn seen_from(&self, x: DVec3) -> Option<SeenSurface<'_>> {
+        Some(match self {
+            Self::Area(l) => SeenSurface::Fixed(Surface::Polygon(&l.polygon)),
+            Self::Sphere(l) => SeenSurface::Fixed(Surface::Sphere(&l.sphere)),
+            Self::Disk(l) => SeenSurface::Fixed(Surface::Disk(&l.disk)),
+            Self::Cylinder(l) => SeenSurface::Cylinder(CylinderView::new(&l.cylinder, x)?),
+            Self::Sky(l) => SeenSurface::Sky(SkyView::new(l, x)),
+            Self::Linear(_) | Self::Point(_) | Self::Distant(_) => return None,
+        })
+    }
+
+    /// Whether any point of the light can light a surface at `x` with the unit normal `n`, if
+    /// nothing is in between: some of it is above the tangent plane, and `x` is on a side that
+    /// emits.
+    #[must_use]
+    pub fn can_light(&self, x: DVec3, n: DVec3) -> bool {
+        with_surface!(self, l => l.can_light(x, n),
+            Self::Linear(l) => {
+                let ends = [l.segment.p0, l.segment.p1];
+                ends.iter().any(|v| n.dot(*v - x) > 0.0)
+            }
+            Self::Point(_) | Self::Distant(_) => {
+                self.beam(x).is_some_and(|beam| n.dot(beam.direction) > 0.0)
+            }
+            Self::Sky(l) => l.is_above(x, n),
+        )
+    }
+
+    /// A point uniform on the area that `x` sees, of a convex light on all of it, from two random
+    /// numbers in [0, 1); `None` of lights without an area.
+    #[must_use]
+    pub fn sample_area(&self, x: DVec3, u: [f64; 2]) -> Option<PointSample<Area>> {
+        Some(match self {
+            Self::Area(l) => AreaSampler::new(&l.polygon).sample(u),
+            Self::Sphere(l) => SphereCap::visible(&l.sphere, x).sample(u),
+            Self::Disk(l) => DiskArea::new(&l.disk).sample(u),
+            Self::Cylinder(l) => CylinderArea::visible(&l.cylinder, x).sample(u),
+            Self::Linear(_) | Self::Point(_) | Self::Distant(_) | Self::Sky(_) => return None,
+        })
+    }
+
+    /// The middle of the part of the surface that `x` sees, and the fraction of the area that it
+    /// stands for as seen across: one of flat lights, a quarter of spheres. `None` of lights
+    /// without an area.
+    #[must_use]
+    pub fn middle(&self, x: DVec3) -> Option<(DVec3, f64)> {
+        with_surface!(self, l => Some(l.middle(x)),
+            Self::Linear(_) | Self::Point(_) | Self::Distant(_) | Self::Sky(_) => None,
+        )
+    }
+
+    /// Where it is, and where it shines. Light from infinity counts as spread over the ball that
+    /// holds the scene.
+    #[must_use]
+    pub fn extent(&self) -> Extent {
+        with_surface!(self, l => l.extent(),
+            Self::Linear(l) => Extent {
+                bounds: bounds_of(&[l.segment.p0, l.segment.p1]),
+                mean: l.segment.at(0.5),
+                variance: l.segment.vector().length_squared() / 12.0,
+                normals: Normals::Around,
+            },
+            Self::Point(l) => {
+                let (center, radius) = (l.position, 0.0);
+                Sphere { center, radius }.extent()
+            }
+            Self::Distant(l) => l.scene.extent(),
+            Self::Sky(l) => l.scene.extent(),
+        )
     }
 
     /// Emitted power in W, averaged over the channels: π A L for each side that emits, where the
@@ -98,14 +237,11 @@ impl Light {
         let emission = self.emission();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let surface = match self {
-            Self::Area(l) => sides * PI * l.polygon.area(),
             Self::Linear(l) => 2.0 * PI.powi(2) * l.segment.length(),
-            Self::Sphere(l) => PI * l.sphere.area(),
-            Self::Disk(l) => sides * PI * l.disk.area(),
-            Self::Cylinder(l) => PI * l.cylinder.area(),
             Self::Point(l) => return (1.0, l.power()),
             Self::Distant(l) => return (1.0, l.power()),
             Self::Sky(l) => return (1.0, l.power()),
+            with_surface => sides * PI * with_surface.area(),
         };
         (surface, emission.radiance)
     }
@@ -287,8 +423,7 @@ impl Light {
         match &mut self {
             Self::Area(l) => l.emission.two_sided = true,
             Self::Disk(l) => l.emission.two_sided = true,
-            Self::Linear(_) | Self::Sphere(_) | Self::Cylinder(_) => {}
-            Self::Point(_) | Self::Distant(_) | Self::Sky(_) => {}
+            _ => {}
         }
         self
     }

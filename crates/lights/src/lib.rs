@@ -86,11 +86,11 @@ pub use surface::disk::{Disk, DiskLight, around_unit_circle};
 pub use surface::lines::{LineDensity, LineFamily, LineSetup};
 pub use surface::points::{PointDensity, PointSource};
 pub use surface::polygon::AreaLight;
-pub use surface::shape::Shape;
+pub use surface::shape::{Extent, Normals, Shape};
 pub use surface::sky::{SkyBy, SkyPoints, SkyView};
 pub use surface::sphere::{Sphere, SphereLight};
 pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};
-pub use surface::{LightPoint, Surface, Viewer};
+pub use surface::{LightPoint, SeenSurface, Surface, Viewer};
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines, through};
 
 // What public signatures name, so that one dependency is enough.

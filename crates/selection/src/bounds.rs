@@ -3,9 +3,9 @@
 use crate::LARGEST;
 use crate::contribution::{Receiver, positive_part};
 use core::f64::consts::PI;
-use linelit_elementary::{atan2, cos, hypot, sin, sin_cos};
+use linelit_elementary::{atan2, cos, sin, sin_cos};
 use linelit_geometry::DVec3;
-use linelit_lights::{Light, Sphere};
+use linelit_lights::{Light, Normals};
 
 /// Whether the lights of a group can light a surface point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,14 +31,14 @@ pub(crate) struct LightBounds {
     spread: f64,
     /// (sin, cos) of the half angle.
     cone: (f64, f64),
-    /// Whether all are lines, spheres, cylinders or points, which shine in all directions.
+    /// Whether all shine in all directions.
     around: bool,
     /// Whether some are at infinity, so that a box tells nothing of them.
     endless: bool,
     /// Whether some are points, whose profile may send nothing in a direction.
     dim: bool,
-    /// Whether some are spheres, disks, cylinders or points, whose heights are found otherwise than
-    /// their box's.
+    /// Whether some are neither polygons nor lines: their heights are found otherwise than their
+    /// box's.
     round: bool,
     pub(crate) power: f64,
     /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided
@@ -46,99 +46,6 @@ pub(crate) struct LightBounds {
     mean: DVec3,
     variance: f64,
     normal: DVec3,
-}
-
-/// The extent of one light, and of the directions in which it shines.
-struct Extent {
-    bounds: (DVec3, DVec3),
-    mean: DVec3,
-    variance: f64,
-    /// Axis and half angle of the cone of normals, and the mean normal.
-    sides: (DVec3, f64, DVec3),
-}
-
-/// The normals of what shines in all directions.
-const AROUND: (DVec3, f64, DVec3) = (DVec3::Z, PI, DVec3::ZERO);
-
-impl Extent {
-    fn of(light: &Light) -> Self {
-        let sides = |normal: DVec3, two_sided: bool| {
-            if two_sided {
-                (normal, PI, DVec3::ZERO)
-            } else {
-                (normal, 0.0, normal)
-            }
-        };
-        match light {
-            Light::Area(l) => {
-                let vertices = l.polygon.vertices();
-                let mean = l.polygon.centroid();
-                // A triangle's second moment is 1/12 of the sum of its corners'; near enough for
-                // any polygon.
-                let spread: f64 = vertices.iter().map(|v| (*v - mean).length_squared()).sum();
-                Self {
-                    bounds: bounds_of(vertices),
-                    mean,
-                    variance: spread / 12.0,
-                    sides: sides(l.polygon.normal(), l.emission.two_sided),
-                }
-            }
-            Light::Linear(l) => Self {
-                bounds: bounds_of(&[l.segment.p0, l.segment.p1]),
-                mean: l.segment.at(0.5),
-                variance: l.segment.vector().length_squared() / 12.0,
-                sides: AROUND,
-            },
-            Light::Sphere(l) => Self::ball(&l.sphere),
-            Light::Disk(l) => {
-                let (mean, n) = (l.disk.center, l.disk.normal);
-                // √(1 − n²) by axis, without its cancellation.
-                let r =
-                    DVec3::new(hypot(n.y, n.z), hypot(n.x, n.z), hypot(n.x, n.y)) * l.disk.radius;
-                Self {
-                    bounds: (mean - r, mean + r),
-                    mean,
-                    variance: 0.5 * l.disk.radius * l.disk.radius,
-                    sides: sides(n, l.emission.two_sided),
-                }
-            }
-            Light::Cylinder(l) => {
-                let (axis, radius) = (l.cylinder.axis, l.cylinder.radius);
-                let (a, (lo, hi)) = (axis.direction(), bounds_of(&[axis.p0, axis.p1]));
-                let r = DVec3::new(hypot(a.y, a.z), hypot(a.x, a.z), hypot(a.x, a.y)) * radius;
-                Self {
-                    bounds: (lo - r, hi + r),
-                    mean: axis.at(0.5),
-                    variance: axis.vector().length_squared() / 12.0 + radius * radius,
-                    sides: AROUND,
-                }
-            }
-            Light::Point(l) => Self::ball(&Sphere {
-                center: l.position,
-                radius: 0.0,
-            }),
-            // Light from infinity counts as spread over the ball that holds the scene.
-            Light::Distant(l) => Self::ball(&l.scene),
-            Light::Sky(l) => Self::ball(&l.scene),
-        }
-    }
-
-    /// A ball that shines in all directions.
-    fn ball(ball: &Sphere) -> Self {
-        let (mean, r) = (ball.center, DVec3::splat(ball.radius));
-        Self {
-            bounds: (mean - r, mean + r),
-            mean,
-            variance: ball.radius * ball.radius,
-            sides: AROUND,
-        }
-    }
-}
-
-fn bounds_of(points: &[DVec3]) -> (DVec3, DVec3) {
-    let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let with = |(lo, hi): (DVec3, DVec3), p: &DVec3| (lo.min(*p), hi.max(*p));
-    points.iter().fold(nothing, with)
 }
 
 impl LightBounds {
@@ -149,12 +56,13 @@ impl LightBounds {
         if power.is_nan() || power <= 0.0 {
             return None;
         }
-        let Extent {
-            bounds: (lo, hi),
-            mean,
-            variance,
-            sides: (axis, spread, normal),
-        } = Extent::of(light);
+        let extent = light.extent();
+        let (lo, hi) = extent.bounds;
+        let (axis, spread, normal) = match extent.normals {
+            Normals::Around => (DVec3::Z, PI, DVec3::ZERO),
+            Normals::One(normal) => (normal, 0.0, normal),
+            Normals::Both(normal) => (normal, PI, DVec3::ZERO),
+        };
         Some(Self {
             lo,
             hi,
@@ -162,19 +70,13 @@ impl LightBounds {
             axis,
             spread,
             cone: sin_cos(spread),
-            around: matches!(
-                light,
-                Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) | Light::Point(_)
-            ),
+            around: extent.normals == Normals::Around,
             endless: matches!(light, Light::Distant(_) | Light::Sky(_)),
             dim: matches!(light, Light::Point(_)),
-            round: matches!(
-                light,
-                Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Point(_)
-            ),
+            round: !matches!(light, Light::Area(_) | Light::Linear(_)),
             power: power.min(LARGEST),
-            mean,
-            variance,
+            mean: extent.mean,
+            variance: extent.variance,
             normal,
         })
     }
@@ -242,9 +144,9 @@ impl LightBounds {
     ///
     /// [`Reach::None`] and [`Reach::All`] are true whatever was rounded. Heights over the tangent
     /// plane: rounding is monotonic and a box's corners are reached by the same operations as a
-    /// light's, so the highest corner is never below a vertex in it, bit for bit; spheres, disks
-    /// and cylinders, whose heights are found otherwise, get a slack of 8 ε of the terms (2 ε each
-    /// for both sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
+    /// light's, so the highest corner is never below a vertex in it, bit for bit; round lights,
+    /// whose heights are found otherwise, get a slack of 8 ε of the terms (2 ε each for both sums
+    /// and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
     /// some 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
     pub(crate) fn reach(&self, x: DVec3, n: DVec3) -> Reach {
         if self.endless {

@@ -1,9 +1,7 @@
 //! What a light may contribute to a surface point, without shadows.
 
-use core::f64::consts::FRAC_1_PI;
 use linelit_geometry::{DVec3, predicates};
-use linelit_lights::{AreaSampler, CylinderArea, DiskArea, Light, PointTechnique, Sky, SkyBy};
-use linelit_lights::{SkyPoints, SkyView, SphereCap};
+use linelit_lights::{Light, PointTechnique, Sky, SkyBy, SkyPoints, SkyView};
 
 /// A surface point for which lights are chosen.
 #[derive(Clone, Copy, Debug)]
@@ -50,34 +48,7 @@ pub fn positive_part(c: f64, spread: f64) -> f64 {
 /// it is above the tangent plane, and x is on an emitting side. This is the test that allows α = 0.
 #[must_use]
 pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
-    match light {
-        Light::Area(l) => {
-            l.faces(x, 0.0) && l.polygon.vertices().iter().any(|v| n.dot(*v - x) > 0.0)
-        }
-        Light::Linear(l) => [l.segment.p0, l.segment.p1]
-            .iter()
-            .any(|v| n.dot(*v - x) > 0.0),
-        Light::Sphere(l) => n.dot(l.sphere.center - x) + l.sphere.radius > 0.0,
-        Light::Disk(l) => {
-            let side = l.disk.normal.dot(x - l.disk.center);
-            let faces = side > 0.0 || (l.emission.two_sided && side < 0.0);
-            // The highest point of the disk over the tangent plane.
-            let rise = l.disk.radius * predicates::cross(n, l.disk.normal).length();
-            let height = n.dot(l.disk.center - x);
-            // The rise towards a normal that is far from a unit vector may be no number.
-            faces && (height > 0.0 || height + rise > 0.0)
-        }
-        Light::Cylinder(l) => {
-            let (axis, radius) = (l.cylinder.axis, l.cylinder.radius);
-            let rise = radius * predicates::cross(n, axis.direction()).length();
-            let heights = [axis.p0, axis.p1].map(|p| n.dot(p - x));
-            heights.iter().any(|h| *h > 0.0 || h + rise > 0.0)
-        }
-        Light::Point(_) | Light::Distant(_) => light
-            .beam(x)
-            .is_some_and(|beam| n.dot(beam.direction) > 0.0),
-        Light::Sky(l) => l.is_above(x, n),
-    }
+    light.can_light(x, n)
 }
 
 /// One-sample estimate of the light that a surface reflects, from a random point of the light,
@@ -85,18 +56,14 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
 /// Unbiased; not negative.
 #[must_use]
 pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
-    let sample = match light {
-        Light::Linear(l) => {
-            return from_point(light, at, l.segment.at(u[0])) * l.segment.length();
-        }
-        Light::Area(l) => AreaSampler::new(&l.polygon).sample(u),
-        Light::Sphere(l) => SphereCap::visible(&l.sphere, at.position).sample(u),
-        Light::Disk(l) => DiskArea::new(&l.disk).sample(u),
-        Light::Cylinder(l) => CylinderArea::visible(&l.cylinder, at.position).sample(u),
-        Light::Point(_) | Light::Distant(_) => return from_beam(light, at),
-        Light::Sky(l) => return from_sky(l, at, u),
-    };
-    from_point(light, at, sample.point) / sample.pdf.value()
+    match light {
+        Light::Linear(l) => from_point(light, at, l.segment.at(u[0])) * l.segment.length(),
+        Light::Point(_) | Light::Distant(_) => from_beam(light, at),
+        Light::Sky(l) => from_sky(l, at, u),
+        surface => surface.sample_area(at.position, u).map_or(0.0, |sample| {
+            from_point(light, at, sample.point) / sample.pdf.value()
+        }),
+    }
 }
 
 /// The estimate from the light's centre: deterministic, and wrong where the centre is below the
@@ -105,23 +72,13 @@ pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64
 #[must_use]
 pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     match light {
-        Light::Area(l) => from_point(light, at, l.polygon.centroid()) * l.polygon.area(),
         Light::Linear(l) => from_point(light, at, l.segment.at(0.5)) * l.segment.length(),
-        Light::Sphere(l) => {
-            let towards = (at.position - l.sphere.center).normalize_or_zero() * l.sphere.radius;
-            from_point(light, at, l.sphere.center + towards) * 0.25 * l.sphere.area()
-        }
-        Light::Disk(l) => from_point(light, at, l.disk.center) * l.disk.area(),
         Light::Point(_) | Light::Distant(_) => from_beam(light, at),
         // The centre of what a sky draws from.
         Light::Sky(l) => from_sky(l, at, [0.5, 0.5]),
-        Light::Cylinder(l) => {
-            let middle = l.cylinder.axis.at(0.5);
-            let towards = l.cylinder.normal(at.position);
-            from_point(light, at, middle + towards * l.cylinder.radius)
-                * FRAC_1_PI
-                * l.cylinder.area()
-        }
+        surface => surface.middle(at.position).map_or(0.0, |(middle, across)| {
+            from_point(light, at, middle) * across * surface.area()
+        }),
     }
 }
 
@@ -155,33 +112,22 @@ fn from_point(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, point: DVec
         return 0.0;
     }
     let r = r2.sqrt();
-    let facing = |normal: DVec3, two_sided: bool| {
-        let c = -normal.dot(d);
-        if two_sided { c.abs() } else { c.max(0.0) }
-    };
     // Radiance, and the solid angle of a unit of the light times r³.
-    let (radiance, side) = match light {
-        Light::Area(l) => {
-            let side = facing(l.polygon.normal(), l.emission.two_sided);
-            (l.emission.radiance, side)
-        }
+    let emission = light.emission();
+    let side = match (light, light.normal(point)) {
         // dω/R = 2h/r³ dt.
-        Light::Linear(l) => {
-            let h = predicates::cross(d, l.segment.direction()).length();
-            (l.radiance_radius, 2.0 * h)
+        (Light::Linear(l), _) => 2.0 * predicates::cross(d, l.segment.direction()).length(),
+        (_, Some(normal)) => {
+            let side = -normal.dot(d);
+            let two_sided = emission.two_sided;
+            if two_sided { side.abs() } else { side.max(0.0) }
         }
-        Light::Sphere(l) => (l.radiance, facing(l.sphere.normal(point), false)),
-        Light::Disk(l) => {
-            let side = facing(l.disk.normal, l.emission.two_sided);
-            (l.emission.radiance, side)
-        }
-        Light::Cylinder(l) => (l.radiance, facing(l.cylinder.normal(point), false)),
-        // They have no area.
-        Light::Point(_) | Light::Distant(_) | Light::Sky(_) => return 0.0,
+        // Lights without size and light from infinity have no area.
+        (_, None) => return 0.0,
     };
     if side <= 0.0 {
         return 0.0;
     }
-    let reflected = radiance * (at.reflected)(d / r);
+    let reflected = emission.radiance * (at.reflected)(d / r);
     reflected.element_sum() / 3.0 * (side / (r2 * r))
 }

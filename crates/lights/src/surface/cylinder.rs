@@ -1,10 +1,11 @@
 //! Cylinders, the lights that they make, and their surfaces as a shading point sees them.
 
-use super::shape::{Shape, bounded};
+use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, bounds_of, reach_across};
 use crate::CylinderView;
+use crate::light::Emission;
 use linelit_elementary::sin;
 use linelit_geometry::{DVec3, Segment, predicates};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 /// The side of a cylinder, without its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,46 @@ pub struct CylinderLight {
     pub radiance: DVec3,
 }
 
+impl ShapeLight for CylinderLight {
+    #[inline]
+    fn emission(&self) -> Emission {
+        Emission::one_sided(self.radiance)
+    }
+
+    fn area(&self) -> f64 {
+        self.cylinder.area()
+    }
+
+    #[inline]
+    fn normal(&self, point: DVec3) -> DVec3 {
+        self.cylinder.normal(point)
+    }
+
+    fn can_light(&self, x: DVec3, n: DVec3) -> bool {
+        let Cylinder { axis, radius } = self.cylinder;
+        let rise = radius * predicates::cross(n, axis.direction()).length();
+        let heights = [axis.p0, axis.p1].map(|p| n.dot(p - x));
+        heights.iter().any(|h| *h > 0.0 || h + rise > 0.0)
+    }
+
+    fn middle(&self, x: DVec3) -> (DVec3, f64) {
+        let towards = self.cylinder.normal(x) * self.cylinder.radius;
+        (self.cylinder.axis.at(0.5) + towards, FRAC_1_PI)
+    }
+
+    fn extent(&self) -> Extent {
+        let Cylinder { axis, radius } = self.cylinder;
+        let (lo, hi) = bounds_of(&[axis.p0, axis.p1]);
+        let r = reach_across(axis.direction()) * radius;
+        Extent {
+            bounds: (lo - r, hi + r),
+            mean: axis.at(0.5),
+            variance: axis.vector().length_squared() / 12.0 + radius * radius,
+            normals: Normals::Around,
+        }
+    }
+}
+
 impl Shape for CylinderView {
     #[inline]
     fn normal(&self, point: DVec3) -> DVec3 {
@@ -47,6 +88,10 @@ impl Shape for CylinderView {
 
     fn meets(&self, _: DVec3, direction: DVec3) -> Option<DVec3> {
         self.meets(direction)
+    }
+
+    fn may_rise_above(&self, _: DVec3, n: DVec3) -> bool {
+        self.heights(n)[1] > 0.0
     }
 
     fn half_width(&self) -> f64 {

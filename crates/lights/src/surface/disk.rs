@@ -1,9 +1,9 @@
 //! Disks, the lights that they make, and their surfaces.
 
-use super::shape::{Shape, bounded, on_plane};
+use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, on_plane, reach_across};
 use crate::light::{Emission, height};
 use linelit_elementary::{cos, sin_cos};
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DVec3, Frame, predicates};
 use std::f64::consts::{PI, TAU};
 
 /// A flat disk.
@@ -74,6 +74,54 @@ fn around_circle<P>(radius: f64, corner: impl Fn(f64, f64, f64) -> P) -> [P; Dis
         let (s, c) = sin_cos(turn * k as f64);
         corner(radius, s, c)
     })
+}
+
+impl ShapeLight for DiskLight {
+    #[inline]
+    fn emission(&self) -> Emission {
+        self.emission
+    }
+
+    fn area(&self) -> f64 {
+        self.disk.area()
+    }
+
+    #[inline]
+    fn normal(&self, _: DVec3) -> DVec3 {
+        self.disk.normal
+    }
+
+    fn can_light(&self, x: DVec3, n: DVec3) -> bool {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = self.disk;
+        // The highest point of the disk over the tangent plane.
+        let rise = radius * predicates::cross(n, normal).length();
+        let height = n.dot(center - x);
+        // The rise towards a normal that is far from a unit vector may be no number.
+        self.emission.reaches(normal.dot(x - center)) && (height > 0.0 || height + rise > 0.0)
+    }
+
+    fn middle(&self, _: DVec3) -> (DVec3, f64) {
+        (self.disk.center, 1.0)
+    }
+
+    fn extent(&self) -> Extent {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = self.disk;
+        let r = reach_across(normal) * radius;
+        Extent {
+            bounds: (center - r, center + r),
+            mean: center,
+            variance: 0.5 * radius * radius,
+            normals: Normals::of_flat(normal, self.emission.two_sided),
+        }
+    }
 }
 
 impl Shape for Disk {

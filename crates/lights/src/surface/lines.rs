@@ -4,11 +4,12 @@ use super::texture::EmissionTexture;
 use super::{LightPoint, Surface, Viewer};
 use crate::{
     AngularLines, ChordMeasure, CylinderLines, CylinderView, LineSample, LineSampler,
-    LineTechnique, OffsetDensity, TextureAxis, TexturedLines,
+    LineTechnique, OffsetDensity, TextureAxis, TexturedLines, through,
 };
-use core::f64::consts::PI;
+use core::f64::consts::{FRAC_PI_2, PI};
+use linelit_elementary::atan2;
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
 
 /// The measure in which lines, and points on them, are uniform where nothing occludes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,6 +131,28 @@ impl<'t> LineFamily<'t> {
         match self {
             Self::Cylinder(lines) => lines.height(line),
             Self::Area(_) | Self::Angular(_) | Self::Texture(_) => 1.0,
+        }
+    }
+}
+
+impl Surface<'_> {
+    /// Adds the lines across those of a direction, one through each point; of surfaces without
+    /// lines none.
+    pub fn lines_across(
+        &self,
+        direction: DVec3,
+        points: impl Iterator<Item = DVec3>,
+        out: &mut impl Extend<Segment>,
+    ) {
+        match self {
+            Self::Polygon(light) => {
+                let along = light.plane_frame().axes;
+                let angle = atan2(along.y.dot(direction), along.x.dot(direction)) + FRAC_PI_2;
+                let across = ParallelLines::new(light, angle);
+                out.extend(points.map(|point| through(&across, point)));
+            }
+            Self::Cylinder(light) => out.extend(points.map(|point| light.across(point))),
+            Self::Sphere(_) | Self::Disk(_) | Self::Sky(_) => {}
         }
     }
 }

@@ -112,6 +112,34 @@ pub enum Surface<'a> {
     Sky(&'a SkyView<'a>),
 }
 
+/// The surface of a light as one shading point sees it: what [`Surface`] borrows.
+#[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one for each shading point, on the stack"
+)]
+pub enum SeenSurface<'a> {
+    /// A surface that is the same from everywhere.
+    Fixed(Surface<'a>),
+    /// A cylinder.
+    Cylinder(CylinderView),
+    /// A sky.
+    Sky(SkyView<'a>),
+}
+
+impl SeenSurface<'_> {
+    /// The surface.
+    #[inline]
+    #[must_use]
+    pub const fn surface(&self) -> Surface<'_> {
+        match self {
+            Self::Fixed(surface) => *surface,
+            Self::Cylinder(view) => Surface::Cylinder(view),
+            Self::Sky(view) => Surface::Sky(view),
+        }
+    }
+}
+
 impl Surface<'_> {
     /// The unit normal at one of its points, on the side that emits.
     #[inline]
@@ -130,6 +158,12 @@ impl Surface<'_> {
     #[must_use]
     pub fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
         of!(Surface self, shape => Shape::meets(*shape, x, direction))
+    }
+
+    /// Whether some of it may be above a horizon: see [`Shape::may_rise_above`].
+    #[must_use]
+    pub fn may_rise_above(&self, x: DVec3, n: DVec3) -> bool {
+        of!(Surface self, shape => shape.may_rise_above(x, n))
     }
 
     /// Half the smaller extent: see [`Shape::half_width`].

@@ -1,6 +1,6 @@
 //! Polygons, the lights that they make, and their surfaces.
 
-use super::shape::{Shape, on_plane};
+use super::shape::{Extent, Normals, Shape, ShapeLight, bounds_of, on_plane};
 use crate::light::{Emission, height};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3};
 
@@ -28,6 +28,43 @@ impl AreaLight {
     }
 }
 
+impl ShapeLight for AreaLight {
+    #[inline]
+    fn emission(&self) -> Emission {
+        self.emission
+    }
+
+    fn area(&self) -> f64 {
+        self.polygon.area()
+    }
+
+    #[inline]
+    fn normal(&self, _: DVec3) -> DVec3 {
+        self.polygon.normal()
+    }
+
+    fn can_light(&self, x: DVec3, n: DVec3) -> bool {
+        self.faces(x, 0.0) && self.polygon.may_rise_above(x, n)
+    }
+
+    fn middle(&self, _: DVec3) -> (DVec3, f64) {
+        (self.polygon.centroid(), 1.0)
+    }
+
+    fn extent(&self) -> Extent {
+        let (vertices, mean) = (self.polygon.vertices(), self.polygon.centroid());
+        // A triangle's second moment is 1/12 of the sum of its corners'; near enough for any
+        // polygon.
+        let spread: f64 = vertices.iter().map(|v| (*v - mean).length_squared()).sum();
+        Extent {
+            bounds: bounds_of(vertices),
+            mean,
+            variance: spread / 12.0,
+            normals: Normals::of_flat(self.polygon.normal(), self.emission.two_sided),
+        }
+    }
+}
+
 impl Shape for ConvexPolygon {
     #[inline]
     fn normal(&self, _: DVec3) -> DVec3 {
@@ -44,6 +81,10 @@ impl Shape for ConvexPolygon {
         let next = vertices.iter().cycle().skip(1);
         let inside = |(a, b): (&DVec3, &DVec3)| n.dot((*b - *a).cross(hit - *a)) >= 0.0;
         vertices.iter().zip(next).all(inside).then_some(hit)
+    }
+
+    fn may_rise_above(&self, x: DVec3, n: DVec3) -> bool {
+        self.vertices().iter().any(|v| n.dot(*v - x) > 0.0)
     }
 
     /// Along and across the first edge.

@@ -48,6 +48,10 @@ impl Shape for SkyView<'_> {
         self.sky.shows(x, direction).then(|| self.point(direction))
     }
 
+    fn may_rise_above(&self, x: DVec3, n: DVec3) -> bool {
+        self.sky.is_above(x, n)
+    }
+
     fn half_width(&self) -> f64 {
         self.radius
     }

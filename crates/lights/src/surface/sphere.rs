@@ -6,7 +6,8 @@
 //! inside the sphere before the disk, which hide the disk only.
 
 use super::disk::Disk;
-use super::shape::{Shape, bounded, on_plane};
+use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, on_plane};
+use crate::light::Emission;
 use core::f64::consts::PI;
 use linelit_geometry::{DVec3, Triangle, predicates};
 
@@ -30,6 +31,17 @@ impl Sphere {
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
         predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
+    }
+
+    /// The extent of a ball that shines in all directions.
+    pub(crate) fn extent(&self) -> Extent {
+        let (mean, r) = (self.center, DVec3::splat(self.radius));
+        Extent {
+            bounds: (mean - r, mean + r),
+            mean,
+            variance: self.radius * self.radius,
+            normals: Normals::Around,
+        }
     }
 
     /// A distance from `x` at which every direction has left the sphere, if that holds a scene:
@@ -90,6 +102,35 @@ impl Sphere {
     pub fn is_clear_of(&self, [a, b, c]: [DVec3; 3]) -> bool {
         let nearest = Triangle::new(a, b, c).nearest(self.center);
         nearest.distance(self.center) >= self.radius
+    }
+}
+
+impl ShapeLight for SphereLight {
+    #[inline]
+    fn emission(&self) -> Emission {
+        Emission::one_sided(self.radiance)
+    }
+
+    fn area(&self) -> f64 {
+        self.sphere.area()
+    }
+
+    #[inline]
+    fn normal(&self, point: DVec3) -> DVec3 {
+        self.sphere.normal(point)
+    }
+
+    fn can_light(&self, x: DVec3, n: DVec3) -> bool {
+        n.dot(self.sphere.center - x) + self.sphere.radius > 0.0
+    }
+
+    fn middle(&self, x: DVec3) -> (DVec3, f64) {
+        let Sphere { center, radius } = self.sphere;
+        (center + (x - center).normalize_or_zero() * radius, 0.25)
+    }
+
+    fn extent(&self) -> Extent {
+        self.sphere.extent()
     }
 }
 
