@@ -82,8 +82,8 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         rest,
     } = buffers;
     // Is the shading point on a side of the light that emits?
-    let cylinder = query.light.cylinder(query.point.position);
-    let view = View::new(query.light, query.point, query.margins, cylinder.as_ref());
+    let seen = query.light.light.seen_from(query.point.position);
+    let view = View::new(query.light, query.point, query.margins, seen.as_ref());
     let Some(mut view) = view else {
         return DVec3::ZERO;
     };

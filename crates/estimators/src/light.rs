@@ -2,9 +2,7 @@
 
 use crate::{PlanCounters, PointDensity, ShadingPoint};
 use linelit_geometry::{DVec3, Triangle};
-use linelit_lights::{
-    CylinderView, Emission, EmissionTexture, Light, LightPoint, NoTexture, Profile,
-};
+use linelit_lights::{Emission, EmissionTexture, Light, LightPoint, NoTexture, Profile};
 use std::ops::Range;
 
 /// A light among the occluders, and statistics of its occlusion.
@@ -16,8 +14,8 @@ pub struct LightSource<'a, T = NoTexture> {
     pub triangles: Range<u32>,
     /// The emission of an area light by position, if it is not the same everywhere.
     pub texture: Option<&'a T>,
-    /// The factor of the emission of a polygon, a disk, a sphere or a cylinder by direction, about
-    /// the normal of the side that emits; none emits alike in all directions. With it nothing is
+    /// The factor of the emission by direction, about the normal of the side that emits, of a light
+    /// that has sides ([`Light::normal`]); none emits alike in all directions. With it nothing is
     /// known in closed form: points and lines take samples.
     pub profile: Option<&'a Profile>,
     /// Statistics of its occlusion, by which `hybrid` chooses.
@@ -92,39 +90,20 @@ impl<T: EmissionTexture> LightSource<'_, T> {
 
     /// The factor of the emission by direction at a point of the surface.
     fn factor(&self, profile: &Profile, at: &LightPoint) -> DVec3 {
-        let normal = match self.light {
-            Light::Area(light) => light.polygon.normal(),
-            Light::Disk(light) => light.disk.normal,
-            Light::Sphere(light) => light.sphere.normal(at.point),
-            Light::Cylinder(light) => light.cylinder.normal(at.point),
-            // Lines, points and light from infinity have no side.
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => {
-                return DVec3::ONE;
-            }
+        // Lines, points and light from infinity have no side.
+        let Some(normal) = self.light.normal(at.point) else {
+            return DVec3::ONE;
         };
         profile.on_surface(normal * at.cos_light.signum(), -at.direction)
     }
 
-    /// A cylinder as the shading point `x` sees it, if the light is one.
-    pub(crate) fn cylinder(&self, x: DVec3) -> Option<CylinderView> {
-        match self.light {
-            Light::Cylinder(light) => CylinderView::new(&light.cylinder, x),
-            Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) => None,
-            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
-        }
-    }
-
     /// The emission that all points of a flat light have in common; `None` for any other light.
     pub(crate) fn even(&self) -> Option<Emission> {
-        if self.profile.is_some() {
-            return None;
-        }
-        match self.light {
-            Light::Area(area) if self.texture.is_none() => Some(area.emission),
-            Light::Disk(light) => Some(light.emission),
-            Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) => None,
-            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
-        }
+        let is_even = match self.light {
+            Light::Area(_) => self.texture.is_none(),
+            light => light.is_flat(),
+        };
+        (is_even && self.profile.is_none()).then(|| self.light.emission())
     }
 
     /// The density of points of a polygon that reaches an error first: uniform on the area, or in
@@ -153,32 +132,28 @@ impl<T: EmissionTexture> LightSource<'_, T> {
     /// Whether the light can reach the point at all: some of it is above the horizon, on the side
     /// that emits. Where not, every estimator gives zero. Counts why not.
     pub fn reaches<R>(&self, point: &ShadingPoint<R>, counters: &mut PlanCounters) -> bool {
-        let (x, cylinder) = (point.position, self.cylinder(point.position));
+        let (x, seen) = (point.position, self.light.seen_from(point.position));
         let beam = self.light.beam(x);
         counters.point_lights += 1;
         let faces = match self.light {
-            Light::Area(light) => light.faces(x, 0.0),
             Light::Linear(_) => true,
-            Light::Sphere(light) => light.sphere.center.distance(x) > light.sphere.radius,
-            Light::Disk(light) => light.faces(x, 0.0),
-            Light::Cylinder(_) => cylinder.is_some(),
             Light::Point(_) | Light::Distant(_) => beam.is_some(),
-            Light::Sky(_) => true,
+            Light::Area(light) => light.faces(x, 0.0),
+            Light::Disk(light) => light.faces(x, 0.0),
+            Light::Sphere(light) => light.sphere.center.distance(x) > light.sphere.radius,
+            _ => seen.is_some(),
         };
         if !faces {
             counters.facing_away += 1;
             return false;
         }
-        // A convex light has its highest point at a corner.
-        let any_above = |corners: &[DVec3], n: DVec3| corners.iter().any(|v| n.dot(*v - x) > 0.0);
-        let is_above = |n: DVec3| match self.light {
-            Light::Area(light) => any_above(light.polygon.vertices(), n),
-            Light::Linear(light) => any_above(&[light.segment.p0, light.segment.p1], n),
-            // Their samplers ask for the horizon themselves.
-            Light::Sphere(_) | Light::Disk(_) => true,
-            Light::Cylinder(_) => cylinder.is_some_and(|view| view.heights(n)[1] > 0.0),
-            Light::Point(_) | Light::Distant(_) => beam.is_some_and(|b| n.dot(b.direction) > 0.0),
-            Light::Sky(sky) => sky.is_above(x, n),
+        let is_above = |n: DVec3| match (self.light, &seen) {
+            (Light::Linear(light), _) => {
+                let ends = [light.segment.p0, light.segment.p1];
+                ends.iter().any(|end| n.dot(*end - x) > 0.0)
+            }
+            (_, Some(seen)) => seen.surface().may_rise_above(x, n),
+            (_, None) => beam.is_some_and(|b| n.dot(b.direction) > 0.0),
         };
         let above = is_above(point.geometric_normal) && is_above(point.normal);
         counters.below_horizon += u64::from(!above);

@@ -3,7 +3,9 @@
 use crate::light::LightSource;
 use crate::point::{Receiver, ShadingPoint};
 use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment};
-use linelit_lights::{Beam, CylinderView, Disk, Emission, Light, SkyView, Sphere, Surface};
+use linelit_lights::{
+    Beam, CylinderView, Disk, Emission, Light, SeenSurface, SkyView, Sphere, Surface,
+};
 use std::ops::Range;
 
 /// A light as one shading point sees it: its shape, its emission and the part above the horizons.
@@ -64,7 +66,7 @@ impl<'a> View<'a> {
         source: &'a LightSource<'a, T>,
         point: &ShadingPoint<R>,
         margins: Margins,
-        cylinder: Option<&'a CylinderView>,
+        seen: Option<&'a SeenSurface<'a>>,
     ) -> Option<Self> {
         let (x, margin) = (point.position, margins.light);
         let shape = match source.light {
@@ -74,7 +76,10 @@ impl<'a> View<'a> {
             Light::Disk(light) => Shape::Disk(&light.disk),
             Light::Linear(light) => Shape::Segment(&light.segment),
             Light::Sphere(light) => Shape::Sphere(&light.sphere),
-            Light::Cylinder(_) => Shape::Cylinder(cylinder?),
+            Light::Cylinder(_) => match seen? {
+                SeenSurface::Cylinder(view) => Shape::Cylinder(view),
+                SeenSurface::Fixed(_) | SeenSurface::Sky(_) => return None,
+            },
             Light::Sky(sky) => Shape::Sky(SkyView::new(sky, x)),
             Light::Point(_) | Light::Distant(_) => Shape::Beam(source.light.beam(x)?),
         };

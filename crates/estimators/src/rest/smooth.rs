@@ -3,11 +3,9 @@
 
 use crate::view::View;
 use crate::{Smoothing, Weights};
-use linelit_elementary::atan2;
-use linelit_geometry::{DVec3, ParallelLines, Segment, intervals::Interval};
-use linelit_lights::{LightPoint, Surface, through};
+use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_lights::{LightPoint, Surface};
 use linelit_mis::smoothing;
-use std::f64::consts::FRAC_PI_2;
 
 /// The hidden share of a line that is smoothed with a fixed width, at least. Ends of visible
 /// parts are good to some 1e-12, and what rounding hides at the end of one line may be visible on
@@ -72,16 +70,7 @@ impl<'a> Smooth<'a> {
         out: &mut Vec<Segment>,
     ) {
         out.clear();
-        match self.part {
-            Surface::Polygon(part) => {
-                let along = part.plane_frame().axes;
-                let angle = atan2(along.y.dot(direction), along.x.dot(direction)) + FRAC_PI_2;
-                let across = ParallelLines::new(part, angle);
-                out.extend(points.map(|point| through(&across, point)));
-            }
-            Surface::Cylinder(cylinder) => out.extend(points.map(|p| cylinder.across(p))),
-            Surface::Sphere(_) | Surface::Disk(_) | Surface::Sky(_) => {}
-        }
+        self.part.lines_across(direction, points, out);
     }
 }
 
