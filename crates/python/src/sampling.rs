@@ -6,7 +6,7 @@ use crate::light::{Light, kind};
 use crate::threads::alone;
 use linelit::geometry::{DVec3, predicates, stop};
 use linelit::lights::linear::{LinearSampler, LinearTechnique};
-use linelit::lights::{CylinderView, Light as RustLight, LightPoint, LinearPointTechnique as _};
+use linelit::lights::{Light as RustLight, LightPoint, LinearPointTechnique as _};
 use linelit::lights::{NoTexture, PointDensity, PointSource, Surface, Viewer};
 use pyo3::prelude::*;
 
@@ -29,28 +29,6 @@ const DENSITIES: [(&str, PointDensity); 5] = [
     ("projected-solid-angle", PointDensity::ProjectedSolidAngle),
 ];
 
-/// The densities that a shape has; none for lights without a surface.
-const fn densities(light: &RustLight) -> &'static [&'static str] {
-    match light {
-        RustLight::Area(_) => &["area", "proxy", "solid-angle", "projected-solid-angle"],
-        RustLight::Sphere(_) => &[
-            "area",
-            "visible-area",
-            "solid-angle",
-            "projected-solid-angle",
-        ],
-        RustLight::Disk(_) => &["area", "solid-angle", "projected-solid-angle"],
-        RustLight::Cylinder(_) => &[
-            "area",
-            "visible-area",
-            "solid-angle",
-            "projected-solid-angle",
-        ],
-        RustLight::Linear(_) => &[],
-        RustLight::Point(_) | RustLight::Distant(_) | RustLight::Sky(_) => &[],
-    }
-}
-
 impl<'a> Technique<'a> {
     fn new(light: &'a RustLight, name: &str) -> PyResult<Self> {
         let known: Vec<&str> = match light {
@@ -61,7 +39,11 @@ impl<'a> Technique<'a> {
                 }
                 LinearTechnique::ALL.map(LinearTechnique::name).to_vec()
             }
-            surface => densities(surface).to_vec(),
+            surface => {
+                let has = |density| surface.densities().contains(density);
+                let all = DENSITIES.iter().filter(|(_, density)| has(density));
+                all.map(|(name, _)| *name).collect()
+            }
         };
         let found = DENSITIES
             .iter()
@@ -95,18 +77,8 @@ impl<'a> Technique<'a> {
             }
             Self::Surface(light, density) => (light, density),
         };
-        let cylinder;
-        let surface = match light {
-            RustLight::Area(l) => Surface::Polygon(&l.polygon),
-            RustLight::Sphere(l) => Surface::Sphere(&l.sphere),
-            RustLight::Disk(l) => Surface::Disk(&l.disk),
-            RustLight::Cylinder(l) => {
-                cylinder = CylinderView::new(&l.cylinder, position)?;
-                Surface::Cylinder(&cylinder)
-            }
-            RustLight::Linear(_) | RustLight::Point(_) => return None,
-            RustLight::Distant(_) | RustLight::Sky(_) => return None,
-        };
+        let seen = light.seen_from(position)?;
+        let surface = seen.surface();
         let viewer = Viewer {
             position,
             normal,

@@ -84,17 +84,13 @@ struct LightGroup {
 impl LightGroup {
     /// One light.
     fn of(light: &Light) -> Self {
-        let (area, length) = match light {
-            Light::Area(a) => (a.polygon.area(), 0.0),
-            Light::Linear(l) => (0.0, l.segment.length()),
-            Light::Sphere(s) => (s.sphere.area(), 0.0),
-            Light::Disk(d) => (d.disk.area(), 0.0),
-            Light::Cylinder(c) => (c.cylinder.area(), 0.0),
-            Light::Point(_) | Light::Distant(_) | Light::Sky(_) => (0.0, 0.0),
+        let length = match light {
+            Light::Linear(l) => l.segment.length(),
+            _ => 0.0,
         };
         Self {
             lights: 1,
-            area,
+            area: light.area(),
             length,
             power: light.power(),
             power_luminance: light.power_by_channel().dot(LUMINANCE),
@@ -316,12 +312,7 @@ fn kind(light: &Light) -> &'static str {
             _ => "polygon",
         },
         Light::Linear(_) => "linear",
-        Light::Sphere(_) => "sphere",
-        Light::Disk(_) => "disk",
-        Light::Cylinder(_) => "cylinder",
-        Light::Point(_) => "point",
-        Light::Distant(_) => "distant",
-        Light::Sky(_) => "sky",
+        other => other.name(),
     }
 }
 
