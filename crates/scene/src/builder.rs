@@ -2,13 +2,12 @@
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
+use crate::round::RoundShape;
 use crate::scene::{Mesh, Placed, RoundLight, Scene, SceneLight, outward, to_f32, to_f64};
 use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
-use linelit_lights::{
-    AreaLight, Cylinder, Disk, Emission, Light, LightSpace, LinearLight, Profile, Sphere,
-};
+use linelit_lights::{AreaLight, Emission, Light, LightSpace, LinearLight, Profile};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,18 +27,6 @@ pub struct MeshData {
     pub one_shape: bool,
     /// The round shape that the triangles stand for.
     pub round: Option<RoundShape>,
-}
-
-/// A round shape that triangles stand for. Of a sphere or a cylinder, a negative radius says that
-/// its outside is the inside; of a disk, the triangles say which of its sides is the outside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RoundShape {
-    /// A sphere.
-    Sphere(Sphere),
-    /// A disk.
-    Disk(Disk),
-    /// The side of a cylinder.
-    Cylinder(Cylinder),
 }
 
 /// The placement of a mesh in the world, its material and its emission; by default as it is, a grey
@@ -313,6 +300,33 @@ impl SceneBuilder {
         Ok(added)
     }
 
+    /// Remembers the round shape that the last `lights` lights and the triangles from `first` on
+    /// stand for, if its transform leaves it one.
+    fn note_round(
+        &mut self,
+        first: usize,
+        lights: usize,
+        shape: &RoundShape,
+        place: &Placement,
+        spec: &EmissionSpec,
+    ) {
+        let start = self.lights.len() - lights;
+        let facing = self.lights.get(start).and_then(|l| match &*l.light {
+            Light::Area(facet) => Some(facet.polygon.normal()),
+            _ => None,
+        });
+        let emission = |area| spec.emission(spec.radiance_over(area));
+        let Some((light, turned)) = shape.light(&place.to_world, facing, emission) else {
+            return;
+        };
+        self.round.push(RoundLight {
+            light,
+            outward: turned.is_none_or(|turned| place.reverse == turned && !spec.two_sided),
+            lights: index(start)..index(self.lights.len()),
+            triangles: index(first)..index(self.triangles.len()),
+        });
+    }
+
     fn add_vertices(&mut self, mesh: &MeshData, place: &Placement) -> Result<(), AddError> {
         let base = self.positions.len();
         self.positions.reserve(mesh.positions.len());
@@ -572,7 +586,7 @@ fn unit(n: DVec3) -> DVec3 {
 }
 
 /// Counts are below `u32::MAX`: [`SceneBuilder::add_mesh`] refuses more.
-pub(crate) fn index(i: usize) -> u32 {
+fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }
 

@@ -24,7 +24,7 @@ mod surface;
 mod texture;
 
 pub use alpha::{Alpha, AlphaGrid};
-pub use builder::{AddError, Added, MAX_COORDINATE, MeshData, Placement, RoundShape, SceneBuilder};
+pub use builder::{AddError, Added, MAX_COORDINATE, MeshData, Placement, SceneBuilder};
 pub use camera::{Camera, CameraRay, Projection};
 pub use emission::{EmissionMap, EmissionSpec, PlaneUv};
 pub use emission_texture::EmissionTexture;
@@ -34,6 +34,7 @@ pub use image::{ImageData, LUMINANCE};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 pub use parameters::Parameter;
 pub use response::{Bounce, Response, index_of_refraction};
+pub use round::RoundShape;
 pub use scene::{Cutout, Mesh, Placed, RoundLight, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};

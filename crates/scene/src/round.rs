@@ -1,90 +1,86 @@
 //! Emissive spheres, disks and cylinders, remembered beside the facets that stand for them.
 
-use crate::EmissionSpec;
-use crate::builder::{Placement, RoundShape, SceneBuilder, index};
-use crate::scene::RoundLight;
-use linelit_geometry::glam::DMat3;
+use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
-use linelit_lights::{Cylinder, CylinderLight, Disk, DiskLight, Light, Sphere, SphereLight};
+use linelit_lights::{
+    Cylinder, CylinderLight, Disk, DiskLight, Emission, Light, Sphere, SphereLight,
+};
 
-impl SceneBuilder {
-    /// Remembers the round shape that the last lights, so many, and the triangles from `first` on
-    /// stand for, if its transform leaves it one.
-    pub(crate) fn note_round(
-        &mut self,
-        first: usize,
-        lights: usize,
-        shape: &RoundShape,
-        place: &Placement,
-        spec: &EmissionSpec,
-    ) {
-        let start = self.lights.len() - lights;
-        let lights = index(start)..index(self.lights.len());
-        let triangles = index(first)..index(self.triangles.len());
-        let emission = |area| spec.emission(spec.radiance_over(area));
-        let emits_outwards = |radius: f64| place.reverse == (radius < 0.0) && !spec.two_sided;
-        let found = match shape {
-            RoundShape::Sphere(of) => sphere(of, place).map(|Sphere { center, radius }| {
+/// A round shape that triangles stand for. Of a sphere or a cylinder, a negative radius says that
+/// its outside is the inside; of a disk, the triangles say which of its sides is the outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoundShape {
+    /// A sphere.
+    Sphere(Sphere),
+    /// A disk.
+    Disk(Disk),
+    /// The side of a cylinder.
+    Cylinder(Cylinder),
+}
+
+impl RoundShape {
+    /// The light that the shape makes in the world, if its transform leaves it one, and whether its
+    /// outside is the inside, of a shape that has one. `emission` gives the emission of an area, and
+    /// `facing` is the normal of a facet, to which a disk turns.
+    pub(crate) fn light(
+        &self,
+        to_world: &DAffine3,
+        facing: Option<DVec3>,
+        emission: impl Fn(f64) -> Emission,
+    ) -> Option<(Light, Option<bool>)> {
+        Some(match self {
+            Self::Sphere(of) => {
+                let Sphere { center, radius } = sphere(of, to_world)?;
                 let area = 4.0 * std::f64::consts::PI * radius * radius;
-                let sphere = SphereLight {
-                    sphere: Sphere {
-                        center,
-                        radius: radius.abs(),
-                    },
-                    radiance: emission(area).radiance,
+                let radiance = emission(area).radiance;
+                let sphere = Sphere {
+                    center,
+                    radius: radius.abs(),
                 };
-                (Light::Sphere(sphere), emits_outwards(radius))
-            }),
-            RoundShape::Disk(of) => {
-                let Some(Light::Area(facet)) = self.lights.get(start).map(|l| &*l.light) else {
-                    return;
-                };
-                disk(of, place, facet.polygon.normal()).map(|disk| {
-                    let emission = emission(disk.area());
-                    (Light::Disk(DiskLight { disk, emission }), true)
-                })
+                let light = Light::Sphere(SphereLight { sphere, radiance });
+                (light, Some(radius < 0.0))
             }
-            RoundShape::Cylinder(of) => cylinder(of, place).map(|cylinder| {
+            Self::Disk(of) => {
+                let disk = disk(of, to_world, facing?)?;
+                let emission = emission(disk.area());
+                (Light::Disk(DiskLight { disk, emission }), None)
+            }
+            Self::Cylinder(of) => {
+                let cylinder = cylinder(of, to_world)?;
                 let radiance = emission(cylinder.area()).radiance;
                 let light = Light::Cylinder(CylinderLight { cylinder, radiance });
-                (light, emits_outwards(of.radius))
-            }),
-        };
-        self.round.extend(found.map(|(light, outward)| RoundLight {
-            light,
-            outward,
-            lights,
-            triangles,
-        }));
+                (light, Some(of.radius < 0.0))
+            }
+        })
     }
 }
 
 /// The sphere in the world, its radius of the same sign.
-fn sphere(sphere: &Sphere, place: &Placement) -> Option<Sphere> {
-    let m = place.to_world.matrix3;
+fn sphere(sphere: &Sphere, to_world: &DAffine3) -> Option<Sphere> {
+    let m = to_world.matrix3;
     let scale = m.x_axis.length();
     let gram = m.transpose() * m;
     let off = gram - DMat3::from_diagonal(DVec3::splat(scale * scale));
     let error = [off.x_axis, off.y_axis, off.z_axis].map(|c| c.abs().max_element());
     let is_one = !error.iter().any(|e| *e > 1e-6 * scale * scale);
     let radius = sphere.radius * scale;
-    let center = place.to_world.transform_point3(sphere.center);
+    let center = to_world.transform_point3(sphere.center);
     let finite = radius != 0.0 && radius.is_finite() && center.is_finite();
     (is_one && finite).then_some(Sphere { center, radius })
 }
 
 /// The disk in the world, its normal on the side of another; an ellipse stays facets.
-fn disk(disk: &Disk, place: &Placement, emitting: DVec3) -> Option<Disk> {
+fn disk(disk: &Disk, to_world: &DAffine3, emitting: DVec3) -> Option<Disk> {
     let frame = Frame::from_normal(disk.normal);
-    let [a, b] = [frame.x, frame.y].map(|v| place.to_world.transform_vector3(v * disk.radius));
+    let [a, b] = [frame.x, frame.y].map(|v| to_world.transform_vector3(v * disk.radius));
     let square = a.length_squared();
     let error = (b.length_squared() - square).abs().max(a.dot(b).abs());
     // One that is where it was keeps its bits.
-    let (normal, radius) = match place.to_world.matrix3 == DMat3::IDENTITY {
+    let (normal, radius) = match to_world.matrix3 == DMat3::IDENTITY {
         true => (disk.normal, disk.radius),
         false => (predicates::normalize(a.cross(b))?, square.sqrt()),
     };
-    let center = place.to_world.transform_point3(disk.center);
+    let center = to_world.transform_point3(disk.center);
     let is_one = !(error > 1e-6 * square) && radius.is_finite() && center.is_finite();
     is_one.then_some(Disk {
         center,
@@ -94,8 +90,8 @@ fn disk(disk: &Disk, place: &Placement, emitting: DVec3) -> Option<Disk> {
 }
 
 /// The cylinder in the world, its radius positive; of an ellipse, or slanted, it stays facets.
-fn cylinder(cylinder: &Cylinder, place: &Placement) -> Option<Cylinder> {
-    let (to_world, axis) = (&place.to_world, cylinder.axis);
+fn cylinder(cylinder: &Cylinder, to_world: &DAffine3) -> Option<Cylinder> {
+    let axis = cylinder.axis;
     let Frame { x, y, z } = Frame::from_normal(axis.direction());
     let [x, y, z] = [x, y, z].map(|v| to_world.transform_vector3(v));
     let square = x.length_squared();
