@@ -2,7 +2,7 @@
 //! and no panic of hostile ones.
 
 use linelit_geometry::DVec3;
-use linelit_lights::Light;
+use linelit_lights::{Extent, Light, Normals, PointDensity, SeenSurface, Surface};
 use linelit_testkit::strategies::{hostile, hostile_vector};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -50,6 +50,101 @@ fn lights_emit_what_their_numbers_say() {
     assert_eq!(Light::sky([1.5; 3]).emission().radiance, DVec3::splat(1.5));
 }
 
+/// Lights with a surface, with the number of their densities.
+fn surfaces() -> Vec<(Light, usize)> {
+    let (from, to) = (DVec3::new(1.0, -2.0, 0.5), DVec3::new(2.5, 0.0, 1.0));
+    let square = Light::rectangle(from, DVec3::X * 2.0, DVec3::Y, [2.0; 3]).expect("a rectangle");
+    vec![
+        (square, 4),
+        (Light::disk(from, to, 0.75, [1.0; 3]).two_sided(), 3),
+        (Light::sphere(from, 1.5, [1.0; 3]), 4),
+        (Light::cylinder(from, to, 0.5, [1.0; 3]), 4),
+    ]
+}
+
+/// Of points uniform on the visible area: they are in the box, their mean squared distance from the
+/// mean is the variance, their normals are those of the surface, and one above a horizon lights.
+#[test]
+fn lights_are_where_their_points_are() {
+    const N: u32 = 64;
+    let x = DVec3::new(3.0, 1.0, 4.0);
+    let grid = |i: u32| (f64::from(i) + 0.5) / f64::from(N);
+    for (light, densities) in surfaces() {
+        assert_eq!(light.densities().len(), densities, "{light:?}");
+        assert!(light.densities().contains(&PointDensity::Area));
+        let Extent {
+            bounds: (lo, hi),
+            mean,
+            variance,
+            normals,
+        } = light.extent();
+        assert_eq!(light.is_flat(), normals != Normals::Around);
+        let seen: SeenSurface<'_> = light.seen_from(x).expect("in view");
+        let surface = seen.surface();
+        let (middle, part) = light.middle(x).expect("an area");
+        assert!(part > 0.0 && part <= 1.0);
+        let (mut sum, mut largest) = (0.0, 0.0_f64);
+        let places = (0..N * N).map(|k| [grid(k / N), grid(k % N)]);
+        for u in places {
+            let point = light.sample_area(x, u).expect("an area").point;
+            // Eight roundings of coordinates below four.
+            let slack = DVec3::splat(8.0 * 4.0 * f64::EPSILON);
+            for point in [point, middle] {
+                assert!((point + slack).cmpge(lo).all() && (point - slack).cmple(hi).all());
+            }
+            let normal = light.normal(point).expect("sides");
+            assert!(normal.distance(surface.normal(point)) < 1e-14, "{light:?}");
+            for n in [
+                DVec3::X,
+                DVec3::NEG_Y,
+                DVec3::NEG_Z,
+                DVec3::new(-0.6, 0.0, -0.8),
+            ] {
+                let is_above = n.dot(point - x) > 0.0;
+                let is_seen = normal.dot(x - point) > 0.0 || light.emission().two_sided;
+                assert!(
+                    !(is_above && is_seen) || light.can_light(x, n),
+                    "{light:?} {n}"
+                );
+                assert!(!is_above || surface.may_rise_above(x, n), "{light:?} {n}");
+            }
+            let square = point.distance_squared(mean);
+            (sum, largest) = (sum + square, largest.max(square));
+        }
+        // The midpoint rule on N² cells is off by at most the variation, over N.
+        let error = (sum / f64::from(N * N) - variance).abs();
+        assert!(error <= largest / f64::from(N), "{light:?}: {error}");
+    }
+    let line = Light::line(DVec3::X, DVec3::Y, [1.0; 3]);
+    assert!(line.seen_from(x).is_none() && line.normal(x).is_none() && line.middle(x).is_none());
+    assert!(line.sample_area(x, [0.5; 2]).is_none() && line.densities().is_empty());
+    assert!(line.can_light(DVec3::ZERO, DVec3::X) && !line.can_light(x, DVec3::X));
+}
+
+/// Lines across others go through their points at right angles to them, on what has lines.
+#[test]
+fn lines_across_others_are_at_right_angles() {
+    let x = DVec3::new(3.0, 1.0, 4.0);
+    for (light, _) in surfaces() {
+        let seen = light.seen_from(x).expect("in view");
+        let (surface, mut lines) = (seen.surface(), Vec::new());
+        let point = light.sample_area(x, [0.3, 0.6]).expect("an area").point;
+        let direction = match surface {
+            Surface::Cylinder(view) => view.cylinder().axis.direction(),
+            _ => DVec3::new(0.6, 0.8, 0.0),
+        };
+        surface.lines_across(direction, [point].into_iter(), &mut lines);
+        let has_lines = matches!(surface, Surface::Polygon(_) | Surface::Cylinder(_));
+        assert_eq!(lines.len(), usize::from(has_lines), "{light:?}");
+        for line in lines {
+            // Some roundings of coordinates below four, over lengths above a half.
+            assert!(line.direction().dot(direction).abs() < 1e-14, "{light:?}");
+            let off = (point - line.p0).cross(line.direction()).length();
+            assert!(off < 1e-14 && line.length() > 0.5, "{light:?}: {off}");
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn lights_of_hostile_numbers_have_a_power(
@@ -69,10 +164,20 @@ proptest! {
         ];
         lights.extend(Light::polygon(&[a, b, c], e));
         lights.extend(Light::rectangle(a, b, c, e));
+        let [a, b, c] = [a, b, c].map(DVec3::from);
         for light in lights {
             let light = light.two_sided();
             for power in [&[light.power()][..], &light.power_by_channel().to_array()].concat() {
                 prop_assert!(power >= 0.0 && power.is_finite(), "{light:?} {power}");
+            }
+            prop_assert!(light.area() >= 0.0 && light.area().is_finite(), "{light:?}");
+            if let Some(sample) = light.sample_area(c, [r, s]) {
+                prop_assert!(sample.pdf.value() >= 0.0 && sample.pdf.value().is_finite());
+            }
+            let _ = (light.can_light(c, b), light.extent(), light.middle(c), light.normal(c));
+            if let Some(seen) = light.seen_from(c) {
+                let _ = seen.surface().may_rise_above(c, b);
+                seen.surface().lines_across(b, [a, c].into_iter(), &mut Vec::new());
             }
         }
     }
