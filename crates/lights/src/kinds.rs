@@ -5,14 +5,14 @@
 
 #![allow(clippy::disallowed_types, reason = "points share their profiles")]
 
-use crate::surface::shape::{Extent, Normals, ShapeLight, bounded, bounds_of};
+use crate::surface::shape::{Extent, Normals, ShapeLight, bounded, bounds_of, is_position};
 use crate::{
     Area, AreaLight, AreaSampler, Beam, Cylinder, CylinderArea, CylinderLight, CylinderView, Disk,
     DiskArea, DiskLight, DistantLight, Emission, Falloff, LinearLight, PointDensity, PointLight,
     PointSample, PointTechnique, Profile, ProfileKind, SeenSurface, Sky, SkyEmission, SkyView,
     Sphere, SphereCap, SphereLight, Surface,
 };
-use core::f64::consts::PI;
+use core::f64::consts::{FRAC_PI_2, PI};
 use linelit_elementary::cos;
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, PolygonError, Segment, Vector3, predicates};
 use std::sync::Arc;
@@ -193,6 +193,29 @@ impl Light {
         with_surface!(self, l => Some(l.middle(x)),
             Self::Linear(_) | Self::Point(_) | Self::Distant(_) | Self::Sky(_) => None,
         )
+    }
+
+    /// Whether its emission is finite and not negative, its shape has a size and a direction, and no
+    /// coordinate is beyond `largest`.
+    #[must_use]
+    pub fn is_valid(&self, largest: f64) -> bool {
+        let emission = self.emission().radiance;
+        let emits = emission.is_finite() && emission.min_element() >= 0.0;
+        emits
+            && with_surface!(self, l => l.is_valid(largest),
+                Self::Linear(l) => {
+                    let ends = [l.segment.p0, l.segment.p1];
+                    ends.iter().all(|p| is_position(*p, largest)) && l.segment.length() > 0.0
+                }
+                Self::Point(l) => is_position(l.position, largest),
+                Self::Distant(l) => l.direction.is_normalized(),
+                Self::Sky(l) => match l.emission {
+                    SkyEmission::Constant(_) | SkyEmission::Image(_) => true,
+                    SkyEmission::Sun { direction, half_angle, .. } => {
+                        direction.is_normalized() && half_angle > 0.0 && half_angle <= FRAC_PI_2
+                    }
+                },
+            )
     }
 
     /// Where it is, and where it shines. Light from infinity counts as spread over the ball that

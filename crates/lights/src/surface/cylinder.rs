@@ -1,6 +1,8 @@
 //! Cylinders, the lights that they make, and their surfaces as a shading point sees them.
 
-use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, bounds_of, reach_across};
+use super::shape::{
+    Extent, Normals, Shape, ShapeLight, bounded, bounds_of, is_position, is_size, reach_across,
+};
 use crate::CylinderView;
 use crate::light::Emission;
 use linelit_elementary::sin;
@@ -77,6 +79,12 @@ impl ShapeLight for CylinderLight {
             variance: axis.vector().length_squared() / 12.0 + radius * radius,
             normals: Normals::Around,
         }
+    }
+
+    fn is_valid(&self, largest: f64) -> bool {
+        let Cylinder { axis, radius } = self.cylinder;
+        let has_ends = [axis.p0, axis.p1].iter().all(|p| is_position(*p, largest));
+        has_ends && axis.length() > 0.0 && is_size(radius, largest)
     }
 }
 

@@ -1,6 +1,8 @@
 //! Disks, the lights that they make, and their surfaces.
 
-use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, on_plane, reach_across};
+use super::shape::{
+    Extent, Normals, Shape, ShapeLight, bounded, is_position, is_size, on_plane, reach_across,
+};
 use crate::light::{Emission, height};
 use linelit_elementary::{cos, sin_cos};
 use linelit_geometry::{DVec3, Frame, predicates};
@@ -121,6 +123,15 @@ impl ShapeLight for DiskLight {
             variance: 0.5 * radius * radius,
             normals: Normals::of_flat(normal, self.emission.two_sided),
         }
+    }
+
+    fn is_valid(&self, largest: f64) -> bool {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = self.disk;
+        is_position(center, largest) && is_size(radius, largest) && normal.is_normalized()
     }
 }
 

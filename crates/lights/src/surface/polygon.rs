@@ -1,6 +1,6 @@
 //! Polygons, the lights that they make, and their surfaces.
 
-use super::shape::{Extent, Normals, Shape, ShapeLight, bounds_of, on_plane};
+use super::shape::{Extent, Normals, Shape, ShapeLight, bounds_of, is_position, on_plane};
 use crate::light::{Emission, height};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3};
 
@@ -62,6 +62,11 @@ impl ShapeLight for AreaLight {
             variance: spread / 12.0,
             normals: Normals::of_flat(self.polygon.normal(), self.emission.two_sided),
         }
+    }
+
+    fn is_valid(&self, largest: f64) -> bool {
+        let mut vertices = self.polygon.vertices().iter();
+        vertices.all(|v| is_position(*v, largest))
     }
 }
 

@@ -51,6 +51,19 @@ pub(crate) trait ShapeLight {
 
     /// Where it is, and where it shines.
     fn extent(&self) -> Extent;
+
+    /// Whether its shape has a size and a direction, and no coordinate beyond `largest`.
+    fn is_valid(&self, largest: f64) -> bool;
+}
+
+/// Whether no coordinate is beyond `largest`, and all are numbers.
+pub(crate) fn is_position(p: DVec3, largest: f64) -> bool {
+    p.abs().cmple(DVec3::splat(largest)).all()
+}
+
+/// Whether a length is positive and at most `largest`.
+pub(super) fn is_size(length: f64, largest: f64) -> bool {
+    length > 0.0 && length <= largest
 }
 
 /// Where a light is, and the directions in which it shines, for groups of lights.

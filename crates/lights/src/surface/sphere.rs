@@ -6,7 +6,7 @@
 //! inside the sphere before the disk, which hide the disk only.
 
 use super::disk::Disk;
-use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, on_plane};
+use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, is_position, is_size, on_plane};
 use crate::light::Emission;
 use core::f64::consts::PI;
 use linelit_geometry::{DVec3, Triangle, predicates};
@@ -131,6 +131,10 @@ impl ShapeLight for SphereLight {
 
     fn extent(&self) -> Extent {
         self.sphere.extent()
+    }
+
+    fn is_valid(&self, largest: f64) -> bool {
+        is_position(self.sphere.center, largest) && is_size(self.sphere.radius, largest)
     }
 }
 

@@ -71,6 +71,7 @@ fn lights_are_where_their_points_are() {
     let grid = |i: u32| (f64::from(i) + 0.5) / f64::from(N);
     for (light, densities) in surfaces() {
         assert_eq!(light.densities().len(), densities, "{light:?}");
+        assert!(light.is_valid(10.0) && !light.is_valid(0.4), "{light:?}");
         assert!(light.densities().contains(&PointDensity::Area));
         let Extent {
             bounds: (lo, hi),
@@ -119,6 +120,24 @@ fn lights_are_where_their_points_are() {
     assert!(line.seen_from(x).is_none() && line.normal(x).is_none() && line.middle(x).is_none());
     assert!(line.sample_area(x, [0.5; 2]).is_none() && line.densities().is_empty());
     assert!(line.can_light(DVec3::ZERO, DVec3::X) && !line.can_light(x, DVec3::X));
+    // No size, no direction, no number, or a negative emission.
+    for broken in [
+        Light::sphere(x, 0.0, [1.0; 3]),
+        Light::sphere(x, -1.0, [1.0; 3]),
+        Light::sphere(x, 1.0, [1.0, -1.0, 1.0]),
+        Light::disk(x, DVec3::ZERO, 1.0, [1.0; 3]),
+        Light::disk(x, x, f64::NAN, [1.0; 3]),
+        Light::cylinder(x, x, 1.0, [1.0; 3]),
+        Light::cylinder(x, DVec3::ZERO, 0.0, [1.0; 3]),
+        Light::line(x, x, [1.0; 3]),
+        Light::point(DVec3::NAN, [1.0; 3]),
+        Light::distant(DVec3::ZERO, [1.0; 3]),
+        Light::sky([f64::INFINITY; 3]),
+        Light::sun(x, 2.0, [1.0; 3]),
+    ] {
+        assert!(!broken.is_valid(10.0), "{broken:?}");
+    }
+    assert!(line.is_valid(1.0) && Light::sun(x, 0.1, [1.0; 3]).is_valid(1.0));
 }
 
 /// Lines across others go through their points at right angles to them, on what has lines.
@@ -174,7 +193,7 @@ proptest! {
             if let Some(sample) = light.sample_area(c, [r, s]) {
                 prop_assert!(sample.pdf.value() >= 0.0 && sample.pdf.value().is_finite());
             }
-            let _ = (light.can_light(c, b), light.extent(), light.middle(c), light.normal(c));
+            let _ = (light.is_valid(r), light.can_light(c, b), light.extent(), light.middle(c), light.normal(c));
             if let Some(seen) = light.seen_from(c) {
                 let _ = seen.surface().may_rise_above(c, b);
                 seen.surface().lines_across(b, [a, c].into_iter(), &mut Vec::new());
