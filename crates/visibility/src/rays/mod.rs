@@ -1,6 +1,8 @@
 //! Rays: what they meet first, and whether they meet anything.
 
+mod closest;
 pub(crate) mod fan;
+pub(crate) mod packet;
 pub(crate) mod ray;
 pub(crate) mod together;
 pub(crate) mod watertight;
@@ -116,7 +118,7 @@ impl Occluders {
             let count = directions.len();
             let Scratch { fans, counters, .. } = &mut *scratch;
             let (bvh, isa) = (&self.bvh, self.bvh.isa);
-            if count >= FEW && together::closest(isa, bvh, &few, &mut hits, fans, counters) {
+            if count >= FEW && closest::closest(isa, bvh, &few, &mut hits, fans, counters) {
                 out.extend_from_slice(&hits[..count]);
             } else {
                 out.extend((0..count).map(|i| self.own_closest(&few.ray(i), scratch)));
