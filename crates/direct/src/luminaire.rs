@@ -3,7 +3,7 @@
 use crate::own_triangles::own_triangles;
 use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
 use linelit_geometry::{ConvexPolygon, DVec3, Margins};
-use linelit_lights::{ImportanceImage, Light, Profile, SkyEmission, TexturedSampler};
+use linelit_lights::{ImportanceImage, Light, Profile, TexturedSampler};
 use linelit_visibility::Occluders;
 use std::ops::Range;
 use std::sync::Arc;
@@ -130,46 +130,5 @@ impl Luminaire {
             Light::Linear(_) | Light::Point(_) | Light::Distant(_) => true,
             Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Sky(_) => false,
         }
-    }
-
-    /// Whether the numbers of the light are finite, its emission is not negative, its shape has a
-    /// size and a direction, and no coordinate is beyond `largest`.
-    #[must_use]
-    pub fn is_valid(&self, largest: f64) -> bool {
-        let emission = self.light.emission().radiance;
-        let is_position = |p: DVec3| p.abs().cmple(DVec3::splat(largest)).all();
-        let is_size = |r: f64| r > 0.0 && r <= largest;
-        let emits = emission.is_finite() && emission.min_element() >= 0.0;
-        emits
-            && match &*self.light {
-                Light::Area(l) => l.polygon.vertices().iter().all(|&v| is_position(v)),
-                Light::Linear(l) => {
-                    let ends = [l.segment.p0, l.segment.p1];
-                    ends.into_iter().all(is_position) && l.segment.length() > 0.0
-                }
-                Light::Sphere(l) => is_position(l.sphere.center) && is_size(l.sphere.radius),
-                Light::Disk(l) => {
-                    let disk = &l.disk;
-                    is_position(disk.center) && is_size(disk.radius) && disk.normal.is_normalized()
-                }
-                Light::Cylinder(l) => {
-                    let axis = &l.cylinder.axis;
-                    let is_axis = [axis.p0, axis.p1].into_iter().all(is_position);
-                    is_axis && axis.length() > 0.0 && is_size(l.cylinder.radius)
-                }
-                Light::Point(l) => is_position(l.position),
-                Light::Distant(l) => l.direction.is_normalized(),
-                Light::Sky(l) => match &l.emission {
-                    SkyEmission::Constant(_) | SkyEmission::Image(_) => true,
-                    SkyEmission::Sun {
-                        direction,
-                        half_angle,
-                        ..
-                    } => {
-                        let right = std::f64::consts::FRAC_PI_2;
-                        direction.is_normalized() && *half_angle > 0.0 && *half_angle <= right
-                    }
-                },
-            }
     }
 }

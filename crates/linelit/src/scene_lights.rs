@@ -93,7 +93,7 @@ impl Scene {
             if start > end || end as usize > self.triangles {
                 return Err(Error::LightTriangles(i));
             }
-            if !light.is_valid(LARGEST) {
+            if !light.light.is_valid(LARGEST) {
                 return Err(Error::Light(i));
             }
             if light.profile.is_some() && !light.takes_profile() {
