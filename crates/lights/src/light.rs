@@ -1,4 +1,4 @@
-//! What emits, and how much: the emission of surfaces, and linear lights.
+//! The emission of surfaces, and linear lights.
 
 use linelit_geometry::{DVec3, Segment};
 

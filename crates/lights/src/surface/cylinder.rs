@@ -98,6 +98,7 @@ impl Shape for CylinderView {
         self.meets(direction)
     }
 
+    #[inline]
     fn may_rise_above(&self, _: DVec3, n: DVec3) -> bool {
         self.heights(n)[1] > 0.0
     }

@@ -1,4 +1,4 @@
-//! How one point of a surface is drawn, whichever technique draws it.
+//! The drawing of one point of a surface, whichever technique draws it.
 
 use super::{LightPoint, Surface};
 use crate::{PointColumns, PointTechnique, SurfaceMeasure};

@@ -161,6 +161,7 @@ impl Surface<'_> {
     }
 
     /// Whether some of it may be above a horizon: see [`Shape::may_rise_above`].
+    #[inline]
     #[must_use]
     pub fn may_rise_above(&self, x: DVec3, n: DVec3) -> bool {
         of!(Surface self, shape => shape.may_rise_above(x, n))

@@ -88,6 +88,7 @@ impl Shape for ConvexPolygon {
         vertices.iter().zip(next).all(inside).then_some(hit)
     }
 
+    #[inline]
     fn may_rise_above(&self, x: DVec3, n: DVec3) -> bool {
         self.vertices().iter().any(|v| n.dot(*v - x) > 0.0)
     }
