@@ -218,15 +218,28 @@ impl Source {
     }
 }
 
-/// A file up to its module of tests (which stands last: clippy's `items_after_test_module`), each
-/// line up to its comment.
-fn code_of(text: &str) -> String {
-    let lines: Vec<&str> = text.lines().collect();
-    let is_test = |pair: &[&str]| {
-        pair[0].trim() == "#[cfg(test)]" && pair[1].contains("mod ") && pair[1].ends_with('{')
+/// A file up to its module of tests (which stands last: clippy's `items_after_test_module`).
+fn before_tests(text: &str) -> &str {
+    let opens_module = |line: &str| {
+        let line = line.trim_start().trim_start_matches("pub(crate) ");
+        let name = line.trim_start_matches("pub ").strip_prefix("mod ");
+        name.is_some_and(|name| name.contains('{'))
     };
-    let end = lines.windows(2).position(is_test).unwrap_or(lines.len());
-    let code = lines[..end].iter().flat_map(|line| line.split("//").next());
+    let (mut length, mut before) = (0, None);
+    for line in text.split_inclusive('\n') {
+        if let Some(before) = before.filter(|_| opens_module(line)) {
+            return &text[..before];
+        }
+        before = (line.trim() == "#[cfg(test)]").then_some(length);
+        length += line.len();
+    }
+    text
+}
+
+/// A file up to its module of tests, each line up to its comment.
+fn code_of(text: &str) -> String {
+    let lines = before_tests(text).lines();
+    let code = lines.flat_map(|line| line.split("//").next());
     code.flat_map(|line| [line, "\n"]).collect()
 }
 

@@ -1,15 +1,16 @@
 //! The ratchet: figures of how large and how tangled the house is, which only rise with a reason.
 //!
 //! `xtask/ratchet.txt` has the last ones. Whoever lowers a figure lowers the file (`cargo xtask
-//! ratchet`); a change that needs more raises it by hand, and its commit says what that buys and
-//! what went for it. Two figures are kept:
+//! ratchet`); a change that needs more raises it by hand, and the body of its commit names what
+//! that buys and what went for it. Two figures are kept:
 //!
-//! - `code ROOM`: the lines of `src` of each crate and of xtask that are neither blank, nor a
+//! - `code CRATE`: the lines of `src` of each crate and of xtask that are neither blank, nor a
 //!   comment, nor unit tests at the end of a file;
-//! - `circle ROOM`: the largest set of files of one crate that need each other, through re-exports,
-//!   too.
+//! - `circle CRATE`: the largest set of files of one crate that need each other, by `crate::…`,
+//!   `super::…`, names that the front page re-exports, and a module's own children; links in docs
+//!   count.
 
-use super::{House, Source};
+use super::{House, Source, before_tests};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
@@ -65,7 +66,10 @@ fn figures(house: &House) -> Figures {
     for file in house.sources.iter().filter(|file| file.module().is_some()) {
         let code = figures.entry(format!("code {}", file.owner)).or_default();
         *code += code_lines(&file.text);
-        crates.entry(&file.owner).or_default().push(file);
+        // A program's files may need each other as they like.
+        if file.owner != "xtask" {
+            crates.entry(&file.owner).or_default().push(file);
+        }
     }
     for (owner, files) in crates {
         figures.insert(format!("circle {owner}"), largest_circle(&files));
@@ -76,10 +80,7 @@ fn figures(house: &House) -> Figures {
 
 /// The lines of a file that are neither blank nor a comment, up to the unit tests at its end.
 fn code_lines(text: &str) -> usize {
-    let is_body = |at: &usize| text[*at..].lines().nth(2).is_some_and(|l| l.ends_with('{'));
-    let mut tests = text.match_indices("\n#[cfg(test)]\nmod ").map(|(at, _)| at);
-    let end = tests.find(is_body).unwrap_or(text.len());
-    let lines = text[..end].lines().map(str::trim_start);
+    let lines = before_tests(text).lines().map(str::trim);
     lines
         .filter(|line| !line.is_empty() && !line.starts_with("//"))
         .count()
@@ -87,34 +88,43 @@ fn code_lines(text: &str) -> usize {
 
 /// The size of the largest set of files that all lead to each other; 0 if none does.
 fn largest_circle(files: &[&Source]) -> usize {
-    let modules: BTreeMap<String, &Source> = files
-        .iter()
-        .filter_map(|file| Some((file.module()?, *file)))
-        .collect();
-    let exports = exports(modules.get("").map_or("", |root| &root.code));
-    // The longest part of a path that is a module.
-    let module_of = |path: &str| {
-        let mut known = path;
-        while !known.is_empty() && !modules.contains_key(known) {
-            known = known.rsplit_once("::").map_or("", |(parent, _)| parent);
-        }
-        (!known.is_empty()).then(|| known.to_owned())
+    // Docs count, because a link in them is a path; tests do not.
+    let text = |file: &&Source| {
+        file.text
+            .split("#[cfg(test)]\nmod")
+            .next()
+            .map(str::to_owned)
     };
+    let modules: BTreeMap<String, String> = files
+        .iter()
+        .filter_map(|file| Some((file.module()?, text(file)?)))
+        .collect();
+    let exports = exports(modules.get("").map_or("", |root| root));
+    // Find the module of a path: its longest beginning that is one, or the module that exports it.
     let find = |path: &str| {
-        let exported = || module_of(exports.get(path.split("::").next()?)?);
-        module_of(path).or_else(exported)
+        let ends = path.rmatch_indices("::").map(|(end, _)| &path[..end]);
+        let known = [path].into_iter().chain(ends).map(str::to_owned);
+        let exported = || exports.get(path.split("::").next()?).cloned();
+        let found = known.into_iter().find(|path| modules.contains_key(path));
+        found.or_else(|| exported().filter(|module| modules.contains_key(module)))
     };
-    let arrows: BTreeMap<&str, BTreeSet<String>> = modules
-        .iter()
-        .filter(|(module, _)| !module.is_empty())
-        .map(|(module, file)| {
-            let parent = module.rsplit_once("::").map_or("", |(parent, _)| parent);
-            let within = paths(&file.code, "super::").map(|path| format!("{parent}::{path}"));
-            let all = paths(&file.code, "crate::").chain(within);
-            let found = all.filter_map(|path| find(path.trim_start_matches("::")));
-            (module.as_str(), found.filter(|to| to != module).collect())
-        })
-        .collect();
+    // Follow each module's paths, and its uses of its own children.
+    let mut arrows = BTreeMap::<&str, BTreeSet<String>>::new();
+    for (module, text) in modules.iter().filter(|(module, _)| !module.is_empty()) {
+        let parent = module.rsplit_once("::").map_or("", |(parent, _)| parent);
+        let within = paths(text, "super").into_iter();
+        let within = within.map(|path| format!("{parent}::{path}"));
+        let all = paths(text, "crate").into_iter().chain(within);
+        let found = all.filter_map(|path| find(path.trim_start_matches("::")));
+        let children = modules.keys().filter(|other| {
+            let child = other.strip_prefix(module.as_str());
+            let child = child.and_then(|child| child.strip_prefix("::"));
+            child.is_some_and(|child| !child.contains("::") && names_child(text, child))
+        });
+        let all = found.chain(children.cloned());
+        arrows.insert(module, all.filter(|to| to != module).collect());
+    }
+    // Count, for each module, those that it reaches and that reach it.
     let reached = |from: &str| {
         let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
         while let Some(module) = open.pop() {
@@ -132,49 +142,98 @@ fn largest_circle(files: &[&Source]) -> usize {
     all.iter().map(circle).max().unwrap_or(0)
 }
 
+/// Whether a module's code, without its comments, has a path that begins with this child of it.
+fn names_child(text: &str, child: &str) -> bool {
+    let lines = text.lines().filter(|line| !line.trim().starts_with("//"));
+    let starts = |line: &str| {
+        let mut places = line.match_indices(child);
+        places.any(|(at, _)| {
+            line[at + child.len()..].starts_with("::")
+                && !line[..at].ends_with(|c| is_of_word(c) || c == ':')
+        })
+    };
+    lines.into_iter().any(starts)
+}
+
 /// The module in which each name lies that a front page exports.
-fn exports(code: &str) -> BTreeMap<String, String> {
-    let uses = code
+fn exports(text: &str) -> BTreeMap<String, String> {
+    let uses = text
         .match_indices("pub use ")
-        .chain(code.match_indices("pub(crate) use "));
-    let names = uses.flat_map(|(at, word)| expand(&code[at + word.len()..]));
-    let split = |path: String| {
-        let path = path.trim_start_matches("crate::");
-        let (module, name) = path.rsplit_once("::")?;
-        Some((name.to_owned(), module.to_owned()))
-    };
-    names.filter_map(split).collect()
+        .chain(text.match_indices("pub(crate) use "));
+    let mut exports = BTreeMap::new();
+    for (at, word) in uses {
+        let path = &text[at + word.len()..];
+        let path = path.strip_prefix("crate::").unwrap_or(path);
+        let is_of_module = |c: char| c.is_ascii_lowercase() || c == '_' || c == ':';
+        let end = path.find(|c| !is_of_module(c)).unwrap_or(path.len());
+        // The names are behind the last `::` that a name or braces follow.
+        let split = path[..end].rmatch_indices("::").find_map(|(at, _)| {
+            let names = &path[at + 2..];
+            let inside = names.strip_prefix('{').and_then(|n| n.split_once('}'));
+            let names = inside.map_or(word_of(names), |(inside, _)| inside);
+            (at > 0 && !names.is_empty()).then_some((&path[..at], names))
+        });
+        let (module, names) = split.unwrap_or_default();
+        for name in names.split(|c| !is_of_word(c)).filter(|n| !n.is_empty()) {
+            exports.insert(name.to_owned(), module.to_owned());
+        }
+    }
+    exports
 }
 
-/// The paths behind each `start`, those in braces one by one.
-fn paths(code: &str, start: &str) -> impl Iterator<Item = String> {
-    code.match_indices(start)
-        .filter(|(at, _)| !code[..*at].ends_with("::"))
-        .flat_map(|(at, word)| expand(&code[at + word.len()..]))
+/// The paths behind each `head::`, those in braces one by one. Braces within braces lose their
+/// beginning: `a::{b, c::{d}}` is `a::b`, `a::c` and `a::d`.
+fn paths(text: &str, head: &str) -> Vec<String> {
+    let (mut found, mut start) = (Vec::new(), 0);
+    let head = format!("{head}::");
+    while let Some(at) = text[start..].find(&head).map(|at| start + at) {
+        start = at + head.len();
+        if text[..at].ends_with(is_of_word) {
+            continue;
+        }
+        // Walk along `a::b::` to the last place at which a name or braces stand.
+        let (mut last, mut next) = (start, start);
+        loop {
+            let end = next + word_of(&text[next..]).len();
+            if end > next || braces(&text[next..]).is_some() {
+                last = next;
+            }
+            if end == next || !text[end..].starts_with("::") {
+                break;
+            }
+            next = end + 2;
+        }
+        let (prefix, rest) = (&text[start..last], &text[last..]);
+        let names = braces(rest).unwrap_or(word_of(rest));
+        start = last + names.len();
+        let names = names.split(|c| !is_of_word(c) && c != ':');
+        let names = names.map(|name| name.trim_matches(':'));
+        let named = names.filter(|name| !name.is_empty());
+        found.extend(named.map(|name| format!("{prefix}{name}")));
+    }
+    found
 }
 
-/// The path at the beginning of a text, and all of its branches: `a::{b, c::d}` is `a::b` and
-/// `a::c::d`.
-fn expand(text: &str) -> Vec<String> {
-    let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
-    let text = text.trim_start();
-    let head = &text[..text.find(|c: char| !is_path(c)).unwrap_or(text.len())];
-    let Some(inside) = text[head.len()..].strip_prefix('{') else {
-        return vec![head.trim_end_matches(':').to_owned()];
-    };
-    let step = |c: char| i32::from(c == '{') - i32::from(c == '}');
-    let (mut outside, mut depth) = (0, 0);
-    let end = inside.find(|c| {
-        outside -= step(c);
-        outside > 0
-    });
-    let parts = inside[..end.unwrap_or(inside.len())].split(|c| {
-        depth += step(c);
-        c == ',' && depth == 0
-    });
-    let named = parts.filter(|part| !part.trim().is_empty());
-    let branches = named.flat_map(expand);
-    branches.map(|path| format!("{head}{path}")).collect()
+/// The braces at a text's beginning, with what is in them, if at most one more pair is in them.
+fn braces(text: &str) -> Option<&str> {
+    let mut depth = 0;
+    for (at, c) in text.char_indices() {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        match depth {
+            0 => return (at > 0).then(|| &text[..=at]),
+            1 | 2 => {}
+            _ => return None,
+        }
+    }
+    None
+}
+
+fn word_of(text: &str) -> &str {
+    &text[..text.find(|c| !is_of_word(c)).unwrap_or(text.len())]
+}
+
+fn is_of_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
 }
 
 impl Source {
@@ -210,9 +269,15 @@ mod tests {
     #[test]
     fn circles_are_found_through_exports_and_braces() {
         assert_eq!(
-            expand("a::{b, c::{d, e as f}, g};"),
-            ["a::b", "a::c::d", "a::c::e", "a::g"]
+            paths(
+                "crate::a::{b, c::{d, e as f}, g}; crate::h::K; x_crate::y",
+                "crate"
+            ),
+            [
+                "a::b", "a::c", "a::d", "a::e", "a::as", "a::f", "a::g", "h::K"
+            ]
         );
+        assert_eq!(paths("use super::super::a::*;", "super"), ["super::a"]);
         let file =
             |path: &str, text: &str| Source::new(&format!("crates/mis/src/{path}"), text.into());
         let mut house = House::of("crates/mis/src/lib.rs", "pub use a::{Kind, Other};\n");
