@@ -125,10 +125,7 @@ impl Place {
         if path.exists() {
             bail!("cannot read the scene `{name}`: it is not a regular file");
         }
-        let short = |scene: &BuiltIn| scene.name.strip_suffix("-large");
-        let all = BuiltIn::ALL.iter();
-        let known = all.flat_map(|scene| [Some(scene.name), short(scene)]);
-        if let Some(near) = linelit_formats::nearest(name, known.flatten()) {
+        if let Some(near) = Self::nearest(name) {
             bail!("no scene `{name}`: neither a file nor a built-in scene; did you mean `{near}`?");
         }
         let names: Vec<&str> = BuiltIn::ALL.iter().map(|scene| scene.name).collect();
@@ -136,6 +133,15 @@ impl Place {
             "no scene `{name}`: neither a file nor one of the built-in scenes {}",
             names.join(", ")
         )
+    }
+
+    /// Returns the name of a built-in scene that a misspelt name probably means.
+    #[must_use]
+    pub fn nearest(name: &str) -> Option<&'static str> {
+        let short = |scene: &BuiltIn| scene.name.strip_suffix("-large");
+        let all = BuiltIn::ALL.iter();
+        let known = all.flat_map(|scene| [Some(scene.name), short(scene)]);
+        linelit_formats::nearest(name, known.flatten())
     }
 
     /// The bytes of a file that the scene names.

@@ -73,7 +73,7 @@ fn scene_is_there(name: &str) -> Result<()> {
             Some(study) if !Path::new(name).exists() => {
                 anyhow!("no scene or study `{name}`; did you mean the study `{study}`?")
             }
-            None if !Path::new(name).exists() && !error.to_string().contains("did you mean") => {
+            None if !Path::new(name).exists() && Place::nearest(name).is_none() => {
                 anyhow!("{error}, nor a study:\n{}", list::studies())
             }
             _ => error,
