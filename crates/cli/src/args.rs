@@ -161,9 +161,6 @@ pub struct ReadArgs {
     /// Let a scene name files anywhere.
     #[arg(long)]
     pub allow_outside: bool,
-    /// Has no effect any more: objects that a scene places many times are copied.
-    #[arg(long, value_name = "WHEN", hide = true, value_parser = ["auto", "always", "never"])]
-    pub instances: Option<String>,
 }
 
 impl ReadArgs {

@@ -1,4 +1,4 @@
-//! A reader and a writer of pbrt text, versions 3 and 4.
+//! A reader of pbrt text, versions 3 and 4.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]

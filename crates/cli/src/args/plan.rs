@@ -129,9 +129,6 @@ pub struct RunArgs {
     /// The number of shards, where the environment only says which one this is.
     #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..))]
     pub shards: Option<u32>,
-    /// Nothing is asked for: a shard does its own units and leaves alone those of others.
-    #[arg(long, hide = true)]
-    pub only_own: bool,
     /// Threads, at most 64 or 4 per core; 0 for one per core.
     #[arg(long, default_value_t = 0, value_parser = threads)]
     pub threads: usize,
