@@ -138,11 +138,6 @@ impl Measured {
         let known = |ends: &[f64; 2]| [self.value, ends[0], ends[1]].iter().all(|v| v.is_finite());
         self.interval.filter(known)
     }
-
-    /// Whether all of the interval is above a number; not without an interval.
-    pub(crate) fn is_above(self, other: f64) -> bool {
-        self.interval.is_some_and(|[low, _]| low > other)
-    }
 }
 
 /// The number, and the interval in brackets.
@@ -207,7 +202,6 @@ mod tests {
         let half = 2.776_445 * 0.5_f64.sqrt();
         let [low, high] = mean.interval.unwrap();
         assert!((low - (3.0 - half)).abs() < 1e-6 && (high - (3.0 + half)).abs() < 1e-6);
-        assert!(mean.is_above(0.9) && !mean.is_above(1.1));
         assert_eq!(Measured::mean(&[1.0, 2.0, 3.0, 4.0]).interval, None);
         assert_eq!(Measured::exact(2.0).to_string(), "2");
         assert_eq!(Measured::mean(&[1.0; 2]).to_string(), "1 [–]");

@@ -142,7 +142,7 @@ fn a_killed_study_leaves_whole_files() {
     };
     let files = ["report.html", "results.csv", "results.json", "slopes.csv"];
     kill_often(&arguments, &dir, &files, whole);
-    assert_eq!(names(&plots).len(), 4);
+    assert_eq!(names(&plots).len(), 3);
     let left = names(&dir);
     assert_eq!(left[..2], [".linelit-files", "plots"]);
     assert_eq!(left[2..], files);

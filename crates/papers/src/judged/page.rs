@@ -3,9 +3,7 @@
 use super::data::{Claim, Paper};
 use super::verdict::{Expected, Verdict};
 use super::{Judged, Took, counts, summary};
-use linelit_elementary::log10;
-use linelit_study::plots::{IntervalRow, intervals};
-use linelit_study::report::{Cell, Plot, Report, Section, Table};
+use linelit_study::report::{Cell, Report, Section, Table};
 
 /// The page.
 pub(super) fn report(title: &str, judged: &[Judged], times: &[Took]) -> Report {
@@ -50,7 +48,6 @@ fn section(paper: Paper, own: &[Judged]) -> Section {
     Section {
         title: paper.citation().to_owned(),
         lead: format!("{} claims: {}.", own.len(), told.join(", ")),
-        plots: plots(own),
         tables: vec![table(own)],
         notes: noted.map(note).collect(),
         ..Section::default()
@@ -88,98 +85,6 @@ fn table(own: &[Judged]) -> Table {
     Table::new(caption, columns, own.iter().map(row))
 }
 
-/// Plots how far the figures are on the way from no effect to the paper's, and where ratios lie
-/// relative to their bounds.
-fn plots(own: &[Judged]) -> Vec<Plot> {
-    // The labels name figures and tables: the paper stands above them.
-    let paper = own.first().map_or("", |one| one.claim.paper.citation());
-    let heading = IntervalRow {
-        label: paper.to_owned(),
-        heading: true,
-        ..IntervalRow::default()
-    };
-    let headed = |row: fn(&Judged) -> Option<IntervalRow>| -> Vec<IntervalRow> {
-        let rows = own.iter().filter_map(row);
-        std::iter::once(heading.clone()).chain(rows).collect()
-    };
-    let (shares, bounds) = (headed(share), headed(bound));
-    let mut plots = Vec::new();
-    if shares.len() > 1 {
-        let guides = [(0.0, "no effect"), (1.0, "the paper's")];
-        plots.push(Plot {
-            svg: intervals(
-                &format!("{paper}: claims of figures"),
-                &shares,
-                &guides,
-                [-0.5, 2.0],
-            ),
-            caption:
-                "Figures on the way from no effect to the paper's, with 95 % intervals; boxes are \
-                      tolerances."
-                    .to_owned(),
-        });
-    }
-    if bounds.len() > 1 {
-        let guides = [
-            (-2.0, "100 times within"),
-            (-1.0, "10 times"),
-            (0.0, "bound"),
-            (1.0, "10 times beyond"),
-        ];
-        plots.push(Plot {
-            svg: intervals(
-                &format!("{paper}: claims of orderings"),
-                &bounds,
-                &guides,
-                [-2.5, 1.5],
-            ),
-            caption: "Orderings: how far the figure is within its bound, as a power of ten."
-                .to_owned(),
-        });
-    }
-    plots
-}
-
-/// A row of the first plot.
-fn share(one: &Judged) -> Option<IntervalRow> {
-    let Some(Expected::Figure {
-        value,
-        tolerance,
-        none: Some(none),
-    }) = one.claim.expect
-    else {
-        return None;
-    };
-    let m = one.measured?;
-    let interval = m.interval.unwrap_or([f64::NAN; 2]);
-    let place = |v: f64| (v - none) / (value - none);
-    Some(IntervalRow {
-        label: shorten(&one.claim.id),
-        value: place(m.value),
-        interval: sorted(interval.map(place)),
-        band: Some([place(value - tolerance), place(value + tolerance)]),
-        ..marked(one)
-    })
-}
-
-/// A row of the second plot: bounds of positive figures.
-fn bound(one: &Judged) -> Option<IntervalRow> {
-    let (bound, sign) = match one.claim.expect? {
-        Expected::Below(bound) => (bound, 1.0),
-        Expected::Above(bound) => (bound, -1.0),
-        Expected::Figure { .. } => return None,
-    };
-    let m = one.measured.filter(|m| m.is_above(0.0) && bound > 0.0)?;
-    let interval = m.known()?;
-    let place = |v: f64| sign * log10(v / bound);
-    Some(IntervalRow {
-        label: shorten(&one.claim.id),
-        value: place(m.value),
-        interval: sorted(interval.map(place)),
-        ..marked(one)
-    })
-}
-
 /// Returns the measured figure, in words.
 pub(super) fn found(one: &Judged) -> String {
     one.measured.map_or("–".to_owned(), |m| m.to_string())
@@ -188,39 +93,6 @@ pub(super) fn found(one: &Judged) -> String {
 /// Returns the expected figure as text.
 pub(super) fn expected(claim: &Claim) -> String {
     claim.expect.map_or("–".to_owned(), Expected::text)
-}
-
-/// Mark and hover of a claim: the verdicts have a colour each.
-fn marked(one: &Judged) -> IntervalRow {
-    let kind = match one.verdict {
-        Verdict::Confirmed => 1,
-        Verdict::Stronger => 0,
-        Verdict::Consistent => 2,
-        Verdict::Weaker => 3,
-        Verdict::Refuted => 5,
-        Verdict::NotMeasurable => 4,
-    };
-    let measured = found(one);
-    let expected = expected(&one.claim);
-    IntervalRow {
-        kind,
-        hover: format!("{}: {measured}, expected {expected}", one.verdict),
-        ..IntervalRow::default()
-    }
-}
-
-fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
-    [a.min(b), a.max(b)]
-}
-
-fn shorten(id: &str) -> String {
-    const MOST: usize = 47;
-    if id.chars().count() <= MOST {
-        return id.to_owned();
-    }
-    let mut short: String = id.chars().take(MOST - 1).collect();
-    short.push('…');
-    short
 }
 
 /// The claims as lines.

@@ -1,4 +1,4 @@
-//! Plots as SVG text: error over samples and over time, and orders of convergence.
+//! Plots as SVG text: error and efficiency over samples, and error over time.
 //!
 //! The drawings are written by hand: log–log axes, error bars and a legend need a few hundred
 //! lines, and keep a plotting library out of the build. Colours are fixed for each estimator and
@@ -7,7 +7,6 @@
 
 mod axis;
 mod convergence;
-mod intervals;
 mod palette;
 mod svg;
 
@@ -15,6 +14,4 @@ pub use axis::scientific;
 pub(crate) use axis::{seconds, short, signed};
 pub use convergence::{ConvergencePlot, PlotPoint, Series};
 pub(crate) use convergence::{efficiency_over_samples, error_over_samples, error_over_time};
-pub use intervals::{IntervalRow, intervals};
-pub(crate) use intervals::{interval, orders};
 pub use palette::Palette;

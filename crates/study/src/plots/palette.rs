@@ -89,22 +89,19 @@ const SHAPES: &str = "\
     .ll text{font-size:12px}.ll text.ll-small,.ll text.ll-halo{font-size:11px}\
     .ll text.ll-head{font-size:13px;font-weight:600}\
     .ll text.ll-halo{paint-order:stroke;stroke-width:4;stroke-linejoin:round}\
-    .ll .ll-panel{fill:none}.ll .ll-guide{stroke-dasharray:4 4}.ll .ll-paperdot{stroke-width:1.3}";
+    .ll .ll-panel{fill:none}.ll .ll-guide{stroke-dasharray:4 4}";
 
 /// The colours of the style sheet: fills and strokes of the light and of the dark theme.
-const INKS: [(&str, [&str; 2]); 12] = [
+const INKS: [(&str, [&str; 2]); 9] = [
     (" text{fill:", ["#3d4650", "#c6ced8"]),
     (" .ll-paper{fill:", PAPER),
     (" .ll-panel{stroke:", ["#c3cad2", "#46505c"]),
     (" .ll-grid{stroke:", ["#e6e9ee", "#262e38"]),
-    (" .ll-strong{stroke:", ["#c3cad2", "#46505c"]),
     (" .ll-guide{stroke:", ["#8b95a1", "#7a8591"]),
     (" text.ll-small{fill:", ["#6b7580", "#98a3af"]),
     (" text.ll-halo{fill:", ["#56616d", "#a9b4c0"]),
     (" text.ll-halo{stroke:", PAPER),
     (" text.ll-head{fill:", ["#1d242c", "#eef2f6"]),
-    (" .ll-paperdot{fill:", PAPER),
-    (" .ll-paperdot{stroke:", ["#1d242c", "#eef2f6"]),
 ];
 
 /// Papers of the light and of the dark theme.

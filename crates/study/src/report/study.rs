@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, Verdict, scientific};
-use crate::plots::{self, Palette, interval, seconds, short, signed};
+use crate::plots::{self, Palette, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 use linelit_elementary::pow;
 
@@ -89,8 +89,8 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
 }
 
 /// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
-/// `SCENE-time.svg`, `SCENE-efficiency.svg`, `SCENE-orders.svg`. Times are those of the processor
-/// that most measurements ran on.
+/// `SCENE-time.svg`, `SCENE-efficiency.svg`. Times are those of the processor that most measurements
+/// ran on.
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     let first = record.processors().first().copied().unwrap_or_default();
@@ -110,7 +110,7 @@ fn file_name(name: &str) -> String {
     name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
 }
 
-fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'static str, Plot)> {
+fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> [(&'static str, Plot); 3] {
     let rows = &record.rows;
     let plot = |svg: String, caption: &str| Plot {
         svg,
@@ -131,23 +131,11 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
         plots::efficiency_over_samples(scene, rows, palette).render(),
         &(efficiency_words(rows, scene) + " Open marks on the upper edge: no noise."),
     );
-    let mut all = vec![
+    [
         ("samples", samples),
         ("time", time),
         ("efficiency", efficiency),
-    ];
-    let own = record.slopes.iter().filter(|row| row.scene == scene);
-    let sources: Vec<_> = own.map(|row| row.paper_source.as_deref()).collect();
-    if !sources.is_empty() {
-        let source = sources.into_iter().flatten().next();
-        let paper = source.map_or(String::new(), |source| {
-            format!(" Open diamonds: the order that the paper reports ({source}).")
-        });
-        let caption = format!("Order of the standard deviation with its 95 % interval.{paper}");
-        let orders = plots::orders(scene, &record.slopes, palette);
-        all.push(("orders", plot(orders, &caption)));
-    }
-    all
+    ]
 }
 
 /// The sentence that says what efficiencies on a scene are relative to.
@@ -316,6 +304,12 @@ fn order(s: &SlopeRow) -> [Cell; 8] {
         Cell::number(lack.map_or_else(dash, short)).sorted_by(fit.lack_of_fit),
         Cell::number(paper.unwrap_or_else(dash)).hover(s.paper_source.clone().unwrap_or_default()),
     ]
+}
+
+/// The interval of an order, if there is one.
+fn interval(row: &SlopeRow) -> Option<String> {
+    let ends = Some([row.fit.ci_low, row.fit.ci_high]).filter(|e| e.iter().all(|v| v.is_finite()));
+    ends.map(|[low, high]| format!("[{}, {}]", signed(low, 3), signed(high, 3)))
 }
 
 fn time(row: &ResultRow) -> Cell {
