@@ -73,7 +73,7 @@ pub enum Command {
     /// Say how far a plan is.
     #[command(after_help = plan::STATUS_EXAMPLES)]
     Status(StatusArgs),
-    /// Compare two images: MSE, RMSE, MRSE, bias, FLIP, and maps of them.
+    /// Compare two images: MSE, RMSE, MRSE, bias, and maps of them.
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
     /// Say what is in a scene and what the plan skips.
@@ -121,7 +121,7 @@ Examples:
   linelit compare a.exr reference.exr
   linelit compare a.exr:LAYER reference.pfm --json
       a layer of an EXR file
-  linelit compare a.exr reference.exr --crop 0.5,1,0,0.5 --flip --error-map errors.png
+  linelit compare a.exr reference.exr --crop 0.5,1,0,0.5 --error-map errors.png
       a quarter of the pictures, as one sees it, and where the errors are";
 
 const INFO_EXAMPLES: &str = "\
@@ -250,11 +250,7 @@ pub struct CompareArgs {
     /// Part of the images to compare, as fractions of them (as `render --crop`).
     #[arg(long, value_name = "X0,X1,Y0,Y1")]
     pub crop: Option<Crop>,
-    /// FLIP, too: the difference that one sees when the two alternate on a screen (Andersson et
-    /// al. 2020), from 0 to 1.
-    #[arg(long)]
-    pub flip: bool,
-    /// Doublings of brightness on that screen, and in a PNG file of the difference.
+    /// Doublings of brightness, in a PNG file of the difference.
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
     pub exposure: f64,
     /// Write image − reference: .exr as it is, .png around a middle grey.
@@ -264,9 +260,6 @@ pub struct CompareArgs {
     /// in false colours over four powers of ten.
     #[arg(long, value_name = "FILE", value_parser = path_ending(&["exr", "png"]))]
     pub error_map: Option<PathBuf>,
-    /// Write FLIP of each pixel: .exr as it is, .png in false colours from 0 to 1.
-    #[arg(long, value_name = "FILE", value_parser = path_ending(&["exr", "png"]))]
-    pub flip_map: Option<PathBuf>,
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub json: bool,

@@ -5,7 +5,6 @@
 //! - [`Moments`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
 //! - [`tiles`]: rectangles of work in a fixed order.
 //! - [`Document`]: named layers and metadata, read from and written to EXR.
-//! - [`Flip`]: the difference that one sees when two pictures alternate.
 //! - [`decode_picture`]: any PNG, TGA, EXR, PFM or, with the feature `jpeg`, JPEG file.
 //! - [`write_png`], [`HeatMap`].
 //!
@@ -40,7 +39,6 @@ mod decode;
 mod display;
 mod document;
 mod error;
-mod flip;
 mod header_order;
 mod image;
 #[cfg(feature = "jpeg")]
@@ -66,7 +64,6 @@ pub use display::{
 };
 pub use document::{Channel, Document, Layer, Placement, Samples};
 pub use error::{FilmError, FormatError};
-pub use flip::Flip;
 pub use image::Image;
 pub use moments::Moments;
 pub use openexr::decode as decode_exr;

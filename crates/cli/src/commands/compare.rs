@@ -6,7 +6,7 @@ use crate::output::{Output, note};
 use anyhow::{Context as _, Result, bail};
 use linelit_elementary::exp2;
 use linelit_film::{
-    Decoded, Document, Exposure, Flip, HeatMap, Image, IntegerImage, Pixels, Placement, Tile,
+    Decoded, Document, Exposure, HeatMap, Image, IntegerImage, Pixels, Placement, Tile,
     decode_picture, srgb_decode,
 };
 use linelit_study::stats::metrics::{ImageMetrics, MRSE_EPSILON};
@@ -28,8 +28,6 @@ struct Comparison {
     metrics: ImageMetrics,
     /// The metrics of red, green and blue.
     channels: [ChannelMetrics; 3],
-    /// Mean of FLIP, if it was asked for.
-    flip: Option<f64>,
     /// Metadata that both files have with different values: name, picture's, reference's.
     differing_metadata: Vec<(String, String, String)>,
 }
@@ -52,7 +50,7 @@ struct ChannelMetrics {
 /// If a picture cannot be read, the two are of different sizes or have no pixel in common, or
 /// something cannot be printed or written.
 pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
-    let maps = [&args.difference, &args.error_map, &args.flip_map];
+    let maps = [&args.difference, &args.error_map];
     for map in maps.into_iter().flatten() {
         if [&args.image, &args.reference].contains(&map) {
             let text = format!("{} would be written over what is compared", map.display());
@@ -68,9 +66,6 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
     }
     let common = ours.common(&theirs)?;
     let [picture, reference] = [&ours, &theirs].map(|picture| picture.part(common));
-    // As one sees them, before a part is cut out.
-    let flip = (args.flip || args.flip_map.is_some()).then(|| seen(&picture, &reference, args));
-    let flip = flip.transpose()?;
     let [width, height] = ours.full;
     let window = match args.crop {
         Some(crop) => common.meet(crop.window(width, height).into()),
@@ -80,7 +75,6 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         bail!("the pictures have no pixel of that --crop in common");
     };
     let [picture, reference] = [picture, reference].map(|image| common.cut(&image, window));
-    let flip = flip.map(|map| common.cut(&map, window));
     let whole = Window::from(Tile::whole(width, height));
     let comparison = Comparison {
         picture: args.image.display().to_string(),
@@ -88,7 +82,6 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         crop: (args.crop.is_some() || window != whole).then_some(window.columns_and_rows()),
         metrics: ImageMetrics::compare(&picture, &reference)?,
         channels: channels(&picture, &reference)?,
-        flip: flip.as_ref().map(|map| map.mean()[0]),
         differing_metadata: differing(&ours.metadata, &theirs.metadata),
     };
     let placement = (window != whole).then_some(Placement {
@@ -96,11 +89,7 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         full: ours.full,
         corner: ours.corner,
     });
-    let maps = Maps {
-        args,
-        placement,
-        flip,
-    };
+    let maps = Maps { args, placement };
     maps.write(&picture, &reference)?;
     if args.json {
         writeln!(out, "{}", serde_json::to_string(&comparison)?)?;
@@ -108,20 +97,6 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         writeln!(out, "{comparison}")?;
     }
     Ok(())
-}
-
-/// FLIP of each pixel, in all channels.
-fn seen(picture: &Image, reference: &Image, args: &CompareArgs) -> Result<Image> {
-    let exposure = Exposure {
-        stops: args.exposure,
-    };
-    let [ours, theirs] =
-        [picture, reference].map(|image| linelit_film::ToneCurve::Clip.apply(image, exposure));
-    let map = Flip::default().map(&ours, &theirs)?;
-    Ok(Image {
-        rgb: map.into_iter().map(|v| [v; 3]).collect(),
-        ..*picture
-    })
 }
 
 /// Pixels in the coordinates of a whole picture, columns and rows from and to: of EXR files they
@@ -210,7 +185,6 @@ struct Maps<'a> {
     args: &'a CompareArgs,
     /// The placement of the part that was compared, if it is not all.
     placement: Option<Placement>,
-    flip: Option<Image>,
 }
 
 impl Maps<'_> {
@@ -254,14 +228,6 @@ impl Maps<'_> {
                 logarithmic: true,
             };
             self.write_scalar(path, &error, colours)?;
-        }
-        if let (Some(path), Some(map)) = (&args.flip_map, &self.flip) {
-            let colours = HeatMap {
-                low: 0.0,
-                high: 1.0,
-                logarithmic: false,
-            };
-            self.write_scalar(path, map, colours)?;
         }
         Ok(())
     }
@@ -473,9 +439,6 @@ impl fmt::Display for Comparison {
                 f,
                 "\n{name:<10} MSE {mse:.3e}, MRSE {mrse:.3e}, bias {bias:.3e}"
             )?;
-        }
-        if let Some(flip) = self.flip {
-            write!(f, "\nFLIP       {flip:.6}")?;
         }
         for (name, ours, theirs) in &self.differing_metadata {
             write!(f, "\n{name:<10} {ours}, of the reference {theirs}")?;
