@@ -98,7 +98,7 @@ Examples:
       four lines a point and light, as an 8-bit picture
   linelit render colonnade-line -o hall.exr --crop 0.25,0.5,0.25,0.5 --explain
       a part of it, and what was done about which lights
-  linelit render cornell-box -o box.png --exposure 1 --tone-curve reinhard
+  linelit render cornell-box -o box.png --exposure 1
       twice as bright, and the light not clipped
   linelit render cornell-box -o box.exr --pixel-samples 4 --aovs albedo,normal,depth,variance
       for a denoiser

@@ -1,7 +1,7 @@
 //! The words of the command line, and what is said of those that mean nothing.
 
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
-use linelit_film::{Tile, ToneCurve};
+use linelit_film::Tile;
 use linelit_formats::nearest;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
@@ -142,19 +142,6 @@ pub(crate) fn spheres() -> impl TypedValueParser<Value = Spheres> {
         |spheres| match spheres {
             Spheres::Exact => "as they are, where they are whole, emit outwards and no image",
             Spheres::Facets => "as the triangles that the camera sees",
-        },
-    )
-}
-
-/// Returns the parser of the tone curves of a PNG file.
-pub(crate) fn tone_curve() -> impl TypedValueParser<Value = ToneCurve> {
-    one_of(
-        &[ToneCurve::Clip, ToneCurve::Reinhard],
-        |curve| match curve {
-            ToneCurve::Clip => "white",
-            ToneCurve::Reinhard => {
-                "v(1 + v/w²)/(1 + v) of each channel, w the largest in the picture"
-            }
         },
     )
 }

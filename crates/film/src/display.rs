@@ -1,7 +1,6 @@
 //! From linear radiance to what a screen shows, and PNG.
 
 use linelit_elementary::{exp2, ln, log2, pow};
-use std::fmt;
 use std::path::Path;
 
 use crate::moments::to_f32;
@@ -81,62 +80,6 @@ impl Exposure {
     pub fn show(self, pixel: [f32; 3]) -> [u8; 3] {
         let gain = exp2(self.stops);
         pixel.map(|value| to_byte(srgb_encode(f64::from(value) * gain)))
-    }
-}
-
-/// The mapping of values above white to a picture on screen.
-///
-/// ```
-/// use linelit_film::{Exposure, Image, ToneCurve};
-/// let light = Image { width: 2, height: 1, rgb: vec![[50.0; 3], [0.18; 3]] };
-/// let shown = ToneCurve::Reinhard.apply(&light, Exposure::default());
-/// assert_eq!(shown.get(0, 0), [1.0; 3]);
-/// assert!((shown.get(1, 0)[0] - 0.18 / 1.18).abs() < 1e-4);
-/// assert_eq!(ToneCurve::Reinhard.to_string(), "reinhard");
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ToneCurve {
-    /// `clip`: white.
-    #[default]
-    Clip,
-    /// `reinhard`: v(1 + v/w²)/(1 + v) of each channel, w the largest value of the picture, which
-    /// becomes white; the identity for a picture without values above 1 (Reinhard, Stark, Shirley,
-    /// Ferwerda 2002, *Photographic Tone Reproduction for Digital Images*, eq. 4, there of
-    /// luminance; of channels, so that saturated colours do not clip either).
-    Reinhard,
-}
-
-impl ToneCurve {
-    /// The picture, 2^`stops` times as bright, along the curve: still linear, to be written with
-    /// the default exposure. Infinite values are white, NaN and what is below zero stay.
-    #[must_use]
-    pub fn apply(self, image: &Image, exposure: Exposure) -> Image {
-        let gain = exp2(exposure.stops);
-        let bright = image.rgb.iter().map(|p| p.map(|v| f64::from(v) * gain));
-        let curve = match self {
-            Self::Clip => |v: f64, _| v,
-            Self::Reinhard => |v: f64, white: f64| match v {
-                v if v >= white => 1.0,
-                v if v > 0.0 => v * (1.0 + v / white / white) / (1.0 + v),
-                v => v,
-            },
-        };
-        let finite = bright.clone().flatten().filter(|v| v.is_finite());
-        let white = finite.fold(1.0, f64::max);
-        let rgb = bright.map(|p| p.map(|v| to_f32(curve(v, white))));
-        Image {
-            rgb: rgb.collect(),
-            ..*image
-        }
-    }
-}
-
-impl fmt::Display for ToneCurve {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Clip => "clip",
-            Self::Reinhard => "reinhard",
-        })
     }
 }
 
@@ -342,26 +285,6 @@ mod tests {
         let black = Image::new(2, 2);
         assert_eq!(Exposure::fitting(&black, 0.99), Exposure::default());
         assert_eq!(Exposure { stops }.show([100.0; 3]), [255; 3]);
-    }
-
-    #[test]
-    fn the_curve_keeps_order_and_does_not_clip() {
-        let ramp = Image::from_fn(100, 1, |x, _| [x as f32 * 0.1, x as f32 * 0.05, -1.0]);
-        for stops in [-3.0, 0.0, 2.0, 8.0] {
-            let shown = ToneCurve::Reinhard.apply(&ramp, Exposure { stops });
-            let reds: Vec<f32> = shown.rgb.iter().map(|p| p[0]).collect();
-            assert!(reds.windows(2).all(|w| w[0] < w[1]), "{stops}: {reds:?}");
-            assert!(shown.rgb.iter().flatten().all(|v| *v <= 1.0));
-        }
-        // Nothing above white: nothing changes.
-        let dim = Image::from_fn(4, 1, |x, _| [x as f32 * 0.25; 3]);
-        assert_eq!(ToneCurve::Reinhard.apply(&dim, Exposure::default()), dim);
-        assert_eq!(ToneCurve::Clip.apply(&ramp, Exposure::default()), ramp);
-        let odd = Image::from_fn(1, 1, |_, _| [f32::INFINITY, f32::NAN, 0.0]);
-        let [r, g, b] = ToneCurve::Reinhard
-            .apply(&odd, Exposure::default())
-            .get(0, 0);
-        assert!((r - 1.0).abs() <= 0.0 && g.is_nan() && b.abs() <= 0.0);
     }
 
     #[test]

@@ -60,7 +60,7 @@ pub use decode::{
     ByteImage, DecodeError, Decoded, IntegerImage, Pixels, WordImage, decode_alpha, decode_picture,
 };
 pub use display::{
-    Exposure, HeatMap, ToneCurve, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
+    Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
 };
 pub use document::{Channel, Document, Layer, Placement, Samples};
 pub use error::{FilmError, FormatError};

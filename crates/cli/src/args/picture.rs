@@ -2,10 +2,9 @@
 
 use crate::words::{
     Crop, LightEstimator, MOST_SAMPLES, Word as _, light_choice, sampler, spheres, stops,
-    tone_curve,
 };
 use clap::{Args, ValueEnum};
-use linelit_film::{Compression, ToneCurve};
+use linelit_film::Compression;
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::Resolution;
@@ -115,9 +114,6 @@ pub struct ImageArgs {
     /// Doublings of brightness, in a PNG file.
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
     pub exposure: f64,
-    /// The tone curve of a PNG file for values above white.
-    #[arg(long, value_name = "CURVE", default_value = "clip", value_parser = tone_curve())]
-    pub tone_curve: ToneCurve,
     /// The lossless compression of an EXR file: none, rle, or zip:1 (fast, the default) to zip:9
     /// (small).
     #[arg(long, value_name = "HOW")]

@@ -61,7 +61,7 @@ and tables (`linelit list studies` says what each shows) are no plans, and refus
 
 const RENDER_ABOUT: &str = "\
 Plan a picture. Flags are those of `render`, but for --explain, and those \
-of the picture's file (--exposure, --tone-curve, --compression), which `merge` takes.";
+of the picture's file (--exposure, --compression), which `merge` takes.";
 
 /// `plan render`.
 #[derive(Args, Debug)]

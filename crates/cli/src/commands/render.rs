@@ -10,7 +10,7 @@ use crate::folder::{Lock, remove_all};
 use crate::inputs::Sources;
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
-use linelit_film::{Document, Exposure, Tile, ToneCurve};
+use linelit_film::{Document, Exposure, Tile};
 use linelit_integrator::{Counts, LightChoice, Renderer, Settings, Spheres};
 use linelit_plan::{Folder, Shard};
 use linelit_scene::Scene;
@@ -160,10 +160,8 @@ pub(super) fn check_file(args: &ImageArgs, path: &Path) -> Result<(), UsageError
     if args.compression.is_some() && !ends_in(path, "exr") {
         return contradiction("--compression is for EXR files");
     }
-    if (args.exposure.abs() > 0.0 || args.tone_curve != ToneCurve::Clip) && !is_png(path) {
-        return contradiction(
-            "--exposure and --tone-curve are for PNG files: others hold radiance",
-        );
+    if args.exposure.abs() > 0.0 && !is_png(path) {
+        return contradiction("--exposure is for PNG files: others hold radiance");
     }
     Ok(())
 }
@@ -257,13 +255,7 @@ pub(super) fn write(
         let exposure = Exposure {
             stops: file.exposure,
         };
-        match file.tone_curve {
-            ToneCurve::Clip => linelit_film::write_png(path, image, exposure)?,
-            curve => {
-                let shown = curve.apply(image, exposure);
-                linelit_film::write_png(path, &shown, Exposure::default())?;
-            }
-        }
+        linelit_film::write_png(path, image, exposure)?;
         return Ok(());
     }
     if ends_in(path, "pfm") {

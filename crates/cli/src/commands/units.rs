@@ -6,7 +6,6 @@ use crate::inputs::Packed;
 use crate::{interrupt, output::note, program::TryAgain};
 use anyhow::{Context as _, Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use linelit_film::ToneCurve;
 use linelit_plan::{Event, Folder, Missing, PlanError, Ran, Run, Shard};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -149,9 +148,8 @@ pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
 
 /// Refuses the flags of a picture's file where none is written.
 pub(super) fn refuse_picture_flags(file: &ImageArgs) -> Result<(), UsageError> {
-    let is_shown = file.exposure.abs() > 0.0 || file.tone_curve != ToneCurve::Clip;
-    if is_shown || file.compression.is_some() {
-        let text = "--exposure, --tone-curve and --compression are for plans of pictures";
+    if file.exposure.abs() > 0.0 || file.compression.is_some() {
+        let text = "--exposure and --compression are for plans of pictures";
         return Err(UsageError(text.to_owned()));
     }
     Ok(())
