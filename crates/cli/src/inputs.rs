@@ -10,35 +10,20 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A plan, and the files to be kept in its folder, by their digests.
-pub type Packed = (Plan, BTreeMap<String, Vec<u8>>);
-
-/// Files in the order in which they were read first, and the bytes of those that are kept.
-type Files = (Vec<InputFile>, BTreeMap<String, Vec<u8>>);
-
-/// Scenes that a plan is made for, and what was read for them.
+/// Scenes that a plan is made for, by the names in the request, and what was read for them.
 #[derive(Debug)]
 pub struct Sources<'a> {
     read: &'a ReadArgs,
-    pack: bool,
-    found: Mutex<Found>,
-}
-
-/// The inputs that were read: scenes by the names in the request, and files to be packed.
-#[derive(Debug, Default)]
-struct Found {
-    inputs: BTreeMap<String, Input>,
-    packed: BTreeMap<String, Vec<u8>>,
+    inputs: Mutex<BTreeMap<String, Input>>,
 }
 
 impl<'a> Sources<'a> {
-    /// No scenes yet; their files are kept for the plan if it is to `pack` them.
+    /// No scenes yet.
     #[must_use]
-    pub fn new(read: &'a ReadArgs, pack: bool) -> Self {
+    pub fn new(read: &'a ReadArgs) -> Self {
         Self {
             read,
-            pack,
-            found: Mutex::default(),
+            inputs: Mutex::default(),
         }
     }
 
@@ -71,53 +56,45 @@ impl<'a> Sources<'a> {
     /// # Errors
     /// Those of reading it.
     pub fn read_by<T>(&self, name: &str, read: impl Fn(&Library) -> Result<T>) -> Result<T> {
-        let seen: Arc<Mutex<Files>> = Arc::default();
-        let (told, pack) = (Arc::clone(&seen), self.pack);
+        // Files in the order in which they were read first.
+        let seen: Arc<Mutex<Vec<InputFile>>> = Arc::default();
+        let told = Arc::clone(&seen);
         let mut library = self.read.library();
         library.options.watch = Watch::new(move |name, bytes| {
             let mut seen = locked(&told);
-            if seen.0.iter().all(|file| file.name != name) {
-                let file = InputFile::of(name, bytes);
-                if pack {
-                    seen.1.insert(file.sha256.clone(), bytes.to_vec());
-                }
-                seen.0.push(file);
+            if seen.iter().all(|file| file.name != name) {
+                seen.push(InputFile::of(name, bytes));
             }
         });
         let read = read(&library)?;
-        let (files, packed) = std::mem::take(&mut *locked(&seen));
         let input = Input {
             name: whole_path(name)?,
-            packed: self.pack,
-            files,
+            files: std::mem::take(&mut *locked(&seen)),
         };
-        let mut found = locked(&self.found);
-        found.inputs.insert(name.to_owned(), input);
-        found.packed.extend(packed);
+        locked(&self.inputs).insert(name.to_owned(), input);
         Ok(read)
     }
 
-    /// The plan of units of a `kind` on scenes that were read, and the files that it keeps.
+    /// The plan of units of a `kind` on scenes that were read.
     pub fn plan(
         &self,
         kind: &str,
         settings: &impl Serialize,
         scenes: &[String],
         units: Vec<Unit>,
-    ) -> Result<Packed> {
-        let mut found = locked(&self.found);
+    ) -> Result<Plan> {
+        let inputs = locked(&self.inputs);
         let input = |name: &String| {
-            let input = found.inputs.get(name).cloned();
+            let input = inputs.get(name).cloned();
             input.with_context(|| format!("{name} was not read"))
         };
-        let plan = Plan {
+        Ok(Plan {
             program: program(),
             kind: kind.to_owned(),
             settings: serde_json::to_string_pretty(settings)?,
             inputs: scenes.iter().map(input).collect::<Result<_>>()?,
             units,
-        };
-        Ok((plan, std::mem::take(&mut found.packed)))
+        })
     }
 }
 
@@ -139,25 +116,17 @@ pub fn whole_path(name: &str) -> Result<String> {
     })
 }
 
-/// Reads a scene of a plan again, by its number, from the plan's folder if it is packed there.
+/// Reads a scene of a plan again, by its number.
 ///
 /// # Errors
 /// If it cannot be found or read, or has changed.
 pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<Scene> {
-    open_by(folder, number, read, |library, name, packed| {
-        let loaded = match packed {
-            Some((files, main)) => library.load_from(files, main)?,
-            None => library.load(name)?,
-        };
-        Ok(library.lit(loaded, name)?.scene)
+    open_by(folder, number, read, |library, name| {
+        Ok(library.lit(library.load(name)?, name)?.scene)
     })
 }
 
-/// Files of a plan by their names, and the name of the first.
-pub type InPlan<'a> = (BTreeMap<String, Vec<u8>>, &'a str);
-
-/// Reads anything of a plan again, by its number: `again` gets its name, and its files if they are
-/// packed there.
+/// Reads anything of a plan again, by its number: `again` gets its name.
 ///
 /// # Errors
 /// If it cannot be found or read, or has changed.
@@ -165,26 +134,16 @@ pub fn open_by<T>(
     folder: &Folder,
     number: usize,
     read: &ReadArgs,
-    again: impl Fn(&Library, &str, Option<InPlan<'_>>) -> Result<T>,
+    again: impl Fn(&Library, &str) -> Result<T>,
 ) -> Result<T> {
     let input = folder.plan().inputs.get(number);
     let input = input.context("the plan does not say what its scenes are")?;
     let name = &input.name;
-    if !input.packed {
-        let sources = Sources::new(read, false);
-        let found = sources.read_by(name, |library| again(library, name, None));
-        let found = found.with_context(|| {
-            format!("reading {name}, which the plan was made for (--pack keeps scenes in the plan)")
-        })?;
-        input.check(&locked(&sources.found).inputs[name].files)?;
-        return Ok(found);
-    }
-    let mut files = BTreeMap::new();
-    for file in &input.files {
-        files.insert(file.name.clone(), folder.file(&file.sha256)?);
-    }
-    let main = input.files.first().map_or("", |file| file.name.as_str());
-    again(&read.library(), name, Some((files, main)))
+    let sources = Sources::new(read);
+    let found = sources.read_by(name, |library| again(library, name));
+    let found = found.with_context(|| format!("reading {name}, which the plan was made for"))?;
+    input.check(&locked(&sources.inputs)[name].files)?;
+    Ok(found)
 }
 
 /// The value of a mutex, whether or not a thread that held it panicked.

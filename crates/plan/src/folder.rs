@@ -3,7 +3,6 @@
 use crate::durable::{self, make_folder, names, read};
 use crate::part::{self, Digest, digest, hex};
 use crate::{Plan, PlanError};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The units that a plan still lacks.
@@ -32,9 +31,8 @@ impl Missing {
 /// Names within the folder.
 const PLAN: &str = "plan.json";
 const PARTS: &str = "parts";
-const FILES: &str = "files";
 
-/// The folder of a plan: `plan.json`, what is done in `parts/`, and packed inputs in `files/`.
+/// The folder of a plan: `plan.json`, and what is done in `parts/`.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -43,17 +41,13 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder of a plan, with packed files by their digests. If it is there with the same
-    /// plan, it is opened: what is done in it stays.
+    /// Makes the folder of a plan. If it is there with the same plan, it is opened: what is done in
+    /// it stays.
     ///
     /// # Errors
     /// If the folder holds another plan, which is said with what differs, or anything else; or
     /// cannot be written.
-    pub fn create(
-        path: &Path,
-        plan: &Plan,
-        packed: &BTreeMap<String, Vec<u8>>,
-    ) -> Result<Self, PlanError> {
+    pub fn create(path: &Path, plan: &Plan) -> Result<Self, PlanError> {
         let (text, digest) = plan.text()?;
         let file = path.join(PLAN);
         let there = read(&file)?;
@@ -69,15 +63,6 @@ impl Folder {
             None => refuse_others(path)?,
         }
         make_folder(&path.join(PARTS))?;
-        if !packed.is_empty() {
-            make_folder(&path.join(FILES))?;
-        }
-        for (name, bytes) in packed {
-            let to = path.join(FILES).join(name);
-            if read(&to)?.is_none_or(|there| there != *bytes) {
-                durable::write(&to, &[bytes])?;
-            }
-        }
         if there.is_none() {
             durable::write(&file, &[text.as_bytes()])?;
         }
@@ -225,20 +210,6 @@ impl Folder {
         Ok(missing)
     }
 
-    /// A packed file, by its digest.
-    ///
-    /// # Errors
-    /// If it cannot be read or is not what was packed.
-    pub fn file(&self, sha256: &str) -> Result<Vec<u8>, PlanError> {
-        let path = self.path.join(FILES).join(sha256);
-        let broken = |reason: &str| PlanError::broken(&path, reason);
-        let bytes = read(&path)?.ok_or_else(|| broken("it is not there"))?;
-        if crate::hash(&bytes) != sha256 {
-            return Err(broken("its bytes are not those that were packed"));
-        }
-        Ok(bytes)
-    }
-
     /// Tries whether parts can be written.
     ///
     /// # Errors
@@ -270,10 +241,9 @@ fn part_number(name: &str) -> Option<u32> {
 
 /// Checks that a folder for a plan holds nothing else.
 fn refuse_others(path: &Path) -> Result<(), PlanError> {
-    let own = [PARTS, FILES];
     let begun = format!(".{PLAN}.");
     for name in names(path)? {
-        if !own.contains(&name.as_str()) && !name.starts_with(&begun) {
+        if name != PARTS && !name.starts_with(&begun) {
             return Err(PlanError::Refused(format!(
                 "{} holds `{name}`, and is no folder of a plan: choose another",
                 path.display()

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::path::Path;
 
 /// The number of this form of `plan.json`.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The text before the digest of everything above it, which ends the file.
 const SEAL: &str = "\n\"sha256\": \"";
@@ -64,8 +64,6 @@ impl Unit {
 pub struct Input {
     /// The name used when the plan was made.
     pub name: String,
-    /// Whether its files are in the plan's folder.
-    pub packed: bool,
     /// The files of the input, in the order in which they were first read.
     pub files: Vec<InputFile>,
 }
@@ -211,8 +209,6 @@ impl Plan {
         for (a, b) in self.inputs.iter().zip(&other.inputs) {
             if a.name != b.name {
                 words.push(format!("input `{}`, not `{}`", a.name, b.name));
-            } else if a.packed != b.packed {
-                words.push(format!("packed {}, not {}", a.packed, b.packed));
             } else {
                 words.extend(a.check(&b.files).err().map(|e| e.to_string()));
             }

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 pub(super) const PLAN_EXAMPLES: &str = "\
 Examples:
-  linelit plan render hall.pbrt -o hall-plan --pixel-samples 4096 --pack
-      a picture in units of a second or two, with the scene's files in the plan
+  linelit plan render hall.pbrt -o hall-plan --pixel-samples 4096
+      a picture in units of a second or two
   linelit plan render colonnade -o plan --script slurm
       the same plan again is no harm; prints the script that submits it
   linelit plan converge billen-orders -o orders-plan
@@ -92,9 +92,6 @@ pub struct PlannedArgs {
     /// Folder of the plan.
     #[arg(short, long, value_name = "PLAN")]
     pub output: PathBuf,
-    /// Keep the scene's files, with all that they include, in the plan.
-    #[arg(long)]
-    pub pack: bool,
     /// Print the script that runs the plan so, in place of its figures.
     #[arg(long, value_name = "SCHEDULER")]
     pub script: Option<Script>,

@@ -64,7 +64,7 @@ fn converge(
 ) -> Result<()> {
     let start = Instant::now();
     let path = folder.temporary(args.fresh)?;
-    let sources = Sources::new(&args.common.read, false);
+    let sources = Sources::new(&args.common.read);
     let load = |name: &str| sources.load_to_measure(name);
     let mut record = spec.record(command());
     let (exhibits, interrupted) = with_work(spec, &load, |work| {

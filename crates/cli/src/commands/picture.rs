@@ -6,14 +6,14 @@ use super::tev::Viewer;
 use super::units::check;
 use super::{bar, pool_of, render};
 use crate::args::{Again, MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError, given};
-use crate::inputs::{self, Packed, Sources, locked};
+use crate::inputs::{self, Sources, locked};
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
 use clap::Parser as _;
 use linelit_film::{Image, Moments, Placement, Tile, tiles};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
-use linelit_plan::{BoxError, Folder, PlanError, Ran, Run, Unit};
+use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
 use linelit_scene::Scene;
 use linelit_study::{engine, memory};
 use rayon::prelude::*;
@@ -98,9 +98,9 @@ pub(super) fn pixel_seconds(scene: &Scene, picture: &PictureArgs) -> f64 {
 }
 
 /// The plan that `plan render` asks for.
-pub(super) fn plan(args: &PlanRenderArgs) -> Result<Packed> {
+pub(super) fn plan(args: &PlanRenderArgs) -> Result<Plan> {
     aovs::check(&args.picture, false)?;
-    let sources = Sources::new(&args.read, args.planned.pack);
+    let sources = Sources::new(&args.read);
     let mut scene = sources.load(&args.scene)?;
     let window = render::set_film(&mut scene, &args.picture);
     render::check_lights(&scene, &args.picture)?;
@@ -167,7 +167,7 @@ impl Picture {
     }
 
     /// Returns the plan of the picture, if a pixel takes so many seconds.
-    pub(super) fn plan(&self, pixel: f64, sources: &Sources<'_>) -> Result<Packed> {
+    pub(super) fn plan(&self, pixel: f64, sources: &Sources<'_>) -> Result<Plan> {
         let settings = Settings {
             render: given::<Again<PictureArgs>>()?,
             scene: self.scene.clone(),

@@ -7,11 +7,11 @@ use super::viewfactors::{self, Factors, VIEWFACTORS};
 use crate::args::{
     MergeArgs, PlanArgs, PlanKind, PlannedArgs, ReadArgs, RunArgs, Script, StatusArgs, UsageError,
 };
-use crate::inputs::{Packed, program};
+use crate::inputs::program;
 use crate::interrupt;
 use crate::output::{Output, note};
 use anyhow::{Context as _, Result, bail};
-use linelit_plan::{Folder, Shard};
+use linelit_plan::{Folder, Plan, Shard};
 use std::path::Path;
 use std::time::Duration;
 
@@ -179,9 +179,8 @@ pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
 
 /// Writes a plan of any kind, and says what it is or how it is run; `result` is what merging it
 /// writes.
-fn finish(planned: &Packed, args: &PlannedArgs, result: &str, out: &mut Output) -> Result<()> {
-    let (plan, packed) = planned;
-    let folder = Folder::create(&args.output, plan, packed)?;
+fn finish(plan: &Plan, args: &PlannedArgs, result: &str, out: &mut Output) -> Result<()> {
+    let folder = Folder::create(&args.output, plan)?;
     if let Some(kind) = args.script {
         write!(out, "{}", script(kind, args, result)?)?;
         return Ok(());
@@ -198,7 +197,6 @@ fn finish(planned: &Packed, args: &PlannedArgs, result: &str, out: &mut Output) 
             "cost": cost,
             "most_cost": most,
             "files": plan.inputs.iter().map(|input| input.files.len()).sum::<usize>(),
-            "packed": packed.len(),
         });
         writeln!(out, "{found}")?;
         return Ok(());

@@ -33,7 +33,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
     let start = Instant::now();
-    let sources = Sources::new(&args.common.read, false);
+    let sources = Sources::new(&args.common.read);
     let mut scene = sources.load(&args.scene)?;
     let window = set_film(&mut scene, &args.picture);
     pool.install(|| memory::check_picture(window, aovs::bytes_per_pixel(&args.picture)))?;

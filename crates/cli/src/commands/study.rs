@@ -5,7 +5,7 @@ use crate::args::{
     Again, ConvergeArgs, MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError, given,
 };
 use crate::folder::OutputFolder;
-use crate::inputs::{self, Packed, Sources};
+use crate::inputs::{self, Sources};
 use crate::output::{Output, OutputError, note};
 use anyhow::{Context as _, Result, anyhow};
 use clap::Parser as _;
@@ -179,7 +179,7 @@ pub(super) fn plan(
     args: &StudyArgs,
     work: &Work<'_, '_, '_>,
     sources: &Sources<'_>,
-) -> Result<Packed> {
+) -> Result<Plan> {
     let is_scene = |name: &&String| !studies().any(|(known, _)| known == **name);
     let whole = |name: &String| match Some(name).filter(is_scene) {
         Some(scene) => inputs::whole_path(scene),
@@ -209,11 +209,11 @@ pub(super) fn plan(
 }
 
 /// The plan that `plan converge` asks for.
-pub(super) fn make(args: &PlanConvergeArgs) -> Result<Packed> {
+pub(super) fn make(args: &PlanConvergeArgs) -> Result<Plan> {
     let mut spec = spec_of(&args.study)?;
     check_scenes(&spec.scenes, &args.read)?;
     apply_flags(&mut spec, &args.study);
-    let sources = Sources::new(&args.read, args.planned.pack);
+    let sources = Sources::new(&args.read);
     let load = |name: &str| sources.load_to_measure(name);
     pool_of(0)?.install(|| with_work(&spec, &load, |work| plan(&args.study, work, &sources)))
 }

@@ -2,11 +2,10 @@
 
 use crate::args::{ImageArgs, UsageError};
 use crate::folder::remove_all;
-use crate::inputs::Packed;
 use crate::{interrupt, output::note, program::TryAgain};
 use anyhow::{Context as _, Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use linelit_plan::{Event, Folder, Missing, PlanError, Ran, Run, Shard};
+use linelit_plan::{Event, Folder, Missing, Plan, PlanError, Ran, Run, Shard};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -16,8 +15,8 @@ const NAMED: usize = 8;
 
 /// Begins to keep what is done of a picture or a study, as `what` says, or goes on with what an
 /// interrupted command kept.
-pub(super) fn keep(path: &Path, planned: &Packed, what: &str) -> Result<Folder> {
-    let create = || Folder::create(path, &planned.0, &planned.1);
+pub(super) fn keep(path: &Path, plan: &Plan, what: &str) -> Result<Folder> {
+    let create = || Folder::create(path, plan);
     let made = match create() {
         // Nothing of it is lost.
         Err(PlanError::Another { .. }) if Folder::open(path)?.status()?.done == 0 => {

@@ -28,7 +28,7 @@ pub(crate) fn plan(units: u32) -> Plan {
 
 /// The folder of such a plan.
 pub(crate) fn folder(path: &Path, units: u32) -> Folder {
-    Folder::create(path, &plan(units), &Default::default()).unwrap()
+    Folder::create(path, &plan(units)).unwrap()
 }
 
 /// A number of the unit's own, of no round bits.

@@ -1,7 +1,7 @@
 //! What a folder is made of, and what is refused.
 
 use crate::common::{folder, path, plan, work};
-use linelit_plan::{Folder, Input, InputFile, PlanError, Run, hash, run};
+use linelit_plan::{Folder, Input, InputFile, PlanError, Run, run};
 use std::fs;
 
 #[test]
@@ -15,26 +15,18 @@ fn a_plan_is_read_as_it_was_written() {
     plan.units[4].cost = 1.0 / 3.0;
     plan.inputs.push(Input {
         name: "room \"1\".pbrt".into(),
-        packed: true,
         files: vec![InputFile::of("room.pbrt", b"text")],
     });
-    let packed = [(hash(b"text"), b"text".to_vec())].into();
-    let made = Folder::create(&path, &plan, &packed).unwrap();
+    let made = Folder::create(&path, &plan).unwrap();
     let read = Folder::open(&path).unwrap();
     assert_eq!(read.plan(), &plan);
     assert_eq!(read.hash(), made.hash());
-    assert_eq!(read.file(&hash(b"text")).unwrap(), b"text");
     // Its text is JSON that others can read.
     let text = fs::read_to_string(path.join("plan.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["units"][3]["needs"]["end"], 3);
     // The same plan again is the same folder.
-    Folder::create(&path, &plan, &packed).unwrap();
-    fs::write(path.join("files").join(hash(b"text")), "tex_").unwrap();
-    assert!(matches!(
-        read.file(&hash(b"text")),
-        Err(PlanError::Broken { .. })
-    ));
+    Folder::create(&path, &plan).unwrap();
     fs::remove_dir_all(path).unwrap();
 }
 
@@ -63,7 +55,7 @@ fn what_differs_is_said() {
     let refused = |change: fn(&mut linelit_plan::Plan)| {
         let mut plan = plan(3);
         change(&mut plan);
-        let refused = Folder::create(&path, &plan, &Default::default());
+        let refused = Folder::create(&path, &plan);
         refused.unwrap_err().to_string()
     };
     let seed = refused(|plan| plan.settings = "{\"seed\": 8}".into());
@@ -89,10 +81,9 @@ fn what_differs_is_said() {
         let mut plan = plan(1);
         plan.inputs.push(Input {
             name: "room.pbrt".into(),
-            packed: false,
             files: vec![InputFile::of("room.pbrt", bytes)],
         });
-        Folder::create(&with_input, &plan, &Default::default())
+        Folder::create(&with_input, &plan)
     };
     of_room(b"old").unwrap();
     let changed = of_room(b"new").unwrap_err().to_string();
@@ -101,7 +92,6 @@ fn what_differs_is_said() {
 
     let input = Input {
         name: "room.pbrt".into(),
-        packed: false,
         files: ["a", "b"].map(|n| InputFile::of(n, b"old")).to_vec(),
     };
     input.check(&input.files).unwrap();
@@ -118,7 +108,7 @@ fn other_folders_are_left_alone() {
     let path = path("others");
     fs::create_dir_all(&path).unwrap();
     fs::write(path.join("thesis.tex"), "").unwrap();
-    let refused = Folder::create(&path, &plan(1), &Default::default()).unwrap_err();
+    let refused = Folder::create(&path, &plan(1)).unwrap_err();
     assert!(refused.to_string().contains("`thesis.tex`"), "{refused}");
     assert!(Folder::open(&path).is_err());
     fs::remove_dir_all(&path).unwrap();
@@ -131,7 +121,7 @@ fn plans_that_make_no_sense_are_refused() {
     let refused = |change: fn(&mut linelit_plan::Plan)| {
         let mut plan = plan(2);
         change(&mut plan);
-        assert!(Folder::create(&path, &plan, &Default::default()).is_err());
+        assert!(Folder::create(&path, &plan).is_err());
     };
     refused(|plan| plan.settings = "{".into());
     refused(|plan| plan.units[1].work = "}, {".into());

@@ -41,7 +41,7 @@ fn parts_of_other_units_and_plans_are_refused() {
     assert!(unit.contains("of another unit"), "{unit}");
     let mut other = plan(2);
     other.settings = "{\"seed\": 8}".into();
-    let other = Folder::create(&there, &other, &Default::default()).unwrap();
+    let other = Folder::create(&there, &other).unwrap();
     run(&other, &Run::default(), work).unwrap();
     fs::copy(other.part_path(1), folder.part_path(1)).unwrap();
     let plan = folder.part(1).unwrap_err().to_string();

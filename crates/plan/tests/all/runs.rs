@@ -72,8 +72,7 @@ fn units_read_the_parts_of_those_that_they_need() {
     for unit in &mut plan.units[10..] {
         unit.needs = 2..7;
     }
-    let [folder, other] =
-        [&path, &alone].map(|p| Folder::create(p, &plan, &Default::default()).unwrap());
+    let [folder, other] = [&path, &alone].map(|p| Folder::create(p, &plan).unwrap());
     let computed = Mutex::new(Vec::new());
     let noted = |task: &Task<'_>| {
         computed.lock().unwrap().push(task.number());

@@ -1,6 +1,5 @@
 //! Facets from files.
 
-use crate::inputs::InPlan;
 use anyhow::{Result, anyhow, bail};
 use linelit_formats::assembly::{Source, ply};
 use linelit_scenes::{Library, Place};
@@ -12,17 +11,12 @@ use std::sync::Arc;
 /// A reader of polygons.
 type Reader = fn(&Arc<Source>) -> Result<Mesh>;
 
-/// Reads facets from a file, or from those that a plan keeps: polygons where the format's reader
-/// here knows them, else the triangles of a scene.
-pub(super) fn read(library: &Library, name: &str, packed: Option<InPlan<'_>>) -> Result<Mesh> {
-    let mesh = match (reader(name), packed) {
-        (None, Some((files, main))) => triangles(library.load_from(files, main)?),
-        (None, None) => triangles(library.load(name)?),
-        (Some(reader), Some((files, main))) => {
-            let bytes = files.get(main).cloned().unwrap_or_default();
-            reader(&Source::new(name, bytes))?
-        }
-        (Some(reader), None) => {
+/// Reads facets from a file: polygons where the format's reader here knows them, else the triangles
+/// of a scene.
+pub(super) fn read(library: &Library, name: &str) -> Result<Mesh> {
+    let mesh = match reader(name) {
+        None => triangles(library.load(name)?),
+        Some(reader) => {
             let Place::File(path) = Place::find(name)? else {
                 bail!("`{name}` is no file");
             };

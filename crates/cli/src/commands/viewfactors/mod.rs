@@ -10,7 +10,7 @@ use crate::args::{
     Again, ENDINGS, FactorArgs, MergeArgs, PlanViewFactorsArgs, UsageError, ViewFactorsArgs, given,
 };
 use crate::folder::OutputFolder;
-use crate::inputs::{self, Packed, Sources};
+use crate::inputs::{self, Sources};
 use crate::output::Output;
 use crate::program::TryAgain;
 use crate::{interrupt, output::note};
@@ -121,7 +121,7 @@ impl<'a> Destination<'a> {
 /// Computes view factors and writes them.
 pub fn run(args: &ViewFactorsArgs, out: &mut Output) -> Result<()> {
     let to = Destination::open(&args.output, args.report.as_deref(), args.common.json)?;
-    let mesh = mesh::read(&args.common.read.library(), &args.facets, None)?;
+    let mesh = mesh::read(&args.common.read.library(), &args.facets)?;
     let factors = Factors::new(&args.facets, mesh, &args.factors)?;
     interrupt::watch().context("watching for signals")?;
     let pool = pool(&args.common)?;
@@ -133,11 +133,9 @@ pub fn run(args: &ViewFactorsArgs, out: &mut Output) -> Result<()> {
 }
 
 /// The plan that `plan viewfactors` asks for.
-pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<Packed> {
-    let sources = Sources::new(&args.read, args.planned.pack);
-    let mesh = sources.read_by(&args.facets, |library| {
-        mesh::read(library, &args.facets, None)
-    })?;
+pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<linelit_plan::Plan> {
+    let sources = Sources::new(&args.read);
+    let mesh = sources.read_by(&args.facets, |library| mesh::read(library, &args.facets))?;
     let factors = Factors::new(&args.facets, mesh, &args.factors)?;
     let (rows, step) = (factors.mesh.senders, args.rows as usize);
     let row_seconds = PAIR_SECONDS * factors.facets.len() as f64;
