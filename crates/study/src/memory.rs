@@ -4,7 +4,6 @@
 use anyhow::{Result, bail};
 use linelit_film::Tile;
 use std::fs;
-use std::path::Path;
 
 /// Refuses what takes more bytes than are available, with both numbers; to be asked on a thread of
 /// the pool that will do the work. Where the system does not
@@ -23,31 +22,15 @@ pub fn check(what: &str, bytes: u64) -> Result<()> {
     }
 }
 
-/// Bytes that this process may still take: the least of what the system has (Linux), what the
-/// process's group may have, and what its limit on addresses leaves (`ulimit -v`).
+/// Bytes that this process may still take: the least of what the system has (Linux) and what its
+/// limit on addresses leaves (`ulimit -v`).
 #[must_use]
 pub fn available() -> Option<u64> {
-    [system(), group(), addresses()].into_iter().flatten().min()
+    [system(), addresses()].into_iter().flatten().min()
 }
 
 fn system() -> Option<u64> {
     kib(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|n| n << 10)
-}
-
-/// Bytes that the control group (version 2) leaves; pages of files that it would drop are free.
-fn group() -> Option<u64> {
-    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
-    let own = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
-    let folder = Path::new("/sys/fs/cgroup").join(own);
-    let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
-    // `max` for none.
-    let most: u64 = read("memory.max")?.trim().parse().ok()?;
-    let held: u64 = read("memory.current")?.trim().parse().ok()?;
-    let files = read("memory.stat")?
-        .lines()
-        .find_map(|line| line.strip_prefix("inactive_file ")?.trim().parse().ok())
-        .unwrap_or(0);
-    Some(most.saturating_sub(held.saturating_sub(files)))
 }
 
 /// Addresses that the allocator (glibc's) sets aside for each thread.
