@@ -180,15 +180,6 @@ impl Work<'_, '_, '_> {
         Ok(exhibits)
     }
 
-    /// Adds the results to the record as [`Work::whole`] does, without pictures.
-    ///
-    /// # Errors
-    /// As [`Work::plan`].
-    pub fn whole_without_pictures(&self, record: &mut StudyRecord) -> Result<()> {
-        let mut all = self.measured()?.into_iter().enumerate();
-        all.try_for_each(|(view, results)| self.add_rows(view, &results, record))
-    }
-
     fn measured(&self) -> Result<Vec<Results>> {
         let measure = |view| self.job(view).map(measure);
         (0..self.views.len()).map(measure).collect()
