@@ -7,7 +7,7 @@
 #[cfg(feature = "gltf")]
 mod gltf;
 mod load;
-mod obj;
+pub mod obj;
 
 pub use linelit_assembly::{
     ErrorKind, LoadOptions, Loaded, Root, SceneError, Warning, Watch, add_framing_light, nearest,

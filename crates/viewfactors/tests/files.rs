@@ -1,6 +1,6 @@
 //! Files of facets: what is read, what is refused and where, and that nothing panics.
 
-use linelit_viewfactors::files::{FileError, Mesh, Place, obj, stl, vs3};
+use linelit_viewfactors::files::{FileError, Mesh, Place, stl, vs3};
 use linelit_viewfactors::{Facets, Sides};
 
 type Reader = fn(&[u8]) -> Result<Mesh, FileError>;
@@ -11,10 +11,6 @@ T three surfaces ! and a title\nc encl=0\n\nF 3\n! vertices\n\
 V 1 0 0 0.125\nv 2 1e0 0 0 / a comment\nV 3 1 1 0\nV 4 0 1 0\nV  5 0. .5 -1.\n\
 S 1 1 2 3 4 0 0 0.5 floor\ns 2 1 2 5 0 0 1 0.9 fin\no 3 2 3 5 0 0 0 0.1 tree\n\
 End of data\nS 3 nothing of this is read\n";
-
-const OBJ: &str = "\
-# a comment\no thing\nv 0 0 0.1 1.0\nv 1 0 0\nv 1 1 0 # another\nv 0 1 0\nvt 0 0\n\
-f 1/1 2/1 3/1 4/1\nusemtl red\nf -1 -3//2 -2\n";
 
 const STL: &str = "\
 solid two\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 1 1 0.5\n  \
@@ -55,17 +51,6 @@ fn a_vs3_file_is_read() {
         mesh.notes[0].starts_with("line 12: surfaces are not combined"),
         "{:?}",
         mesh.notes
-    );
-}
-
-#[test]
-fn polygons_of_an_obj_file_stay_whole() {
-    let mesh = obj(OBJ.as_bytes()).unwrap();
-    assert!(mesh.vertices.contains(&[0.0, 0.0, 0.1]));
-    assert_eq!(mesh.polygons, [vec![0, 1, 2, 3], vec![3, 1, 2]]);
-    assert_eq!(
-        (mesh.senders, &mesh.places[..]),
-        (2, &[8, 10].map(Place::Line)[..])
     );
 }
 
@@ -122,24 +107,7 @@ fn wrong_lines_of_vs3_files_are_refused() {
 }
 
 #[test]
-fn wrong_places_of_obj_and_stl_files_are_refused() {
-    refused(
-        obj,
-        b"v 0 0 0\nf 1 2 1",
-        "line 2: there is no vertex 2: 1 stand",
-    );
-    refused(obj, b"v 0 0 0\nf 0 1 1", "line 2: there is no vertex 0");
-    refused(obj, b"v 0 0 0\nf -2 1 1", "line 2: there is no vertex -2");
-    refused(
-        obj,
-        b"v 0 0 0\nf -9223372036854775808 1 1",
-        "line 2: there is no vertex",
-    );
-    refused(
-        obj,
-        b"v 0 x 0",
-        "line 1: expected the coordinate y, found `x`",
-    );
+fn wrong_places_of_stl_files_are_refused() {
     refused(stl, &STL.as_bytes()[..150], "line 11: ");
     refused(stl, b"solid\nendfacet", "line 2: a facet of 0 vertices");
     refused(
@@ -160,12 +128,7 @@ fn wrong_places_of_obj_and_stl_files_are_refused() {
 
 #[test]
 fn cut_and_spoiled_files_do_not_panic() {
-    let cases: [(Reader, Vec<u8>); 4] = [
-        (vs3, VS3.into()),
-        (obj, OBJ.into()),
-        (stl, STL.into()),
-        (stl, binary_stl()),
-    ];
+    let cases: [(Reader, Vec<u8>); 3] = [(vs3, VS3.into()), (stl, STL.into()), (stl, binary_stl())];
     let mut refused = 0;
     let mut attempt = |reader: Reader, bytes: &[u8]| match reader(bytes) {
         Ok(mesh) => drop(Facets::new(&mesh.vertices, &mesh.polygons, Sides::Two)),

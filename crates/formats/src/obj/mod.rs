@@ -14,6 +14,7 @@ use linelit_assembly::{Assembly, LoadOptions, Loaded};
 use linelit_assembly::{Result, Source, about_its_middle};
 use linelit_scene::{FilmSettings, Placement};
 use mtl::Entry;
+pub use statements::Polygons;
 use statements::Statements;
 use std::path::Path;
 use std::sync::Arc;
@@ -24,10 +25,7 @@ pub(crate) fn load(
     path: Option<&Path>,
     options: &LoadOptions,
 ) -> Result<Loaded> {
-    let source = match utf16(source.bytes()) {
-        Some(text) => Source::new(source.name().clone(), text.into_bytes()),
-        None => source,
-    };
+    let source = as_utf8(source);
     about_its_middle(options, |options| scene(&source, path, options))
 }
 
@@ -59,6 +57,22 @@ fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Re
         }
     }
     base.finish(source.name(), shapes, None, FilmSettings::default())
+}
+
+/// Reads the polygons of a file, uncut.
+///
+/// # Errors
+/// The first position or face that is wrong, with its place.
+pub fn read_polygons(source: &Arc<Source>) -> Result<Polygons> {
+    statements::polygons(&as_utf8(Arc::clone(source)))
+}
+
+/// A file whose text is UTF-8, as most are.
+fn as_utf8(source: Arc<Source>) -> Arc<Source> {
+    match utf16(source.bytes()) {
+        Some(text) => Source::new(source.name().clone(), text.into_bytes()),
+        None => source,
+    }
 }
 
 /// The text of a file that begins with a UTF-16 byte order mark.

@@ -167,37 +167,9 @@ impl<'a> Statements<'a> {
             .warn(ErrorKind::UnknownName, message, place)
     }
 
-    /// An index of the file (from one, or negative from the end) as an index from zero.
     fn resolve(&self, span: Span, text: &[u8], kind: usize) -> Result<u32> {
         let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
-        let (source, count) = (self.source, counts[kind]);
-        let what = WHAT[kind];
-        let shown = shorten(&String::from_utf8_lossy(text));
-        let index = std::str::from_utf8(text)
-            .ok()
-            .and_then(|t| t.parse::<i64>().ok());
-        let Some(index) = index else {
-            let message = format!("`{shown}` is no index of a {what}");
-            return Err(source.error(ErrorKind::Syntax, message, span, "expected an integer"));
-        };
-        let count_i = i64::try_from(count).unwrap_or(i64::MAX);
-        let zero_based = if index < 0 {
-            count_i + index
-        } else {
-            index - 1
-        };
-        let fits = (0..count_i).contains(&zero_based);
-        u32::try_from(zero_based)
-            .ok()
-            .filter(|_| fits)
-            .ok_or_else(|| {
-                let message = format!("{what} {index} does not exist");
-                let label = match count {
-                    0 => format!("there is no {what} so far"),
-                    _ => format!("there are {count} so far, counted from 1"),
-                };
-                source.error(ErrorKind::BadMesh, message, span, label)
-            })
+        resolve(self.source, span, text, (kind, counts[kind]))
     }
 
     fn corner(&mut self, span: Span) -> Result<Corner> {
@@ -374,4 +346,78 @@ impl<'a> Statements<'a> {
 #[allow(clippy::cast_possible_truncation, reason = "they are f32 in a scene")]
 fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
     values.map(|x| x as f32)
+}
+
+/// An index of the file (from one, or negative from the end) as an index from zero.
+fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usize)) -> Result<u32> {
+    let what = WHAT[kind];
+    let shown = shorten(&String::from_utf8_lossy(text));
+    let index = std::str::from_utf8(text)
+        .ok()
+        .and_then(|t| t.parse::<i64>().ok());
+    let Some(index) = index else {
+        let message = format!("`{shown}` is no index of a {what}");
+        return Err(source.error(ErrorKind::Syntax, message, span, "expected an integer"));
+    };
+    let count_i = i64::try_from(count).unwrap_or(i64::MAX);
+    let zero_based = if index < 0 {
+        count_i + index
+    } else {
+        index - 1
+    };
+    let fits = (0..count_i).contains(&zero_based);
+    u32::try_from(zero_based)
+        .ok()
+        .filter(|_| fits)
+        .ok_or_else(|| {
+            let message = format!("{what} {index} does not exist");
+            let label = match count {
+                0 => format!("there is no {what} so far"),
+                _ => format!("there are {count} so far, counted from 1"),
+            };
+            source.error(ErrorKind::BadMesh, message, span, label)
+        })
+}
+
+/// Polygons with all their corners.
+#[derive(Debug, Default)]
+pub struct Polygons {
+    /// The positions of the vertices.
+    pub positions: Vec<DVec3>,
+    /// The vertices of each polygon.
+    pub polygons: Vec<Vec<u32>>,
+    /// The line of each polygon in the file, counted from one.
+    pub lines: Vec<usize>,
+}
+
+/// Reads the positions of the vertices and the corners of the faces, and nothing else.
+pub(super) fn polygons(source: &Source) -> Result<Polygons> {
+    let mut found = Polygons::default();
+    let (mut number, mut counted) = (1, 0);
+    for line in Lines::new(source) {
+        let Some((&keyword, rest)) = line.words.split_first() else {
+            continue;
+        };
+        match &source.bytes()[keyword.start..keyword.end] {
+            b"v" => {
+                let position = lines::numbers::<3>(source, keyword, rest)?;
+                found.positions.push(DVec3::from_array(position));
+            }
+            b"f" | b"fo" => {
+                let count = found.positions.len();
+                let corner = |span: &Span| {
+                    let mut parts = source.bytes()[span.start..span.end].split(|b| *b == b'/');
+                    resolve(source, *span, parts.next().unwrap_or(&[]), (0, count))
+                };
+                let corners = rest.iter().map(corner);
+                found.polygons.push(corners.collect::<Result<_>>()?);
+                let between = &source.bytes()[counted..keyword.start];
+                number += between.iter().filter(|b| **b == b'\n').count();
+                counted = keyword.start;
+                found.lines.push(number);
+            }
+            _ => {}
+        }
+    }
+    Ok(found)
 }

@@ -13,6 +13,7 @@ mod images;
 mod lights;
 mod limits;
 mod memory;
+mod obj_polygons;
 mod parameters;
 mod pbrt;
 mod shapeless;

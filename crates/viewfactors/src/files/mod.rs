@@ -1,10 +1,8 @@
-//! Files of facets: View3D's `.vs3`, STL and OBJ, with their polygons and all their digits.
+//! Files of facets: View3D's `.vs3` and STL, with their polygons and all their digits.
 
-mod obj;
 mod stl;
 mod vs3;
 
-pub use obj::read as obj;
 pub use stl::read as stl;
 pub use vs3::read as vs3;
 

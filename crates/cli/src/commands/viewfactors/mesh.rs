@@ -2,6 +2,8 @@
 
 use anyhow::{Result, anyhow, bail};
 use linelit_formats::assembly::{Source, ply};
+use linelit_formats::obj;
+use linelit_geometry::DVec3;
 use linelit_scenes::{Library, Place};
 use linelit_viewfactors::files::{self, Mesh};
 use linelit_viewfactors::{FacetError, Facets, Sides};
@@ -41,8 +43,8 @@ fn reader(name: &str) -> Option<Reader> {
     let reader: Reader = match ending.as_str() {
         "vs3" => |source| of_file(source, files::vs3),
         "stl" => |source| of_file(source, files::stl),
-        "obj" => |source| of_file(source, files::obj),
-        "ply" => polygons,
+        "obj" => of_obj,
+        "ply" => of_ply,
         _ => return None,
     };
     Some(reader)
@@ -55,14 +57,24 @@ fn of_file(
     read(source.bytes()).map_err(|error| anyhow!("{}, {error}", source.name()))
 }
 
-fn polygons(source: &Arc<Source>) -> Result<Mesh> {
+fn of_ply(source: &Arc<Source>) -> Result<Mesh> {
     let (positions, polygons) = ply::read_polygons(source)?;
-    Ok(Mesh {
-        vertices: positions.iter().map(|p| p.to_array()).collect(),
+    Ok(of_polygons(&positions, polygons, &[]))
+}
+
+fn of_obj(source: &Arc<Source>) -> Result<Mesh> {
+    let found = obj::read_polygons(source)?;
+    Ok(of_polygons(&found.positions, found.polygons, &found.lines))
+}
+
+fn of_polygons(positions: &[DVec3], polygons: Vec<Vec<u32>>, lines: &[usize]) -> Mesh {
+    Mesh {
+        vertices: positions.iter().map(DVec3::to_array).collect(),
         senders: polygons.len(),
         polygons,
+        places: lines.iter().map(|line| files::Place::Line(*line)).collect(),
         ..Mesh::default()
-    })
+    }
 }
 
 fn triangles(loaded: linelit_formats::Loaded) -> Mesh {
