@@ -121,8 +121,7 @@ impl Loader {
                 params.float_or("udelta", 0.0)?,
                 params.float_or("vdelta", 0.0)?,
             ),
-            // Ours, for scenes of other formats that were written as pbrt text.
-            rotation: params.float_or("uvrotation", 0.0)?,
+            rotation: 0.0,
         };
         match params.string("mapping")? {
             None | Some("uv") => {}
