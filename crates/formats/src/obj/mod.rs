@@ -10,16 +10,19 @@ mod lines;
 mod mtl;
 mod statements;
 
-use linelit_assembly::{Assembly, LoadOptions, Loaded};
-use linelit_assembly::{Result, Source, about_its_middle};
-use linelit_scene::{FilmSettings, Placement};
+use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded};
+use linelit_assembly::{Result, Source, about_its_middle, triangulate};
+use linelit_geometry::DVec3;
+use linelit_scene::{FilmSettings, MeshData, Placement};
 use mtl::Entry;
 pub use statements::Polygons;
 use statements::Statements;
 use std::path::Path;
 use std::sync::Arc;
+use tobj::Mesh;
 
-/// Reads a scene from a file in memory.
+/// Reads a scene from a file in memory: [`Statements`] looks at each and hands on what tobj shall
+/// read, which gives one mesh for each group of faces and one for all line elements.
 pub(crate) fn load(
     source: Arc<Source>,
     path: Option<&Path>,
@@ -32,19 +35,36 @@ pub(crate) fn load(
 fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let base = Assembly::new(path, source.bytes().len(), options);
     let mut statements = Statements::new(source, base);
-    statements.read()?;
-    let (mut base, shapes) = (statements.base, statements.shapes > 0);
-    for group in statements.groups {
+    statements.read_libraries()?;
+    let one_index = tobj::LoadOptions {
+        single_index: true,
+        ..tobj::LoadOptions::default()
+    };
+    let no_library = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+    let read = tobj::load_obj_buf(&mut statements, &one_index, no_library);
+    let (models, _) = statements.check(read)?;
+    let mut base = statements.base;
+    for model in models {
+        // Nothing stands before the first group.
+        let group = model.name.parse().ok();
+        let Some(group) = group.and_then(|k: usize| statements.groups.get(k)) else {
+            continue;
+        };
         let at = source.at(group.first);
         let Entry {
             index: material,
             emission,
             cutout,
         } = group.material;
-        if let Some(spec) = &emission {
-            for ends in group.segments {
-                base.add_line(ends, spec, at)?;
+        if let Some(spec) = emission.filter(|_| group.is_line) {
+            for ends in model.mesh.indices.as_chunks::<2>().0 {
+                base.add_line(ends.map(|k| position(&model.mesh, k)), &spec, at)?;
             }
+            continue;
+        }
+        let (mesh, left_out) = mesh_data(model.mesh);
+        for it in left_out {
+            base.warn(ErrorKind::BadMesh, format!("a face {it}"), "left out", at)?;
         }
         let place = Placement {
             material,
@@ -52,10 +72,11 @@ fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Re
             cutout,
             ..Placement::default()
         };
-        if !group.mesh.triangles.is_empty() {
-            base.add_mesh(&group.mesh, &place, "the mesh from here", at)?;
+        if !mesh.triangles.is_empty() {
+            base.add_mesh(&mesh, &place, "the mesh from here", at)?;
         }
     }
+    let shapes = statements.shapes > 0;
     base.finish(source.name(), shapes, None, FilmSettings::default())
 }
 
@@ -73,6 +94,45 @@ fn as_utf8(source: Arc<Source>) -> Arc<Source> {
         Some(text) => Source::new(source.name().clone(), text.into_bytes()),
         None => source,
     }
+}
+
+fn position(mesh: &Mesh, index: u32) -> DVec3 {
+    let start = 3 * index as usize;
+    DVec3::from_array([0, 1, 2].map(|k| mesh.positions[start + k]))
+}
+
+/// A mesh of polygons as one of triangles, and what is said of polygons that are left out.
+fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
+    let mut left_out = Vec::new();
+    let count = mesh.positions.len() / 3;
+    let mut data = MeshData {
+        positions: (0..count).map(|k| position(&mesh, index(k))).collect(),
+        normals: singles(&mesh.normals),
+        uvs: singles(&mesh.texcoords),
+        ..MeshData::default()
+    };
+    if mesh.face_arities.is_empty() {
+        data.triangles = mesh.indices.as_chunks::<3>().0.to_vec();
+    }
+    let mut rest = &mesh.indices[..];
+    for arity in mesh.face_arities {
+        let (corners, behind) = rest.split_at(arity as usize);
+        left_out.extend(triangulate(&data.positions, corners, &mut data.triangles).err());
+        rest = behind;
+    }
+    (data, left_out)
+}
+
+/// Normals or texture coordinates.
+#[allow(clippy::cast_possible_truncation, reason = "they are f32 in a scene")]
+fn singles<const N: usize>(values: &[f64]) -> Vec<[f32; N]> {
+    let rows = values.as_chunks::<N>().0.iter();
+    rows.map(|row| row.map(|x| x as f32)).collect()
+}
+
+/// Vertices are numbered by tobj in `u32`.
+fn index(k: usize) -> u32 {
+    u32::try_from(k).unwrap_or(u32::MAX)
 }
 
 /// The text of a file that begins with a UTF-16 byte order mark.

@@ -1,16 +1,17 @@
-//! The statements of an OBJ file, one after the other, each refused with its place.
+//! What tobj is given to read: statements that it reads as we mean them.
 //!
-//! Positions, texture coordinates and normals have numbers of their own, and a corner of a face
-//! names one of each. A mesh has vertices instead: each combination that the faces of a group name
-//! becomes one, in the order in which they name it.
+//! tobj names no place, takes indices of vertices to come, ends at indices of normals that do not
+//! exist, mixes up meshes whose faces have normals in part, panics where the product of an index
+//! overflows, and reads `l a b c` as a triangle. So each statement is judged here while it passes,
+//! with its place, and tobj gets vertices of finite numbers, faces with indices in range, and each
+//! group of faces alike under a name of its own.
 
 use super::lines::{self, Line, Lines};
 use super::mtl::{self, Entry};
-use linelit_assembly::triangulate;
 use linelit_assembly::{Assembly, ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::DVec3;
-use linelit_scene::MeshData;
 use std::collections::{HashMap, HashSet};
+use std::io::{self, BufRead, Read, Write as _};
 
 /// Statements of the format that mean nothing to a renderer of triangles.
 const SILENT: [&str; 8] = ["o", "g", "s", "bevel", "c_interp", "d_interp", "lod", "mg"];
@@ -28,36 +29,73 @@ const WHAT: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 type Corner = [Option<u32>; 3];
 
 /// Faces in a row with one material, which all have normals or none, and coordinates or none; or
-/// a line element.
+/// a line element. Its place among all is its name for tobj.
+#[derive(Clone)]
 pub(super) struct Group {
     /// Index and emission.
     pub(super) material: Entry,
-    /// The place of its first statement.
-    pub(super) first: Span,
-    /// The segments of a line element.
-    pub(super) segments: Vec<[DVec3; 2]>,
-    pub(super) mesh: MeshData,
+    pub(super) is_line: bool,
     /// The kinds of indices that its corners have.
     has: [bool; 3],
-    /// The vertex of each corner.
-    vertices: HashMap<Corner, u32>,
+    /// The place of its first statement.
+    pub(super) first: Span,
 }
 
-/// What the statements of a file so far make.
+/// The statements of a file, as tobj shall read them.
 pub(super) struct Statements<'a> {
     pub(super) base: Assembly,
     pub(super) groups: Vec<Group>,
     /// Faces and line elements, drawn or not.
     pub(super) shapes: usize,
     source: &'a Source,
-    positions: Vec<DVec3>,
-    uvs: Vec<[f32; 2]>,
-    normals: Vec<[f32; 3]>,
+    lines: Lines<'a>,
+    /// Positions, texture coordinates and normals so far.
+    counts: [usize; 3],
     materials: HashMap<String, Entry>,
     libraries: HashSet<String>,
     material: Entry,
     /// Whether the last group goes on.
     is_open: bool,
+    /// The last statement that was taken, and what was wrong with it.
+    last: Span,
+    refused: Option<SceneError>,
+    /// The text being handed on, how far it has been, and whether nothing follows.
+    text: Vec<u8>,
+    at: usize,
+    ended: bool,
+}
+
+impl BufRead for Statements<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        while self.at == self.text.len() && !self.ended {
+            self.text.clear();
+            self.at = 0;
+            match self.lines.next() {
+                Some(line) => {
+                    if let Err(error) = self.statement(&line) {
+                        self.refused = Some(error);
+                        self.text.clear();
+                        self.ended = true;
+                    }
+                    self.last = line.span;
+                }
+                None => self.ended = true,
+            }
+        }
+        Ok(&self.text[self.at..])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.at += count;
+    }
+}
+
+impl Read for Statements<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.fill_buf()?.read(out)?;
+        self.consume(count);
+        Ok(count)
+    }
 }
 
 impl<'a> Statements<'a> {
@@ -67,24 +105,38 @@ impl<'a> Statements<'a> {
             groups: Vec::new(),
             shapes: 0,
             source,
-            positions: Vec::new(),
-            uvs: Vec::new(),
-            normals: Vec::new(),
+            lines: Lines::new(source),
+            counts: [0; 3],
             materials: HashMap::new(),
             libraries: HashSet::new(),
             material: Entry::default(),
             is_open: false,
+            last: Span::default(),
+            refused: None,
+            text: Vec::new(),
+            at: 0,
+            ended: false,
         }
     }
 
-    /// Reads all statements; first the material libraries, which some files name behind the first
-    /// use of a material.
-    pub(super) fn read(&mut self) -> Result<()> {
+    /// Reads the material libraries, which some files name behind the first use of a material.
+    pub(super) fn read_libraries(&mut self) -> Result<()> {
         let source = self.source;
         for line in Lines::that_begin_with(source, b"mtllib") {
             self.statement(&line)?;
         }
-        Lines::new(source).try_for_each(|line| self.statement(&line))
+        Ok(())
+    }
+
+    /// Returns what tobj made of it all; an error gets the place of the last statement handed on.
+    pub(super) fn check<T>(&mut self, read: std::result::Result<T, tobj::LoadError>) -> Result<T> {
+        if let Some(refused) = self.refused.take() {
+            return Err(refused);
+        }
+        read.map_err(|error| {
+            let at = self.source.at(self.last);
+            at.error(ErrorKind::Syntax, error.to_string(), "in this statement")
+        })
     }
 
     fn statement(&mut self, line: &Line) -> Result<()> {
@@ -101,18 +153,18 @@ impl<'a> Statements<'a> {
                     self.base.unsupported(message, "left out", at)?;
                 }
                 let position = lines::numbers::<3>(source, keyword, rest)?;
-                self.positions.push(DVec3::from_array(position));
+                self.vertex(0, "v", &position);
             }
             b"vn" => {
                 let normal = self.finite(rest, lines::numbers::<3>(source, keyword, rest))?;
-                self.normals.push(single(normal));
+                self.vertex(2, "vn", &normal);
             }
             b"vt" => {
                 // The second coordinate may be left out.
                 let two = lines::numbers::<2>(source, keyword, rest);
                 let one = || lines::numbers::<1>(source, keyword, rest).map(|[u]| [u, 0.0]);
                 let uv = self.finite(rest, if rest.len() < 2 { one() } else { two })?;
-                self.uvs.push(single(uv));
+                self.vertex(1, "vt", &uv);
             }
             b"f" | b"fo" => self.face(line.span, rest)?,
             b"l" => self.polyline(keyword, rest)?,
@@ -121,6 +173,21 @@ impl<'a> Statements<'a> {
             _ => self.other(keyword)?,
         }
         Ok(())
+    }
+
+    fn vertex(&mut self, kind: usize, keyword: &str, numbers: &[f64]) {
+        self.counts[kind] += 1;
+        self.text.extend(keyword.as_bytes());
+        for number in numbers {
+            self.put(format_args!(" {number:e}"));
+        }
+        self.text.push(b'\n');
+    }
+
+    fn put(&mut self, text: std::fmt::Arguments<'_>) {
+        self.text
+            .write_fmt(text)
+            .expect("writing to memory does not fail");
     }
 
     /// The numbers of a normal or a texture coordinate: zeros after a warning where the file has
@@ -168,8 +235,7 @@ impl<'a> Statements<'a> {
     }
 
     fn resolve(&self, span: Span, text: &[u8], kind: usize) -> Result<u32> {
-        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
-        resolve(self.source, span, text, (kind, counts[kind]))
+        resolve(self.source, span, text, (kind, self.counts[kind]))
     }
 
     fn corner(&mut self, span: Span) -> Result<Corner> {
@@ -213,48 +279,30 @@ impl<'a> Statements<'a> {
         // Normals and texture coordinates are for all corners of a mesh or for none.
         let has = [0, 1, 2].map(|k| corners.iter().all(|c| c[k].is_some()));
         if !self.is_open || self.groups.last().is_none_or(|g| g.has != has) {
-            self.begin(has, line);
+            self.begin(false, has, line);
         }
-        let Some(group) = self.groups.last_mut() else {
-            return Ok(());
-        };
-        // Make each corner that is new to the group a vertex of its mesh.
-        let mesh = &mut group.mesh;
-        let vertex = |corner: &Corner| {
-            let corner = [0, 1, 2].map(|k| corner[k].filter(|_| has[k]));
-            let next = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
-            *group.vertices.entry(corner).or_insert_with(|| {
-                let [position, uv, normal] = corner.map(|index| index.map(|k| k as usize));
-                mesh.positions.extend(position.map(|k| self.positions[k]));
-                mesh.uvs.extend(uv.map(|k| self.uvs[k]));
-                mesh.normals.extend(normal.map(|k| self.normals[k]));
-                next
-            })
-        };
-        let polygon: Vec<u32> = corners.iter().map(vertex).collect();
-        match triangulate(&mesh.positions, &polygon, &mut mesh.triangles) {
-            Ok(()) => Ok(()),
-            Err(it) => {
-                let (kind, at) = (ErrorKind::BadMesh, self.source.at(line));
-                self.base.warn(kind, format!("a face {it}"), "left out", at)
-            }
+        self.text.push(b'f');
+        for corner in corners {
+            let shown = [0, 1, 2].map(|k| match corner[k] {
+                Some(index) if has[k] => (u64::from(index) + 1).to_string(),
+                _ => String::new(),
+            });
+            self.put(format_args!(" {}", shown.join("/")));
         }
+        self.text.push(b'\n');
+        Ok(())
     }
 
     /// Begins a group.
-    fn begin(&mut self, has: [bool; 3], first: Span) {
-        if let Some(last) = self.groups.last_mut() {
-            last.vertices = HashMap::new();
-        }
+    fn begin(&mut self, is_line: bool, has: [bool; 3], first: Span) {
+        self.put(format_args!("g {}\n", self.groups.len()));
+        self.is_open = !is_line;
         self.groups.push(Group {
             material: self.material,
-            first,
-            segments: Vec::new(),
-            mesh: MeshData::default(),
+            is_line,
             has,
-            vertices: HashMap::new(),
+            first,
         });
-        self.is_open = true;
     }
 
     /// A line element: linear lights if the material emits.
@@ -269,12 +317,10 @@ impl<'a> Statements<'a> {
             let at = self.source.at(keyword);
             return self.base.suspicious(message, "left out", at);
         }
-        self.begin([true, false, false], keyword);
-        self.is_open = false;
-        let position = |index: u32| self.positions[index as usize];
-        let segments = ends.windows(2).map(|pair| [pair[0], pair[1]].map(position));
-        if let Some(group) = self.groups.last_mut() {
-            group.segments = segments.collect();
+        self.begin(true, [true, false, false], keyword);
+        for pair in ends.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|index| u64::from(index) + 1);
+            self.put(format_args!("l {a} {b}\n"));
         }
         Ok(())
     }
@@ -340,12 +386,6 @@ impl<'a> Statements<'a> {
             Err(error) => Err(error),
         }
     }
-}
-
-/// A normal or texture coordinates.
-#[allow(clippy::cast_possible_truncation, reason = "they are f32 in a scene")]
-fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
-    values.map(|x| x as f32)
 }
 
 /// An index of the file (from one, or negative from the end) as an index from zero.
