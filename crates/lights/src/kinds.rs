@@ -1,7 +1,7 @@
 //! A light of any kind, made of plain numbers; its emission and its power.
 //!
-//! Lights with a surface are in `surface`, one file for each shape; lines in `light`, lights without
-//! size in `delta`, and light from infinity in `sky`.
+//! Lights with a surface are in `surface`, one file for each shape; lines in `light`, lights
+//! without size in `delta`, and light from infinity in `sky`.
 
 #![allow(clippy::disallowed_types, reason = "points share their profiles")]
 
@@ -195,8 +195,8 @@ impl Light {
         )
     }
 
-    /// Whether its emission is finite and not negative, its shape has a size and a direction, and no
-    /// coordinate is beyond `largest`.
+    /// Whether its emission is finite and not negative, its shape has a size and a direction, and
+    /// no coordinate is beyond `largest`.
     #[must_use]
     pub fn is_valid(&self, largest: f64) -> bool {
         let emission = self.emission().radiance;

@@ -20,8 +20,8 @@ pub enum RoundShape {
 
 impl RoundShape {
     /// The light that the shape makes in the world, if its transform leaves it one, and whether its
-    /// outside is the inside, of a shape that has one. `emission` gives the emission of an area, and
-    /// `facing` is the normal of a facet, to which a disk turns.
+    /// outside is the inside, of a shape that has one. `emission` gives the emission of an area,
+    /// and `facing` is the normal of a facet, to which a disk turns.
     pub(crate) fn light(
         &self,
         to_world: &DAffine3,

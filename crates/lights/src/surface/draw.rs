@@ -4,7 +4,8 @@ use super::{LightPoint, Surface};
 use crate::{PointColumns, PointTechnique, SurfaceMeasure};
 use linelit_geometry::DVec3;
 
-/// What draws points of a surface: a technique, or a mixture that follows a reflection or a texture.
+/// What draws points of a surface: a technique, or a mixture that follows a reflection or a
+/// texture.
 pub(crate) trait Draw {
     /// A point and its density.
     fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)>;

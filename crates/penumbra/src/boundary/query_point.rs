@@ -18,8 +18,8 @@ use crate::bins::Bounds;
 use crate::clip::Edge;
 use crate::orient::{Point, orient};
 
-/// The positions of the points that are tried, along a stretch and to its right, as fractions of its
-/// length.
+/// The positions of the points that are tried, along a stretch and to its right, as fractions of
+/// its length.
 const ALONG: [f64; 5] = [0.5, 0.47, 0.59, 0.38, 0.67];
 const ASIDE: [f64; 5] = [0.25, 0.02, 1e-3, 3e-5, 1e-6];
 

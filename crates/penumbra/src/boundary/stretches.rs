@@ -15,8 +15,9 @@
 //!    ╰─────── stretch ──────╯╰── stretch ─╯          ╰──── stretch ────╯
 //! ```
 //!
-//! Behind images silhouettes may be missing, so that beyond them another unknown begins. A *stretch*
-//! is a part of a side, past images, between two changes: either all of it is boundary or nothing.
+//! Behind images silhouettes may be missing, so that beyond them another unknown begins. A
+//! *stretch* is a part of a side, past images, between two changes: either all of it is boundary or
+//! nothing.
 //!
 //! Where two sides cross, one sector is right of both, and what is counted along either is over it.
 //! This is an equation ([`LayerEquations`]):
@@ -182,8 +183,8 @@ impl Penumbra {
                 Some(layers) => Some(layers.plus(event.change.surfaces)),
                 None => Some(equations.new_unknown()),
             };
-            // Note the count in the sector that is right of both sides: it is before the event where
-            // this side comes to the left of the other.
+            // Note the count in the sector that is right of both sides: it is before the event
+            // where this side comes to the left of the other.
             let next = own.get(k + 1).map_or(part.hi.at, |next| next.0);
             let is_certain = !is_loose && (hi.at - previous).min(next - hi.at) > room;
             event.layers = match event.to_left {

@@ -89,8 +89,8 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
 }
 
 /// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
-/// `SCENE-time.svg`, `SCENE-efficiency.svg`. Times are those of the processor that most measurements
-/// ran on.
+/// `SCENE-time.svg`, `SCENE-efficiency.svg`. Times are those of the processor that most
+/// measurements ran on.
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     let first = record.processors().first().copied().unwrap_or_default();
