@@ -3,7 +3,7 @@
 use linelit_elementary::sin;
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DMat3, DVec3};
-use linelit_scene::{Camera, Projection, Scene};
+use linelit_scene::{Camera, Projection, SceneDescription};
 
 /// A camera that sees a whole box from the front, a little from the right and from above, in a
 /// right-handed world with y up.
@@ -45,7 +45,7 @@ const LIGHT: [f64; 3] = [0.35, 0.05, 0.12];
 /// assert_eq!((scene.lights.len(), scene.triangles.len()), (1, 3));
 /// # Ok::<(), linelit_assembly::SceneError>(())
 /// ```
-pub fn add_framing_light(scene: &mut Scene) -> bool {
+pub fn add_framing_light(scene: &mut SceneDescription) -> bool {
     let Some((lo, hi)) = scene.bounds() else {
         return false;
     };

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Result, Warning};
 use linelit_geometry::DVec3;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -98,7 +98,7 @@ impl Default for LoadOptions {
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scene.
-    pub scene: Scene,
+    pub scene: SceneDescription,
     /// Whether the file has lights, dark ones and those that are left out included.
     pub has_lights: bool,
     /// The warnings in the order of the files; the same message only once.

@@ -4,7 +4,7 @@ use crate::args::ReadArgs;
 use anyhow::{Context as _, Result, bail};
 use linelit_formats::{Loaded, Watch};
 use linelit_plan::{Folder, Input, InputFile, Plan, Unit};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_scenes::{Library, Place};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -31,7 +31,7 @@ impl<'a> Sources<'a> {
     ///
     /// # Errors
     /// As [`Sources::load`], and if the scene has no light.
-    pub fn load_to_measure(&self, name: &str) -> Result<Scene> {
+    pub fn load_to_measure(&self, name: &str) -> Result<SceneDescription> {
         self.load_by(name, |_, loaded| match loaded.scene.lights.is_empty() {
             true => bail!("`{name}` has no lights, and a study measures those of the file"),
             false => Ok(loaded),
@@ -39,7 +39,7 @@ impl<'a> Sources<'a> {
     }
 
     /// Reads a scene; one without lights gets a square beside the camera.
-    pub fn load(&self, name: &str) -> Result<Scene> {
+    pub fn load(&self, name: &str) -> Result<SceneDescription> {
         self.load_by(name, |library, loaded| library.lit(loaded, name))
     }
 
@@ -47,7 +47,7 @@ impl<'a> Sources<'a> {
         &self,
         name: &str,
         lit: impl Fn(&Library, Loaded) -> Result<Loaded>,
-    ) -> Result<Scene> {
+    ) -> Result<SceneDescription> {
         self.read_by(name, |library| Ok(lit(library, library.load(name)?)?.scene))
     }
 
@@ -120,7 +120,7 @@ pub fn whole_path(name: &str) -> Result<String> {
 ///
 /// # Errors
 /// If it cannot be found or read, or has changed.
-pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<Scene> {
+pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<SceneDescription> {
     open_by(folder, number, read, |library, name| {
         Ok(library.lit(library.load(name)?, name)?.scene)
     })

@@ -11,7 +11,7 @@
 use linelit_formats::LoadOptions;
 use linelit_integrator::{LightChoice, Renderer, Settings, Spheres, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::rooms::{CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE};
 use std::path::Path;
 
@@ -186,7 +186,7 @@ fn main() -> Outcome {
 }
 
 /// The lines of one scene that hold all words.
-fn print(name: &str, scene: &Scene, words: &[String]) -> Outcome {
+fn print(name: &str, scene: &SceneDescription, words: &[String]) -> Outcome {
     let renderer = Renderer::new(scene);
     let mut workspace = Workspace::new();
     let mut one = |estimator: &str, sampler, (variant, change): Variant| -> Outcome {

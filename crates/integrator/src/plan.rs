@@ -5,7 +5,7 @@ use linelit_direct::{Luminaire, Luminaires, Texture};
 use linelit_estimators::EmissionTexture;
 use linelit_geometry::{ConvexPolygon, DVec3, Margins};
 use linelit_lights::{ImportanceImage, Light, TexturedSampler};
-use linelit_scene::{Scene, SceneLight};
+use linelit_scene::{SceneDescription, SceneLight};
 use std::sync::Arc;
 
 /// Emission of an area light of a scene by position, as estimators query it.
@@ -46,7 +46,7 @@ pub struct Plan {
 
 impl Plan {
     /// The plan of the lights of a scene that emit. `look` measures their occlusion.
-    pub(crate) fn new(scene: &Scene, mut look: impl FnMut(&mut [Luminaire])) -> Self {
+    pub(crate) fn new(scene: &SceneDescription, mut look: impl FnMut(&mut [Luminaire])) -> Self {
         let indices = u32::try_from(scene.lights.len()).unwrap_or(u32::MAX);
         let facets = emitting(scene);
         let exact = (!scene.round.is_empty()).then(|| with_round(scene, &facets));
@@ -86,7 +86,7 @@ impl Plan {
 }
 
 /// The lights of a scene that emit.
-fn emitting(scene: &Scene) -> Vec<Luminaire> {
+fn emitting(scene: &SceneDescription) -> Vec<Luminaire> {
     let textured = scene.lights.iter().filter(|l| l.map.is_some()).count();
     (scene.lights.iter().zip(0u32..))
         .filter(|(light, _)| light.light.power() > 0.0)
@@ -111,7 +111,7 @@ fn texture(light: &SceneLight, count: usize) -> Option<Texture> {
 }
 
 /// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets.
-fn with_round(scene: &Scene, lights: &[Luminaire]) -> Vec<Luminaire> {
+fn with_round(scene: &SceneDescription, lights: &[Luminaire]) -> Vec<Luminaire> {
     let exact = |facet: &Luminaire| {
         let Some(round) = scene.whole_of(facet.index) else {
             return Some(facet.clone());

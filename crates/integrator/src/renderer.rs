@@ -7,7 +7,7 @@ use linelit_direct::{Illumination, SampleNames, needs_occlusion, needs_shafts, p
 use linelit_estimators::{Estimator, streams};
 use linelit_geometry::{DVec3, stop};
 use linelit_samplers::{Block, Sampler};
-use linelit_scene::{Projection, Scene};
+use linelit_scene::{Projection, SceneDescription};
 use linelit_visibility::{Fan, Occluders};
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ pub struct Renderer<'s> {
 impl<'s> Renderer<'s> {
     /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
     #[must_use]
-    pub fn new(scene: &'s Scene) -> Self {
+    pub fn new(scene: &'s SceneDescription) -> Self {
         Self::for_estimators(scene, [&Estimator::hybrid()])
     }
 
@@ -31,7 +31,7 @@ impl<'s> Renderer<'s> {
     /// those of [`Renderer::new`], to the bit; others may take longer, and choose otherwise.
     #[must_use]
     pub fn for_estimators<'e>(
-        scene: &'s Scene,
+        scene: &'s SceneDescription,
         estimators: impl IntoIterator<Item = &'e Estimator>,
     ) -> Self {
         // Build the occluders.
@@ -62,7 +62,7 @@ impl<'s> Renderer<'s> {
 
     /// The scene.
     #[must_use]
-    pub const fn scene(&self) -> &'s Scene {
+    pub const fn scene(&self) -> &'s SceneDescription {
         self.world.scene
     }
 

@@ -6,7 +6,7 @@ use linelit_estimators::SURFACE_OFFSET;
 use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::Sky;
 use linelit_scene::{
-    Alpha, AlphaGrid, Bounce, Mesh, RayDifferential, Response, Scene, Surface, Wrap,
+    Alpha, AlphaGrid, Bounce, Mesh, RayDifferential, Response, SceneDescription, Surface, Wrap,
 };
 use linelit_visibility::{
     AlphaCutoff, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap, Filter, Hit, Occluders, Ray,
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// The occluders of a scene, and its surfaces. Triangles have the numbers of the scene.
 #[derive(Debug)]
 pub(crate) struct World<'s> {
-    pub(crate) scene: &'s Scene,
+    pub(crate) scene: &'s SceneDescription,
     /// Whether the scene has textures, so that the footprint of a pixel matters.
     has_textures: bool,
     skies: Vec<&'s Sky>,
@@ -69,7 +69,7 @@ type Alphas = [Option<(AlphaGrid, Arc<AlphaTexels>)>];
 
 impl<'s> World<'s> {
     /// The world of a scene; `for_rays`, without what shafts to lights need.
-    pub(crate) fn new(scene: &'s Scene, for_rays: bool) -> Self {
+    pub(crate) fn new(scene: &'s SceneDescription, for_rays: bool) -> Self {
         let grids = scene.alphas.iter().map(Alpha::grid);
         let alphas: Vec<_> = grids.map(|grid| grid.and_then(texels)).collect();
         let masks = |mesh: &Mesh, by: &[Option<u32>]| -> Vec<AlphaMask> {
@@ -185,7 +185,7 @@ impl<'s> World<'s> {
 
 /// The occluders of a scene whose meshes have the holes of some masks; `None` leaves a mesh out.
 fn occluders(
-    scene: &Scene,
+    scene: &SceneDescription,
     for_rays: bool,
     masks: impl Fn(&Mesh) -> Option<Vec<AlphaMask>>,
 ) -> Occluders {
@@ -220,7 +220,7 @@ fn occluders(
 }
 
 /// A mesh's holes by an alpha, if that has texels.
-fn mask(scene: &Scene, mesh: &Mesh, alpha: u32, alphas: &Alphas) -> Option<AlphaMask> {
+fn mask(scene: &SceneDescription, mesh: &Mesh, alpha: u32, alphas: &Alphas) -> Option<AlphaMask> {
     let (grid, texels) = alphas.get(alpha as usize)?.as_ref()?;
     let corners = |t: &[u32; 3]| mesh.corner_uvs(&scene.uvs, *t).map(|uv| grid.place(uv));
     let triangles = &scene.triangles[mesh.triangles.start as usize..mesh.triangles.end as usize];

@@ -6,7 +6,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Luminaire, Renderer, Settings, Spheres, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_scenes::Library;
 use linelit_study::engine::{Cell, CellRun, run_cell};
 use linelit_study::scene_study::{Targets, all_pixels};
@@ -119,7 +119,7 @@ fn agree_with(scene_name: &str, side: u32, points: (&str, u32), others: &[(&str,
 }
 
 /// The light of every pixel that sees a surface by lines through the hierarchy, without skips.
-fn by_lines(scene: &Scene, side: u32, lines: u32, seed: u64) -> Vec<DVec3> {
+fn by_lines(scene: &SceneDescription, side: u32, lines: u32, seed: u64) -> Vec<DVec3> {
     let renderer = Renderer::new(scene);
     let settings = Settings {
         samples: lines,
@@ -140,7 +140,7 @@ fn by_lines(scene: &Scene, side: u32, lines: u32, seed: u64) -> Vec<DVec3> {
 
 /// The same lines, of the points that `scene` shows, past every triangle of `occluders` in f64.
 fn by_triangles(
-    (scene, occluders): (&Scene, &Scene),
+    (scene, occluders): (&SceneDescription, &SceneDescription),
     side: u32,
     lines: u32,
     seed: u64,

@@ -5,7 +5,7 @@ use crate::errors::{value_error, warn, whole};
 use crate::threads::{Done, watched};
 use linelit::integrator::{Counts, LightChoice, Renderer, Settings, Window};
 use linelit::samplers::SamplerKind;
-use linelit::scene::Scene;
+use linelit::scene::SceneDescription;
 use linelit_scenes::Library;
 use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
@@ -100,7 +100,7 @@ pub(crate) fn render<'py>(
 }
 
 /// Gives a scene the resolution that is asked for.
-fn set_resolution(scene: &mut Scene, resolution: Option<[i128; 2]>) -> PyResult<()> {
+fn set_resolution(scene: &mut SceneDescription, resolution: Option<[i128; 2]>) -> PyResult<()> {
     if let Some([width, height]) = resolution {
         let (width, height) = (whole("resolution", width)?, whole("resolution", height)?);
         if width == 0 || height == 0 || u64::from(width) * u64::from(height) > 1 << 28 {

@@ -3,7 +3,9 @@
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
 use crate::round::RoundShape;
-use crate::scene::{Mesh, Placed, RoundLight, Scene, SceneLight, outward, to_f32, to_f64};
+use crate::scene::{
+    Mesh, Placed, RoundLight, SceneDescription, SceneLight, outward, to_f32, to_f64,
+};
 use crate::{Alpha, Camera, Cutout, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
@@ -106,14 +108,14 @@ const MAX_LIGHTS: usize = 1 << 20;
 /// Texels that the means over a textured emitter look at.
 const MEAN_BUDGET: f64 = 4e6;
 
-/// Puts a [`Scene`] together from meshes, materials and lights: transforms vertices and rounds them
-/// once, drops triangles without area, and makes lights of what emits. The crate's first page has
-/// an example.
+/// Puts a [`SceneDescription`] together from meshes, materials and lights: transforms vertices and
+/// rounds them once, drops triangles without area, and makes lights of what emits. The crate's
+/// first page has an example.
 ///
 /// Meshes, lights and the camera are given in world space. Vertices are rounded relative to
 /// [`SceneBuilder::origin`], so that rounding does not depend on how far away they are: that is
-/// zero unless it is set before anything is added, and [`Scene::better_origin`] says what it should
-/// be.
+/// zero unless it is set before anything is added, and [`SceneDescription::better_origin`] says
+/// what it should be.
 #[derive(Debug)]
 pub struct SceneBuilder {
     /// The point of the world relative to which vertices are stored.
@@ -130,7 +132,7 @@ pub struct SceneBuilder {
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
     /// How many objects a file has placed by reference so far, and how often: it becomes
-    /// [`Scene::placed`].
+    /// [`SceneDescription::placed`].
     pub placed: Placed,
     alphas: Vec<Alpha>,
     pub(crate) lights: Vec<SceneLight>,
@@ -235,7 +237,8 @@ impl SceneBuilder {
             && LightSpace::new(*to_world).is_some_and(|space| !space.is_rigid())
     }
 
-    /// The number of spheres, disks and cylinders so far that lights stand for ([`Scene::round`]).
+    /// The number of spheres, disks and cylinders so far that lights stand for
+    /// ([`SceneDescription::round`]).
     #[must_use]
     pub fn round_light_count(&self) -> usize {
         self.round.len()
@@ -543,14 +546,14 @@ impl SceneBuilder {
     }
 
     /// The finished scene.
-    pub fn finish(mut self, camera: Camera, film: FilmSettings) -> Scene {
+    pub fn finish(mut self, camera: Camera, film: FilmSettings) -> SceneDescription {
         if !self.normals.is_empty() {
             self.normals.resize(self.positions.len(), [0.0; 3]);
         }
         if !self.uvs.is_empty() {
             self.uvs.resize(self.positions.len(), [0.0; 2]);
         }
-        let mut scene = Scene {
+        let mut scene = SceneDescription {
             positions: self.positions,
             triangles: self.triangles,
             normals: self.normals,

@@ -35,7 +35,7 @@ pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness}
 pub use parameters::Parameter;
 pub use response::{Bounce, Response, index_of_refraction};
 pub use round::RoundShape;
-pub use scene::{Cutout, Mesh, Placed, RoundLight, Scene, SceneLight};
+pub use scene::{Cutout, Mesh, Placed, RoundLight, SceneDescription, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 

@@ -245,7 +245,7 @@ impl Material {
     }
 
     /// Reflectance of the diffuse part alone, in [0, 1], linear RGB; zero for mirrors, metals and
-    /// glass. A `mix` is black here: [`crate::Scene::diffuse_reflectance`] resolves it.
+    /// glass. A `mix` is black here: [`crate::SceneDescription::diffuse_reflectance`] resolves it.
     ///
     /// ```
     /// use linelit_scene::geometry::{DVec2, DVec3};

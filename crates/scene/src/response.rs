@@ -6,7 +6,9 @@
 //! index, roughness is α after the material's remapping.
 
 use crate::differential::Change;
-use crate::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
+use crate::{
+    Footprint, MaterialKind, RayDifferential, Roughness, SceneDescription, Surface, Texture,
+};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
     Bsdf, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate,
@@ -33,7 +35,7 @@ pub struct Response {
     pub bounces: Vec<Bounce>,
 }
 
-impl Scene {
+impl SceneDescription {
     /// Returns the reflection of a surface's material towards the unit direction `outgoing`, about
     /// the shading normal `normal` on the viewer's side; `beside` are the rays through the
     /// neighbouring pixels.
@@ -107,7 +109,7 @@ impl Matte {
 }
 
 struct Builder<'a> {
-    scene: &'a Scene,
+    scene: &'a SceneDescription,
     surface: &'a Surface,
     at: Footprint,
     outgoing: DVec3,

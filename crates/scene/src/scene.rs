@@ -36,7 +36,8 @@ pub struct Mesh {
     pub casts_no_shadow: bool,
 }
 
-/// The holes of a mesh: which of its points are there, as indices into [`Scene::alphas`].
+/// The holes of a mesh: which of its points are there, as indices into
+/// [`SceneDescription::alphas`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cutout {
     /// The mask of the points that the camera sees; all if `None`.
@@ -104,12 +105,15 @@ pub struct Placed {
     pub instances: usize,
 }
 
-/// A scene: triangles in world space. The `f32` vertices *are* the geometry: transforms are applied
-/// in `f64` and rounded once, relative to an origin, which is zero but for scenes that are far from
-/// the world's. Lights and camera are in the world, and so is what [`Scene::corners`] gives.
+/// The description of a scene, as files have it: triangles in world space, materials, lights,
+/// camera and film. (`linelit::Scene` answers queries about points.)
+///
+/// The `f32` vertices *are* the geometry: transforms are applied in `f64` and rounded once,
+/// relative to an origin, which is zero but for scenes that are far from the world's. Lights and
+/// camera are in world space, and so are the points that [`SceneDescription::corners`] gives.
 #[derive(Clone, Debug)]
-pub struct Scene {
-    /// Vertex positions relative to [`Scene::origin`], all finite.
+pub struct SceneDescription {
+    /// Vertex positions relative to [`SceneDescription::origin`], all finite.
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, all in range; in the order of the files.
     pub triangles: Vec<[u32; 3]>,
@@ -146,14 +150,14 @@ pub struct Scene {
     pub(crate) displacement: f64,
 }
 
-impl Scene {
+impl SceneDescription {
     /// The three corners of a triangle as they are stored, in world space.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|i| self.vertex(i))
     }
 
     /// The position of a vertex in world space, in metres: its stored `f32` coordinates, which are
-    /// relative to [`Scene::origin`], plus the origin.
+    /// relative to [`SceneDescription::origin`], plus the origin.
     pub fn vertex(&self, index: u32) -> DVec3 {
         to_f64(self.positions[index as usize]) + self.origin
     }

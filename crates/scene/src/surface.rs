@@ -1,13 +1,13 @@
 //! What a ray has met: point, normals, tangents and texture coordinates.
 //!
-//! The outside of a triangle follows pbrt (see [`Scene::surface`]); the tangents are the
+//! The outside of a triangle follows pbrt (see [`SceneDescription::surface`]); the tangents are the
 //! derivatives of the point by its texture coordinates, and bump and normal maps turn the shading
 //! normal here, so that nobody downstream needs to know of them.
 
 use crate::emission::PlaneUv;
 use crate::footprint::{Footprint, RayDifferential};
 use crate::material::NormalMap;
-use crate::scene::{Mesh, Scene, outward, to_f64};
+use crate::scene::{Mesh, SceneDescription, outward, to_f64};
 use crate::texture::Texture;
 use linelit_geometry::{DVec2, DVec3, Frame};
 
@@ -76,7 +76,7 @@ const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 /// has no extent along them: pbrt's.
 const BUMP_STEP: f64 = 0.0005;
 
-impl Scene {
+impl SceneDescription {
     /// The surface where a ray meets a triangle, at weights `[b1, b2]` of its second and third
     /// corner (the first has the rest).
     ///
@@ -91,7 +91,8 @@ impl Scene {
         self.surface_over(triangle, barycentric, ray_direction, None)
     }
 
-    /// Returns the surface as [`Scene::surface`] does, over the pixel of the rays `beside`.
+    /// Returns the surface as [`SceneDescription::surface`] does, over the pixel of the rays
+    /// `beside`.
     ///
     /// The points of those rays lie where they meet the plane of the triangle; coordinates and
     /// normals there go on as they do within the triangle.

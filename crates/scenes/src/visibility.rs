@@ -4,7 +4,7 @@ use crate::Library;
 use anyhow::{Result, ensure};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
-use linelit_scene::{Camera, Scene};
+use linelit_scene::{Camera, SceneDescription};
 
 /// A scene on which visibility queries are measured and tested.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ impl VisibilityScene {
     }
 }
 
-fn lights(scene: &Scene) -> Vec<(String, Vec<DVec3>)> {
+fn lights(scene: &SceneDescription) -> Vec<(String, Vec<DVec3>)> {
     let areas = scene.lights.iter().filter_map(|light| match &*light.light {
         Light::Area(area) => Some(area.polygon.vertices()),
         _ => None,

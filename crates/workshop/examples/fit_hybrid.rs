@@ -11,7 +11,7 @@
 use anyhow::{Context, Result};
 use linelit_formats::LoadOptions;
 use linelit_integrator::{Estimator, Renderer, Settings, Spheres, Workspace};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_scenes::Library;
 use linelit_study::engine::{Contest, ContestPoint, Curve, Problem as _, contest};
 use linelit_study::scene_study::{Targets, all_pixels};
@@ -238,7 +238,7 @@ fn measure(name: &str, material: &str, rows: &mut Vec<Row>) -> Result<()> {
 }
 
 /// Gives all surfaces of a scene one material.
-fn coat(scene: &mut Scene, material: &str) -> Result<()> {
+fn coat(scene: &mut SceneDescription, material: &str) -> Result<()> {
     let text = format!("WorldBegin\nMaterial {material}\nShape \"disk\"");
     let options = LoadOptions::default();
     let loaded = linelit_formats::from_pbrt_str(&text, "material.pbrt", &options)?;

@@ -10,7 +10,7 @@ use linelit_film::Tile;
 use linelit_formats::Loaded;
 use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_lights::Light;
-use linelit_scene::{LUMINANCE, Mesh, Projection, Scene};
+use linelit_scene::{LUMINANCE, Mesh, Projection, SceneDescription};
 use linelit_study::scene_study;
 use linelit_study::short_name;
 use serde::Serialize;
@@ -173,7 +173,7 @@ pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
 }
 
 /// Renders a few pixels to see what the plan does.
-fn look(scene: &mut Scene) -> Look {
+fn look(scene: &mut SceneDescription) -> Look {
     let side = (MAX_PAIRS / scene.lights.len().max(1)).isqrt().clamp(1, 64);
     let side = u32::try_from(side).unwrap_or(1);
     scene.set_resolution(side, side);
@@ -189,7 +189,7 @@ fn look(scene: &mut Scene) -> Look {
 
 /// The lights of the file, in its order: facets that are sampled as a whole are one, and all
 /// polygons of one shape are in one row.
-fn light_rows(scene: &Scene) -> Vec<LightRow> {
+fn light_rows(scene: &SceneDescription) -> Vec<LightRow> {
     let mut rows: Vec<LightRow> = Vec::new();
     let mut mesh_before = None;
     for number in numbers(scene, Spheres::Exact) {

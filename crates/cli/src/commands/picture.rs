@@ -14,7 +14,7 @@ use linelit_film::{Image, Moments, Placement, Tile, tiles};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_study::{engine, memory};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,7 @@ pub(super) struct Picture {
 }
 
 /// Seconds of one thread for a pixel, by what is asked for: within a factor of ten.
-pub(super) fn pixel_seconds(scene: &Scene, picture: &PictureArgs) -> f64 {
+pub(super) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
     let lights = match picture.lights {
         LightChoice::All => scene.lights.len() as f64,
         _ => 1.0,
@@ -139,7 +139,12 @@ pub(super) fn size(
 
 impl Picture {
     /// A picture in the tiles in which it is computed at once.
-    pub(super) fn new(name: &str, scene: &Scene, args: &PictureArgs, window: Tile) -> Self {
+    pub(super) fn new(
+        name: &str,
+        scene: &SceneDescription,
+        args: &PictureArgs,
+        window: Tile,
+    ) -> Self {
         let picture = Self {
             scene: name.to_owned(),
             args: args.clone(),

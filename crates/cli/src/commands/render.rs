@@ -13,7 +13,7 @@ use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Tile};
 use linelit_integrator::{Counts, LightChoice, Renderer, Settings, Spheres};
 use linelit_plan::{Folder, Shard};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_study::memory;
 use linelit_study::{short_name, version};
 use rayon::ThreadPool;
@@ -155,7 +155,7 @@ pub(super) fn check_file(args: &ImageArgs, path: &Path) -> Result<(), UsageError
 }
 
 /// Gives a scene the resolution that is asked for, and says which part of its film is.
-pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
+pub(super) fn set_film(scene: &mut SceneDescription, args: &PictureArgs) -> Tile {
     if let Some(resolution) = args.resolution {
         scene.set_resolution(resolution.width, resolution.height);
     }
@@ -167,7 +167,7 @@ pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
 
 /// Checks that each light that the flags name is one that is sampled: a number that changes
 /// nothing is a mistake.
-pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
+pub(super) fn check_lights(scene: &SceneDescription, args: &PictureArgs) -> Result<()> {
     let count = scene.lights.len();
     // Check that each number is a light that is sampled by itself and emits.
     let own = || args.light_estimator.iter().map(|own| own.light);
@@ -199,7 +199,7 @@ pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
 
 /// The numbers of the lights of a scene, a round shape by that of its first facet where it is
 /// sampled as a whole.
-pub(super) fn numbers(scene: &Scene, spheres: Spheres) -> impl Iterator<Item = u32> {
+pub(super) fn numbers(scene: &SceneDescription, spheres: Spheres) -> impl Iterator<Item = u32> {
     let is_own = move |light: &u32| {
         let whole = scene.whole_of(*light).filter(|_| spheres == Spheres::Exact);
         whole.is_none_or(|round| round.lights.start == *light)
@@ -209,7 +209,10 @@ pub(super) fn numbers(scene: &Scene, spheres: Spheres) -> impl Iterator<Item = u
 }
 
 /// A renderer of what is asked for.
-pub(super) fn renderer<'s>(scene: &'s Scene, args: &PictureArgs) -> Result<Renderer<'s>> {
+pub(super) fn renderer<'s>(
+    scene: &'s SceneDescription,
+    args: &PictureArgs,
+) -> Result<Renderer<'s>> {
     check_lights(scene, args)?;
     let own = args.light_estimator.iter().map(|own| &own.estimator);
     let mut renderer = Renderer::for_estimators(scene, own.chain([&args.settings().estimator]));

@@ -11,7 +11,7 @@ use anyhow::{Context as _, Result, anyhow};
 use clap::Parser as _;
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
 use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Task, Unit};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_scenes::Place;
 use linelit_study::report::{Exhibits, Verdict};
 use linelit_study::scene_study::{PlannedUnit, SceneUnit, StudySpec, Work, with_work};
@@ -303,7 +303,7 @@ impl StudyPlan {
     }
 
     /// Reads a scene of the study.
-    fn load(&self, folder: &Folder, name: &str) -> Result<Scene> {
+    fn load(&self, folder: &Folder, name: &str) -> Result<SceneDescription> {
         let number = self.spec.scenes.iter().position(|scene| scene == name);
         let number = number.with_context(|| format!("the plan does not say what {name} is"))?;
         inputs::open(folder, number, &self.read)

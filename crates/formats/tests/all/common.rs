@@ -3,7 +3,7 @@
 use linelit_formats::{LoadOptions, Loaded, Root};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use std::path::Path;
 
 /// Loads pbrt text that must load; it may name files of the system's temporary folder.
@@ -19,18 +19,18 @@ pub(crate) fn load(text: &str) -> Loaded {
 }
 
 /// Loads the inside of a world.
-pub(crate) fn world(text: &str) -> Scene {
+pub(crate) fn world(text: &str) -> SceneDescription {
     load(&format!("Camera \"perspective\"\nWorldBegin\n{text}")).scene
 }
 
-pub(crate) fn area(scene: &Scene, k: usize) -> &AreaLight {
+pub(crate) fn area(scene: &SceneDescription, k: usize) -> &AreaLight {
     match &*scene.lights[k].light {
         Light::Area(light) => light,
         other => panic!("{other:?} is no area light"),
     }
 }
 
-pub(crate) fn line(scene: &Scene, k: usize) -> &LinearLight {
+pub(crate) fn line(scene: &SceneDescription, k: usize) -> &LinearLight {
     match &*scene.lights[k].light {
         Light::Linear(light) => light,
         other => panic!("{other:?} is no linear light"),

@@ -3,7 +3,7 @@
 use crate::common::{load, world};
 use linelit_formats::{LoadOptions, Loaded};
 use linelit_geometry::DVec2;
-use linelit_scene::{Alpha, Cutout, Scene};
+use linelit_scene::{Alpha, Cutout, SceneDescription};
 use linelit_testkit::folder::Folder;
 
 /// A folder of this process with `leaf.tga`, 2 × 2 pixels of one colour whose alphas are 0, 100
@@ -23,13 +23,13 @@ const TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0
 
 /// What the triangles of a scene have for the holes that are seen, at the centres of the four
 /// quarters of the unit square, the lower left one first.
-fn there(scene: &Scene, alpha: u32) -> [bool; 4] {
+fn there(scene: &SceneDescription, alpha: u32) -> [bool; 4] {
     let alpha = &scene.alphas[alpha as usize];
     [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]
         .map(|uv| alpha.texture.evaluate_number(DVec2::from_array(uv)) >= f64::from(alpha.cutoff))
 }
 
-fn seen(scene: &Scene) -> u32 {
+fn seen(scene: &SceneDescription) -> u32 {
     scene.meshes[0].cutout.and_then(|c| c.seen).unwrap()
 }
 

@@ -9,7 +9,7 @@ use crate::common::base64;
 use crate::common::{area, line};
 use linelit_formats::{Format, LoadOptions};
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::folder::Folder;
 use std::fmt::Write as _;
 
@@ -210,7 +210,7 @@ fn gltf() -> String {
 }
 
 /// Geometry, colours and lights, comparable.
-fn essence(scene: &Scene) -> String {
+fn essence(scene: &SceneDescription) -> String {
     let mut out = String::new();
     for t in 0..u32::try_from(scene.triangles.len()).unwrap() {
         let kd = scene.diffuse_reflectance(scene.material_of(t), DVec2::splat(0.5));
@@ -221,7 +221,7 @@ fn essence(scene: &Scene) -> String {
     out
 }
 
-fn load(format: Format, text: &str) -> Scene {
+fn load(format: Format, text: &str) -> SceneDescription {
     match linelit_formats::from_bytes(format, text.as_bytes(), "room", &LoadOptions::default()) {
         Ok(loaded) => loaded.scene,
         Err(error) => panic!("{error}"),

@@ -3,7 +3,7 @@
 use crate::common::{assert_near, base64};
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{MaterialKind, Projection, Scene, Texture};
+use linelit_scene::{MaterialKind, Projection, SceneDescription, Texture};
 
 /// A document around a buffer that is one view from end to end; `rest` goes on at the top.
 fn document(buffer: &[u8], rest: &str) -> String {
@@ -200,7 +200,7 @@ fn normalised_integers_are_the_fractions_of_the_specification() {
     // Ours count v from the bottom: 1 − 64/127.
     #[allow(clippy::cast_possible_truncation, reason = "coordinates are f32")]
     let v = (1.0 - 64.0 / 127.0) as f32;
-    let uv = |scene: &Scene| scene.uvs[0].map(f32::to_bits);
+    let uv = |scene: &SceneDescription| scene.uvs[0].map(f32::to_bits);
     assert_eq!(uv(&scene), [-1.0, v].map(f32::to_bits));
     assert_eq!(uv(&load(&text(3)).scene), [1.0_f32, 1.0].map(f32::to_bits));
 }

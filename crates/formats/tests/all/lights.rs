@@ -4,18 +4,18 @@ use crate::common::{area, assert_near, line, load, world};
 use linelit_formats::Loaded;
 use linelit_geometry::DVec3;
 use linelit_lights::{CylinderLight, DiskLight, Light, SphereLight};
-use linelit_scene::{RoundLight, Scene};
+use linelit_scene::{RoundLight, SceneDescription};
 use linelit_testkit::folder::Folder;
 use std::f64::consts::PI;
 
-fn emissive(indices: &str, points: &str) -> Scene {
+fn emissive(indices: &str, points: &str) -> SceneDescription {
     world(&format!(
         "AreaLightSource \"diffuse\" Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point3 P\" [{points}]"
     ))
 }
 
 /// Every triangle belongs to exactly one light, and the ranges agree with the lookup.
-fn check_ranges(scene: &Scene) {
+fn check_ranges(scene: &SceneDescription) {
     let mut covered = vec![0; scene.triangles.len()];
     for (k, light) in scene.lights.iter().enumerate() {
         for t in light.triangles.clone() {

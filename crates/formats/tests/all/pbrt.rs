@@ -3,7 +3,7 @@
 use crate::common::{area, assert_near, load, world};
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{MaterialKind, Mesh, Projection, Scene};
+use linelit_scene::{MaterialKind, Mesh, Projection, SceneDescription};
 use linelit_testkit::folder::Folder;
 
 const TRIANGLE: &str =
@@ -559,10 +559,10 @@ fn both_versions_of_one_scene_are_the_same() {
     let (a, b) = (v3.scene, v4.scene);
     assert_eq!(a.camera, b.camera);
     assert_eq!(a.uvs[..3], b.uvs[..3]);
-    let corners = |s: &Scene| (0..3).map(|t| s.corners(t)).collect::<Vec<_>>();
+    let corners = |s: &SceneDescription| (0..3).map(|t| s.corners(t)).collect::<Vec<_>>();
     assert_eq!(corners(&a), corners(&b));
     assert_eq!(area(&a, 0), area(&b, 0));
-    let kd = |s: &Scene| s.diffuse_reflectance(s.material_of(0), DVec2::ZERO);
+    let kd = |s: &SceneDescription| s.diffuse_reflectance(s.material_of(0), DVec2::ZERO);
     assert_eq!(kd(&a), kd(&b));
 }
 

@@ -4,25 +4,25 @@ use crate::common::{load, world, write_tga};
 use linelit_formats::{LoadOptions, from_pbrt_str};
 use linelit_geometry::DVec3;
 use linelit_lights::{DistantLight, Light, PointLight, Sky, SkyEmission};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::folder::Folder;
 use std::f64::consts::PI;
 
-fn point(scene: &Scene) -> &PointLight {
+fn point(scene: &SceneDescription) -> &PointLight {
     match &*scene.lights[0].light {
         Light::Point(light) => light,
         other => panic!("{other:?} is no point"),
     }
 }
 
-fn distant(scene: &Scene) -> &DistantLight {
+fn distant(scene: &SceneDescription) -> &DistantLight {
     match &*scene.lights[0].light {
         Light::Distant(light) => light,
         other => panic!("{other:?} is not distant"),
     }
 }
 
-fn sky(scene: &Scene) -> &Sky {
+fn sky(scene: &SceneDescription) -> &Sky {
     match &*scene.lights[0].light {
         Light::Sky(light) => light,
         other => panic!("{other:?} is no sky"),

@@ -6,7 +6,7 @@ use linelit_geometry::glam::DMat3;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_lights::octahedral::square_to_sphere;
 use linelit_lights::{Light, PointLight, Sky};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::folder::Folder;
 use linelit_testkit::pictures::pfm;
 use linelit_testkit::quadrature::gauss_legendre;
@@ -59,7 +59,7 @@ fn directions() -> impl Iterator<Item = DVec3> {
 }
 
 /// A light of pbrt, in its version, under each transform.
-fn each_scene(version: u32, light: &str, mut check: impl FnMut(&Scene, DMat3, &str)) {
+fn each_scene(version: u32, light: &str, mut check: impl FnMut(&SceneDescription, DMat3, &str)) {
     for steps in TRANSFORMS {
         let film = if version == 3 { "image" } else { "rgb" };
         let transform = directives(steps);
@@ -75,14 +75,14 @@ fn each_scene(version: u32, light: &str, mut check: impl FnMut(&Scene, DMat3, &s
     }
 }
 
-fn point(scene: &Scene) -> &PointLight {
+fn point(scene: &SceneDescription) -> &PointLight {
     match &*scene.lights[0].light {
         Light::Point(light) => light,
         other => panic!("{other:?} is no point"),
     }
 }
 
-fn sky(scene: &Scene) -> &Sky {
+fn sky(scene: &SceneDescription) -> &Sky {
     match &*scene.lights[0].light {
         Light::Sky(light) => light,
         other => panic!("{other:?} is no sky"),

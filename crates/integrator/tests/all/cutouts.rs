@@ -4,7 +4,7 @@ use crate::common::load;
 use linelit_formats::{LoadOptions, Root};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -68,7 +68,7 @@ fn cut_out() -> String {
 }
 
 /// A scene that may name the leaf.
-fn with_leaf(text: &str) -> Scene {
+fn with_leaf(text: &str) -> SceneDescription {
     let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [u8::from(is_there(x, y)) * 9; 3]));
     let leaf = linelit_testkit::pictures::tga([SIDE; 2], &texels.collect::<Vec<_>>());
     let files = BTreeMap::from([("leaf.tga".to_owned(), leaf)]);
@@ -82,16 +82,22 @@ fn with_leaf(text: &str) -> Scene {
     loaded.scene
 }
 
-fn picture(scene: &Scene, estimator: &str, samples: u32, seed: u64) -> Vec<DVec3> {
+fn picture(scene: &SceneDescription, estimator: &str, samples: u32, seed: u64) -> Vec<DVec3> {
     rendered(scene, estimator, samples, seed, true)
 }
 
 /// With every sample taken: what is skipped depends on the boxes.
-fn unskipped(scene: &Scene, estimator: &str, samples: u32) -> Vec<DVec3> {
+fn unskipped(scene: &SceneDescription, estimator: &str, samples: u32) -> Vec<DVec3> {
     rendered(scene, estimator, samples, 1, false)
 }
 
-fn rendered(scene: &Scene, estimator: &str, samples: u32, seed: u64, skip: bool) -> Vec<DVec3> {
+fn rendered(
+    scene: &SceneDescription,
+    estimator: &str,
+    samples: u32,
+    seed: u64,
+    skip: bool,
+) -> Vec<DVec3> {
     let renderer = Renderer::new(scene);
     let settings = Settings {
         estimator: estimator.parse().expect("an estimator"),
@@ -201,7 +207,7 @@ fn holes_to_lights_alone_are_not_seen() {
     let [a, b] = [&seen, &shadow].map(|scene| picture(scene, "line-analytic", 4, 1));
     assert_eq!(a, b);
     // From above, one sees the floor through the holes.
-    let hits = |scene: &Scene| {
+    let hits = |scene: &SceneDescription| {
         let renderer = Renderer::new(scene);
         let mut scratch = linelit_visibility::Scratch::new();
         (0..SIDE)

@@ -5,7 +5,7 @@ use crate::common::{
 };
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, ShadingPoint, Workspace};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::cases::cases;
 use linelit_testkit::{precise::Precise, real::Real};
 use proptest::prelude::*;
@@ -128,7 +128,7 @@ proptest! {
 }
 
 /// Tests of exact against line samples, at every pixel with a penumbra.
-fn agrees_with_lines(scene: &Scene, lines: u32) {
+fn agrees_with_lines(scene: &SceneDescription, lines: u32) {
     let renderer = Renderer::new(scene);
     let all = points(&renderer);
     let mut comparison = Comparison::new(3 * all.len() + 1, 24, lines);

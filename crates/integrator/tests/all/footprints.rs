@@ -3,11 +3,11 @@
 use crate::common::load;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
-use linelit_scene::{Bounce, Scene};
+use linelit_scene::{Bounce, SceneDescription};
 use proptest::prelude::*;
 
 /// A scene in front of a camera of so many pixels; the checkerboard makes it one with textures.
-fn before_camera(pixels: u32, world: &str) -> Scene {
+fn before_camera(pixels: u32, world: &str) -> SceneDescription {
     load(&format!(
         r#"
 LookAt 0 -3 1  0 0 0  0 0 1
@@ -92,7 +92,7 @@ proptest! {
 }
 
 /// A floor of tiles with joints and relief, across a room, under a light that nothing hides.
-fn tiled_floor(tiles: u32, relief: f64) -> Scene {
+fn tiled_floor(tiles: u32, relief: f64) -> SceneDescription {
     before_camera(
         24,
         &format!(
@@ -113,7 +113,7 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 -5 0  9 -5
 }
 
 /// The pixels of a row, with so many samples in each.
-fn row(scene: &Scene, y: u32, pixel_samples: u32) -> Vec<f64> {
+fn row(scene: &SceneDescription, y: u32, pixel_samples: u32) -> Vec<f64> {
     let renderer = Renderer::new(scene);
     let settings = Settings {
         estimator: "exact".parse().expect("an estimator"),

@@ -6,7 +6,7 @@ use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::quadrature::gauss_kronrod;
 
 /// A line above the floor, and one that dips below it.
@@ -46,12 +46,12 @@ fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
     }
 }
 
-fn phong(text: &str) -> Scene {
+fn phong(text: &str) -> SceneDescription {
     let floor = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
     floor_of(text, floor)
 }
 
-fn floor_of(text: &str, material: &str) -> Scene {
+fn floor_of(text: &str, material: &str) -> SceneDescription {
     load(&text.replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, material))
 }
 
@@ -69,7 +69,7 @@ const GLOSSY: [&str; 7] = [
 ];
 
 /// The line and its radiance × radius.
-fn light(scene: &Scene) -> (Segment, DVec3) {
+fn light(scene: &SceneDescription) -> (Segment, DVec3) {
     match &*scene.lights[0].light {
         Light::Linear(line) => (line.segment, line.radiance_radius),
         other => panic!("a linear light, not {other:?}"),
@@ -78,7 +78,11 @@ fn light(scene: &Scene) -> (Segment, DVec3) {
 
 /// ∫ f_r cos θ 2h/r³ dt by Gauss-Kronrod on the line, cut at the horizon: none of the code under
 /// test but the BSDF.
-fn quadrature(scene: &Scene, point: &linelit_integrator::ShadingPoint, channel: usize) -> f64 {
+fn quadrature(
+    scene: &SceneDescription,
+    point: &linelit_integrator::ShadingPoint,
+    channel: usize,
+) -> f64 {
     let (line, strength) = light(scene);
     let (x, n) = (point.position, point.normal);
     let value = |t: f64| {
@@ -104,7 +108,7 @@ fn quadrature(scene: &Scene, point: &linelit_integrator::ShadingPoint, channel: 
 }
 
 /// Tests of each estimator against `truth`.
-fn hold(scene: &Scene, names: &[&str], truth: impl Fn(&Renderer<'_>, usize) -> DVec3) {
+fn hold(scene: &SceneDescription, names: &[&str], truth: impl Fn(&Renderer<'_>, usize) -> DVec3) {
     let renderer = Renderer::new(scene);
     let all = points(&renderer);
     assert!(all.len() > 100);
@@ -135,7 +139,7 @@ fn hold(scene: &Scene, names: &[&str], truth: impl Fn(&Renderer<'_>, usize) -> D
     }
 }
 
-fn by_quadrature(scene: &Scene, names: &[&str]) {
+fn by_quadrature(scene: &SceneDescription, names: &[&str]) {
     hold(scene, names, |renderer, index| {
         let (_, point) = &points(renderer)[index];
         DVec3::from_array([0, 1, 2].map(|c| quadrature(scene, point, c)))

@@ -7,14 +7,14 @@ use crate::common::{
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
 
 /// The largest relative difference.
 const ALLOWED: f64 = 2e-4;
 
 /// The mean over the picture and its standard error, of points in turn of every seed.
-fn mean(scene: &Scene, name: &str, samples: u32, seeds: u64) -> (f64, f64) {
+fn mean(scene: &SceneDescription, name: &str, samples: u32, seeds: u64) -> (f64, f64) {
     let renderer = Renderer::new(scene);
     let all = clear_of_the_light(&renderer);
     let mut workspace = Workspace::new();
@@ -36,7 +36,7 @@ fn mean(scene: &Scene, name: &str, samples: u32, seeds: u64) -> (f64, f64) {
 }
 
 /// Every combination on one scene, against `truth`.
-fn agree(scene: &Scene, truth: (f64, f64)) {
+fn agree(scene: &SceneDescription, truth: (f64, f64)) {
     // The reference is not exact either: what the difference may be beyond its deviations is what
     // the z test allows at 1 % over all ten scenes.
     let z = critical_z(sidak(0.01, MIXES.len() * 10));
@@ -58,7 +58,7 @@ fn agree(scene: &Scene, truth: (f64, f64)) {
 }
 
 /// Against the closed form, which has no noise but where a shaft has too many triangles for it.
-fn agree_with_exact(scene: &Scene) {
+fn agree_with_exact(scene: &SceneDescription) {
     let truth = mean(scene, "exact", 1 << 11, 16);
     agree(scene, truth);
 }

@@ -11,7 +11,7 @@ use linelit_integrator::{
 };
 use linelit_lights::{Light, SphereLight};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
 use std::f64::consts::PI;
 
@@ -40,7 +40,7 @@ fn lit_points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
 
 /// Tests of settings against others at every sixth pixel, with this many trials each: choosing
 /// lights makes skew estimates, whose mean needs a few hundred to be normal.
-fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
+fn agree(scene: &SceneDescription, reference: Settings, all: &[(Settings, u32)]) {
     let renderer = Renderer::new(scene);
     let pixels: Vec<_> = lit_points(&renderer).into_iter().step_by(6).collect();
     let comparisons = (pixels.len() * 3 + 1) * all.len();
@@ -72,7 +72,7 @@ fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
 }
 
 /// A square, a triangle, a line and a sphere of facets.
-fn many() -> Scene {
+fn many() -> SceneDescription {
     room(&[SQUARE, TRIANGLE, LINE, SPHERE].concat(), CLUTTER)
 }
 

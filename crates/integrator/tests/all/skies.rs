@@ -4,18 +4,18 @@ use crate::common::load;
 use linelit_geometry::{DMat3, DVec3};
 use linelit_integrator::{Estimator, LightChoice, Renderer, Settings, Window, Workspace};
 use linelit_lights::{Light, Sky, SkyEmission, SkyImage, SkyMapping};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::ztest::critical_z;
 use std::sync::Arc;
 
-fn scene(world: &str) -> Scene {
+fn scene(world: &str) -> SceneDescription {
     let view = "LookAt 0 0 0  0 0 1  0 1 0 Camera \"perspective\" \"float fov\" 40\n\
         Film \"image\" \"integer xresolution\" 3 \"integer yresolution\" 3\nWorldBegin\n";
     load(&format!("{view}{world}"))
 }
 
 /// The radiance of the picture's middle.
-fn middle(scene: &Scene, change: impl Fn(&mut Settings)) -> DVec3 {
+fn middle(scene: &SceneDescription, change: impl Fn(&mut Settings)) -> DVec3 {
     let mut settings = Settings::default();
     change(&mut settings);
     Renderer::new(scene).pixel(&settings, [1, 1], &mut Workspace::new())
@@ -105,7 +105,7 @@ fn settings_out_of_bounds_count_as_their_bounds() {
 }
 
 /// All bits of a picture of 8 × 8 pixels, by so many threads.
-fn bits(scene: &Scene, settings: &Settings, threads: usize) -> Vec<[u32; 3]> {
+fn bits(scene: &SceneDescription, settings: &Settings, threads: usize) -> Vec<[u32; 3]> {
     let window = Window {
         columns: 0..8,
         rows: 0..8,
@@ -118,7 +118,7 @@ fn bits(scene: &Scene, settings: &Settings, threads: usize) -> Vec<[u32; 3]> {
 }
 
 /// Light of the scene's first light from a sun of half a radian.
-fn sunlit(scene: &mut Scene) {
+fn sunlit(scene: &mut SceneDescription) {
     let Light::Sky(sky) = &*scene.lights[0].light else {
         panic!("a sky");
     };

@@ -4,7 +4,7 @@
 use crate::common::load;
 use linelit_integrator::{LightChoice, Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 
 /// Camera samples and light samples of each, of 64 together and of 60.
 const SPLITS: [[u32; 2]; 4] = [[1, 64], [64, 1], [16, 4], [8, 8]];
@@ -24,7 +24,7 @@ const MOST: f64 = 3.0;
 
 /// So small a piece of a floor that all samples of all pixels see the same light: one square light,
 /// or two, that clutter may hide in part.
-fn piece(camera: &str, more: &str) -> Scene {
+fn piece(camera: &str, more: &str) -> SceneDescription {
     load(&format!(
         r#"
 {camera}

@@ -5,7 +5,9 @@ use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_integrator::Renderer;
 use linelit_lights::Light;
-use linelit_scene::{EmissionMap, ImageData, ImageTexture, PlaneUv, Scene, Texture, Wrap};
+use linelit_scene::{
+    EmissionMap, ImageData, ImageTexture, PlaneUv, SceneDescription, Texture, Wrap,
+};
 use std::sync::Arc;
 
 const ESTIMATORS: [&str; 21] = [
@@ -60,7 +62,7 @@ fn image() -> Texture {
 }
 
 /// The scene with the image over its light.
-fn lit_by_image(mut scene: Scene) -> Scene {
+fn lit_by_image(mut scene: SceneDescription) -> SceneDescription {
     let light = &mut scene.lights[0];
     let Light::Area(area) = &*light.light else {
         panic!("an area light");

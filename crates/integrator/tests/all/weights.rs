@@ -3,7 +3,7 @@
 use crate::common::{CLUTTER, SQUARE, microfacets, points, room, room_with_floor};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{Welford, critical_z};
 
@@ -53,7 +53,7 @@ fn estimates(
 /// may have none of a technique, and where one hardly ever meets the light.
 #[test]
 fn optimal_weights_are_no_worse_than_balance_in_the_median() {
-    let scenes: [(&str, Scene); 3] = [
+    let scenes: [(&str, SceneDescription); 3] = [
         ("tiny sphere", room(TINY_SPHERE, "")),
         ("square", room(SQUARE, CLUTTER)),
         ("plastic", room_with_floor(&microfacets(0.1))),

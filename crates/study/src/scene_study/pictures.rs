@@ -10,7 +10,7 @@ use linelit_film::{FilmError, Image};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use serde::{Deserialize, Serialize};
 
 /// A picture, how it is called, what it took and how wrong it is.
@@ -161,7 +161,7 @@ pub(super) fn duel(
     spec: &StudySpec,
     wanted: &Duel,
     rows: &[&ResultRow],
-    scene: &Scene,
+    scene: &SceneDescription,
     size: [u32; 2],
 ) -> Option<Vec<Shown>> {
     let mut samplers = spec.samplers.iter();

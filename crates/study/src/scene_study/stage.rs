@@ -8,16 +8,16 @@ use crate::pixels::Pixels;
 use anyhow::{Context as _, Result, bail};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint};
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use std::sync::OnceLock;
 use std::time::Instant;
 
 /// Reads a scene by file or name.
-pub type Load<'a> = &'a (dyn Fn(&str) -> Result<Scene> + Sync);
+pub type Load<'a> = &'a (dyn Fn(&str) -> Result<SceneDescription> + Sync);
 
 /// A view whose scene is in memory.
 pub(super) struct Opened {
-    pub(super) scene: Scene,
+    pub(super) scene: SceneDescription,
     pixels: Vec<[u32; 2]>,
     /// The scene's own proportions.
     pub(super) aspect: [u32; 2],
@@ -156,7 +156,11 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
     }
 
     /// The scene of a view at another resolution.
-    pub(super) fn resized(&self, view: usize, [width, height]: [u32; 2]) -> Result<Scene> {
+    pub(super) fn resized(
+        &self,
+        view: usize,
+        [width, height]: [u32; 2],
+    ) -> Result<SceneDescription> {
         let mut scene = self.opened(view)?.scene.clone();
         scene.set_resolution(width, height);
         Ok(scene)
@@ -192,7 +196,7 @@ fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
     memory::check(&what, bytes)
 }
 
-fn pixels(scene: &mut Scene, pixels: &Pixels) -> Result<Vec<[u32; 2]>> {
+fn pixels(scene: &mut SceneDescription, pixels: &Pixels) -> Result<Vec<[u32; 2]>> {
     match pixels {
         Pixels::Grid(r) => {
             scene.set_resolution(r.width, r.height);

@@ -11,12 +11,12 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
+use linelit_scene::SceneDescription;
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{critical_z, t_p_value, z_score};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
-pub(crate) fn room(light: &str, occluders: &str) -> Scene {
+pub(crate) fn room(light: &str, occluders: &str) -> SceneDescription {
     load(&room_text(light, occluders))
 }
 
@@ -42,7 +42,7 @@ WorldEnd
 }
 
 /// A scene from pbrt text.
-pub(crate) fn load(text: &str) -> Scene {
+pub(crate) fn load(text: &str) -> SceneDescription {
     linelit_formats::from_pbrt_str(text, "test.pbrt", &LoadOptions::default())
         .expect("the test scene is valid")
         .scene
@@ -72,7 +72,7 @@ pub(crate) fn microfacets(alpha: f64) -> String {
 }
 
 /// The room with another floor, a square light and clutter.
-pub(crate) fn room_with_floor(floor: &str) -> Scene {
+pub(crate) fn room_with_floor(floor: &str) -> SceneDescription {
     load(&room_text(SQUARE, CLUTTER).replace(MATTE, floor))
 }
 
@@ -169,7 +169,7 @@ pub(crate) fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
 const TRIALS: u32 = 32;
 
 /// Tests of each estimator against solid-angle points.
-pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
+pub(crate) fn agree_on(scene: &SceneDescription, cases: &[Case]) {
     let renderer = Renderer::new(scene);
     let all = clear_of_the_light(&renderer);
     assert!(all.len() > 60, "the camera sees {} pixels", all.len());
