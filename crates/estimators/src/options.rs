@@ -338,19 +338,13 @@ impl Lines {
 
 impl ExactOptions {
     fn read(&mut self, options: &mut Options<'_>) -> Result<()> {
-        let accuracy = |text: &str| text.parse().ok().filter(|t| (1e-10..=1e-3).contains(t));
-        options.read("tolerance", "1e-10 to 1e-3", accuracy, &mut self.tolerance)?;
         let number = |text: &str| text.parse().ok();
         options.read("limit", "a number of triangles", number, &mut self.limit)?;
         Ok(())
     }
 
     fn write(self, out: &mut Vec<String>) {
-        let default = Self::DEFAULT;
-        if self.tolerance.to_bits() != default.tolerance.to_bits() {
-            out.push(format!("tolerance={:e}", self.tolerance));
-        }
-        if self.limit != default.limit {
+        if self.limit != Self::DEFAULT.limit {
             out.push(format!("limit={}", self.limit));
         }
     }

@@ -111,9 +111,6 @@ pub enum Integration {
 /// The limits of [`Integration::Exact`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactOptions {
-    /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10. All closed forms
-    /// are more accurate, so that nothing depends on it.
-    pub tolerance: f64,
     /// The most triangles in between: past more, and wherever there are too many to count, lines
     /// take over; nowhere if it is [`ExactOptions::NO_LIMIT`].
     pub limit: u32,
@@ -123,9 +120,8 @@ impl ExactOptions {
     /// The closed form past any number of triangles.
     pub const NO_LIMIT: u32 = u32::MAX;
 
-    /// Accurate to 1e-6, past any number of triangles.
+    /// Past any number of triangles.
     pub const DEFAULT: Self = Self {
-        tolerance: 1e-6,
         limit: Self::NO_LIMIT,
     };
 }

@@ -48,7 +48,7 @@ const ESTIMATORS: [&str; 55] = [
     "line-analytic[orientation=fixed:0.25,offset=uniform]",
     "line-analytic[orientation=uniform]",
     "exact",
-    "exact[tolerance=1e-4,limit=16]",
+    "exact[limit=16]",
     "hybrid",
     "point-area[mis=balance]",
     "point-texture",
