@@ -1,4 +1,4 @@
-//! Rays: what they meet first, and whether they meet anything.
+//! One ray at a time through the hierarchy.
 
 use crate::{
     bvh::{Bvh, largest_inverse_at},
