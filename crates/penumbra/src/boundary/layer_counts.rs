@@ -15,7 +15,7 @@
 //!
 //! The root represents all of them: sums on the way up express each count by the root, so that
 //! counts of one tree can be compared. An equation between two trees hangs one root below the
-//! other; one within a tree is right or wrong by what is known. Searches halve their way for the
+//! other; one within a tree is right or wrong by what is known. Searches split their way for the
 //! next (Tarjan and van Leeuwen, *Worst-case analysis of set union algorithms*, 1984).
 
 use super::index::Index;
@@ -73,7 +73,7 @@ impl LayerEquations {
             if parent.unknown == at {
                 return LayerCount { unknown: at, plus };
             }
-            // Halve the way for the next search: let the unknown hang below its grandparent.
+            // Split the way for the next search: let each unknown on it hang below its grandparent.
             let grandparent = self.parents[parent.unknown.get()];
             if grandparent.unknown != parent.unknown {
                 self.parents[at.get()] = LayerCount {

@@ -61,14 +61,16 @@ impl Penumbra {
                     on_side + aside * right[k]
                 })
             };
-            // Points on the side are rounded: start where no other side is surely between.
+            // Points on the side are rounded: begin a rounding to its left, so that a side between
+            // the two is not missed.
             let (from, to) = (at(-ROUNDING * self.unit), at(aside));
             let is_free = aside > least && self.is_free(from, to, side, own);
             is_free.then_some(to)
         })
     }
 
-    /// Whether no side is between two points, of which the first is on the side at `own`.
+    /// Whether no side is between two points, of which the first is on the side of number `own`, or
+    /// a rounding to its left.
     #[allow(clippy::float_cmp, reason = "on the very same line")]
     fn is_free(&self, from: Point, to: Point, own: usize, edge: &Edge) -> bool {
         let bounds = Bounds::of([from, to]);

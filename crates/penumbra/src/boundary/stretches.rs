@@ -1,39 +1,43 @@
 //! The boundary past surfaces that are known by their silhouettes alone.
 //!
-//! A point of the light is visible where no image of a triangle and no layer of a surface is over
-//! it. Images are counted ([`counts`](super::counts)). Of surfaces nobody knows how many layers are
+//! Two things hide points of the light: *images* of single triangles, and *surfaces* (meshes) of
+//! which only the silhouettes are known. The *sides* that this file walks along are the sides of
+//! images, silhouettes, and the sides of the light itself. A point is visible where no image and no
+//! layer of a surface is over it. Images are counted ([`counts`](super::counts)); sides of surfaces
+//! that coincide with others count as images, too. Of surfaces nobody knows how many layers are
 //! over a point, but each silhouette says how many more are on its left than on its right: its
 //! weight. So the layers right next to a side, on its right, are an unknown x plus a known number,
-//! which changes where a silhouette crosses:
+//! which changes at each *event*, where another side crosses:
 //!
 //! ```text
 //!                      a silhouette
 //!                      of weight 2           images
 //!                            ▲             ▒▒▒▒▒▒▒▒▒▒
 //!    ────────────────────────┼─────────────▒▒▒▒▒▒▒▒▒▒──────────────────► a side
-//!     layers right of it:  x + 2      x    ▒▒▒▒▒▒▒▒▒▒       y
+//!     layers right of it:  x       x − 2   ▒▒▒▒▒▒▒▒▒▒       y
 //!    ╰─────── stretch ──────╯╰── stretch ─╯          ╰──── stretch ────╯
 //! ```
 //!
-//! Behind images silhouettes may be missing, so that beyond them another unknown begins. A
-//! *stretch* is a part of a side, past images, between two changes: either all of it is boundary or
-//! nothing.
+//! Behind images silhouettes may be missing, so that where a side comes out from behind images
+//! another unknown begins. A *stretch* is a part of a side, past images, between two events: either
+//! all of it is boundary or nothing.
 //!
 //! Where two sides cross, one sector is right of both, and what is counted along either is over it.
-//! This is an equation ([`LayerEquations`]):
+//! This is an equation ([`LayerEquations`]). Below, x and y are counted where a and b come from,
+//! and b has the weight 1, so that there is one layer less right of b than left of it:
 //!
 //! ```text
 //!                ▲ b
 //!         left   │   right of b,
 //!       of both  │   left of a
 //!    ────────────┼────────────────► a
-//!      right of  │  right of both:     after the crossing, along a: x + 1
-//!      a, left   │                     before the crossing, along b: y          x + 1 = y
+//!      right of  │  right of both:     after the crossing, along a: x − 1
+//!      a, left   │                     before the crossing, along b: y          x − 1 = y
 //!      of b      │
 //! ```
 //!
-//! Two more kinds of equations come from a side that goes on in the next one around an image, and
-//! from a side that enters the light through one of the light's own sides.
+//! Two more kinds of equations come from a side that goes on in the next one, around the same image
+//! or the same surface, and from a side that enters the light through one of the light's own sides.
 //!
 //! Stretches whose unknowns equations connect are a *group*. In a group all counts can be compared,
 //! and none is negative. So one query is enough for it, at a point next to the stretch with the
@@ -41,7 +45,10 @@
 //! stretches with this count; if something is, all counts are positive, and none of it is boundary.
 //!
 //! Rounding costs queries, not errors: what is too close to decide gives no equation, so that there
-//! are more groups, and a stretch of no length to speak of never represents a group.
+//! are more groups, and a stretch of no length to speak of never represents a group. (A group of
+//! such stretches alone is left out, as its part of the boundary has no length either; where the
+//! counts contradict each other, or no point for a query can be found, the caller takes another
+//! way.)
 
 use super::index::Index;
 use super::layer_counts::{LayerCount, LayerEquations};
@@ -70,8 +77,9 @@ pub(super) struct Stretches {
     /// The stretch that represents each group, by the root of the group's unknowns: the longest of
     /// those with the lowest count.
     lowest: Vec<Option<Index>>,
-    /// The count, plus the root, up to which stretches of each group are boundary; none if
-    /// something is over all of them.
+    /// For the root of each group, the known part of the count up to which stretches are boundary:
+    /// the count of the stretch at which the query was, which has none below it but short ones.
+    /// `None` if something is over all of them.
     visible: Vec<Option<i32>>,
 }
 
@@ -86,7 +94,8 @@ impl Stretch {
         (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
     }
 
-    /// Whether it represents a group better than another of the same group.
+    /// Whether it represents a group better than another of the same group: it is long enough where
+    /// the other is not, or has the lower count, or the same count and is longer.
     fn is_lower(&self, other: &Self, short: f64) -> bool {
         let (length, others) = (self.length(), other.length());
         match (length > short, others > short) {
@@ -152,7 +161,8 @@ impl Penumbra {
         let Stretches { all, equations, .. } = stretches;
         let side = &mut sides[i];
         let Some(part) = side.part else { return };
-        // Where the light's sides begin is not moved by what they cross.
+        // A loose side ends where others cut it, to rounding, and so do its events. The light's own
+        // sides are exact, whatever crosses them. Positions and margin are in units of length².
         let is_loose = side.is_loose && !side.light;
         let room = CLOSE * *unit * side.edge.extent();
         let mut passed = Layers::default();
@@ -194,14 +204,15 @@ impl Penumbra {
             };
             previous = hi.at;
         }
-        // What rounding puts at the side's end has no event.
+        // Crossings that rounding puts at the side's very end have no event: the rest of the side's
+        // whole change is theirs.
         let left = side.change + -passed;
         let layers = layers.filter(|_| images + left.images == 0);
         side.layers_at_end = layers.map(|layers| layers.plus(left.surfaces));
     }
 
-    /// Finds which stretches are boundary by one query of `is_visible` for each group; false if
-    /// there is no point at which to query.
+    /// Finds which stretches are boundary by one query of `is_visible` for each group; false if the
+    /// counts contradict each other, or if there is no point at which to query.
     pub(super) fn find_boundary(
         &mut self,
         least: f64,
@@ -260,12 +271,13 @@ impl Penumbra {
             }
         }
         for side in &*sides {
-            // Where a side enters the light, if counting starts there.
+            // Where a side enters the light, if counting starts there (it is negative where
+            // counting does not, and a touched end is no entry).
             let is_cut = side.counted >= 0.0 && !side.touched[0];
             if let Some(entry) = side.entry.filter(|_| is_cut) {
                 equate(side.layers_at_start, events[entry.get()].layers);
             }
-            // Where a side goes on in the next one around an image, or around a surface.
+            // Where a side goes on in the next one around the same image or the same surface.
             let is_image = |side: &Side| side.weight.images != 0;
             if let Some(next) = side.next.map(|next| &sides[next.get()])
                 && is_image(side) == is_image(next)

@@ -1,7 +1,7 @@
 //! Shadow rays of a fan that share a walk: which of them are hidden.
 //!
-//! Up to 64 rays go from one point to one light, so that at first they enter the same nodes. The
-//! walk has two phases:
+//! A *fan* is up to 64 rays from one point to one light, so that at first they enter the same nodes
+//! of the hierarchy. A ray is *hidden* if a triangle is anywhere on it. The walk has two phases:
 //!
 //! ```text
 //!     1. one beam                        2. packets of up to eight neighbours
@@ -15,14 +15,16 @@
 //!
 //! 1. A beam, the box of all directions, walks for the whole fan. A node is opened if any direction
 //!    of the box may enter it, and a leaf is tested against all rays that are not yet hidden. This
-//!    is cheap, but the beam gets wide where rays go apart, so it ends after a [`budget`] of nodes.
+//!    is cheap, but the beam gets wide where rays go apart, so it ends after a [`budget`] of nodes
+//!    and leaves. Their order does not matter, as any triangle will do.
 //! 2. Rays that are still not hidden are put in order along a Z curve and grouped by eight. Each
 //!    [`Packet`] walks by itself from the root, with a tighter beam and a bit for each ray that
 //!    enters a box ([`packet`](crate::rays::packet)).
 //!
-//! Boxes and beams only leave out what no ray can meet, and a triangle that its test against a beam
-//! leaves open is decided as for a single ray ([`fan`](crate::rays::fan)). So the answers are those
-//! of the rays one by one, whatever is grouped with what.
+//! Boxes and beams only leave out what no ray can meet. Triangles of a leaf that the beam may meet
+//! are tested against eight rays at once in `f32` with error bounds, and where these do not decide,
+//! against each ray by itself, as single rays are ([`fan`](crate::rays::fan)). So the answers are
+//! those of the rays one by one, whatever is grouped with what.
 
 use crate::{
     bvh::Bvh,
@@ -39,7 +41,8 @@ use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 use std::ops::{ControlFlow, Range};
 
-/// The number of nodes and leaves that the beam of a whole fan visits before packets go on.
+/// The number of nodes and leaves that the beam of a whole fan visits before packets go on: some
+/// three levels of the hierarchy, and more where more rays share the work.
 const fn budget(count: usize) -> usize {
     3 + count / 16
 }
@@ -64,7 +67,8 @@ fn any_kernel<S: Simd>(
     together: &mut FanScratch,
     counters: &mut Counters,
 ) -> u64 {
-    // Prepare the tests; a fan beyond their error bounds is traced one by one.
+    // Prepare the tests. A fan beyond their error bounds (numbers that are not finite or too large,
+    // an empty hierarchy) is traced one by one.
     let size = packet::size_of(bvh, fan);
     let bounds = together.directions.set(s, fan);
     let (Some(size), Some(bounds), true) = (size, bounds, fan.t_max <= LARGEST) else {
@@ -142,12 +146,13 @@ fn by_packets<S: Simd>(
     } = scratch;
     let (order, count) = in_z_order(directions, unhidden, bounds);
     for group in order[..count].chunks(8) {
-        // Collect the directions of the packet; the last one fills it.
+        // Collect the directions of the packet; copies of the last one fill it up to eight.
         let eight: [DVec3; 8] = std::array::from_fn(|lane| {
             fan.directions[usize::from(group[lane.min(group.len() - 1)])]
         });
         let directions = &eight[..];
-        // The bounds of all hold for some, too.
+        // A part of the fan has bounds of its own; should they be none, those of the whole fan
+        // hold.
         let bounds = packet.set(s, &Fan { directions, ..*fan }).unwrap_or(bounds);
         let rays = &packet.0[..1];
         // Walk until all its rays are hidden, and note which are.
@@ -182,7 +187,8 @@ struct AnyOfPacket<'a> {
 }
 
 impl AnyOfPacket<'_> {
-    /// The beam of some rays: of the one, or of the packet.
+    /// The beam of some rays, of which there is one at least ([`NearestFirst::wants`] was asked
+    /// before): of the one, or of the packet.
     #[inline(always)]
     fn beam(&self, rays: u8) -> &Beam {
         let single = &self.single[rays.trailing_zeros() as usize];
