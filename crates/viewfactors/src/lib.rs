@@ -17,15 +17,16 @@ mod patches;
 mod point;
 mod rounded;
 mod rows;
+mod sight;
 mod tree;
 mod unobstructed;
 mod view;
 
 pub use facets::{FacetError, Facets, Sides};
 pub use pair::Estimate;
-pub use partners::Settled;
 pub use point::{Memory, Row};
 pub use rows::{Matrix, Plan, SparseRow};
+pub use sight::Settled;
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;

@@ -3,9 +3,10 @@
 use crate::cubature::{Corners, Integral, Integrand, integrate};
 use crate::facets::{Facets, Sides};
 use crate::hull::{Hull, hides_all};
-use crate::partners::{Settled, Side, before_each_other, sees};
+use crate::partners::Side;
 use crate::point::Memory;
 use crate::rows::coarse;
+use crate::sight::{Candidates, Settled, Sight, before_each_other, sees};
 use crate::unobstructed;
 use crate::view::unseen_below;
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -92,14 +93,17 @@ impl Facets {
                 pairs.extend(polygons.map(|polygons| (polygons, own)));
             }
         }
-        for (polygons, own) in &pairs {
-            let (by, blockers) = self.settle(polygons, *own, None, memory);
-            settled = settled.max(by);
-            let share = tolerance / pairs.len() as f64;
-            sum.add(match by {
-                Settled::Facing | Settled::Hidden => Estimate::default(),
-                Settled::Clear => open_exchange(polygons, share / coarse(polygons)),
-                Settled::Partly => past(polygons, &blockers, share, memory),
+        let share = tolerance / pairs.len() as f64;
+        for (polygons, own) in pairs {
+            let sight = self.sight(polygons, own, &Candidates::All, memory);
+            settled = settled.max(sight.settled());
+            let Sight::Visible(pair) = sight else {
+                continue;
+            };
+            let polygons = &pair.polygons;
+            sum.add(match pair.blockers.is_empty() {
+                true => open_exchange(polygons, share / coarse(polygons)),
+                false => past(polygons, &pair.blockers, share, memory),
             });
         }
         (sum, settled)

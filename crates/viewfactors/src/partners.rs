@@ -1,42 +1,45 @@
-//! Which parts of facets see each other: what faces, and what is between.
+//! The partners of a part of a facet: all parts of other facets, each with what both see of each
+//! other.
+//!
+//! Pairs are many, and most see nothing of each other. So partners are looked for by patches
+//! (neighbours in one plane), each of which has a tree of its parts with a rectangle around those
+//! of each node:
+//!
+//! ```text
+//!        a patch of 8 parts               its tree
+//!        ┌────┬────┬────┬────┐
+//!        │    │    │    │    │                  ○            what the root's rectangle does not
+//!        ├────┼────┼────┼────┤               ╱     ╲         see, none of the 8 parts sees
+//!        │    │    │    │    │              ○       ○
+//!        └────┴────┴────┴────┘             ╱ ╲     ╱ ╲
+//!                                         ○   ○   ○   ○      …
+//! ```
+//!
+//! The search goes down from the root. Where the rectangle around a node is facing away, or hidden,
+//! all parts of the node are one partner. Else it goes on in both children, and the only patches
+//! that may be between are those that are between the part and the node's rectangle
+//! ([`Candidates`]). At a leaf, the pair of parts is settled ([`sight`](crate::sight)).
+//!
+//! Every part of a facet that is not skipped is in exactly one partner.
 
-use crate::cubature::places;
 use crate::facets::{Facets, Sides};
-use crate::hull::{Hull, hides_all};
-use crate::pair::by_area;
 use crate::point::Memory;
-use crate::view::unseen_below;
-use linelit_geometry::{ConvexPolygon, DVec3, stop};
-use std::ops::RangeInclusive;
+use crate::sight::{Candidates, Sight, before_each_other};
+use linelit_geometry::{ConvexPolygon, stop};
+use std::ops::{Range, RangeInclusive};
 
-/// The step that settled what two facets exchange.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Settled {
-    /// Neither has a part before the other that faces it.
-    #[default]
-    Facing,
-    /// A patch between them hides all, or no point of the adaptive rule on either sees the other.
-    Hidden,
-    /// Nothing is between them.
-    Clear,
-    /// A part is hidden, which an adaptive rule integrated.
-    Partly,
-}
-
-/// A part of a facet that another may see, and what is between.
-pub(crate) struct Partner<'a> {
-    /// The part, and how many more like it: one where something is to be integrated.
+/// Parts of patches of which a part of a facet sees alike.
+pub(crate) struct Partner {
+    /// One of the parts: the only one where something is visible.
     pub part: usize,
+    /// Whether they are seen from the back.
     pub back: bool,
+    /// The number of parts.
     pub count: u64,
-    pub settled: Settled,
-    /// The parts of both that lie before each other, first that of the facet with the lower number.
-    pub polygons: Option<[ConvexPolygon; 2]>,
-    /// The parts of patches that hide some of one from the other.
-    pub blockers: &'a [ConvexPolygon],
+    pub sight: Sight,
 }
 
-/// A part as seen from one of its sides.
+/// A part of a facet as seen from one of its sides.
 #[derive(Clone, Copy)]
 pub(crate) struct Side {
     pub part: usize,
@@ -44,277 +47,149 @@ pub(crate) struct Side {
     pub polygon: ConvexPolygon,
 }
 
+impl Sides {
+    /// For each side whether it is the back.
+    const fn are_backs(self) -> &'static [bool] {
+        match self {
+            Self::One => &[false],
+            Self::Two => &[false, true],
+        }
+    }
+}
+
 impl Facets {
     /// The sides of a facet's parts.
     pub(crate) fn sides_of(&self, facet: usize) -> impl Iterator<Item = Side> {
-        let backs: &[bool] = match self.sides {
-            Sides::One => &[false],
-            Sides::Two => &[false, true],
-        };
         let sides = move |part| {
-            backs.iter().map(move |&back| Side {
+            self.sides.are_backs().iter().map(move |&back| Side {
                 part,
                 back,
-                polygon: turned(&self.parts[part].polygon, back),
+                polygon: seen_from(&self.parts[part].polygon, back),
             })
         };
         self.facets[facet].parts.clone().flat_map(sides)
     }
 
-    /// Hands on all parts of other facets, those that are settled alike together. Of parts of
-    /// facets that `is_known` knows nothing is said.
-    pub(crate) fn partners(
-        &self,
-        from: &Side,
-        is_known: &impl Fn(RangeInclusive<usize>) -> bool,
-        memory: &mut Memory,
-        each: &mut impl FnMut(Partner<'_>, &mut Memory),
-    ) {
-        let backs: &[bool] = match self.sides {
-            Sides::One => &[false],
-            Sides::Two => &[false, true],
-        };
-        let own = self.parts[from.part].patch;
-        for (number, patch) in self.patches.iter().enumerate() {
-            stop::check();
-            if number != own && !is_known(patch.facets.clone()) {
-                for &back in backs {
-                    let mut descent = Descent {
-                        all: self,
-                        from,
-                        patch: number,
-                        back,
-                        is_known,
-                    };
-                    descent.node(0, None, memory, each);
-                }
-            }
+    /// A search for the partners of a part's side, but for parts of the `skipped` facets.
+    pub(crate) fn partners<'a>(&'a self, of: &'a Side, skipped: Range<usize>) -> PartnerSearch<'a> {
+        PartnerSearch {
+            facets: self,
+            of,
+            skipped,
+            patches: 0..self.patches.len(),
+            waiting: Vec::new(),
         }
-    }
-
-    /// The patches that meet the hull of two polygons: of some that are known, or of all.
-    fn patches_between(
-        &self,
-        [p, q]: &[ConvexPolygon; 2],
-        own: [usize; 2],
-        known: Option<&[usize]>,
-        or_touches: bool,
-    ) -> Vec<usize> {
-        let mut between = Vec::new();
-        if known.is_some_and(<[usize]>::is_empty) {
-            return between;
-        }
-        let hull = Hull::new(p.vertices(), q.vertices(), self.flatness(own));
-        let mut room = [Vec::new(), Vec::new()];
-        let mut meet = |k: usize| {
-            stop::check();
-            if !own.contains(&k) && hull.meets(&self.patches[k].polygon, or_touches, &mut room) {
-                between.push(k);
-            }
-        };
-        match known {
-            Some(known) => known.iter().for_each(|&k| meet(k)),
-            None => {
-                let holds = |low: DVec3, high: DVec3| hull.may_hold(low, high);
-                self.patch_tree.find(holds, meet);
-            }
-        }
-        between
-    }
-
-    /// Tells how much is between two polygons of facets in the order of their numbers, and the
-    /// parts of patches that hide.
-    pub(crate) fn settle(
-        &self,
-        polygons: &[ConvexPolygon; 2],
-        own: [usize; 2],
-        known: Option<&[usize]>,
-        memory: &mut Memory,
-    ) -> (Settled, Vec<ConvexPolygon>) {
-        let between = self.patches_between(polygons, own, known, false);
-        if self.is_hidden(polygons, own, &between) {
-            return (Settled::Hidden, Vec::new());
-        }
-        let blockers = self.blockers(polygons, own, &between);
-        let settled = match blockers.is_empty() {
-            true => Settled::Clear,
-            // Points of the smaller one are closer to each other.
-            false => {
-                let [small, large] = by_area(polygons);
-                let is_seen =
-                    sees(small, large, &blockers, memory) || sees(large, small, &blockers, memory);
-                if is_seen {
-                    Settled::Partly
-                } else {
-                    Settled::Hidden
-                }
-            }
-        };
-        (settled, blockers)
-    }
-
-    /// The tolerance for flatness of two patches: a corner that is less far above or below the
-    /// plane of one of them counts as lying in this plane.
-    pub(crate) fn flatness(&self, [a, b]: [usize; 2]) -> f64 {
-        self.patches[a].flatness.max(self.patches[b].flatness)
-    }
-
-    /// Whether one of some patches hides all of two polygons of others from each other.
-    fn is_hidden(&self, [p, q]: &[ConvexPolygon; 2], own: [usize; 2], between: &[usize]) -> bool {
-        between.iter().any(|&k| {
-            let flatness = self.flatness(own).max(self.patches[k].flatness);
-            hides_all(
-                &self.patches[k].polygon,
-                p.vertices(),
-                q.vertices(),
-                flatness,
-            )
-        })
-    }
-
-    /// The parts of patches that lie before two polygons, first those that hide most.
-    fn blockers(
-        &self,
-        [p, q]: &[ConvexPolygon; 2],
-        own: [usize; 2],
-        between: &[usize],
-    ) -> Vec<ConvexPolygon> {
-        let middle = p.centroid();
-        let size = |polygon: &ConvexPolygon| {
-            let to = polygon.centroid() - middle;
-            let square = to.length_squared();
-            polygon.area() * polygon.normal().dot(to).abs() / (square * square.sqrt())
-        };
-        let flatness = |k: usize| self.flatness(own).max(self.patches[k].flatness);
-        let cut = |&k: &usize| before_all(&self.patches[k].polygon, &[p, q], flatness(k));
-        let cut = between.iter().filter_map(cut);
-        let mut blockers: Vec<(f64, ConvexPolygon)> = cut.map(|b| (size(&b), b)).collect();
-        blockers.sort_by(|a, b| b.0.total_cmp(&a.0));
-        blockers.into_iter().map(|(_, blocker)| blocker).collect()
     }
 }
 
-/// Whether any point of the adaptive rule sees a part of a polygon.
-pub(crate) fn sees(
-    p: &ConvexPolygon,
-    q: &ConvexPolygon,
-    blockers: &[ConvexPolygon],
-    memory: &mut Memory,
-) -> bool {
-    places(p).any(|x| {
-        let [open, visible] = memory.view.factors(x, p.normal(), q, blockers.iter());
-        visible > unseen_below(open)
-    })
+/// A search for partners, patch by patch.
+pub(crate) struct PartnerSearch<'a> {
+    facets: &'a Facets,
+    of: &'a Side,
+    skipped: Range<usize>,
+    /// The patches that are to come.
+    patches: Range<usize>,
+    /// Nodes of the present patch that are to be visited, the next one last.
+    waiting: Vec<WaitingNode>,
 }
 
-/// The way down the tree of a patch, from a side of a part.
-struct Descent<'a, K> {
-    all: &'a Facets,
-    from: &'a Side,
+/// A node of a patch's tree, which is to be visited.
+struct WaitingNode {
     patch: usize,
+    /// Whether the patch is seen from its back.
     back: bool,
-    is_known: &'a K,
+    node: usize,
+    candidates: Candidates,
 }
 
-impl<K: Fn(RangeInclusive<usize>) -> bool> Descent<'_, K> {
-    /// Hands on the parts of a node, of which some patches are known that may be before it.
-    fn node(
-        &mut self,
-        node: usize,
-        known: Option<&[usize]>,
-        memory: &mut Memory,
-        each: &mut impl FnMut(Partner<'_>, &mut Memory),
-    ) {
-        let all = self.all;
-        let patch = &all.patches[self.patch];
-        let (items, children) = (
-            patch.tree.nodes[node].items.clone(),
-            patch.tree.nodes[node].children,
-        );
-        let part = patch.tree.order[items.start];
-        let (own, facet) = (all.parts[self.from.part].facet, all.parts[part].facet);
-        if children.is_none() && (self.is_known)(facet..=facet) {
+impl PartnerSearch<'_> {
+    /// The next partner; none if there are no more.
+    pub(crate) fn next(&mut self, memory: &mut Memory) -> Option<Partner> {
+        loop {
+            let partner = match self.waiting.pop() {
+                Some(waiting) => self.visit(&waiting, memory),
+                None => {
+                    let patch = self.patches.next()?;
+                    self.begin(patch);
+                    None
+                }
+            };
+            if partner.is_some() {
+                return partner;
+            }
+        }
+    }
+
+    /// Lets the root of a patch wait for each of its sides, the front first.
+    fn begin(&mut self, patch: usize) {
+        stop::check();
+        let own = self.facets.parts[self.of.part].patch;
+        if patch == own || self.skips(&self.facets.patches[patch].facets) {
             return;
         }
-        let mut partner = Partner {
+        let backs = self.facets.sides.are_backs().iter().rev();
+        self.waiting.extend(backs.map(|&back| WaitingNode {
+            patch,
+            back,
+            node: 0,
+            candidates: Candidates::All,
+        }));
+    }
+
+    /// Whether all of some facets are skipped.
+    fn skips(&self, facets: &RangeInclusive<usize>) -> bool {
+        self.skipped.start <= *facets.start() && *facets.end() < self.skipped.end
+    }
+
+    /// The partner that the parts of a node are; none if they are skipped, or if its children wait
+    /// in its place.
+    fn visit(&mut self, at: &WaitingNode, memory: &mut Memory) -> Option<Partner> {
+        let all = self.facets;
+        let patch = &all.patches[at.patch];
+        let node = &patch.tree.nodes[at.node];
+        let part = patch.tree.order[node.items.start];
+        let (own, facet) = (all.parts[self.of.part].facet, all.parts[part].facet);
+        if node.children.is_none() && self.skips(&(facet..=facet)) {
+            return None;
+        }
+        let partner = |sight| Partner {
             part,
-            back: self.back,
-            count: items.len() as u64,
-            settled: Settled::Facing,
-            polygons: None,
-            blockers: &[],
+            back: at.back,
+            count: node.items.len() as u64,
+            sight,
         };
-        let around = turned(&patch.around[node], self.back);
-        let patches = [all.parts[self.from.part].patch, self.patch];
+        // Cut the part and the rectangle around the node where they lie before each other.
+        let around = seen_from(&patch.around[at.node], at.back);
+        let patches = [all.parts[self.of.part].patch, at.patch];
         let flatness = all.flatness(patches);
-        let Some(pair) = before_each_other(&self.from.polygon, &around, flatness) else {
-            return each(partner, memory);
+        let Some(pair) = before_each_other(&self.of.polygon, &around, flatness) else {
+            return Some(partner(Sight::FacingAway));
         };
-        let Some(children) = children else {
+        // Settle the pair at a leaf, whose rectangle is its part.
+        let Some(children) = node.children else {
             let [p, q] = pair;
             let polygons = if own < facet { [p, q] } else { [q, p] };
-            let (settled, blockers) = all.settle(&polygons, patches, known, memory);
-            partner.settled = settled;
-            partner.polygons = Some(polygons);
-            partner.blockers = &blockers;
-            return each(partner, memory);
+            let sight = all.sight(polygons, patches, &at.candidates, memory);
+            return Some(partner(sight));
         };
-        let between = all.patches_between(&pair, patches, known, true);
+        // Go on in the children unless all is hidden. What touches the hull of the node may meet
+        // that of a child, but for rounding.
+        let between = all.patches_between(&pair, patches, &at.candidates, true);
         if all.is_hidden(&pair, patches, &between) {
-            partner.settled = Settled::Hidden;
-            return each(partner, memory);
+            return Some(partner(Sight::Hidden));
         }
-        for child in children {
-            self.node(child, Some(&between), memory, each);
-        }
+        let candidates = Candidates::These(between.into());
+        self.waiting
+            .extend(children.into_iter().rev().map(|node| WaitingNode {
+                node,
+                candidates: candidates.clone(),
+                ..*at
+            }));
+        None
     }
 }
 
 /// A polygon as seen from its front or its back.
-fn turned(polygon: &ConvexPolygon, back: bool) -> ConvexPolygon {
+fn seen_from(polygon: &ConvexPolygon, back: bool) -> ConvexPolygon {
     if back { polygon.flipped() } else { *polygon }
-}
-
-/// The parts of two polygons that lie before the plane of the other, by more than some room.
-pub(crate) fn before_each_other(
-    p: &ConvexPolygon,
-    q: &ConvexPolygon,
-    room: f64,
-) -> Option<[ConvexPolygon; 2]> {
-    let above = |a: &ConvexPolygon, b: &ConvexPolygon, room: f64| {
-        let (n, origin) = (b.normal(), b.vertices()[0]);
-        let heights = a.vertices().iter().map(|v| n.dot(*v - origin));
-        heights.filter(|height| *height > room).count()
-    };
-    // What faces away is told without a cut.
-    if above(q, p, room) == 0 || above(p, q, room) == 0 {
-        return None;
-    }
-    let part = |a: &ConvexPolygon, b: &ConvexPolygon| {
-        if above(a, b, -room) == a.vertices().len() {
-            return Some(*a);
-        }
-        a.clip(b.vertices()[0], b.normal())
-    };
-    Some([part(p, q)?, part(q, p)?])
-}
-
-/// The part of a patch that lies before some polygons.
-pub(crate) fn before_all(
-    patch: &ConvexPolygon,
-    polygons: &[&ConvexPolygon],
-    room: f64,
-) -> Option<ConvexPolygon> {
-    let mut part = *patch;
-    for other in polygons {
-        let (n, origin) = (other.normal(), other.vertices()[0]);
-        let heights = || part.vertices().iter().map(|v| n.dot(*v - origin));
-        if heights().all(|h| h <= room) {
-            return None;
-        }
-        if heights().any(|h| h < 0.0) {
-            part = part.clip(origin, n)?;
-        }
-    }
-    Some(part)
 }

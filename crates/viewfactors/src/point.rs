@@ -2,7 +2,7 @@
 
 use crate::facets::{Facets, Piece};
 use crate::hull::Hull;
-use crate::partners::before_all;
+use crate::sight::before_all;
 use crate::view::View;
 use linelit_estimators::{Measure, VisibleRegion};
 use linelit_geometry::{DVec3, Margins, Vector3, predicates, stop};

@@ -2,13 +2,13 @@
 
 use crate::facets::Facets;
 use crate::pair::{Estimate, open_exchange, past};
-use crate::partners::{Partner, Settled};
 use crate::point::Memory;
+use crate::sight::{Settled, Sight};
 use linelit_geometry::ConvexPolygon;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 /// The view factors from a facet to others: those that are not zero.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,14 +99,16 @@ impl Facets {
         let one = |memory: &mut Memory, i: usize| {
             let (mut weights, mut pairs) = (Vec::new(), [0; 4]);
             for side in self.sides_of(i) {
-                let known = |all: RangeInclusive<usize>| *all.end() <= i;
-                self.partners(&side, &known, memory, &mut |partner, _| {
-                    pairs[partner.settled as usize] += partner.count;
-                    if let (Settled::Partly, Some(polygons)) = (partner.settled, &partner.polygons)
-                    {
-                        weights.push((self.parts[partner.part].facet, weight(polygons)));
+                // Each pair once, by the lower number.
+                let mut search = self.partners(&side, 0..i + 1);
+                while let Some(partner) = search.next(memory) {
+                    let settled = partner.sight.settled();
+                    pairs[settled as usize] += partner.count;
+                    if let (Settled::Partly, Sight::Visible(pair)) = (settled, &partner.sight) {
+                        let facet = self.parts[partner.part].facet;
+                        weights.push((facet, weight(&pair.polygons)));
                     }
-                });
+                }
             }
             (weights, pairs)
         };
@@ -132,43 +134,39 @@ impl Facets {
         plan
     }
 
-    /// The exchanges of a facet with others that are not known.
+    /// The exchanges of a facet with others, but for those that are known.
     fn exchanges(
         &self,
         facet: usize,
         tolerance: f64,
         plan: &Plan,
-        is_known: impl Fn(RangeInclusive<usize>) -> bool,
+        known: Range<usize>,
         memory: &mut Memory,
     ) -> Vec<(u32, Estimate)> {
         // By the other facet and both sides, so that sums do not depend on the way round.
         let mut found = BTreeMap::<(u32, [(usize, bool); 2]), Estimate>::new();
         let share = |k: usize| self.sending_area(k) / plan.weights[k].max(f64::MIN_POSITIVE);
         for side in self.sides_of(facet) {
-            self.partners(
-                &side,
-                &is_known,
-                memory,
-                &mut |partner: Partner<'_>, memory| {
-                    let Some(polygons) = &partner.polygons else {
-                        return;
-                    };
-                    let other = self.parts[partner.part].facet;
+            let mut search = self.partners(&side, known.clone());
+            while let Some(partner) = search.next(memory) {
+                let Sight::Visible(pair) = &partner.sight else {
+                    continue;
+                };
+                let (other, polygons) = (self.parts[partner.part].facet, &pair.polygons);
+                let part = if pair.blockers.is_empty() {
+                    // Factors with nothing in between add up to one at most.
+                    open_exchange(polygons, OPEN * tolerance)
+                } else {
                     let share = (1.0 - OPEN) * tolerance * share(facet).min(share(other));
                     let share = share * weight(polygons);
-                    let part = match partner.settled {
-                        Settled::Facing | Settled::Hidden => return,
-                        // Factors with nothing in between add up to one at most.
-                        Settled::Clear => open_exchange(polygons, OPEN * tolerance),
-                        Settled::Partly => past(polygons, partner.blockers, share, memory),
-                    };
-                    if part != Estimate::default() {
-                        let sides = [(side.part, side.back), (partner.part, partner.back)];
-                        let sides = [sides[0].min(sides[1]), sides[0].max(sides[1])];
-                        found.entry((number(other), sides)).or_default().add(part);
-                    }
-                },
-            );
+                    past(polygons, &pair.blockers, share, memory)
+                };
+                if part != Estimate::default() {
+                    let sides = [(side.part, side.back), (partner.part, partner.back)];
+                    let sides = [sides[0].min(sides[1]), sides[0].max(sides[1])];
+                    found.entry((number(other), sides)).or_default().add(part);
+                }
+            }
         }
         let mut sums = BTreeMap::<u32, Estimate>::new();
         for ((other, _), part) in found {
@@ -213,10 +211,7 @@ impl Facets {
                 .clone()
                 .into_par_iter()
                 .map_init(Memory::default, |memory, i| {
-                    let is_known = |all: RangeInclusive<usize>| {
-                        *all.start() >= start && *all.end() < i.min(end)
-                    };
-                    self.exchanges(i, tolerance, plan, is_known, memory)
+                    self.exchanges(i, tolerance, plan, start..i.min(end), memory)
                 })
                 .collect();
             for (i, found) in block.zip(found) {

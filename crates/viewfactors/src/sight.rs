@@ -1,0 +1,243 @@
+//! Whether two polygons see each other, past all patches.
+//!
+//! ```text
+//!           p               patches              q
+//!           │ ╲ ─ ─ ─ ─ ─ ─ ─ ─│─ ─ ─ ─ ─ ─ ─ ╱ │
+//!           │            │     │             │   │         between: what meets the hull of p and q
+//!           │            │                       │         blockers: what of it lies before both
+//!           │ ╱ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ╲ │
+//! ```
+//!
+//! What is cheap is tried first, and each step leaves less to the next:
+//!
+//! 1. The parts of both that lie before the plane of the other ([`before_each_other`]): without
+//!    them they are facing away.
+//! 2. The patches that meet the convex hull of these parts: no other is between them.
+//! 3. If one of these patches hides all, they are hidden.
+//! 4. The parts of patches that lie before both. Without any, the view is clear.
+//! 5. If no point of the adaptive rule sees a part past these blockers, they are hidden, too. Else
+//!    an integral is needed.
+
+use crate::cubature::places;
+use crate::facets::Facets;
+use crate::hull::{Hull, hides_all};
+use crate::pair::by_area;
+use crate::point::Memory;
+use crate::view::unseen_below;
+use linelit_geometry::{ConvexPolygon, DVec3, stop};
+use std::rc::Rc;
+
+/// The step that settled what two facets exchange.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Settled {
+    /// Neither has a part before the other that faces it.
+    #[default]
+    Facing,
+    /// A patch between them hides all, or no point of the adaptive rule on either sees the other.
+    Hidden,
+    /// Nothing is between them.
+    Clear,
+    /// A part is hidden, which an adaptive rule integrated.
+    Partly,
+}
+
+/// What two polygons see of each other.
+pub(crate) enum Sight {
+    /// Nothing, since neither has a part before the other.
+    FacingAway,
+    /// Nothing, since something between them hides all.
+    Hidden,
+    /// Something.
+    Visible(Box<VisiblePair>),
+}
+
+/// Two polygons that see something of each other.
+pub(crate) struct VisiblePair {
+    /// The parts of both that lie before each other, first that of the facet with the lower number.
+    pub polygons: [ConvexPolygon; 2],
+    /// The parts of patches that hide some of one from the other, first those that hide most; empty
+    /// where the view is clear.
+    pub blockers: Vec<ConvexPolygon>,
+}
+
+impl Sight {
+    /// The step that settled it.
+    pub(crate) fn settled(&self) -> Settled {
+        match self {
+            Self::FacingAway => Settled::Facing,
+            Self::Hidden => Settled::Hidden,
+            Self::Visible(pair) if pair.blockers.is_empty() => Settled::Clear,
+            Self::Visible(_) => Settled::Partly,
+        }
+    }
+}
+
+/// The patches that may be between two polygons.
+#[derive(Clone)]
+pub(crate) enum Candidates {
+    /// Any patch.
+    All,
+    /// Those with these numbers, since no other is between two larger polygons around them.
+    These(Rc<[usize]>),
+}
+
+impl Facets {
+    /// Finds what two polygons that lie before each other see of each other. They are parts of the
+    /// patches `own`, in the order of their facets' numbers.
+    pub(crate) fn sight(
+        &self,
+        polygons: [ConvexPolygon; 2],
+        own: [usize; 2],
+        candidates: &Candidates,
+        memory: &mut Memory,
+    ) -> Sight {
+        let between = self.patches_between(&polygons, own, candidates, false);
+        if self.is_hidden(&polygons, own, &between) {
+            return Sight::Hidden;
+        }
+        let blockers = self.blockers(&polygons, own, &between);
+        if !blockers.is_empty() {
+            // Points of the smaller one are closer to each other.
+            let [small, large] = by_area(&polygons);
+            let is_seen =
+                sees(small, large, &blockers, memory) || sees(large, small, &blockers, memory);
+            if !is_seen {
+                return Sight::Hidden;
+            }
+        }
+        Sight::Visible(Box::new(VisiblePair { polygons, blockers }))
+    }
+
+    /// The candidates that meet the inside of the hull of two polygons, or with `or_touches` its
+    /// surface.
+    pub(crate) fn patches_between(
+        &self,
+        [p, q]: &[ConvexPolygon; 2],
+        own: [usize; 2],
+        candidates: &Candidates,
+        or_touches: bool,
+    ) -> Vec<usize> {
+        let mut between = Vec::new();
+        if matches!(candidates, Candidates::These(none) if none.is_empty()) {
+            return between;
+        }
+        let hull = Hull::new(p.vertices(), q.vertices(), self.flatness(own));
+        let mut room = [Vec::new(), Vec::new()];
+        let mut meet = |k: usize| {
+            stop::check();
+            if !own.contains(&k) && hull.meets(&self.patches[k].polygon, or_touches, &mut room) {
+                between.push(k);
+            }
+        };
+        match candidates {
+            Candidates::These(numbers) => numbers.iter().for_each(|&k| meet(k)),
+            Candidates::All => {
+                let holds = |low: DVec3, high: DVec3| hull.may_hold(low, high);
+                self.patch_tree.find(holds, meet);
+            }
+        }
+        between
+    }
+
+    /// The tolerance for flatness of two patches: a corner that is less far above or below the
+    /// plane of one of them counts as lying in this plane.
+    pub(crate) fn flatness(&self, [a, b]: [usize; 2]) -> f64 {
+        self.patches[a].flatness.max(self.patches[b].flatness)
+    }
+
+    /// Whether one of some patches hides all of two polygons of others from each other.
+    pub(crate) fn is_hidden(
+        &self,
+        [p, q]: &[ConvexPolygon; 2],
+        own: [usize; 2],
+        between: &[usize],
+    ) -> bool {
+        between.iter().any(|&k| {
+            let flatness = self.flatness(own).max(self.patches[k].flatness);
+            hides_all(
+                &self.patches[k].polygon,
+                p.vertices(),
+                q.vertices(),
+                flatness,
+            )
+        })
+    }
+
+    /// The parts of patches that lie before two polygons, first those that hide most.
+    fn blockers(
+        &self,
+        [p, q]: &[ConvexPolygon; 2],
+        own: [usize; 2],
+        between: &[usize],
+    ) -> Vec<ConvexPolygon> {
+        let middle = p.centroid();
+        let size = |polygon: &ConvexPolygon| {
+            let to = polygon.centroid() - middle;
+            let square = to.length_squared();
+            polygon.area() * polygon.normal().dot(to).abs() / (square * square.sqrt())
+        };
+        let flatness = |k: usize| self.flatness(own).max(self.patches[k].flatness);
+        let cut = |&k: &usize| before_all(&self.patches[k].polygon, &[p, q], flatness(k));
+        let cut = between.iter().filter_map(cut);
+        let mut blockers: Vec<(f64, ConvexPolygon)> = cut.map(|b| (size(&b), b)).collect();
+        blockers.sort_by(|a, b| b.0.total_cmp(&a.0));
+        blockers.into_iter().map(|(_, blocker)| blocker).collect()
+    }
+}
+
+/// Whether any point of the adaptive rule sees a part of a polygon.
+pub(crate) fn sees(
+    p: &ConvexPolygon,
+    q: &ConvexPolygon,
+    blockers: &[ConvexPolygon],
+    memory: &mut Memory,
+) -> bool {
+    places(p).any(|x| {
+        let [open, visible] = memory.view.factors(x, p.normal(), q, blockers.iter());
+        visible > unseen_below(open)
+    })
+}
+
+/// The parts of two polygons that lie before the plane of the other, by more than some room.
+pub(crate) fn before_each_other(
+    p: &ConvexPolygon,
+    q: &ConvexPolygon,
+    room: f64,
+) -> Option<[ConvexPolygon; 2]> {
+    let above = |a: &ConvexPolygon, b: &ConvexPolygon, room: f64| {
+        let (n, origin) = (b.normal(), b.vertices()[0]);
+        let heights = a.vertices().iter().map(|v| n.dot(*v - origin));
+        heights.filter(|height| *height > room).count()
+    };
+    // What faces away is told without a cut.
+    if above(q, p, room) == 0 || above(p, q, room) == 0 {
+        return None;
+    }
+    let part = |a: &ConvexPolygon, b: &ConvexPolygon| {
+        if above(a, b, -room) == a.vertices().len() {
+            return Some(*a);
+        }
+        a.clip(b.vertices()[0], b.normal())
+    };
+    Some([part(p, q)?, part(q, p)?])
+}
+
+/// The part of a patch that lies before some polygons.
+pub(crate) fn before_all(
+    patch: &ConvexPolygon,
+    polygons: &[&ConvexPolygon],
+    room: f64,
+) -> Option<ConvexPolygon> {
+    let mut part = *patch;
+    for other in polygons {
+        let (n, origin) = (other.normal(), other.vertices()[0]);
+        let heights = || part.vertices().iter().map(|v| n.dot(*v - origin));
+        if heights().all(|h| h <= room) {
+            return None;
+        }
+        if heights().any(|h| h < 0.0) {
+            part = part.clip(origin, n)?;
+        }
+    }
+    Some(part)
+}
