@@ -28,7 +28,7 @@
 //! triangles are walked anew for every few lines, from front to back, past what is hidden already.
 //! Fine meshes are not looked at triangle by triangle there: what they hide of a line lies between
 //! its crossings of their silhouettes, as many for a finer mesh of the same shape; and of the whole
-//! light, between silhouettes ([`Shaft::silhouettes`]).
+//! light, between silhouettes ([`MeshesInFront::silhouettes`]).
 //!
 //! # Accuracy
 //!

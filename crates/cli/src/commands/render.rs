@@ -1,7 +1,7 @@
 //! `linelit render`.
 
 use super::aovs::{self, Rendered};
-use super::picture::{Picture, pixel_seconds, size};
+use super::picture::{Cut, Picture, pixel_seconds};
 use super::pool;
 use super::tev::Viewer;
 use super::units::{keep, work_off};
@@ -54,7 +54,8 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let mut counts = Counts::default();
     let (mut kept, mut viewer) = (None, None);
     let (rendered, counted) = if is_kept {
-        let picture = picture.cut(size(None, false, pixel, window, args.picture.blocks()));
+        let cut = Cut::choose(&args.picture, window, pixel, None, false);
+        let picture = picture.cut(cut);
         let folder = open(args, &picture, pixel, &sources)?;
         let found = render_kept(&picture, &renderer, &folder, &pool)?;
         kept = Some(folder);

@@ -1,0 +1,68 @@
+//! How a picture is cut into units that take a second or so.
+
+use crate::args::PictureArgs;
+use linelit_film::Tile;
+use linelit_integrator::LightChoice;
+use linelit_scene::SceneDescription;
+
+/// The bounds of a unit's expected time, in seconds of one thread: the least, so that writing its
+/// part is little compared with it, and the most, so that a kill costs little.
+const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
+/// The number of units that is enough for sharing them out.
+const ENOUGH: f64 = 256.0;
+/// The largest side of tiles that is tried.
+const LARGEST_SIDE: u32 = 1024;
+/// The side of tiles below which blocks of camera samples become units of their own first.
+const SMALL_SIDE: u32 = 8;
+
+/// How a picture is cut into units.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::commands) struct Cut {
+    /// The side of tiles, in pixels; those at the window's right and lower edge may be smaller.
+    pub(super) side: u32,
+    /// Whether each block of a tile's camera samples is a unit of its own.
+    pub(super) by_block: bool,
+}
+
+impl Cut {
+    /// Units that are computed at once, not kept.
+    pub(super) const AT_ONCE: Self = Self {
+        side: 16,
+        by_block: false,
+    };
+
+    /// Chooses the largest tiles that are short enough, for a window whose pixels take
+    /// `pixel_seconds` each; or tiles of the `requested` side. Where even small tiles would take
+    /// too long, or `by_block` requests it, blocks of samples are units of their own.
+    pub(in crate::commands) fn choose(
+        args: &PictureArgs,
+        window: Tile,
+        pixel_seconds: f64,
+        requested: Option<u32>,
+        by_block: bool,
+    ) -> Self {
+        let [least, most] = UNIT_SECONDS;
+        let seconds = (pixel_seconds * window.area() as f64 / ENOUGH).clamp(least, most);
+        let fits = |side: u32, blocks: u32| {
+            f64::from(side).powi(2) * pixel_seconds / f64::from(blocks) <= seconds
+        };
+        let blocks = args.blocks();
+        let is_long = !fits(requested.unwrap_or(SMALL_SIDE), 1);
+        let by_block = blocks > 1 && (by_block || is_long);
+        let halves =
+            std::iter::successors(Some(LARGEST_SIDE), |side| Some(side / 2).filter(|s| *s > 0));
+        let mut sides = halves.filter(|side| fits(*side, if by_block { blocks } else { 1 }));
+        let side = requested.or_else(|| sides.next()).unwrap_or(1);
+        Self { side, by_block }
+    }
+}
+
+/// A guess of the seconds of one thread that a pixel takes, right to a factor of ten.
+pub(in crate::commands) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
+    let lights = match picture.lights {
+        LightChoice::All => scene.lights.len() as f64,
+        _ => 1.0,
+    };
+    let light = 1e-6 + 5e-7 * f64::from(picture.samples);
+    picture.camera_samples() * (1e-6 + lights * light)
+}

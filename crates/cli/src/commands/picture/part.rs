@@ -1,0 +1,154 @@
+//! Units of a picture: their work, and its result.
+
+use super::super::aovs::{self, Surface};
+use super::super::render;
+use crate::args::PictureArgs;
+use linelit_film::{Moments, Tile};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Counts, Renderer, Workspace};
+use serde::{Deserialize, Serialize};
+
+/// The work of a unit: a tile, and the camera samples of it.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Work {
+    /// Columns from and to, rows from and to.
+    pub(super) tile: [u32; 4],
+    /// The number of its block of camera samples; all if none is named.
+    pub(super) block: Option<u32>,
+}
+
+impl Work {
+    pub(super) const fn tile(self) -> Tile {
+        let [x0, x1, y0, y1] = self.tile;
+        Tile { x0, y0, x1, y1 }
+    }
+
+    /// Whether no other unit has earlier samples of the tile.
+    pub(super) fn is_first(self) -> bool {
+        self.block.is_none_or(|k| k == 0)
+    }
+}
+
+/// Columns from and to, rows from and to.
+pub(super) const fn bounds(tile: Tile) -> [u32; 4] {
+    [tile.x0, tile.x1, tile.y0, tile.y1]
+}
+
+/// The result of a unit. Lists have a value for each pixel of the tile, row after row, or none.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Part {
+    /// The numbers of [`render::counted`].
+    pub(super) counted: Vec<u64>,
+    /// The sum of the camera samples of each pixel.
+    pub(super) sums: Vec<[f64; 3]>,
+    /// The spread of each pixel's samples, for `variance` or `samples`.
+    pub(super) spreads: Vec<Spread>,
+    /// The surface seen in each pixel, for `albedo`, `normal` or `depth`; of the first block alone.
+    pub(super) surfaces: Vec<Surface>,
+}
+
+/// Moments of some camera samples of a pixel, and their rays and lines.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Spread {
+    #[serde(with = "MomentsAsStored")]
+    pub(super) moments: Moments,
+    pub(super) cost: [u64; 2],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Moments")]
+struct MomentsAsStored {
+    count: u64,
+    mean: [f64; 3],
+    m2: [f64; 3],
+}
+
+impl Part {
+    /// Computes a unit of a picture, and what it took.
+    pub(super) fn compute(
+        args: &PictureArgs,
+        renderer: &Renderer<'_>,
+        work: Work,
+        workspace: &mut Workspace,
+    ) -> (Self, Counts) {
+        let mut part = Self::default();
+        // Compute the samples: one to a pixel by rows, which share camera rays, else by pixels.
+        let is_by_rows = args.camera_samples() <= 1.0 && !aovs::wants_moments(&args.aovs);
+        let counts = if is_by_rows {
+            part.push_rows(args, renderer, work.tile(), workspace)
+        } else {
+            part.push_pixels(args, renderer, work, workspace)
+        };
+        part.counted = render::counted(&counts).map(|(_, n)| n).collect();
+        // Find the surfaces that are seen, once for all blocks.
+        if work.is_first() && aovs::wants_surfaces(&args.aovs) {
+            let surface = |pixel| aovs::surface(renderer, pixel, workspace);
+            part.surfaces = work.tile().pixels().map(surface).collect();
+            // Nobody asks what these rays cost.
+            workspace.take_counts();
+        }
+        (part, counts)
+    }
+
+    /// Adds the pixels of a tile that have one camera sample each.
+    fn push_rows(
+        &mut self,
+        args: &PictureArgs,
+        renderer: &Renderer<'_>,
+        tile: Tile,
+        workspace: &mut Workspace,
+    ) -> Counts {
+        let mut row = vec![DVec3::ZERO; tile.width() as usize];
+        for y in tile.y0..tile.y1 {
+            renderer.row(&args.settings(), [tile.x0, y], &mut row, workspace);
+            self.sums.extend(row.iter().map(|value| value.to_array()));
+        }
+        workspace.take_counts()
+    }
+
+    /// Adds the pixels of a tile with any number of camera samples.
+    fn push_pixels(
+        &mut self,
+        args: &PictureArgs,
+        renderer: &Renderer<'_>,
+        work: Work,
+        workspace: &mut Workspace,
+    ) -> Counts {
+        let mut counts = Counts::default();
+        let wants_moments = aovs::wants_moments(&args.aovs);
+        let blocks = work.block.map_or(0..args.blocks(), |k| k..k + 1);
+        for pixel in work.tile().pixels() {
+            let (sum, moments) = aovs::samples(renderer, args, pixel, blocks.clone(), workspace);
+            let own = workspace.take_counts();
+            self.sums.push(sum.to_array());
+            if wants_moments {
+                let cost = [own.visibility.rays, own.visibility.line_queries];
+                self.spreads.push(Spread { moments, cost });
+            }
+            counts += own;
+        }
+        counts
+    }
+
+    /// Adds the samples of another block of the same tile.
+    pub(super) fn add_block(&mut self, block: Self) {
+        for (sum, own) in self.sums.iter_mut().zip(block.sums) {
+            *sum = (DVec3::from_array(*sum) + DVec3::from_array(own)).to_array();
+        }
+        for (all, own) in self.spreads.iter_mut().zip(block.spreads) {
+            all.moments.merge(&own.moments);
+            all.cost = [0, 1].map(|k| all.cost[k] + own.cost[k]);
+        }
+    }
+
+    /// Whether a part that was read holds as much as the part of a unit does.
+    pub(super) fn fits(&self, args: &PictureArgs, work: Work) -> bool {
+        let pixels = |wanted: bool| if wanted { work.tile().area() } else { 0 };
+        let wants_surfaces = work.is_first() && aovs::wants_surfaces(&args.aovs);
+        self.sums.len() == pixels(true)
+            && self.spreads.len() == pixels(aovs::wants_moments(&args.aovs))
+            && self.surfaces.len() == pixels(wants_surfaces)
+            && self.counted.len() == render::counted(&Counts::default()).count()
+    }
+}
