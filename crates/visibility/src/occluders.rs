@@ -72,8 +72,7 @@ impl Occluders {
     ///
     /// Rays get the same answers, to the bit. Shafts are answered, too, but look at more triangles:
     /// those that hide nothing which others do not hide are not told apart, there are no
-    /// [silhouettes](crate::MeshesInFront::silhouettes), and interval ends past more than 224 triangles
-    /// agree up to rounding.
+    /// silhouettes, and interval ends past more than 224 triangles agree up to rounding.
     #[must_use]
     pub fn build_for_rays(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let options = BuildOptions {

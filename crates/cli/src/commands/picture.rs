@@ -52,7 +52,8 @@ use std::sync::{Mutex, PoisonError};
 /// The kind of plans of pictures.
 pub(super) const RENDER: &str = "render";
 
-/// What a plan of a picture says in addition to its units: any machine makes the same picture of it.
+/// What a plan of a picture says in addition to its units, so that any machine makes the same
+/// picture.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Settings {
