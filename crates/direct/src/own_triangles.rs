@@ -95,6 +95,7 @@ impl Rest {
             triangle.vertices[2],
         )
         .ok()?;
+        // Cut off the parts outside each edge of the light.
         let mut over = whole;
         let mut is_inside = true;
         for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
@@ -105,6 +106,7 @@ impl Rest {
                 .all(|p| inwards.dot(*p - *a) >= -rounding);
             over = over.clip(*a, inwards)?;
         }
+        // Take the rest if it is more than rounding, and no higher than that.
         let highest = over.vertices().iter().map(height).fold(0.0, f64::max);
         let overlaps = over.area() > OVERLAP * whole.area().min(light.area());
         (overlaps && highest <= rounding).then_some(Self {

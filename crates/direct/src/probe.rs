@@ -26,9 +26,11 @@ pub fn probe(
     workspace: &mut Workspace,
 ) {
     let (estimator, buffers) = (Estimator::hybrid(), &mut workspace.buffers);
+    // Forget what was found from other points.
     for light in &mut *lights {
         light.occlusion = OcclusionStats::FEW;
     }
+    // Look at each of the first polygons from each point that it can light.
     for light in lights.iter_mut().take(MOST_LIGHTS) {
         let Light::Area(area) = &*light.light else {
             continue;

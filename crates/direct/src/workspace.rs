@@ -26,9 +26,9 @@ pub struct Workspace {
 pub(crate) struct Drawn {
     /// Index into the lights that one is picked from.
     pub light: usize,
-    /// Number of samples that picked it.
+    /// The number of the shading point's samples that picked this light.
     pub count: u32,
-    /// The probability with which each sample picks it, αᵢ.
+    /// The probability αᵢ with which a sample picks this light (Shirley & Wang 1991).
     pub probability: f64,
     /// The part of the light's pattern that these samples take.
     pub block: Block,

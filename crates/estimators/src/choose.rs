@@ -57,11 +57,13 @@ impl<'e, 'f> Choice<'e, 'f> {
     /// The method for a light, whatever the estimator is made of.
     pub(crate) fn method(&self, between: &Between) -> Method<'e> {
         let (facts, alone) = (&self.facts, self.estimator.alone());
+        // Take the lights that have one method, whatever hides them.
         match facts.light {
             LightKind::Delta => return Method::RAY,
             LightKind::Sky => return self.sky(),
             _ => {}
         }
+        // Leave out a light that is wholly hidden, unless every sample is to be taken.
         let (samples, is_polygon) = (facts.samples, facts.light.is_polygon());
         let takes_all = |technique: &Technique| !technique.may_become_points();
         let ignores_class = !facts.skip && is_polygon && alone.is_some_and(takes_all);
@@ -71,6 +73,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         if let Some(by) = self.estimator.points_by_rays(facts.light) {
             return Method::points(by, samples, Ask::Rays);
         }
+        // Take a technique that stands alone as it is, and integrals and combinations by what is
+        // known.
         match alone {
             _ if facts.light == LightKind::Linear => segment(facts),
             Some(Technique::Points(points)) if is_polygon => match facts.has_whole(between) {

@@ -59,6 +59,7 @@ impl Method<'_> {
     /// those that the light or the reflection does not have.
     #[must_use]
     pub fn describe(&self, facts: &Facts<'_>) -> String {
+        // Say what is integrated.
         let known = match self.known {
             KnownOver::Nothing => String::new(),
             KnownOver::Lines { of, count, .. } => format!("{of} along {count} lines"),
@@ -73,6 +74,7 @@ impl Method<'_> {
             let points = Estimator::points(facts.points_by(density));
             format!("{samples} points as `{points}`, {by}")
         };
+        // Say which samples take the rest.
         let rest = match self.rest {
             Rest::Nothing if known.is_empty() => return "no light".to_owned(),
             Rest::Nothing => return known,

@@ -135,6 +135,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         let (x, seen) = (point.position, self.light.seen_from(point.position));
         let beam = self.light.beam(x);
         counters.point_lights += 1;
+        // Find whether the point is on a side that emits.
         let faces = match self.light {
             Light::Linear(_) => true,
             Light::Point(_) | Light::Distant(_) => beam.is_some(),
@@ -147,6 +148,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             counters.facing_away += 1;
             return false;
         }
+        // Find whether some of the light is above both horizons.
         let is_above = |n: DVec3| match (self.light, &seen) {
             (Light::Linear(light), _) => {
                 let ends = [light.segment.p0, light.segment.p1];

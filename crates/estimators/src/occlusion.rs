@@ -43,6 +43,7 @@ impl OcclusionProbe {
         let Some(view) = View::new(query.light, query.point, query.margins, None) else {
             return;
         };
+        // Count the triangles in the shaft, and the edges of what they hide.
         let question = || between(&view, &area.polygon);
         let shaft = occluders.shaft(question(), &mut buffers.scratch);
         let (candidates, is_dense) = (shaft.candidates(), shaft.is_dense());
@@ -54,6 +55,7 @@ impl OcclusionProbe {
             self.candidates += candidates;
             self.edges += penumbra.edge_count();
         }
+        // Past a dense shaft compare what rays cost with what lines cost.
         if is_dense {
             let before = tests(&buffers.scratch.counters);
             let sampler = AreaSampler::new(&area.polygon);

@@ -2,33 +2,10 @@
 
 use crate::Spheres;
 use linelit_direct::{Luminaire, Luminaires, Texture};
-use linelit_estimators::EmissionTexture;
-use linelit_geometry::{ConvexPolygon, DVec3, Margins};
-use linelit_lights::{ImportanceImage, Light, TexturedSampler};
+use linelit_geometry::Margins;
+use linelit_lights::Light;
 use linelit_scene::{SceneDescription, SceneLight};
 use std::sync::Arc;
-
-/// Emission of an area light of a scene by position, as estimators query it.
-#[derive(Clone, Debug)]
-struct SceneTexture(linelit_scene::EmissionTexture);
-
-impl EmissionTexture for SceneTexture {
-    fn radiance(&self, on_light: DVec3) -> DVec3 {
-        self.0.radiance(on_light)
-    }
-
-    fn points(&self) -> Option<TexturedSampler<'_>> {
-        self.0.points()
-    }
-
-    fn fits(&self) -> bool {
-        self.0.fits()
-    }
-
-    fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage> {
-        self.0.over(part)
-    }
-}
 
 /// The lights of a scene that emit.
 ///
@@ -107,7 +84,7 @@ fn texture(light: &SceneLight, count: usize) -> Option<Texture> {
         return None;
     };
     let texture = linelit_scene::EmissionTexture::new(map, &area.polygon, count)?;
-    Some(Texture::new(SceneTexture(texture)))
+    Some(Texture::new(texture))
 }
 
 /// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets.

@@ -195,6 +195,7 @@ impl<'s> Renderer<'s> {
         let mut directions = [DVec3::ZERO; 8];
         loop {
             stop::check();
+            // Collect camera rays that begin in one point.
             let (mut found, mut origin) = (0, DVec3::ZERO);
             for sample in samples.by_ref().take(if one_place { 8 } else { 1 }) {
                 let ray = camera.ray(sample.at[0], sample.at[1]);
@@ -204,6 +205,7 @@ impl<'s> Renderer<'s> {
             if found == 0 {
                 return;
             }
+            // Trace them together.
             let fan = Fan {
                 origin,
                 directions: &directions[..found],
@@ -212,6 +214,7 @@ impl<'s> Renderer<'s> {
             };
             let Workspace { direct, hits } = &mut *workspace;
             (self.world.views).closest_hits(&fan, hits, &mut direct.buffers.scratch);
+            // Add up the light at what each of them meets: a sky, or a surface.
             for (k, CameraSample { pixel, index, at }) in together[..found].iter().enumerate() {
                 let Some(hit) = workspace.hits[k] else {
                     let sky = match settings.show_lights {

@@ -70,6 +70,7 @@ type Alphas = [Option<(AlphaGrid, Arc<AlphaTexels>)>];
 impl<'s> World<'s> {
     /// The world of a scene; `for_rays`, without what shafts to lights need.
     pub(crate) fn new(scene: &'s SceneDescription, for_rays: bool) -> Self {
+        // Read the holes of all meshes.
         let grids = scene.alphas.iter().map(Alpha::grid);
         let alphas: Vec<_> = grids.map(|grid| grid.and_then(texels)).collect();
         let masks = |mesh: &Mesh, by: &[Option<u32>]| -> Vec<AlphaMask> {
@@ -77,6 +78,7 @@ impl<'s> World<'s> {
             by.filter_map(|k| mask(scene, mesh, *k, &alphas)).collect()
         };
         let holes = |mesh: &Mesh| mesh.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
+        // Build one hierarchy for views and shadows, or two where some mesh hides only one of both.
         let differs = |mesh: &Mesh| mesh.casts_no_shadow || holes(mesh)[1].is_some();
         let differ = scene.meshes.iter().any(differs);
         let seen = |mesh: &Mesh| Some(masks(mesh, &holes(mesh)[..1]));

@@ -244,6 +244,7 @@ impl Scene {
         lines: &[[V; 2]],
     ) -> Result<VisibleLines, Error> {
         same_length("lines", points, lines)?;
+        // Find the visible parts of some lines at once, on all threads.
         let mut each = vec![VisibleLines::new(); points.len().div_ceil(CHUNK)];
         over(&mut each, |k| {
             let mut visible = VisibleLines::new();
@@ -264,6 +265,7 @@ impl Scene {
             }
             Ok(visible)
         })?;
+        // Join them.
         let mut all = VisibleLines::new();
         each.iter().for_each(|part| all.append(part));
         Ok(all)

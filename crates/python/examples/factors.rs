@@ -1,27 +1,18 @@
 //! View factors of triangles of a file by the Rust library, for `tests/test_same_bits.py`:
 //! `factors FOLDER` reads vertices, points and directions, and writes what Python is to answer.
 
+mod common;
+
+use common::{Folder, soup};
 use linelit::viewfactors::{Facets, Memory, Sides};
 use std::error::Error;
-use std::fs;
-use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).ok_or("no folder")?;
-    let folder = Path::new(&folder);
-    let read = |name: &str| -> Result<Vec<[f64; 3]>, Box<dyn Error>> {
-        let bytes = fs::read(folder.join(name))?;
-        let numbers = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
-        let numbers: Vec<f64> = numbers.collect();
-        Ok(numbers.as_chunks().0.to_vec())
-    };
-    let write = |name: &str, numbers: &[f64]| {
-        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
-        fs::write(folder.join(name), bytes)
-    };
+    let folder = Folder::of_arguments()?;
+    let read = |name| folder.vectors(name);
+    let write = |name, numbers: &[f64]| folder.write(name, numbers);
     let (vertices, points, directions) = (read("vertices")?, read("points")?, read("directions")?);
-    let count = u32::try_from(vertices.len() / 3)?;
-    let triangles: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let triangles = soup(vertices.len())?;
     let facets = Facets::new(&vertices, &triangles, Sides::One)?;
     let matrix = facets.matrix(1e-2);
     write("factors", &[matrix.data, matrix.error, matrix.sky].concat())?;
@@ -38,5 +29,5 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     write("facets", &seen)?;
     write("sky", &sky)?;
-    Ok(write("sunlit", &sunlit)?)
+    write("sunlit", &sunlit)
 }

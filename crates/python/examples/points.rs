@@ -4,47 +4,35 @@
 
 #![allow(clippy::print_stdout, reason = "a program")]
 
+mod common;
+
+use common::{Folder, soup};
 use linelit::{Estimator, Light, Scene};
 use std::error::Error;
-use std::fs;
-use std::path::Path;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (folder, methods) = arguments.split_first().ok_or("no folder")?;
-    let folder = Path::new(folder);
-    let vertices = fs::read(folder.join("vertices"))?;
-    let numbers = vertices
-        .as_chunks()
-        .0
-        .iter()
-        .map(|b| f32::from_le_bytes(*b));
-    let vertices: Vec<f32> = numbers.collect();
-    let vertices = vertices.as_chunks().0;
-    let read = |name: &str| -> Result<Vec<f64>, Box<dyn Error>> {
-        let bytes = fs::read(folder.join(name))?;
-        let numbers = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
-        Ok(numbers.collect())
-    };
-    let (points, normals) = (read("points")?, read("normals")?);
-    let (points, normals) = (points.as_chunks::<3>().0, normals.as_chunks().0);
-    let count = u32::try_from(vertices.len() / 3)?;
-    let faces: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let (_, methods) = arguments.split_first().ok_or("no folder")?;
+    let folder = Folder::of_arguments()?;
+    // Vertices are as the test hands them to the scene: `f32`.
+    let vertices = folder.singles("vertices")?;
+    let (points, normals) = (folder.vectors("points")?, folder.vectors("normals")?);
+    let faces = soup(vertices.len())?;
     let lamp = Light::rectangle(
         [-1.0, -1.0, 2.0],
         [0.0, 2.0, 0.0],
         [2.0, 0.0, 0.0],
         [3.0, 2.0, 1.0],
     )?;
-    let bare = Scene::builder(vertices, &faces).seed(3).build()?;
+    let bare = Scene::builder(&vertices, &faces).seed(3).build()?;
     let lit = bare.with_lights([lamp])?;
     for method in methods {
         let (name, samples) = method.rsplit_once(':').ok_or("METHOD:SAMPLES")?;
         let estimator: Estimator = name.parse()?;
         let scene = lit.with_method(estimator, samples.parse()?)?;
         let mut found = vec![[0.0; 3]; points.len()];
-        scene.irradiances(points, normals, &mut found)?;
+        scene.irradiances(&points, &normals, &mut found)?;
         let mut few = vec![[0.0; 3]; points.len().min(10_000)];
         let many = least(9, || {
             scene.irradiances(&points[..few.len()], &normals[..few.len()], &mut few)
@@ -54,12 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             calls.try_for_each(|call| call)
         })?;
         println!("{name} {many:e} {:e}", each / 1000.0);
-        let bytes: Vec<u8> = found
-            .as_flattened()
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect();
-        fs::write(folder.join(name), bytes)?;
+        folder.write(name, found.as_flattened())?;
     }
     Ok(())
 }

@@ -2,6 +2,9 @@
 //! `reflections FOLDER` reads points, normals and directions to the viewer, and writes the radiance
 //! for each kind of reflection to a file of its name.
 
+mod common;
+
+use common::{Folder, soup};
 use linelit::bsdf::microfacet::TrowbridgeReitz;
 use linelit::bsdf::{
     Bsdf, Fresnel, Frostbite, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate,
@@ -9,8 +12,6 @@ use linelit::bsdf::{
 use linelit::geometry::DVec3;
 use linelit::{Estimator, Light, Scene};
 use std::error::Error;
-use std::fs;
-use std::path::Path;
 
 /// The reflections that the test makes in Python, with the diffuse part and the lobe of each.
 fn reflections() -> Vec<(&'static str, Layers)> {
@@ -70,38 +71,24 @@ fn reflections() -> Vec<(&'static str, Layers)> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).ok_or("no folder")?;
-    let folder = Path::new(&folder);
-    let read = |name: &str| -> Result<Vec<f64>, Box<dyn Error>> {
-        let bytes = fs::read(folder.join(name))?;
-        let numbers = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
-        Ok(numbers.collect())
-    };
-    let (vertices, points) = (read("vertices")?, read("points")?);
-    let (normals, outgoing) = (read("normals")?, read("outgoing")?);
-    let vertices = vertices.as_chunks::<3>().0;
-    let points = points.as_chunks::<3>().0;
-    let (normals, outgoing) = (normals.as_chunks::<3>().0, outgoing.as_chunks::<3>().0);
-    let count = u32::try_from(vertices.len() / 3)?;
-    let faces: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let folder = Folder::of_arguments()?;
+    let (vertices, points) = (folder.vectors("vertices")?, folder.vectors("points")?);
+    let (normals, outgoing) = (folder.vectors("normals")?, folder.vectors("outgoing")?);
+    let faces = soup(vertices.len())?;
     let lamp = Light::rectangle(
         [-1.0, -1.0, 2.0],
         [0.0, 2.0, 0.0],
         [2.0, 0.0, 0.0],
         [3.0, 2.0, 1.0],
     )?;
-    let scene = Scene::builder_from(vertices, &faces).seed(3).build()?;
+    let scene = Scene::builder_from(&vertices, &faces).seed(3).build()?;
     let scene = scene.with_lights([lamp])?;
     let scene = scene.with_method(Estimator::hybrid(), 4)?;
     for (name, layers) in reflections() {
         let bsdfs = vec![Bsdf::from(layers); points.len()];
         let mut found = vec![[0.0; 3]; points.len()];
-        scene.radiances(points, normals, &bsdfs, outgoing, &mut found)?;
-        let numbers = found.as_flattened().iter();
-        fs::write(
-            folder.join(name),
-            numbers.flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>(),
-        )?;
+        scene.radiances(&points, &normals, &bsdfs, &outgoing, &mut found)?;
+        folder.write(name, found.as_flattened())?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Lights of a call, and scenes that are kept with them.
 
-use crate::errors::{of_scene, value_error};
+use crate::errors::{of_scene, value_error, whole};
 use crate::light::{Light, kind};
 use crate::threads::alone;
 use linelit::lights::Light as RustLight;
@@ -88,6 +88,15 @@ fn not_lit(error: &Error, lights: &[Bound<'_, Light>]) -> String {
 }
 
 impl Method {
+    /// A method as the keywords of a query name it.
+    pub(crate) fn new(estimator: &str, samples: i128, sampler: &str) -> PyResult<Self> {
+        Ok(Self {
+            estimator: estimator.to_owned(),
+            samples: whole("samples", samples)?,
+            sampler: sampler.to_owned(),
+        })
+    }
+
     /// A method that looks at no light beforehand, for queries of geometry.
     pub(crate) fn plain() -> Self {
         Self {

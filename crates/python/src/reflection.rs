@@ -382,9 +382,11 @@ pub(crate) fn reflections<'py>(
             "bsdf is {kind}, and needs a linelit.Reflection, or a list"
         ))
     };
+    // Take one for all points.
     if let Ok(one) = given.cast::<Reflection>() {
         return Ok(vec![one.clone()]);
     }
+    // Or one for each of them.
     let all = given.try_iter().map_err(|_| refused(given))?;
     let each = all.map(|one| {
         one?.cast_into::<Reflection>()

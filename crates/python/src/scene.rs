@@ -215,17 +215,14 @@ impl Scene {
         sampler: &str,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (samples, seed) = (whole("samples", samples)?, whole("seed", seed)?);
+        // Read the arguments.
+        let (method, seed) = (Method::new(method, samples, sampler)?, whole("seed", seed)?);
         let points = Vectors::new("points", points)?;
         let normals = Vectors::new("normals", normals)?;
         let asked = Receivers::new(&points, &normals)?;
         let lights = lights(light)?;
         let is_single = lights.iter().all(|light| light.get().is_single);
-        let method = Method {
-            estimator: method.to_owned(),
-            samples,
-            sampler: sampler.to_owned(),
-        };
+        // Compute without the interpreter's lock.
         let scene = self
             .lit
             .get(py, &self.bare, lights, method)?
@@ -301,7 +298,7 @@ impl Scene {
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
         // Read the arguments.
-        let (samples, seed) = (whole("samples", samples)?, whole("seed", seed)?);
+        let (method, seed) = (Method::new(method, samples, sampler)?, whole("seed", seed)?);
         let points = Vectors::new("points", points)?;
         let normals = Vectors::new("normals", normals)?;
         let outgoing = Vectors::new("outgoing", outgoing)?;
@@ -316,11 +313,6 @@ impl Scene {
         let is_single = lights.iter().all(|light| light.get().is_single)
             && reflections.iter().all(|one| one.get().is_single);
         let bsdfs: Vec<_> = reflections.iter().map(|one| one.get().bsdf()).collect();
-        let method = Method {
-            estimator: method.to_owned(),
-            samples,
-            sampler: sampler.to_owned(),
-        };
         // Compute without the interpreter's lock.
         let scene = self
             .lit

@@ -67,29 +67,22 @@ impl EmissionTexture {
             fits,
         })
     }
+}
 
-    /// The radiance at a point of the light, W/(m²·sr), on the side that emits.
-    #[must_use]
-    pub fn radiance(&self, on_light: DVec3) -> DVec3 {
+impl linelit_lights::EmissionTexture for EmissionTexture {
+    fn radiance(&self, on_light: DVec3) -> DVec3 {
         self.map.at(on_light)
     }
 
-    /// Points in proportion to the texture, on the light or (see [`EmissionTexture::fits`]) around
-    /// it.
-    #[must_use]
-    pub fn points(&self) -> Option<TexturedSampler<'_>> {
+    fn points(&self) -> Option<TexturedSampler<'_>> {
         TexturedSampler::new(&self.around, &self.importance)
     }
 
-    /// Whether all points that are drawn lie on the light.
-    #[must_use]
-    pub const fn fits(&self) -> bool {
+    fn fits(&self) -> bool {
         self.fits
     }
 
-    /// The importance over the light, if it is a parallelogram.
-    #[must_use]
-    pub fn over(&self, light: &ConvexPolygon) -> Option<&ImportanceImage> {
+    fn over(&self, light: &ConvexPolygon) -> Option<&ImportanceImage> {
         (self.fits && self.around == *light).then_some(&self.importance)
     }
 }

@@ -10,11 +10,11 @@ use linelit_lights::{
 /// its outside is the inside; of a disk, the triangles say which of its sides is the outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RoundShape {
-    /// A sphere.
+    /// A sphere, in the coordinates before its transform.
     Sphere(Sphere),
-    /// A disk.
+    /// A flat disk, in the coordinates before its transform.
     Disk(Disk),
-    /// The side of a cylinder.
+    /// The side of a cylinder without its ends, in the coordinates before its transform.
     Cylinder(Cylinder),
 }
 

@@ -83,6 +83,7 @@ impl Facets {
         if a == b {
             return (sum, settled);
         }
+        // Pair the sides of both facets, each cut to the part before the other.
         let (first, second) = (a.min(b), a.max(b));
         let mut pairs = Vec::new();
         for p in self.sides_of(first) {
@@ -93,6 +94,8 @@ impl Facets {
                 pairs.extend(polygons.map(|polygons| (polygons, own)));
             }
         }
+        // Integrate what the pairs see of each other, past what is between, each to its part of the
+        // tolerance.
         let share = tolerance / pairs.len() as f64;
         for (polygons, own) in pairs {
             let sight = self.sight(polygons, own, &Candidates::All, memory);

@@ -89,7 +89,7 @@ pub(crate) struct PartnerSearch<'a> {
     skipped: Range<usize>,
     /// The patches that are to come.
     patches: Range<usize>,
-    /// Nodes of the present patch that are to be visited, the next one last.
+    /// The stack of the search: nodes of the tree that are not yet visited for the patch at hand.
     waiting: Vec<WaitingNode>,
 }
 

@@ -121,6 +121,7 @@ impl Facets {
         if matches!(candidates, Candidates::These(none) if none.is_empty()) {
             return between;
         }
+        // Test patches against the hull; not the two themselves.
         let hull = Hull::new(p.vertices(), q.vertices(), self.flatness(own));
         let mut room = [Vec::new(), Vec::new()];
         let mut meet = |k: usize| {
@@ -129,6 +130,7 @@ impl Facets {
                 between.push(k);
             }
         };
+        // Look at the candidates, or at those whose boxes the hull may meet.
         match candidates {
             Candidates::These(numbers) => numbers.iter().for_each(|&k| meet(k)),
             Candidates::All => {

@@ -203,6 +203,7 @@ impl Occluders {
             let mut waiting = vec![Child::node(0)];
             while let Some(child) = waiting.pop() {
                 stop::check();
+                // Ask for the triangles of a leaf, or visit the boxes of a node that may hold some.
                 if child.is_leaf() {
                     let leaf = &hierarchy.leaves[child.leaf_index()];
                     let mut lanes = (0..8).filter(|lane| child.mask() >> lane & 1 != 0);

@@ -50,6 +50,7 @@ struct ChannelMetrics {
 /// If a picture cannot be read, the two are of different sizes or have no pixel in common, or
 /// something cannot be printed or written.
 pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
+    // Refuse to write over what is compared.
     let maps = [&args.difference, &args.error_map];
     for map in maps.into_iter().flatten() {
         if [&args.image, &args.reference].contains(&map) {
@@ -58,6 +59,7 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         }
         linelit_film::check_writable(map)?;
     }
+    // Read both pictures, and take the pixels that they have in common.
     let (ours, theirs) = (Picture::read(&args.image)?, Picture::read(&args.reference)?);
     if ours.is_encoded != theirs.is_encoded {
         note(format_args!(
@@ -75,6 +77,7 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         bail!("the pictures have no pixel of that --crop in common");
     };
     let [picture, reference] = [picture, reference].map(|image| common.cut(&image, window));
+    // Compare them.
     let whole = Window::from(Tile::whole(width, height));
     let comparison = Comparison {
         picture: args.image.display().to_string(),
@@ -84,6 +87,7 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
         channels: channels(&picture, &reference)?,
         differing_metadata: differing(&ours.metadata, &theirs.metadata),
     };
+    // Write the maps and print the figures.
     let placement = (window != whole).then_some(Placement {
         origin: window.corner(),
         full: ours.full,

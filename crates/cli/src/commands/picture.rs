@@ -220,6 +220,7 @@ impl Picture {
         renderer: &Renderer<'_>,
         viewer: Option<&mut Viewer>,
     ) -> (Rendered, Vec<u64>, Counts) {
+        // Compute the units, and add each to the film as it comes.
         let film = Mutex::new((Film::new(self), viewer));
         let progress = bar("rendering");
         progress.set_length(self.work.len() as u64);
@@ -235,6 +236,7 @@ impl Picture {
                 progress.inc(1);
                 counts
             });
+        // Add up the counts, in the order of the units.
         let mut counts = Counts::default();
         let each: Vec<Counts> = each.collect();
         each.into_iter().for_each(|own| counts += own);

@@ -180,11 +180,13 @@ pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
 /// Writes a plan of any kind, and says what it is or how it is run; `result` is what merging it
 /// writes.
 fn finish(plan: &Plan, args: &PlannedArgs, result: &str, out: &mut Output) -> Result<()> {
+    // Write the folder, and print a script that runs the plan if one is wanted.
     let folder = Folder::create(&args.output, plan)?;
     if let Some(kind) = args.script {
         write!(out, "{}", script(kind, args, result)?)?;
         return Ok(());
     }
+    // Else print what the plan is.
     let cost: f64 = plan.units.iter().map(|unit| unit.cost).sum();
     let most = plan.units.iter().map(|unit| unit.cost).fold(0.0, f64::max);
     if args.json {

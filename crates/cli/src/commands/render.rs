@@ -243,6 +243,7 @@ pub(super) fn write(
     picture: &PictureArgs,
 ) -> Result<()> {
     let image = &rendered.image;
+    // Write a PNG or PFM file, which holds the image alone.
     if is_png(path) {
         let exposure = Exposure {
             stops: file.exposure,
@@ -254,6 +255,7 @@ pub(super) fn write(
         linelit_film::write_atomically(path, &linelit_film::encode_pfm(image)?)?;
         return Ok(());
     }
+    // Write an EXR file with all layers, and how the picture was made.
     let mut document = Document::new(image.width, image.height);
     (document.placement, document.world_to) = (rendered.placement, rendered.world_to);
     document.add_image("", image)?;

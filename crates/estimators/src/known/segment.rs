@@ -80,7 +80,8 @@ pub(crate) fn by_quadrature<R: Reflection>(
     sum
 }
 
-/// The irradiance of a whole cylinder of radiance one that no horizon cuts.
+/// The irradiance that a cylinder of radiance one causes at the shading point where nothing hides
+/// it and all of its seen side is above the horizon.
 pub(crate) fn whole_cylinder(view: &View<'_>, cylinder: &CylinderView) -> f64 {
     view.at.normal.dot(cylinder.vector_irradiance()).max(0.0)
 }

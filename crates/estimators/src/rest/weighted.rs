@@ -68,6 +68,7 @@ pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
     let Some(surface) = view.surface() else {
         return DVec3::ZERO;
     };
+    // Set up the part of the light that all techniques draw on.
     let lobes = cosines.filter(|_| weighted.lobes_alone);
     let lobes = lobes.map(|cosines| cosines.lobes_alone());
     let domain = Domain {
@@ -81,6 +82,7 @@ pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
             ..view.at.viewer()
         },
     };
+    // Draw the samples of all techniques, and add them up by their weights.
     memory.samples.clear();
     memory.first_round = None;
     let mut combination = Combination {

@@ -390,6 +390,7 @@ impl<'a> Statements<'a> {
 
 /// An index of the file (from one, or negative from the end) as an index from zero.
 fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usize)) -> Result<u32> {
+    // Read an integer.
     let what = WHAT[kind];
     let shown = shorten(&String::from_utf8_lossy(text));
     let index = std::str::from_utf8(text)
@@ -399,6 +400,7 @@ fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usiz
         let message = format!("`{shown}` is no index of a {what}");
         return Err(source.error(ErrorKind::Syntax, message, span, "expected an integer"));
     };
+    // Count it from zero, and refuse one that names nothing so far.
     let count_i = i64::try_from(count).unwrap_or(i64::MAX);
     let zero_based = if index < 0 {
         count_i + index
@@ -444,6 +446,7 @@ pub(super) fn polygons(source: &Source) -> Result<Polygons> {
                 found.positions.push(DVec3::from_array(position));
             }
             b"f" | b"fo" => {
+                // Take the positions of the corners alone.
                 let count = found.positions.len();
                 let corner = |span: &Span| {
                     let mut parts = source.bytes()[span.start..span.end].split(|b| *b == b'/');
@@ -451,6 +454,7 @@ pub(super) fn polygons(source: &Source) -> Result<Polygons> {
                 };
                 let corners = rest.iter().map(corner);
                 found.polygons.push(corners.collect::<Result<_>>()?);
+                // Count the lines since the face before.
                 let between = &source.bytes()[counted..keyword.start];
                 number += between.iter().filter(|b| **b == b'\n').count();
                 counted = keyword.start;

@@ -4,19 +4,21 @@ use super::{LightPoint, Surface};
 use crate::{PointColumns, PointTechnique, SurfaceMeasure};
 use linelit_geometry::DVec3;
 
-/// What draws points of a surface: a technique, or a mixture that follows a reflection or a
-/// texture.
+/// A sampler of the points of a light's surface: one technique, or a mixture of techniques that
+/// follows a reflection or a texture.
 pub(crate) trait Draw {
-    /// A point and its density.
+    /// Draws the point for two random numbers, as seen from the shading point `x`, with its density
+    /// per solid angle; `None` where the sample is lost.
     fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)>;
 
-    /// Points side by side: [`PointTechnique::sample_into`].
+    /// Draws many points at once, eight in a row, as [`PointTechnique::sample_into`] does; `None`
+    /// if the sampler has no such form.
     fn columns(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
         let _ = (u, out);
         None
     }
 
-    /// The density per solid angle at any point of the light.
+    /// The density per solid angle with which a point of the light is drawn.
     fn density(&self, at: &LightPoint) -> f64;
 }
 

@@ -71,9 +71,10 @@ pub(super) fn is_size(length: f64, largest: f64) -> bool {
 pub struct Extent {
     /// The least and the largest corner of a box around it.
     pub bounds: (DVec3, DVec3),
-    /// The mean of its points.
+    /// The mean position of its points, weighted by area.
     pub mean: DVec3,
-    /// The mean of their squared distances from that, or nearly so.
+    /// The mean squared distance of its points from `mean`, in the square of the unit of length;
+    /// for some shapes an approximation, which only the choice among lights depends on.
     pub variance: f64,
     /// The normals of its points.
     pub normals: Normals,

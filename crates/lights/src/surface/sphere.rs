@@ -33,7 +33,7 @@ impl Sphere {
         predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
     }
 
-    /// The extent of a ball that shines in all directions.
+    /// The bounds, mean and normals of the sphere as a light, for bounds of groups of lights.
     pub(crate) fn extent(&self) -> Extent {
         let (mean, r) = (self.center, DVec3::splat(self.radius));
         Extent {

@@ -52,6 +52,7 @@ impl Edges {
     /// of its ends; where it is, if it is kept the same way.
     #[allow(clippy::float_cmp, reason = "the very same corners")]
     pub(super) fn count(&mut self, from: Point, to: Point, hash: u64, more: i32) -> Option<usize> {
+        // Find the edge, in either direction, and count there.
         let mask = self.table.len() - 1;
         let mut slot = spread(hash) & mask;
         while let Some(place) = self.table[slot].map(Index::get) {
@@ -66,6 +67,7 @@ impl Edges {
             }
             slot = (slot + 1) & mask;
         }
+        // Or keep it as a new one.
         self.all.push(Shared {
             edge: Edge::new(from, to),
             weight: more,

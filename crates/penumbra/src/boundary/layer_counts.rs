@@ -49,7 +49,7 @@ impl LayerEquations {
         self.parents.clear();
     }
 
-    /// The number of unknowns.
+    /// The number of unknowns, which are numbered from 0.
     pub(super) fn len(&self) -> usize {
         self.parents.len()
     }

@@ -121,12 +121,14 @@ impl Side {
         events: &mut Vec<Event>,
     ) -> Option<Index> {
         let part = self.part.as_ref()?;
+        // Leave out what is before counting starts.
         if end.at <= self.counted + self.close {
             self.touched[0] |= end.at >= self.counted - self.close;
             if end.at <= self.counted {
                 return None;
             }
         }
+        // Count the change, and keep an event unless it is beyond the end.
         self.change += change;
         (end.at < part.hi.at).then(|| {
             let event = Index::new(events.len());

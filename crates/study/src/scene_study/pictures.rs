@@ -164,6 +164,7 @@ pub(super) fn duel(
     scene: &SceneDescription,
     size: [u32; 2],
 ) -> Option<Vec<Shown>> {
+    // Choose the sampling pattern, and the best of either kind.
     let mut samplers = spec.samplers.iter();
     let stratified = samplers.find(|s| **s == SamplerKind::Stratified);
     let sampler = *stratified.or(spec.samplers.first())?;
@@ -175,6 +176,7 @@ pub(super) fn duel(
         size,
     };
     let by = |estimator| easel.settings(estimator, sampler);
+    // Render lines, and as many points as take the same time.
     let (points, lines) = (by(best("point")?), by(best("line")?));
     let mut right = easel.run(lines, wanted.samples, 1);
     let samples = easel.fitting(right.times.seconds(), points);

@@ -101,8 +101,8 @@ impl<'a> Shaft<'a> {
 }
 
 impl TrianglesInFront<'_, '_> {
-    /// The images of the triangles on the light's [plane](Shaft::light_plane), as
-    /// [`Shaft::images`].
+    /// The triangles projected from the shading point to the light's [plane](Shaft::light_plane):
+    /// the three corners of each, in the plane's coordinates.
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.shaft.scratch.seen.flat.get_from(self.first)
     }
@@ -152,16 +152,18 @@ impl<'s, 'a> MeshesInFront<'s, 'a> {
         self.0.images()
     }
 
-    /// The silhouettes of the meshes, in place of those that were returned before. Where other
-    /// triangles seem to hide the light, some are missing; elsewhere, as many layers come as go
-    /// around each place.
+    /// The silhouettes of the fine meshes on the light's plane, all of them anew at each call. Some
+    /// are missing behind other triangles that hide the light; elsewhere they are closed curves, so
+    /// that the changes of the number of layers around any point add up to zero.
     #[must_use]
     pub fn silhouettes(&self) -> &[Silhouette] {
         &self.0.shaft.scratch.outline.found
     }
 
-    /// More triangles of no fine mesh, given all parts of sides past which the light seems visible
-    /// but for meshes; `None` if none are missing.
+    /// Returns triangles that are missing so far, of those that belong to no fine mesh. `outline`
+    /// has the parts of the images' sides next to which the light is visible if meshes are left
+    /// out, as pairs of points on the light's plane. `None` if no triangle is missing: then the
+    /// outline is final.
     #[must_use = "without more triangles the outline is final"]
     pub fn behind(
         self,

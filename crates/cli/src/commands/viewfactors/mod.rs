@@ -134,9 +134,11 @@ pub fn run(args: &ViewFactorsArgs, out: &mut Output) -> Result<()> {
 
 /// The plan that `plan viewfactors` asks for.
 pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<linelit_plan::Plan> {
+    // Read the facets.
     let sources = Sources::new(&args.read);
     let mesh = sources.read_by(&args.facets, |library| mesh::read(library, &args.facets))?;
     let factors = Factors::new(&args.facets, mesh, &args.factors)?;
+    // Make a unit of the look at all pairs, and one of each group of rows, which needs it.
     let (rows, step) = (factors.mesh.senders, args.rows as usize);
     let row_seconds = PAIR_SECONDS * factors.facets.len() as f64;
     let work = |work: Work| serde_json::to_string(&work);
