@@ -1,11 +1,15 @@
-//! The folder of a study: what is in it is of one study.
+//! The folder of a study: one process writes it at a time, and what is in it is of one study.
 
-use anyhow::{Context, Result};
+use crate::output::note;
+use anyhow::{Context, Result, bail};
 use linelit_film::{check_writable, write_atomically};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read as _, Write as _};
 use std::path::{Component, Path, PathBuf};
 
+/// Locked, with the number of the process, while a study runs.
+const LOCK: &str = ".linelit-lock";
 /// The files that the last study wrote, a name a line.
 const LIST: &str = ".linelit-files";
 /// The plan of a study that is not finished.
@@ -13,7 +17,7 @@ const PLAN: &str = ".linelit-plan";
 /// The subfolder of an unfinished study; a finished one from before stays beside it.
 const UNFINISHED: &str = "unfinished";
 
-/// A folder for the files of a study.
+/// A folder that is ours until this value is dropped or the process ends, however it ends.
 ///
 /// Files are kept until [`OutputFolder::finish`] writes them all at once: an earlier study stays
 /// whole until the new one is.
@@ -25,25 +29,35 @@ pub struct OutputFolder {
     temporary: Option<PathBuf>,
     /// Whether the files are those of an unfinished study.
     unfinished: bool,
+    /// Held for its drop, which comes after the folder's own.
+    _lock: Option<Lock>,
     /// The folder, if it was made for this study: it goes if that fails.
     _made: Option<RemoveEmpty>,
 }
 
 impl OutputFolder {
-    /// Makes the folder if there is none, and tries whether files can be written.
+    /// Makes the folder if there is none, locks it, and tries whether files can be written.
     ///
     /// # Errors
-    /// If that fails.
+    /// If that fails, or another process holds the folder.
     pub fn open(path: &Path) -> Result<Self> {
         let made = (!path.exists()).then(|| RemoveEmpty(path.to_owned()));
         let failed = || format!("creating the folder {}", path.display());
         fs::create_dir_all(path).with_context(failed)?;
+        let lock = Lock::acquire(&path.join(LOCK), |holder| {
+            format!(
+                "process {holder} is writing to the folder {}: wait for it, or choose another with \
+                 --out",
+                path.display()
+            )
+        })?;
         check_writable(&path.join("report.html"))?;
         Ok(Self {
             path: path.to_owned(),
             files: BTreeMap::new(),
             temporary: None,
             unfinished: false,
+            _lock: lock,
             _made: made,
         })
     }
@@ -161,6 +175,70 @@ impl Drop for RemoveEmpty {
     fn drop(&mut self) {
         // Fails, as it should, while anything is in it.
         let _ = fs::remove_dir(&self.0);
+    }
+}
+
+/// A locked file, removed when dropped.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    /// A lock by a file of this path; none where the file system has no locks, which is said. If
+    /// another process holds it, `refusal` says so, of the process's number.
+    pub(crate) fn acquire(path: &Path, refusal: impl Fn(&str) -> String) -> Result<Option<Self>> {
+        let failed = || format!("opening {}", path.display());
+        loop {
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            let mut file = options.open(path).with_context(failed)?;
+            match file.try_lock() {
+                Ok(()) if !is_at(&file, path) => continue,
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let mut holder = String::new();
+                    let _ = file.read_to_string(&mut holder);
+                    bail!(refusal(holder.trim()));
+                }
+                Err(TryLockError::Error(e)) => {
+                    note(format_args!(
+                        "note: {} cannot be locked ({e}): let no other process write there",
+                        path.display()
+                    ));
+                    return Ok(None);
+                }
+            }
+            file.set_len(0).with_context(failed)?;
+            write!(file, "{}", std::process::id()).with_context(failed)?;
+            return Ok(Some(Self {
+                path: path.to_owned(),
+                _file: file,
+            }));
+        }
+    }
+}
+
+/// Whether the file that was locked is still the one of that name: who held it before may have
+/// removed it.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
     }
 }
 

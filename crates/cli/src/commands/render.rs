@@ -6,7 +6,7 @@ use super::pool;
 use super::tev::Viewer;
 use super::units::{keep, work_off};
 use crate::args::{Checkpoints, ImageArgs, PictureArgs, RenderArgs, UsageError};
-use crate::folder::remove_all;
+use crate::folder::{Lock, remove_all};
 use crate::inputs::Sources;
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
@@ -56,9 +56,9 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let (rendered, counted) = if is_kept {
         let cut = Cut::choose(&args.picture, window, pixel, None, false);
         let picture = picture.cut(cut);
-        let folder = open(args, &picture, pixel, &sources)?;
+        let (folder, lock) = open(args, &picture, pixel, &sources)?;
         let found = render_kept(&picture, &renderer, &folder, &pool)?;
-        kept = Some(folder);
+        kept = Some((folder, lock));
         found
     } else {
         let (rendered, counted);
@@ -73,7 +73,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let mut result = picture_json(&args.scene, &args.output, &rendered, &counted);
     let to = (&*args.output, &args.file);
     pool.install(|| write(rendered, to, &args.scene, &args.picture))?;
-    if let Some(folder) = kept {
+    if let Some((folder, _lock)) = kept {
         remove_all(folder.path())?;
     }
     if args.common.json {
@@ -108,14 +108,26 @@ fn print(
     )
 }
 
-/// Begins to keep a long picture in a plan next to it, or goes on with what an interrupted command
-/// kept.
-fn open(args: &RenderArgs, picture: &Picture, pixel: f64, sources: &Sources<'_>) -> Result<Folder> {
+/// Begins to keep a long picture in a plan beside it, or goes on with what an interrupted command
+/// kept. It is ours as long as the lock is held.
+fn open(
+    args: &RenderArgs,
+    picture: &Picture,
+    pixel: f64,
+    sources: &Sources<'_>,
+) -> Result<(Folder, Option<Lock>)> {
     let path = beside(&args.output, "plan");
+    let shown = args.output.display();
+    let lock = Lock::acquire(&beside(&args.output, "lock"), |holder| {
+        format!("process {holder} is rendering {shown}: wait for it, or choose another name")
+    })?;
     if args.fresh {
         remove_all(&path)?;
     }
-    keep(&path, &picture.plan(pixel, sources)?, "picture")
+    Ok((
+        keep(&path, &picture.plan(pixel, sources)?, "picture")?,
+        lock,
+    ))
 }
 
 /// Renders the missing parts of a picture whose parts are kept, and merges all of them.

@@ -1,8 +1,13 @@
 //! The folder of a study, from outside: who may write, what is left, what is said.
 #![cfg(unix)]
 
-use crate::common::{folder, late_study, linelit, names, path, small_study, succeeded, text};
+use crate::common::{
+    PROGRAM, folder, late_study, linelit, names, path, small_study, succeeded, text,
+};
 use std::fs;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 #[test]
 fn a_broken_second_scene_is_found_before_the_first_is_measured() {
@@ -36,16 +41,43 @@ fn a_broken_second_scene_is_found_before_the_first_is_measured() {
 }
 
 #[test]
-fn plots_go_with_the_study_that_they_are_of() {
+fn one_process_writes_a_folder() {
     let dir = folder("two");
     let out = dir.join("out");
     succeeded(&small_study("cornell-box", &out));
+    let before = fs::read(out.join("results.json")).unwrap();
+    let mut first = Command::new(PROGRAM)
+        .args(["converge", "cornell-box", "--out", path(&out)])
+        .args(["--samples", "65536", "--trials", "1000"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let lock = out.join(".linelit-lock");
+    let patience = Instant::now();
+    let number = first.id().to_string();
+    while fs::read_to_string(&lock).ok().as_ref() != Some(&number) {
+        assert!(patience.elapsed() < Duration::from_secs(60));
+        sleep(Duration::from_millis(5));
+    }
+    let refused = linelit(&small_study("plates", &out));
+    let said = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains(&format!("process {number} is writing")),
+        "{said}"
+    );
+    first.kill().unwrap();
+    first.wait().unwrap();
+    assert_eq!(fs::read(out.join("results.json")).unwrap(), before);
+    // The lock goes with its process, and the plots with the study they are of.
     succeeded(&small_study("floating-quad", &out));
     let plots = names(&out.join("plots"));
     assert!(
         plots.iter().all(|p| p.starts_with("floating-quad-")),
         "{plots:?}"
     );
+    assert!(!lock.exists());
 }
 
 #[test]

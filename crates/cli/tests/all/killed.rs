@@ -91,7 +91,7 @@ fn kill_often(arguments: &[&str], folder: &Path, files: &[&str], check: impl Fn(
     // Whoever comes next clears up.
     succeeded(arguments);
     check();
-    let temporary = |name: &String| name.ends_with(".tmp");
+    let temporary = |name: &String| name.ends_with(".tmp") || name.ends_with("-lock");
     assert!(!names(folder).iter().any(temporary), "{:?}", names(folder));
 }
 

@@ -204,6 +204,7 @@ fn a_disk_that_fills_up_leaves_what_was_there() {
         if study.is_dir() {
             let left = names(&study);
             assert!(!left.iter().any(temporary), "{left:?}");
+            assert!(!left.contains(&".linelit-lock".to_owned()), "{left:?}");
         }
         for arguments in [&render, &converge] {
             succeeded(arguments);

@@ -372,6 +372,11 @@ fn an_interrupted_render_goes_on() {
     let kept = parts(&plan);
     assert!(kept > 0);
     let ended = started(kept + 1);
+    let busy = refused(&words, 1);
+    assert!(
+        busy.contains(&format!("process {} is rendering", ended.id())),
+        "{busy}"
+    );
     send(&ended, Signal::TERM);
     send(&ended, Signal::CONT);
     let ended = ended.wait_with_output().unwrap();
