@@ -9,14 +9,17 @@ use linelit_geometry::{ConvexPolygon, DVec3, Margins, Triangle};
 use linelit_visibility::Occluders;
 use std::ops::Range;
 
-/// The rounding of vertices to `f32`, four times over, relative to their largest coordinate.
+/// The rounding of heights by that of vertices to `f32`, relative to their largest coordinate: √3
+/// times 2⁻²⁴ for a triangle's corner, as much for a corner of the light, and rounded up.
 const ROUNDING: f64 = 4.0 / (1 << 24) as f64;
 
-/// The rounding of heights in `f64`, relative to the largest coordinate.
+/// The rounding of heights in `f64`, relative to the largest coordinate: some ten operations on two
+/// corners and a normal of unit length, with a factor of three to spare.
 const EXACT: f64 = 64.0 * f64::EPSILON;
 
 /// The part of the smaller area that two polygons have in common if they overlap by more than
-/// rounding.
+/// rounding: clipping leaves slivers of neighbours as wide as the rounding, which is far less than
+/// a thousandth of any light's width that `f32` resolves.
 const OVERLAP: f64 = 1e-3;
 
 /// The triangles of a flat light among the occluders, and the margins that it needs: `own` if that
@@ -26,13 +29,19 @@ pub(crate) fn own_triangles(
     light: &ConvexPolygon,
     own: Range<u32>,
 ) -> (Range<u32>, Margins) {
-    // Find the distances that are rounding.
+    // Find the distances that are rounding. Vertices that were given as `f32` were rounded by the
+    // caller, relative to zero; others here, relative to the origin.
     let (corners, n) = (light.vertices(), light.normal());
-    let largest = |points: &[DVec3], origin: DVec3| {
-        let each = points.iter().map(|p| (*p - origin).abs().max_element());
+    let base = match occluders.rounding().displacement > 0.0 {
+        true => occluders.origin(),
+        false => DVec3::ZERO,
+    };
+    let largest = |points: &[DVec3], base: DVec3| {
+        let each = points.iter().map(|p| (*p - base).abs().max_element());
         each.fold(0.0, f64::max)
     };
-    let rounding = ROUNDING * largest(corners, occluders.origin());
+    let of_light = largest(corners, base);
+    let rounding_of = |points: &[DVec3]| ROUNDING * of_light.max(largest(points, base));
     let exact = EXACT * largest(corners, DVec3::ZERO);
     // Look at the triangles whose boxes meet the light and its plane.
     let (low, high) = corners
@@ -42,17 +51,19 @@ pub(crate) fn own_triangles(
         });
     let height = |p: DVec3| n.dot(p - corners[0]);
     let may_hold = |l: DVec3, h: DVec3| {
+        let rounding = rounding_of(&[l, h]);
         let is_apart = h.cmplt(low - rounding) | l.cmpgt(high + rounding);
         let half = 0.5 * (h - l).dot(n.abs());
         !is_apart.any() && height(0.5 * (l + h)).abs() <= half + rounding
     };
     let (mut inside, mut close) = (Vec::new(), Vec::new());
     occluders.any_triangle(may_hold, |number, triangle| {
-        if let Some(rest) = Rest::of(&triangle, light, rounding) {
-            if rest.is_inside {
+        let rounding = rounding_of(&triangle.vertices);
+        if let Some(part) = Coplanar::of(&triangle, light, rounding) {
+            if part.is_inside {
                 inside.push(number);
             }
-            if rest.height > exact {
+            if part.height > exact {
                 close.push(number);
             }
         }
@@ -77,14 +88,14 @@ pub(crate) fn own_triangles(
 }
 
 /// A triangle that lies on a light, up to the rounding of its corners.
-struct Rest {
+struct Coplanar {
     /// Whether no corner is outside of the light.
     is_inside: bool,
     /// The largest distance from the light's plane of the part over the light.
     height: f64,
 }
 
-impl Rest {
+impl Coplanar {
     /// `None` where the part of the triangle over the light is rounding, or leaves its plane.
     fn of(triangle: &Triangle, light: &ConvexPolygon, rounding: f64) -> Option<Self> {
         let (corners, n) = (light.vertices(), light.normal());
@@ -106,7 +117,7 @@ impl Rest {
                 .all(|p| inwards.dot(*p - *a) >= -rounding);
             over = over.clip(*a, inwards)?;
         }
-        // Take the rest if it is more than rounding, and no higher than that.
+        // Take what is left if it is more than rounding, and no higher than that.
         let highest = over.vertices().iter().map(height).fold(0.0, f64::max);
         let overlaps = over.area() > OVERLAP * whole.area().min(light.area());
         (overlaps && highest <= rounding).then_some(Self {

@@ -83,41 +83,61 @@ fn a_room_of_lights_closes_by_default() {
 /// triangles are in the mesh, in one piece of it or in two.
 #[test]
 fn a_lamp_in_a_ceiling_is_not_hidden_by_rounding() {
-    let in_plane = |x: f64, y: f64| turned() * DVec3::new(x, y, 2.0);
-    for shift in 0..50 {
-        let by = 0.013 * f64::from(shift);
-        let corners = [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)];
-        let lamp = corners.map(|(x, y)| in_plane(x + by, y).to_array());
-        let lamp = Light::polygon(&lamp, [1.0; 3]).unwrap();
-        let grid = |count: u32, size: f64| -> Vec<[[f32; 3]; 3]> {
-            let at = |i: u32, j: u32| {
-                let [x, y] = [i, j].map(|k| size * (2.0 * f64::from(k) / f64::from(count) - 1.0));
-                in_plane(x + by, y).as_vec3().to_array()
-            };
-            let cell = |k: u32| {
-                let (i, j) = (k % count, k / count);
-                [
-                    [at(i, j), at(i + 1, j), at(i + 1, j + 1)],
-                    [at(i, j), at(i + 1, j + 1), at(i, j + 1)],
-                ]
-            };
-            (0..count * count).flat_map(cell).collect()
+    // Scenes around the origin, large ceilings, and scenes away from it: f32 rounds each by what a
+    // margin of a millionth of the two metres to the lamp still covers.
+    for (size, away, shifts) in [
+        (3.0, 0.0, 50),
+        (10.0, 0.0, 20),
+        (16.0, 0.0, 20),
+        (3.0, 8.0, 20),
+    ] {
+        for shift in 0..shifts {
+            in_a_ceiling(size, away, shift);
+        }
+    }
+}
+
+/// A lamp in a ceiling that reaches as far as `size`, in a scene that is moved by `away` along all
+/// axes.
+fn in_a_ceiling(size: f64, away: f64, shift: u32) {
+    let moved = DVec3::splat(away);
+    let in_plane = |x: f64, y: f64| moved + turned() * DVec3::new(x, y, 2.0);
+    let by = 0.013 * f64::from(shift);
+    let corners = [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)];
+    let lamp = corners.map(|(x, y)| in_plane(x + by, y).to_array());
+    let lamp = Light::polygon(&lamp, [1.0; 3]).unwrap();
+    let grid = |count: u32, size: f64| -> Vec<[[f32; 3]; 3]> {
+        let at = |i: u32, j: u32| {
+            let [x, y] = [i, j].map(|k| size * (2.0 * f64::from(k) / f64::from(count) - 1.0));
+            in_plane(x + by, y).as_vec3().to_array()
         };
-        let own = corners.map(|(x, y)| in_plane(x + by, y).as_vec3().to_array());
-        let own = [[own[0], own[1], own[2]], [own[0], own[2], own[3]]];
-        let parted = [&own[..1], &grid(3, 3.0), &own[1..]].concat();
-        for mesh in [grid(1, 3.0), grid(40, 3.0), own.to_vec(), parted] {
-            let positions = mesh.as_flattened();
-            let triangles: Vec<[u32; 3]> = (0..u32::try_from(mesh.len()).unwrap())
-                .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
-                .collect();
-            let scene = Scene::builder(positions, &triangles).light(lamp.clone());
-            let scene = scene.build().unwrap();
-            for point in [[0.3, 0.2, 0.0], [-0.5, 0.9, 1.0], [1.7, 0.1, 0.5]] {
-                let point = turned() * DVec3::from(point);
-                let seen = scene.visible_fraction(point, 0, Measure::Area).unwrap();
-                assert!((seen - 1.0).abs() < 1e-12, "{shift} {} {seen}", mesh.len());
-            }
+        let cell = |k: u32| {
+            let (i, j) = (k % count, k / count);
+            [
+                [at(i, j), at(i + 1, j), at(i + 1, j + 1)],
+                [at(i, j), at(i + 1, j + 1), at(i, j + 1)],
+            ]
+        };
+        (0..count * count).flat_map(cell).collect()
+    };
+    let own = corners.map(|(x, y)| in_plane(x + by, y).as_vec3().to_array());
+    let own = [[own[0], own[1], own[2]], [own[0], own[2], own[3]]];
+    let parted = [&own[..1], &grid(3, size), &own[1..]].concat();
+    for mesh in [grid(1, size), grid(40, size), own.to_vec(), parted] {
+        let positions = mesh.as_flattened();
+        let triangles: Vec<[u32; 3]> = (0..u32::try_from(mesh.len()).unwrap())
+            .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
+            .collect();
+        let scene = Scene::builder(positions, &triangles).light(lamp.clone());
+        let scene = scene.build().unwrap();
+        for point in [[0.3, 0.2, 0.0], [-0.5, 0.9, 1.0], [1.7, 0.1, 0.5]] {
+            let point = moved + turned() * DVec3::from(point);
+            let seen = scene.visible_fraction(point, 0, Measure::Area).unwrap();
+            assert!(
+                (seen - 1.0).abs() < 1e-12,
+                "{size} {away} {shift} {} {seen}",
+                mesh.len()
+            );
         }
     }
 }
