@@ -1,6 +1,6 @@
 //! Which parts of a scene an estimator makes use of, so that the others need not be prepared.
 
-use linelit_estimators::{Estimator, ExactOptions, Integration, Technique, Weights};
+use linelit_estimators::{Estimator, Technique, Weights};
 
 /// Whether an estimator looks for occluders by more than single shadow rays, for any light and
 /// reflection. Points of one technique, each with its shadow ray, do not: for them a hierarchy
@@ -13,16 +13,10 @@ pub fn needs_shafts(estimator: &Estimator) -> bool {
 }
 
 /// Whether an estimator makes use of the statistics of a light's occlusion
-/// ([`Luminaire::occlusion`](crate::Luminaire::occlusion)): `hybrid` does, and lines, which take
-/// their direction from them.
+/// ([`Luminaire::occlusion`](crate::Luminaire::occlusion)): `hybrid` chooses by them, and lines
+/// take their direction from them, also those that `exact` takes where there is no closed form.
 #[must_use]
 pub fn needs_occlusion(estimator: &Estimator) -> bool {
-    let mut techniques = estimator.parts().iter().map(|part| &part.technique);
-    techniques.any(|technique| match technique {
-        Technique::Points(_) => false,
-        Technique::Lines(lines) => match lines.integration {
-            Some(Integration::Exact(options)) => options.limit != ExactOptions::NO_LIMIT,
-            Some(Integration::Analytic | Integration::Cheapest) | None => true,
-        },
-    })
+    let mut parts = estimator.parts().iter();
+    parts.any(|part| matches!(part.technique, Technique::Lines(_)))
 }

@@ -161,7 +161,7 @@ fn statistics_of_occlusion_change_only_the_estimates_of_estimators_that_need_the
     for (text, needed) in [
         ("point-area", false),
         ("point-solid-angle", false),
-        ("exact", false),
+        ("exact", true),
         ("line-analytic", true),
         ("hybrid", true),
     ] {

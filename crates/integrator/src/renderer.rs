@@ -26,9 +26,9 @@ impl<'s> Renderer<'s> {
     }
 
     /// Builds them for known estimators, those of lights of their own included. Where all of them
-    /// ask by shadow rays alone (`point-area`), what shafts need is left out, and lights are not
-    /// looked at beforehand, which only lines need. Their estimates are
-    /// those of [`Renderer::new`], to the bit; others may take longer, and choose otherwise.
+    /// query by shadow rays alone (`point-area`), what shafts need is left out. Where none of them
+    /// has lines, lights are not looked at beforehand. Their estimates are those of
+    /// [`Renderer::new`], to the bit; other estimators may take longer, and choose otherwise.
     #[must_use]
     pub fn for_estimators<'e>(
         scene: &'s SceneDescription,

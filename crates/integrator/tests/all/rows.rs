@@ -198,6 +198,7 @@ fn occluders_for_rays_show_the_same() {
         ("point-area[visibility=shaft]", false),
         ("point-area+point-bsdf", false),
         ("line-analytic", false),
+        ("exact", false),
         ("hybrid", false),
     ] {
         let estimator = estimator.parse().expect("an estimator");
@@ -216,5 +217,38 @@ fn occluders_for_rays_show_the_same() {
         let both = [estimator, "exact".parse().expect("an estimator")];
         let both = Renderer::for_estimators(&scene, &both);
         assert_eq!(both.occluders().memory(), memory);
+    }
+}
+
+/// Past holes `exact` takes lines, whose direction is known from a look at the light: also of a
+/// renderer that is built for `exact` alone.
+#[test]
+fn exact_past_holes_takes_the_lines_of_any_renderer() {
+    let slat = |y: f64| {
+        format!(
+            r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+"point P" [ -1 {y} 1  1 {y} 1  1 {0} 1  -1 {0} 1 ]"#,
+            y + 0.1
+        )
+    };
+    let slats: String = (0..5).map(|k| slat(-0.8 + 0.35 * f64::from(k))).collect();
+    let panel = r#"Texture "holes" "float" "checkerboard" "float tex1" [ 1 ] "float tex2" [ 0 ]
+"float uscale" [ 4 ] "float vscale" [ 4 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point2 uv" [ 0 0  1 0  1 1  0 1 ]
+"point P" [ -1 -1 1.2  1 -1 1.2  1 1 1.2  -1 1 1.2 ] "texture alpha" "holes""#;
+    let scene = load(&room_text(SQUARE, &format!("{slats}\n{panel}")));
+    let settings = Settings {
+        estimator: "exact".parse().expect("an estimator"),
+        samples: 2,
+        ..Settings::default()
+    };
+    let all = Renderer::new(&scene);
+    let light = &all.plan().lights_of(settings.spheres)[0];
+    assert!(light.occlusion.direction.is_some());
+    let few = Renderer::for_estimators(&scene, [&settings.estimator]);
+    let mut workspace = Workspace::new();
+    for pixel in (0..256).map(|k| [k % 16, k / 16]) {
+        let [a, b] = [&all, &few].map(|r| r.pixel(&settings, pixel, &mut workspace));
+        assert_eq!(a, b, "{pixel:?}");
     }
 }
