@@ -99,7 +99,7 @@ Examples:
   linelit render colonnade-line -o hall.exr --crop 0.25,0.5,0.25,0.5 --explain
       a part of it, and what was done about which lights
   linelit render cornell-box -o box.png --exposure 1
-      twice as bright, and the light not clipped
+      twice as bright
   linelit render cornell-box -o box.exr --pixel-samples 4 --aovs albedo,normal,depth,variance
       for a denoiser
   linelit render hall.pbrt -o hall.exr --pixel-samples 4096
@@ -122,7 +122,7 @@ Examples:
   linelit compare a.exr:LAYER reference.pfm --json
       a layer of an EXR file
   linelit compare a.exr reference.exr --crop 0.5,1,0,0.5 --error-map errors.png
-      a quarter of the pictures, as one sees it, and where the errors are";
+      a quarter of the pictures, and where the errors are";
 
 const INFO_EXAMPLES: &str = "\
 Examples:

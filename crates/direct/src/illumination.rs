@@ -66,6 +66,7 @@ impl Illumination<'_> {
     }
 
     /// The radiance that one light sends by way of the point to the viewer.
+    #[inline]
     fn one_light(
         &self,
         light: &Luminaire,

@@ -116,19 +116,16 @@ impl Luminaire {
     /// Whether the light's shape has a normal that a profile can be about.
     #[must_use]
     pub fn takes_profile(&self) -> bool {
-        match &*self.light {
-            Light::Area(_) | Light::Disk(_) | Light::Sphere(_) | Light::Cylinder(_) => true,
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) | Light::Sky(_) => false,
-        }
+        self.light.normal(DVec3::ZERO).is_some()
     }
 
-    /// Whether [`Estimator::exact`] gives the light's irradiance without noise.
+    /// Whether [`Estimator::exact`] gives the light's irradiance without noise: of polygons that
+    /// emit alike everywhere, and of lights without an area.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        match &*self.light {
-            Light::Area(_) => self.profile.is_none() && self.texture.is_none(),
-            Light::Linear(_) | Light::Point(_) | Light::Distant(_) => true,
-            Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_) | Light::Sky(_) => false,
-        }
+        use Light::{Area, Distant, Linear, Point};
+        let is_even = self.profile.is_none() && self.texture.is_none();
+        matches!(&*self.light, Area(_) if is_even)
+            || matches!(&*self.light, Linear(_) | Point(_) | Distant(_))
     }
 }

@@ -9,7 +9,8 @@ use std::sync::OnceLock;
 pub struct Luminaires {
     /// The lights; those that are sampled for themselves come first, each in the order of indices.
     lights: Vec<Luminaire>,
-    /// The number of sample dimensions' owners for each shading point: larger than all indices.
+    /// More than all indices: light i of the shading point p on a path has the random numbers of
+    /// the pair p · indices + i.
     pub(crate) indices: u32,
     pub(crate) tables: Tables,
 }
@@ -24,12 +25,15 @@ pub(crate) struct Tables {
 }
 
 impl Luminaires {
-    /// The lights of a scene, whose indices ([`Luminaire::index`]) are all below `indices`.
+    /// The lights of a scene. `indices` is more than all of their indices ([`Luminaire::index`]),
+    /// or is taken as the least such number; lights that emit nothing may have some of them.
     #[must_use]
     pub fn new(lights: Vec<Luminaire>, indices: u32) -> Self {
+        let last = lights.iter().map(|light| light.index).max();
+        let above = last.map_or(0, |last| last.saturating_add(1));
         let mut all = Self {
             lights,
-            indices,
+            indices: indices.max(above),
             tables: Tables::default(),
         };
         all.sort();

@@ -72,7 +72,7 @@ impl Luminaire {
                 };
                 Ok(self.fraction_of_beam(occluders, point, even.beam(point), measure, workspace))
             }
-            (Light::Linear(_) | Light::Cylinder(_) | Light::Sky(_), _) => Err(Unknown::Shape),
+            _ => Err(Unknown::Shape),
         }
     }
 
@@ -98,11 +98,7 @@ impl Luminaire {
                 self.find_disk(occluders, point, workspace)?;
                 Ok(workspace.disk.rings())
             }
-            Light::Linear(_)
-            | Light::Cylinder(_)
-            | Light::Point(_)
-            | Light::Distant(_)
-            | Light::Sky(_) => Err(Unknown::Shape),
+            _ => Err(Unknown::Shape),
         }
     }
 

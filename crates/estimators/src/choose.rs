@@ -297,8 +297,7 @@ pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Me
         (LightKind::Polygon | LightKind::Textured, _) => {
             return Some(Method::points_of_lines(lines, count));
         }
-        (LightKind::Linear | LightKind::Sphere | LightKind::Disk, _) => return None,
-        (LightKind::Delta | LightKind::Sky, _) => return None,
+        _ => return None,
     };
     Some(Method::new(
         KnownOver::Lines { lines, count, of },

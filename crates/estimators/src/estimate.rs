@@ -125,7 +125,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         counts,
     );
     if known.is_none() {
-        method = Method::sampled(method.otherwise, method.ask);
+        method = otherwise(&method, LightKind::of(query.light));
     }
     let light = known.map_or(DVec3::ZERO, |known| known.light);
     count(query, &method, between.class, &mut counts.plan);
@@ -134,6 +134,13 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
     let lines = &mut memory.lines;
     sampled.with_rest(&method.rest, light, &mut visible, lines, rest, counts)
+}
+
+/// The method in place of one whose region was too narrow to integrate, which only those of round
+/// lights are.
+fn otherwise<'e>(method: &Method<'e>, light: LightKind) -> Method<'e> {
+    debug_assert!(light.is_round(), "regions are known before the choice");
+    Method::sampled(method.otherwise, method.ask)
 }
 
 /// The light of a query that asks by one ray, or by a ray for each point, whatever is in between.

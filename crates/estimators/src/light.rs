@@ -132,9 +132,17 @@ impl<T: EmissionTexture> LightSource<'_, T> {
     /// Whether the light can reach the point at all: some of it is above the horizon, on the side
     /// that emits. Where not, every estimator gives zero. Counts why not.
     pub fn reaches<R>(&self, point: &ShadingPoint<R>, counters: &mut PlanCounters) -> bool {
-        let (x, seen) = (point.position, self.light.seen_from(point.position));
-        let beam = self.light.beam(x);
+        let x = point.position;
         counters.point_lights += 1;
+        // Find the light as the point sees it, where it is not the same from everywhere.
+        let seen = match self.light {
+            Light::Area(_) | Light::Linear(_) => None,
+            light => light.seen_from(x),
+        };
+        let beam = match self.light {
+            Light::Point(_) | Light::Distant(_) => self.light.beam(x),
+            _ => None,
+        };
         // Find whether the point is on a side that emits.
         let faces = match self.light {
             Light::Linear(_) => true,
@@ -150,6 +158,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         }
         // Find whether some of the light is above both horizons.
         let is_above = |n: DVec3| match (self.light, &seen) {
+            (Light::Area(light), _) => light.polygon.vertices().iter().any(|v| n.dot(*v - x) > 0.0),
             (Light::Linear(light), _) => {
                 let ends = [light.segment.p0, light.segment.p1];
                 ends.iter().any(|end| n.dot(*end - x) > 0.0)
@@ -157,7 +166,8 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             (_, Some(seen)) => seen.surface().may_rise_above(x, n),
             (_, None) => beam.is_some_and(|b| n.dot(b.direction) > 0.0),
         };
-        let above = is_above(point.geometric_normal) && is_above(point.normal);
+        let [n, normal] = [point.geometric_normal, point.normal];
+        let above = is_above(n) && (normal == n || is_above(normal));
         counters.below_horizon += u64::from(!above);
         above
     }

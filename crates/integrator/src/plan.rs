@@ -22,18 +22,27 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan of the lights of a scene that emit. `look` measures their occlusion.
-    pub(crate) fn new(scene: &SceneDescription, mut look: impl FnMut(&mut [Luminaire])) -> Self {
+    /// The plan of the lights of a scene that emit. `look` measures the occlusion of lights.
+    pub(crate) fn new(scene: &SceneDescription, look: impl FnOnce(&mut [Luminaire])) -> Self {
         let indices = u32::try_from(scene.lights.len()).unwrap_or(u32::MAX);
-        let facets = emitting(scene);
-        let exact = (!scene.round.is_empty()).then(|| with_round(scene, &facets));
-        let mut set = |mut lights: Vec<Luminaire>| {
-            look(&mut lights);
-            Luminaires::new(lights, indices)
-        };
+        // Look once, at the lights as most pictures take them.
+        let mut facets = emitting(scene);
+        let mut exact = with_round(scene, &facets);
+        look(&mut exact);
+        if scene.round.is_empty() {
+            return Self {
+                facets: Luminaires::new(exact, indices),
+                exact: None,
+            };
+        }
+        for facet in &mut facets {
+            if let Ok(k) = exact.binary_search_by_key(&facet.index, |light| light.index) {
+                facet.occlusion = exact[k].occlusion;
+            }
+        }
         Self {
-            exact: exact.map(&mut set),
-            facets: set(facets),
+            facets: Luminaires::new(facets, indices),
+            exact: Some(Luminaires::new(exact, indices)),
         }
     }
 

@@ -21,7 +21,7 @@ pub(crate) struct Settings {
     pub samples: u32,
     pub seed: u64,
     pub offset: Option<f64>,
-    /// Those of [`Margins::excluding`] each light's own triangles if none are set.
+    /// If none are set, each light has those that its own triangles need.
     pub margins: Option<Margins>,
 }
 

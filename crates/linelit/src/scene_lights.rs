@@ -38,7 +38,7 @@ impl Scene {
         let mut scene = self.clone();
         scene.settings.estimator = estimator;
         scene.settings.samples = samples.max(1);
-        scene.set_lights(self.lights.as_slice().to_vec())?;
+        scene.look_at(self.lights.as_slice().to_vec())?;
         Ok(scene)
     }
 
@@ -63,7 +63,7 @@ impl Scene {
             places.push(self.point(i, point.dvec3(), normal.dvec3(), None, WHITE)?);
         }
         self.places = Arc::new([places.clone(), places]);
-        self.set_lights(self.lights.as_slice().to_vec())
+        self.look_at(self.lights.as_slice().to_vec())
     }
 
     /// The points from which the lights are looked at unless [`Scene::prepare`] takes others.
@@ -83,10 +83,8 @@ impl Scene {
         })
     }
 
-    /// Takes lights after checking them, and looks at them if the estimator has a use for that.
+    /// Takes lights after checking them, and finds their own triangles.
     pub(crate) fn set_lights(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
-        // Refuse what is no light, or has no exact answer where one is promised.
-        let is_exact = is_exact(&self.settings.estimator);
         for (i, light) in lights.iter_mut().enumerate() {
             Arc::make_mut(&mut light.light).set_scene(self.ball);
             let Range { start, end } = light.triangles;
@@ -99,14 +97,20 @@ impl Scene {
             if light.profile.is_some() && !light.takes_profile() {
                 return Err(Error::Profile(i));
             }
-            if is_exact && !light.is_exact() {
-                return Err(Error::NotExact(i));
-            }
             light.find_own_triangles(&self.occluders);
             light.margins = self.settings.margins.unwrap_or(light.margins);
         }
-        // Look at the lights from some points.
-        let points = match needs_occlusion(&self.settings.estimator) {
+        self.look_at(lights)
+    }
+
+    /// Takes lights that were checked, and looks at them from some points if the estimator has a
+    /// use for that. `exact` has none here, as it takes no lines for diffuse surfaces.
+    fn look_at(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
+        let is_exact = is_exact(&self.settings.estimator);
+        if is_exact && let Some(i) = lights.iter().position(|light| !light.is_exact()) {
+            return Err(Error::NotExact(i));
+        }
+        let points = match needs_occlusion(&self.settings.estimator) && !is_exact {
             true => self.places.each_ref().map(Vec::as_slice),
             false => [&[][..]; 2],
         };

@@ -164,6 +164,7 @@ mod tests {
     use super::*;
     use crate::{ImageData, ImageTexture, PlaneUv, Texture, UvMapping};
     use linelit_geometry::DVec2;
+    use linelit_lights::EmissionTexture as _;
     use linelit_lights::PointTechnique;
     use std::sync::Arc;
 

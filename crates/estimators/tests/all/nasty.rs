@@ -40,7 +40,7 @@ impl Random for SplitMix64 {
 
 /// A scene of one light, one point and some triangles.
 #[derive(Clone)]
-struct SceneDescription {
+struct Scene {
     light: Light,
     occluders: Occluders,
     position: DVec3,
@@ -250,7 +250,7 @@ fn triangles(rng: &mut SplitMix64, light: &Light) -> Vec<[DVec3; 3]> {
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "vertices are f32")]
-fn scene(rng: &mut SplitMix64) -> SceneDescription {
+fn scene(rng: &mut SplitMix64) -> Scene {
     let light = light(rng);
     let corners: Vec<[f32; 3]> = triangles(rng, &light)
         .into_iter()
@@ -273,7 +273,7 @@ fn scene(rng: &mut SplitMix64) -> SceneDescription {
             break w;
         }
     };
-    SceneDescription {
+    Scene {
         light,
         occluders: Occluders::build(&corners, &triangles),
         position: DVec3::ZERO,
@@ -298,7 +298,7 @@ fn estimator(rng: &mut SplitMix64) -> String {
 }
 
 fn means<R: Reflection + Clone>(
-    scene: &SceneDescription,
+    scene: &Scene,
     bsdf: &R,
     text: &str,
     samples: u32,
@@ -337,7 +337,7 @@ fn means<R: Reflection + Clone>(
 
 /// Whether an estimator and points by solid angle and the BSDF agree on a scene, at a level.
 fn agree<R: Reflection + Clone>(
-    scene: &SceneDescription,
+    scene: &Scene,
     bsdf: &R,
     text: &str,
     level: f64,
@@ -362,7 +362,7 @@ fn agree<R: Reflection + Clone>(
     // horizon cuts.
     let unseen = -level.ln() / f64::from(TRIALS * SAMPLES);
     let to_light = place(&scene.light).0.normalize();
-    let open = SceneDescription {
+    let open = Scene {
         occluders: Occluders::default(),
         normals: [to_light; 2],
         outgoing: to_light,
