@@ -1,4 +1,4 @@
-//! The partners of a part of a facet: all parts of other facets, each with what both see of each
+//! The partners of a part of a facet: all parts in other patches, each with what both see of each
 //! other.
 //!
 //! Pairs are many, and most see nothing of each other. So partners are looked for by patches
@@ -20,21 +20,23 @@
 //! that may be between are those that are between the part and the node's rectangle
 //! ([`Candidates`]). At a leaf, the pair of parts is settled ([`sight`](crate::sight)).
 //!
-//! Every part of a facet that is not skipped is in exactly one partner.
+//! Each side of each part in another patch is in exactly one partner, but for parts of facets that
+//! are skipped.
 
 use crate::facets::{Facets, Sides};
+use crate::patches::Patch;
 use crate::point::Memory;
 use crate::sight::{Candidates, Sight, before_each_other};
 use linelit_geometry::{ConvexPolygon, stop};
 use std::ops::{Range, RangeInclusive};
 
-/// Parts of patches of which a part of a facet sees alike.
+/// Parts of one patch, seen from one side, for which the search gives one answer.
 pub(crate) struct Partner {
-    /// One of the parts: the only one where something is visible.
+    /// One of the parts: the only one if anything of it is visible, else the first.
     pub part: usize,
     /// Whether they are seen from the back.
     pub back: bool,
-    /// The number of parts.
+    /// The number of the parts that are not skipped.
     pub count: u64,
     pub sight: Sight,
 }
@@ -120,7 +122,8 @@ impl PartnerSearch<'_> {
         }
     }
 
-    /// Lets the root of a patch wait for each of its sides, the front first.
+    /// Puts the root of a patch on the stack, once for each side, the front on top; nothing of the
+    /// own patch, and of one whose facets are all skipped.
     fn begin(&mut self, patch: usize) {
         stop::check();
         let own = self.facets.parts[self.of.part].patch;
@@ -136,9 +139,22 @@ impl PartnerSearch<'_> {
         }));
     }
 
-    /// Whether all of some facets are skipped.
+    /// Whether all facets of a range are skipped.
     fn skips(&self, facets: &RangeInclusive<usize>) -> bool {
         self.skipped.start <= *facets.start() && *facets.end() < self.skipped.end
+    }
+
+    /// The number of parts among some of a patch whose facets are not skipped.
+    fn count(&self, patch: &Patch, items: Range<usize>) -> u64 {
+        let is_left = |part: &&usize| {
+            let facet = self.facets.parts[**part].facet;
+            !self.skips(&(facet..=facet))
+        };
+        let (first, last) = (patch.facets.start(), patch.facets.end());
+        if self.skipped.start > *last || self.skipped.end <= *first {
+            return items.len() as u64;
+        }
+        patch.tree.order[items].iter().filter(is_left).count() as u64
     }
 
     /// The partner that the parts of a node are; none if they are skipped, or if its children wait
@@ -155,7 +171,7 @@ impl PartnerSearch<'_> {
         let partner = |sight| Partner {
             part,
             back: at.back,
-            count: node.items.len() as u64,
+            count: self.count(patch, node.items.clone()),
             sight,
         };
         // Cut the part and the rectangle around the node where they lie before each other.
@@ -172,8 +188,8 @@ impl PartnerSearch<'_> {
             let sight = all.sight(polygons, patches, &at.candidates, memory);
             return Some(partner(sight));
         };
-        // Go on in the children unless all is hidden. What touches the hull of the node may meet
-        // that of a child, but for rounding.
+        // Go on in the children unless all is hidden. Patches that only touch this hull are kept:
+        // through rounding they may meet that of a child.
         let between = all.patches_between(&pair, patches, &at.candidates, true);
         if all.is_hidden(&pair, patches, &between) {
             return Some(partner(Sight::Hidden));

@@ -77,13 +77,15 @@ impl Sight {
 pub(crate) enum Candidates {
     /// Any patch.
     All,
-    /// Those with these numbers, since no other is between two larger polygons around them.
+    /// Those with these numbers: all that are between polygons around both parts. Inner nodes may
+    /// lack some, since a child's rectangle may stick out of its parent's, and then look further
+    /// down than they need; leaves lack none.
     These(Rc<[usize]>),
 }
 
 impl Facets {
-    /// Finds what two polygons that lie before each other see of each other. They are parts of the
-    /// patches `own`, in the order of their facets' numbers.
+    /// Finds what two polygons that lie before each other see of each other. They are in the
+    /// order of their facets' numbers, and parts of the patches `own`, which are in either order.
     pub(crate) fn sight(
         &self,
         polygons: [ConvexPolygon; 2],

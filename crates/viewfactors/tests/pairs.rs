@@ -609,3 +609,35 @@ fn a_slit_is_open_however_narrow() {
         );
     }
 }
+
+#[test]
+fn each_pair_is_counted_once_however_facets_are_numbered() {
+    // Two grids of nine squares in planes that face away from each other, before a wall: pairs
+    // within one plane are none.
+    let square = |[x, y, z]: [f64; 3], up: bool| {
+        let corners = [
+            [x, y, z],
+            [x + 1., y, z],
+            [x + 1., y + 1., z],
+            [x, y + 1., z],
+        ];
+        match up {
+            true => corners,
+            false => [3, 2, 1, 0].map(|k: usize| corners[k]),
+        }
+    };
+    let places = (0..9).map(|k| [f64::from(k % 3), f64::from(k / 3)]);
+    let (low, high): (Vec<_>, Vec<_>) = places
+        .map(|[x, y]| (square([x, y, 0.0], false), square([x, y, 2.0], true)))
+        .unzip();
+    let pairs = |squares: &[[[f64; 3]; 4]]| {
+        let polygons: Vec<[u32; 4]> = (0..squares.len() as u32)
+            .map(|k| [0, 1, 2, 3].map(|i| 4 * k + i))
+            .collect();
+        let facets = Facets::new(&squares.concat(), &polygons, Sides::One).unwrap();
+        facets.plan().pairs
+    };
+    let in_turns: Vec<_> = low.iter().zip(&high).flat_map(|(a, b)| [*a, *b]).collect();
+    assert_eq!(pairs(&[&low[..], &high].concat()), [81, 0, 0, 0]);
+    assert_eq!(pairs(&in_turns), [81, 0, 0, 0]);
+}

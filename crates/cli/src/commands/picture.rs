@@ -1,12 +1,12 @@
 //! Pictures in units: work in pieces that are computed in any order, by any thread or machine.
 //!
 //! ```text
-//!     the film                  a unit: one tile of the window,
-//!     ┌────────────────────┐    with all its camera samples or with one block of them
+//!     the whole frame           a unit: one tile of the window, with all its camera
+//!     ┌────────────────────┐    samples or with one block of them
 //!     │   the window       │
 //!     │   ┌────┬────┬────┐ │         Work ───── compute ─────► Part
 //!     │   │tile│tile│    │ │
-//!     │   ├────┼────┼────┤ │         Part, Part, … ── add ────► Film ──► Rendered
+//!     │   ├────┼────┼────┤ │         Part, Part, … ── add ──► Assembly ──► Rendered
 //!     │   │    │    │    │ │
 //!     │   └────┴────┴────┘ │
 //!     └────────────────────┘
@@ -14,16 +14,16 @@
 //!
 //! There are two ways from work to picture:
 //!
-//! - *at once* ([`Picture::at_once`]): parts go to the film as they come, and nothing is kept;
-//! - *by a plan*: [`Picture::plan`] writes down all work, [`Picture::run_with`] computes the units
-//!   that are missing and keeps their parts in a folder, as often as it is killed or started on
-//!   other machines, and [`Picture::gather`] puts the parts together.
+//! - *at once* ([`Picture::at_once`]): parts go to the assembly as they come, and nothing is kept;
+//! - *by a plan*, which `render` takes too for long pictures: [`Picture::plan`] lists all work,
+//!   [`Picture::run_with`] computes what is missing and keeps its parts in a folder (it may be
+//!   killed and started again, on any machine), and [`Picture::gather`] combines them.
 //!
-//! A part depends on its work alone, and blocks are added in their order, so that the picture is
+//! A block is some of a pixel's camera samples, or one of its trials ([`PictureArgs::blocks`]). A part depends on its work alone, and blocks are added in their order, so that the picture is
 //! the same to the bit either way, however it was cut.
 
+mod assembly;
 mod cut;
-mod film;
 mod part;
 
 use super::aovs::{self, Rendered};
@@ -34,9 +34,9 @@ use crate::args::{Again, MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, Usage
 use crate::inputs::{self, Sources, locked};
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
+use assembly::Assembly;
 use clap::Parser as _;
 pub(super) use cut::{Cut, pixel_seconds};
-use film::Film;
 use linelit_film::{Tile, tiles};
 use linelit_integrator::{Counts, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
@@ -56,13 +56,13 @@ pub(super) const RENDER: &str = "render";
 /// picture.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Settings {
+struct PlanSettings {
     /// The words of the command line that the picture depends on, which are read again.
     render: Vec<String>,
     scene: String,
     /// Pixels of the film across and down.
     film: [u32; 2],
-    /// Columns from and to, rows from and to.
+    /// The first column and the one after the last, then the rows alike.
     window: [u32; 4],
     /// The matrices of the camera ([`Document::world_to`](linelit_film::Document::world_to)).
     world_to: [Option<[f32; 16]>; 2],
@@ -130,7 +130,7 @@ impl Picture {
 
     /// The plan of the picture, a pixel of which takes `pixel_seconds` by a guess.
     pub(super) fn plan(&self, pixel_seconds: f64, sources: &Sources<'_>) -> Result<Plan> {
-        let settings = Settings {
+        let settings = PlanSettings {
             render: given::<Again<PictureArgs>>()?,
             scene: self.scene.clone(),
             film: self.film,
@@ -159,7 +159,7 @@ impl Picture {
         // Read the settings, the words of the command line, and the work of all units.
         let plan = folder.plan();
         let what = || format!("{}: no plan of a picture", folder.path().display());
-        let settings: Settings = serde_json::from_str(&plan.settings).with_context(what)?;
+        let settings: PlanSettings = serde_json::from_str(&plan.settings).with_context(what)?;
         let again = Again::<PictureArgs>::try_parse_from(settings.render).with_context(what)?;
         let work = plan.units.iter().map(|u| serde_json::from_str(&u.work));
         let work: Vec<Work> = work.collect::<Result<_, _>>().with_context(what)?;
@@ -214,42 +214,46 @@ impl Picture {
     }
 
     /// Computes the picture on the threads of the current pool, shows tiles as they come, and keeps
-    /// nothing. Returns the picture, its numbers as [`render::counted`] names them, and all counts.
+    /// nothing. Returns the picture, its numbers as [`render::counted`] names them, and all counts. The
+    /// picture must not be cut by blocks, which would have to come in their order.
     pub(super) fn at_once(
         &self,
         renderer: &Renderer<'_>,
         viewer: Option<&mut Viewer>,
     ) -> (Rendered, Vec<u64>, Counts) {
-        // Compute the units, and add each to the film as it comes.
-        let film = Mutex::new((Film::new(self), viewer));
+        // Compute the units, and add each to the picture as it comes: the iterator is lazy.
+        let assembly = Mutex::new((Assembly::new(self), viewer));
         let progress = bar("rendering");
         progress.set_length(self.work.len() as u64);
-        let each = self
+        let computed = self
             .work
             .par_iter()
             .map_init(Workspace::new, |workspace, work| {
                 let (part, counts) = Part::compute(&self.args, renderer, *work, workspace);
-                let (film, viewer) = &mut *locked(&film);
-                if let (Some(tile), Some(viewer)) = (film.add(*work, part), viewer) {
-                    viewer.show(tile, &film.rendered.image);
+                let (assembly, viewer) = &mut *locked(&assembly);
+                if let (Some(tile), Some(viewer)) = (assembly.add(*work, part), viewer) {
+                    viewer.show(tile, &assembly.rendered.image);
                 }
                 progress.inc(1);
                 counts
             });
+        let computed: Vec<Counts> = computed.collect();
+        progress.finish_and_clear();
         // Add up the counts, in the order of the units.
         let mut counts = Counts::default();
-        let each: Vec<Counts> = each.collect();
-        each.into_iter().for_each(|own| counts += own);
-        progress.finish_and_clear();
-        let film = film.into_inner().unwrap_or_else(PoisonError::into_inner).0;
-        (film.rendered, film.counted, counts)
+        computed.into_iter().for_each(|own| counts += own);
+        let assembly = assembly
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .0;
+        (assembly.rendered, assembly.counted, counts)
     }
 
-    /// Puts the parts of a plan together. Returns the picture, and its numbers as
-    /// [`render::counted`] names them.
+    /// Puts the parts of a plan together, in the order of the units. Returns the picture, and its
+    /// numbers as [`render::counted`] names them. Fails if parts are missing.
     pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Vec<u64>)> {
         memory::check_picture(self.window, aovs::bytes_per_pixel(&self.args))?;
-        let mut film = Film::new(self);
+        let mut assembly = Assembly::new(self);
         let missing = folder.read_all(|number, payload| {
             let work = self.work[number as usize];
             let part: Option<Part> = engine::from_bytes(&payload).ok();
@@ -257,14 +261,14 @@ impl Picture {
                 return Err(PlanError::Work {
                     number,
                     name: folder.plan().units[number as usize].name.clone(),
-                    error: BoxError::from("its part does not hold what one of a picture does"),
+                    error: BoxError::from("it lacks values for pixels of its tile"),
                 });
             };
-            film.add(work, part);
+            assembly.add(work, part);
             Ok(())
         })?;
         check(folder, &missing)?;
-        Ok((film.rendered, film.counted))
+        Ok((assembly.rendered, assembly.counted))
     }
 
     /// Puts the parts of a plan together, and writes the image.

@@ -5,12 +5,12 @@ use linelit_film::Tile;
 use linelit_integrator::LightChoice;
 use linelit_scene::SceneDescription;
 
-/// The bounds of a unit's expected time, in seconds of one thread: the least, so that writing its
-/// part is little compared with it, and the most, so that a kill costs little.
+/// The bounds of the time that a unit should not exceed, in seconds of one thread: the lower, so that
+/// writing its part is little compared with it, and the upper, so that a kill costs little.
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
 /// The number of units that is enough for sharing them out.
 const ENOUGH: f64 = 256.0;
-/// The largest side of tiles that is tried.
+/// The largest side of tiles that is tried. Sides are powers of two.
 const LARGEST_SIDE: u32 = 1024;
 /// The side of tiles below which blocks of camera samples become units of their own first.
 const SMALL_SIDE: u32 = 8;
@@ -25,15 +25,15 @@ pub(in crate::commands) struct Cut {
 }
 
 impl Cut {
-    /// Units that are computed at once, not kept.
+    /// Units that are computed at once, not kept: small, so that all threads end at one time.
     pub(super) const AT_ONCE: Self = Self {
         side: 16,
         by_block: false,
     };
 
     /// Chooses the largest tiles that are short enough, for a window whose pixels take
-    /// `pixel_seconds` each; or tiles of the `requested` side. Where even small tiles would take
-    /// too long, or `by_block` requests it, blocks of samples are units of their own.
+    /// `pixel_seconds` each; or tiles of the `requested` side. Where tiles of 8 × 8 pixels, or of
+    /// the requested side, would take too long, or `by_block` requests it, blocks of samples are units of their own.
     pub(in crate::commands) fn choose(
         args: &PictureArgs,
         window: Tile,
@@ -57,7 +57,8 @@ impl Cut {
     }
 }
 
-/// A guess of the seconds of one thread that a pixel takes, right to a factor of ten.
+/// A guess of the seconds of one thread that a pixel takes, right to a factor of ten: a microsecond
+/// for a camera ray and for each light, half a microsecond for each sample of a light.
 pub(in crate::commands) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
     let lights = match picture.lights {
         LightChoice::All => scene.lights.len() as f64,

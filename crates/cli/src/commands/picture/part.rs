@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Work {
     /// Columns from and to, rows from and to.
     pub(super) tile: [u32; 4],
-    /// The number of its block of camera samples; all if none is named.
+    /// The number of its block of camera samples ([`PictureArgs::blocks`]); all blocks if none.
     pub(super) block: Option<u32>,
 }
 
@@ -30,12 +30,13 @@ impl Work {
     }
 }
 
-/// Columns from and to, rows from and to.
+/// The first column and the one after the last, then the rows alike.
 pub(super) const fn bounds(tile: Tile) -> [u32; 4] {
     [tile.x0, tile.x1, tile.y0, tile.y1]
 }
 
-/// The result of a unit. Lists have a value for each pixel of the tile, row after row, or none.
+/// The result of a unit. All lists but `counted` have a value for each pixel of the tile, row after
+/// row, or none.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Part {
     /// The numbers of [`render::counted`].
@@ -48,7 +49,8 @@ pub(super) struct Part {
     pub(super) surfaces: Vec<Surface>,
 }
 
-/// Moments of some camera samples of a pixel, and their rays and lines.
+/// Moments of some camera samples of a pixel, or of its trials if there are several, and the rays and
+/// lines that were queried.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Spread {
     #[serde(with = "MomentsAsStored")]
@@ -65,7 +67,7 @@ struct MomentsAsStored {
 }
 
 impl Part {
-    /// Computes a unit of a picture, and what it took.
+    /// Computes a unit of a picture, and all counts, of which `counted` is what is kept.
     pub(super) fn compute(
         args: &PictureArgs,
         renderer: &Renderer<'_>,
@@ -131,7 +133,8 @@ impl Part {
         counts
     }
 
-    /// Adds the samples of another block of the same tile.
+    /// Adds the sums and the spreads of another block of the same tile; not the counts, which the
+    /// assembly adds, nor the surfaces, which the first block has.
     pub(super) fn add_block(&mut self, block: Self) {
         for (sum, own) in self.sums.iter_mut().zip(block.sums) {
             *sum = (DVec3::from_array(*sum) + DVec3::from_array(own)).to_array();

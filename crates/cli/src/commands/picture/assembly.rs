@@ -1,4 +1,4 @@
-//! The film of a picture in units, which puts parts together.
+//! A picture in units in the making, which puts parts together.
 //!
 //! ```text
 //!     part of block 0 ─┐
@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Floating-point sums depend on their order. So the blocks of a tile come in theirs and are added
-//! one after the other, whoever computed them; tiles, which share no pixel, come in any.
+//! one after the other, whoever computed them, and all of a tile before those of the next; tiles,
+//! which share no pixel, come in any order.
 
 use super::super::aovs::{self, Rendered, Surface};
 use super::super::render;
@@ -17,12 +18,12 @@ use linelit_film::{Image, Moments, Placement, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::Counts;
 
-/// A picture in the making.
-pub(super) struct Film {
+/// A picture in the making: the window's layers, filled tile by tile.
+pub(super) struct Assembly {
     window: Tile,
     /// The block that makes a tile whole; zero where tiles are not in blocks.
     last_block: u32,
-    /// The number of camera samples of a pixel.
+    /// The number of camera samples of a pixel, over all trials.
     samples: f64,
     pub(super) rendered: Rendered,
     /// The sum of the blocks of the present tile that were added.
@@ -31,7 +32,7 @@ pub(super) struct Film {
     pub(super) counted: Vec<u64>,
 }
 
-impl Film {
+impl Assembly {
     pub(super) fn new(picture: &Picture) -> Self {
         let (window, aovs) = (picture.window, &picture.args.aovs);
         // A layer has all pixels, or none where it is not wanted.
@@ -63,13 +64,13 @@ impl Film {
     }
 
     /// Adds the part of a unit, and returns its tile if that is whole with it. The parts of a tile
-    /// come in the order of their blocks.
+    /// come one after another, in the order of their blocks.
     pub(super) fn add(&mut self, work: Work, part: Part) -> Option<Tile> {
         for (sum, own) in self.counted.iter_mut().zip(&part.counted) {
             *sum += own;
         }
         if work.is_first() {
-            // Not added to zero, which would lose the sign of −0.
+            // It takes the place of the empty part, whose lists have no pixels to add to.
             self.tile = part;
         } else {
             self.tile.add_block(part);
