@@ -1,6 +1,6 @@
 //! `linelit compare`: how far one picture is from another.
 
-use super::render::is_png;
+use super::image::is_png;
 use crate::args::{CompareArgs, UsageError};
 use crate::output::{Output, note};
 use anyhow::{Context as _, Result, bail};

@@ -1,7 +1,8 @@
 //! `linelit converge`.
 
+use super::threads::{bar, pool};
 use super::units::{keep, work_off};
-use super::{bar, list, pool, study};
+use super::{list, study};
 use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
 use crate::folder::OutputFolder;
 use crate::inputs::{Sources, locked};

@@ -1,7 +1,7 @@
 //! `linelit info`: what is in a scene, and what the plan skips.
 
-use super::pool;
-use super::render::numbers;
+use super::image::numbers;
+use super::threads::pool;
 use crate::args::InfoArgs;
 use crate::output::{Output, OutputError};
 use anyhow::Result;

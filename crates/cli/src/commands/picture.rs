@@ -19,24 +19,25 @@
 //!   [`Picture::run_with`] computes what is missing and keeps its parts in a folder (it may be
 //!   killed and started again, on any machine), and [`Picture::gather`] combines them.
 //!
-//! A block is some of a pixel's camera samples, or one of its trials ([`PictureArgs::blocks`]). A part depends on its work alone, and blocks are added in their order, so that the picture is
-//! the same to the bit either way, however it was cut.
+//! A block is some of a pixel's camera samples, or one of its trials ([`PictureArgs::blocks`]). A
+//! part depends on its work alone, and blocks are added in their order, so that the picture is the
+//! same to the bit either way, however it was cut.
 
 mod assembly;
-mod cut;
 mod part;
 
 use super::aovs::{self, Rendered};
+use super::cut::{Cut, pixel_seconds};
+use super::image;
 use super::tev::Viewer;
+use super::threads::{bar, pool_of};
 use super::units::check;
-use super::{bar, pool_of, render};
 use crate::args::{Again, MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError, given};
 use crate::inputs::{self, Sources, locked};
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
 use assembly::Assembly;
 use clap::Parser as _;
-pub(super) use cut::{Cut, pixel_seconds};
 use linelit_film::{Tile, tiles};
 use linelit_integrator::{Counts, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
@@ -86,8 +87,8 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<Plan> {
     aovs::check(&args.picture, false)?;
     let sources = Sources::new(&args.read);
     let mut scene = sources.load(&args.scene)?;
-    let window = render::set_film(&mut scene, &args.picture);
-    render::check_lights(&scene, &args.picture)?;
+    let window = image::set_film(&mut scene, &args.picture);
+    image::check_lights(&scene, &args.picture)?;
     let pixel = pixel_seconds(&scene, &args.picture);
     let cut = Cut::choose(&args.picture, window, pixel, args.tile, args.split_samples);
     Picture::new(&args.scene, &scene, &args.picture, window)
@@ -193,9 +194,9 @@ impl Picture {
     /// Computes the remaining units of a plan.
     pub(super) fn run(&self, read: &ReadArgs, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
         let mut scene = inputs::open(folder, 0, read)?;
-        render::set_film(&mut scene, &self.args);
+        image::set_film(&mut scene, &self.args);
         let pool = pool_of(options.threads)?;
-        let renderer = pool.install(|| render::renderer(&scene, &self.args))?;
+        let renderer = pool.install(|| image::renderer(&scene, &self.args))?;
         Ok(self.run_with(&renderer, folder, options)?)
     }
 
@@ -214,8 +215,8 @@ impl Picture {
     }
 
     /// Computes the picture on the threads of the current pool, shows tiles as they come, and keeps
-    /// nothing. Returns the picture, its numbers as [`render::counted`] names them, and all counts. The
-    /// picture must not be cut by blocks, which would have to come in their order.
+    /// nothing. Returns the picture, its numbers as [`image::counted`] names them, and all counts.
+    /// The picture must not be cut by blocks, which would have to come in their order.
     pub(super) fn at_once(
         &self,
         renderer: &Renderer<'_>,
@@ -250,7 +251,7 @@ impl Picture {
     }
 
     /// Puts the parts of a plan together, in the order of the units. Returns the picture, and its
-    /// numbers as [`render::counted`] names them. Fails if parts are missing.
+    /// numbers as [`image::counted`] names them. Fails if parts are missing.
     pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Vec<u64>)> {
         memory::check_picture(self.window, aovs::bytes_per_pixel(&self.args))?;
         let mut assembly = Assembly::new(self);
@@ -276,9 +277,9 @@ impl Picture {
         let path = self.image_path(args)?;
         let (rendered, counted) = self.gather(folder)?;
         let scene = &self.scene;
-        let result = render::picture_json(scene, path, &rendered, &counted);
+        let result = image::picture_json(scene, path, &rendered, &counted);
         let to = (path, &args.file);
-        pool_of(args.threads)?.install(|| render::write(rendered, to, scene, &self.args))?;
+        pool_of(args.threads)?.install(|| image::write(rendered, to, scene, &self.args))?;
         if args.json {
             writeln!(out, "{}", Value::from(result))?;
         }
@@ -291,14 +292,14 @@ impl Picture {
             let text = "merging a picture writes an image: -o IMAGE.exr, .pfm or .png";
             return Err(UsageError(text.to_owned()).into());
         };
-        let is_image = |ending: &&str| render::ends_in(path, ending);
+        let is_image = |ending: &&str| image::ends_in(path, ending);
         if !["exr", "pfm", "png"].iter().any(is_image) {
             let shown = path.display();
             let text = format!("{shown}: the name must end in .exr, .pfm or .png");
             return Err(UsageError(text).into());
         }
-        render::check_file(&args.file, path)?;
-        aovs::check(&self.args, !render::ends_in(path, "exr"))?;
+        image::check_file(&args.file, path)?;
+        aovs::check(&self.args, !image::ends_in(path, "exr"))?;
         linelit_film::check_writable(path)?;
         Ok(path)
     }

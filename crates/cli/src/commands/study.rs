@@ -1,6 +1,7 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
-use super::{list, pool_of, units};
+use super::threads::pool_of;
+use super::{list, units};
 use crate::args::{
     Again, ConvergeArgs, MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError, given,
 };

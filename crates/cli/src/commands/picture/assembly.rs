@@ -10,10 +10,10 @@
 //! one after the other, whoever computed them, and all of a tile before those of the next; tiles,
 //! which share no pixel, come in any order.
 
-use super::super::aovs::{self, Rendered, Surface};
-use super::super::render;
 use super::Picture;
 use super::part::{Part, Work};
+use crate::commands::aovs::{self, Rendered, Surface};
+use crate::commands::image;
 use linelit_film::{Image, Moments, Placement, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::Counts;
@@ -28,7 +28,7 @@ pub(super) struct Assembly {
     pub(super) rendered: Rendered,
     /// The sum of the blocks of the present tile that were added.
     tile: Part,
-    /// The sums of what was counted, as [`render::counted`] names it.
+    /// The sums of what was counted, as [`image::counted`] names it.
     pub(super) counted: Vec<u64>,
 }
 
@@ -59,7 +59,7 @@ impl Assembly {
                 surfaces: vec![Surface::default(); all(aovs::wants_surfaces(aovs))],
             },
             tile: Part::default(),
-            counted: vec![0; render::counted(&Counts::default()).count()],
+            counted: vec![0; image::counted(&Counts::default()).count()],
         }
     }
 

@@ -1,8 +1,8 @@
 //! Units of a picture: their work, and its result.
 
-use super::super::aovs::{self, Surface};
-use super::super::render;
 use crate::args::PictureArgs;
+use crate::commands::aovs::{self, Surface};
+use crate::commands::image;
 use linelit_film::{Moments, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, Workspace};
@@ -39,7 +39,7 @@ pub(super) const fn bounds(tile: Tile) -> [u32; 4] {
 /// row, or none.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Part {
-    /// The numbers of [`render::counted`].
+    /// The numbers of [`image::counted`].
     pub(super) counted: Vec<u64>,
     /// The sum of the camera samples of each pixel.
     pub(super) sums: Vec<[f64; 3]>,
@@ -49,8 +49,8 @@ pub(super) struct Part {
     pub(super) surfaces: Vec<Surface>,
 }
 
-/// Moments of some camera samples of a pixel, or of its trials if there are several, and the rays and
-/// lines that were queried.
+/// Moments of some camera samples of a pixel, or of its trials if there are several, and the rays
+/// and lines that were queried.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Spread {
     #[serde(with = "MomentsAsStored")]
@@ -82,7 +82,7 @@ impl Part {
         } else {
             part.push_pixels(args, renderer, work, workspace)
         };
-        part.counted = render::counted(&counts).map(|(_, n)| n).collect();
+        part.counted = image::counted(&counts).map(|(_, n)| n).collect();
         // Find the surfaces that are seen, once for all blocks.
         if work.is_first() && aovs::wants_surfaces(&args.aovs) {
             let surface = |pixel| aovs::surface(renderer, pixel, workspace);
@@ -152,6 +152,6 @@ impl Part {
         self.sums.len() == pixels(true)
             && self.spreads.len() == pixels(aovs::wants_moments(&args.aovs))
             && self.surfaces.len() == pixels(wants_surfaces)
-            && self.counted.len() == render::counted(&Counts::default()).count()
+            && self.counted.len() == image::counted(&Counts::default()).count()
     }
 }

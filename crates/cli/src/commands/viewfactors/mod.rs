@@ -4,8 +4,9 @@ mod mesh;
 mod report;
 mod write;
 
+use super::threads::{bar, pool, pool_of};
 use super::units::{check, refuse_picture_flags};
-use super::{bar, converge, pool, pool_of, render};
+use super::{converge, image};
 use crate::args::{
     Again, ENDINGS, FactorArgs, MergeArgs, PlanViewFactorsArgs, UsageError, ViewFactorsArgs, given,
 };
@@ -306,7 +307,7 @@ impl Factors {
 
     /// Puts the parts of a plan together, and writes the factors.
     pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
-        let named = |path: &&Path| ENDINGS.iter().any(|ending| render::ends_in(path, ending));
+        let named = |path: &&Path| ENDINGS.iter().any(|ending| image::ends_in(path, ending));
         let Some(path) = args.output.as_deref().filter(named) else {
             let text = "merging view factors writes a file: -o FACTORS.csv, .npz, .txt or .vf";
             return Err(UsageError(text.to_owned()).into());

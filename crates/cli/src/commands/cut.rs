@@ -5,8 +5,8 @@ use linelit_film::Tile;
 use linelit_integrator::LightChoice;
 use linelit_scene::SceneDescription;
 
-/// The bounds of the time that a unit should not exceed, in seconds of one thread: the lower, so that
-/// writing its part is little compared with it, and the upper, so that a kill costs little.
+/// The bounds of the time that a unit should not exceed, in seconds of one thread: the lower, so
+/// that writing its part is little compared with it, and the upper, so that a kill costs little.
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
 /// The number of units that is enough for sharing them out.
 const ENOUGH: f64 = 256.0;
@@ -17,7 +17,7 @@ const SMALL_SIDE: u32 = 8;
 
 /// How a picture is cut into units.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::commands) struct Cut {
+pub(super) struct Cut {
     /// The side of tiles, in pixels; those at the window's right and lower edge may be smaller.
     pub(super) side: u32,
     /// Whether each block of a tile's camera samples is a unit of its own.
@@ -33,8 +33,9 @@ impl Cut {
 
     /// Chooses the largest tiles that are short enough, for a window whose pixels take
     /// `pixel_seconds` each; or tiles of the `requested` side. Where tiles of 8 × 8 pixels, or of
-    /// the requested side, would take too long, or `by_block` requests it, blocks of samples are units of their own.
-    pub(in crate::commands) fn choose(
+    /// the requested side, would take too long, or `by_block` requests it, blocks of samples are
+    /// units of their own.
+    pub(super) fn choose(
         args: &PictureArgs,
         window: Tile,
         pixel_seconds: f64,
@@ -59,7 +60,7 @@ impl Cut {
 
 /// A guess of the seconds of one thread that a pixel takes, right to a factor of ten: a microsecond
 /// for a camera ray and for each light, half a microsecond for each sample of a light.
-pub(in crate::commands) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
+pub(super) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
     let lights = match picture.lights {
         LightChoice::All => scene.lights.len() as f64,
         _ => 1.0,
