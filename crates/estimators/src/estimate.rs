@@ -87,11 +87,11 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     let Some(mut view) = view else {
         return DVec3::ZERO;
     };
-    let cosines = query.cosines();
-    let asked = cosines.as_ref();
-    if let Some(light) = by_rays(query, &view, asked, (scratch, &memory.region, rest)) {
+    if let Some(light) = by_rays(query, &view, (scratch, &memory.region, rest)) {
         return light;
     }
+    let cosines = query.cosines();
+    let asked = cosines.as_ref();
     let mut choice = Choice::new(query.estimator, Facts::before(query, asked));
     let above;
     if choice.is_weighted()
@@ -148,7 +148,6 @@ fn otherwise<'e>(method: &Method<'e>, light: LightKind) -> Method<'e> {
 fn by_rays<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     view: &View<'_>,
-    cosines: Option<&TransformedCosines>,
     (scratch, region, rest): (&mut Scratch, &RegionMemory, &mut RestMemory),
 ) -> Option<DVec3> {
     let mut visible = Visible::rays(query.occluders, view, scratch);
@@ -156,7 +155,8 @@ fn by_rays<R: Reflection, T: EmissionTexture>(
         return Some(known::beam(query.point, beam, &mut visible));
     }
     let by = (query.estimator).points_by_rays(LightKind::of(query.light))?;
-    let sampled = Sampled::new(query, view, cosines, None, region);
+    let cosines = query.cosines();
+    let sampled = Sampled::new(query, view, cosines.as_ref(), None, region);
     Some(sampled.points(by, query.samples, &mut visible, rest))
 }
 

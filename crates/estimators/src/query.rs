@@ -75,11 +75,10 @@ impl<R: Reflection, T> Query<'_, R, T> {
             (Technique::Lines(_), Some(_)) => point.known().constant().is_none(),
             _ => true,
         };
-        // One ray to a light without size asks for nothing.
-        let has_size = LightKind::of(self.light) != LightKind::Delta;
+        let asks = |technique: &Technique| technique.asks_for_cosines() && is_taken(technique);
         let mut techniques = self.estimator.parts().iter().map(|part| &part.technique);
-        techniques
-            .any(|technique| has_size && technique.asks_for_cosines() && is_taken(technique))
+        // One ray to a light without size asks for nothing.
+        (techniques.any(asks) && LightKind::of(self.light) != LightKind::Delta)
             .then(|| point.bsdf.transformed_cosines(point.outgoing, point.normal))?
     }
 }
