@@ -43,8 +43,23 @@ impl Illumination<'_> {
         // Add the lights that are sampled for themselves.
         let (apart, union) = self.lights.split(self.settings.lights);
         let mut sum = DVec3::ZERO;
-        for light in apart {
-            sum += self.one_light(light, samples, point, names, workspace);
+        if skip {
+            // Leave out groups of lights that face away or are below a horizon, all at once.
+            let (x, normals) = (point.position, [point.geometric_normal, point.normal]);
+            let mut left = apart.len();
+            for range in self.lights.lighting(apart.len(), x, normals) {
+                left -= range.len();
+                for light in &apart[range] {
+                    sum += self.one_light(light, samples, point, names, workspace);
+                }
+            }
+            let plan = &mut workspace.buffers.counts.plan;
+            plan.point_lights += left as u64;
+            plan.groups_left_out += left as u64;
+        } else {
+            for light in apart {
+                sum += self.one_light(light, samples, point, names, workspace);
+            }
         }
         if union.is_empty() {
             return sum;

@@ -1,7 +1,9 @@
 //! The lights of a scene together, and the tables by which one of them is chosen.
 
 use crate::{LightChoice, Luminaire};
-use linelit_selection::{Discrete, LightTree};
+use linelit_geometry::DVec3;
+use linelit_selection::{Discrete, LightRanges, LightTree};
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// The lights of a scene, and the tables by which one is chosen for a sample.
@@ -13,7 +15,12 @@ pub struct Luminaires {
     /// the pair p · indices + i.
     pub(crate) indices: u32,
     pub(crate) tables: Tables,
+    /// Groups of the lights, by which a point leaves out many at once; none of few lights.
+    ranges: Option<LightRanges>,
 }
+
+/// Lights from this number on are left out in groups; of fewer, each is looked at.
+const MANY: usize = 8;
 
 /// Tables for choosing one light that are the same for all shading points; each is built when it is
 /// first needed.
@@ -35,6 +42,7 @@ impl Luminaires {
             lights,
             indices: indices.max(above),
             tables: Tables::default(),
+            ranges: None,
         };
         all.sort();
         all
@@ -62,10 +70,27 @@ impl Luminaires {
         }
     }
 
+    /// The numbers of the first `count` lights that may light a surface at `x` above the horizons
+    /// of both normals, in their order.
+    pub(crate) fn lighting(
+        &self,
+        count: usize,
+        x: DVec3,
+        normals: [DVec3; 2],
+    ) -> impl Iterator<Item = Range<usize>> + '_ {
+        let groups = self.ranges.iter();
+        let all = self.ranges.is_none().then_some(0..count);
+        let ranges = groups.flat_map(move |groups| groups.lighting(x, normals));
+        let first = ranges.take_while(move |range| range.start < count);
+        (first.chain(all)).map(move |range| range.start..range.end.min(count))
+    }
+
     /// Puts the lights in order, with new tables.
     fn sort(&mut self) {
         self.lights
             .sort_by_key(|light| (!light.is_apart, light.index));
         self.tables = Tables::default();
+        let all = self.lights.iter().map(|light| &*light.light);
+        self.ranges = (self.lights.len() >= MANY).then(|| LightRanges::new(all));
     }
 }

@@ -63,6 +63,52 @@ fn floor(x: f64, y: f64) -> ShadingPoint {
 }
 
 #[test]
+fn groups_of_lights_that_cannot_reach_a_point_change_no_bit() {
+    // Lamps that shine up, down and to a side, above and below the floor.
+    let lamp = |i: u32| {
+        let at = [0.618_034, 0.754_878, 0.569_840].map(|turn| (f64::from(i) * turn).fract());
+        let [x, y, z] = at.map(|share| 4.0 * share - 2.0);
+        // A third of them, neighbours, are below the floor, as are some of the others.
+        let at = [x, y, if (20..40).contains(&i) { z - 2.5 } else { z }];
+        let ([u, v], side) = ([[0.0, 0.3, 0.0], [0.2, 0.0, 0.1]], i as usize / 5 % 3);
+        let sides = [[u, v], [v, u], [u, [0.0, 0.1, 0.4]]];
+        let [u, v] = sides[side];
+        let light = Light::rectangle(at, u, v, [1.0; 3]);
+        Luminaire::new(i, Arc::new(light.unwrap()))
+    };
+    let lights = Luminaires::new((0..60).map(lamp).collect(), 60);
+    let (positions, triangles) = slats();
+    let occluders = Occluders::build(&positions, &triangles);
+    let (mut workspace, estimator) = (Workspace::new(), "point-area".parse().unwrap());
+    let mut left_out = 0;
+    for k in 0..200_u32 {
+        let (x, y) = (
+            f64::from(k % 20) / 10.0 - 1.0,
+            f64::from(k / 20) / 5.0 - 1.0,
+        );
+        let names = SampleNames::of_pixel([k, 0]);
+        let [skipping, all] = [true, false].map(|skip| {
+            let settings = Settings {
+                skip,
+                ..Settings::new(&estimator, 2)
+            };
+            let illumination = Illumination {
+                occluders: &occluders,
+                lights: &lights,
+                settings,
+            };
+            illumination.radiance(&floor(x, y), names, &mut workspace)
+        });
+        assert_eq!(skipping, all, "{x} {y}");
+        let counts = workspace.take_counts().plan;
+        // Each pair is counted once, and what is left out with a group is part of it.
+        assert_eq!(counts.point_lights, 60);
+        left_out += counts.groups_left_out;
+    }
+    assert!(left_out > 0, "groups are left out");
+}
+
+#[test]
 fn the_light_at_a_point_is_the_sum_of_the_estimates_of_its_lights() {
     let (positions, triangles) = slats();
     let occluders = Occluders::build(&positions, &triangles);

@@ -41,6 +41,9 @@ counters! {
         facing_away: "pairs skipped: light faces away",
         /// Pairs dropped because the light is below the horizon.
         below_horizon: "pairs skipped: light below the horizon",
+        /// Pairs dropped with all lights of a group, each of which faces away or is below the
+        /// horizon.
+        groups_left_out: "pairs skipped with their group: facing away or below the horizon",
         /// Pairs with nothing between point and light: no visibility was sampled.
         unoccluded: "pairs without any occluder: no visibility sampled",
         /// Pairs where the light is wholly hidden: nothing was sampled.

@@ -31,6 +31,8 @@ pub(crate) struct LightBounds {
     spread: f64,
     /// (sin, cos) of the half angle.
     cone: (f64, f64),
+    /// The least and the largest coordinates of the normals, if all shine on one side alone.
+    normals: Option<[DVec3; 2]>,
     /// Whether all shine in all directions.
     around: bool,
     /// Whether some are at infinity, so that a box tells nothing of them.
@@ -70,6 +72,10 @@ impl LightBounds {
             axis,
             spread,
             cone: sin_cos(spread),
+            normals: match extent.normals {
+                Normals::One(normal) => Some([normal; 2]),
+                Normals::Both(_) | Normals::Around => None,
+            },
             around: extent.normals == Normals::Around,
             endless: matches!(light, Light::Distant(_) | Light::Sky(_)),
             dim: matches!(light, Light::Point(_)),
@@ -94,6 +100,7 @@ impl LightBounds {
             axis,
             spread,
             cone: sin_cos(spread),
+            normals: (self.normals.zip(other.normals)).map(|([a, b], [c, d])| [a.min(c), b.max(d)]),
             around: self.around && other.around,
             endless: self.endless || other.endless,
             dim: self.dim || other.dim,
@@ -167,6 +174,9 @@ impl LightBounds {
         if self.around {
             return if above { Reach::All } else { Reach::Unknown };
         }
+        if self.is_behind(x) {
+            return Reach::None;
+        }
         let to = self.center() - x;
         let d2 = to.length_squared();
         let radius = self.radius2.sqrt() + 4.0 * f64::EPSILON * sum(largest.max(x.abs()));
@@ -186,6 +196,22 @@ impl LightBounds {
         } else {
             Reach::Unknown
         }
+    }
+
+    /// Whether a point lies behind all lights of the group, which shine on one side alone: no
+    /// normal and no place within their boxes has it in front. Products and their sum lose at most
+    /// 8 ε of the coordinates.
+    fn is_behind(&self, x: DVec3) -> bool {
+        let Some([least, most]) = self.normals else {
+            return false;
+        };
+        let (from, to) = (x - self.hi, x - self.lo);
+        let highest = (least * from)
+            .max(least * to)
+            .max(most * from)
+            .max(most * to);
+        let largest = self.lo.abs().max(self.hi.abs()).max(x.abs());
+        highest.element_sum() < -16.0 * f64::EPSILON * largest.element_sum()
     }
 
     /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3), with

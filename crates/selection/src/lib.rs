@@ -26,12 +26,14 @@
 
 mod bounds;
 mod contribution;
+mod ranges;
 mod reflected;
 mod tree;
 
 pub use contribution::{
     Receiver, can_contribute, diffuse, positive_part, spread, unshadowed, unshadowed_at_center,
 };
+pub use ranges::LightRanges;
 pub use reflected::{Cosines, reflecting};
 pub use tree::LightTree;
 

@@ -176,7 +176,8 @@ fn explain(
     }
     write!(out, "{}", counts.plan)?;
     let plan = &counts.plan;
-    let settled = plan.facing_away + plan.below_horizon + plan.hidden;
+    let left_out = plan.facing_away + plan.below_horizon + plan.groups_left_out;
+    let settled = left_out + plan.hidden;
     let closed = plan.closed_form + plan.exact_penumbrae;
     let sampled = plan.point_lights.saturating_sub(settled + closed);
     writeln!(

@@ -6,7 +6,7 @@ use linelit_lights::{
     AreaLight, Cylinder, CylinderLight, Disk, DiskLight, DistantLight, Emission, Light,
     LinearLight, PointLight, Sky, SkyEmission, Sphere, SphereLight,
 };
-use linelit_selection::{Discrete, Estimated, LightTree, can_contribute, diffuse};
+use linelit_selection::{Discrete, Estimated, LightRanges, LightTree, can_contribute, diffuse};
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};
 use proptest::prelude::*;
@@ -225,6 +225,22 @@ proptest! {
         numbers in prop::collection::vec(unit_interval(), 8),
     ) {
         holds(&lights, (x, n), &numbers)?;
+    }
+
+    #[test]
+    fn groups_left_out_hold_no_light_that_can_contribute(
+        lamps in prop_oneof![lamps(), hostile()],
+        x in place(),
+        normals in [direction(), direction()],
+    ) {
+        let found: Vec<usize> =
+            LightRanges::new(&lamps).lighting(x, normals).flatten().collect();
+        prop_assert!(found.windows(2).all(|pair| pair[0] < pair[1]));
+        for (i, lamp) in lamps.iter().enumerate() {
+            let contributes = normals.iter().all(|n| can_contribute(lamp, x, *n));
+            let is_lit = contributes && lamp.power() > 0.0;
+            prop_assert!(!is_lit || found.contains(&i), "{i} of {found:?}: {lamp:?}");
+        }
     }
 
     #[test]
