@@ -6,8 +6,10 @@
 //! future work. On the light's plane at the distance z, with lines along y and offsets u = z tan ψ,
 //! a line spans η = sin φ from η₀ to η₁ and `dΩ = dη dψ`. The marginal density of the offset is
 //! `(η₁ − η₀) z/(z² + u²)/Ω` for any shape, and its CDF is the solid angle of the part of the light
-//! before the line: on a trapezoid between two vertices the sum of two spherical triangles, in
-//! which nothing cancels. It is inverted by Newton's method in ψ within a bracket.
+//! before the line. On a rectangle with lines along an edge its inverse is a closed form, of any
+//! size and distance ([`crate::line::rectangle`]). Elsewhere it is, on a trapezoid between two
+//! vertices, the sum of two spherical triangles, in which nothing cancels, and is inverted by
+//! Newton's method in ψ within a bracket, at five times the cost of a line.
 //!
 //! With the cosine at the receiver the same holds for the projected solid angle: the marginal is z
 //! times the ribbon integral of the line, the CDF is Lambert's irradiance of the part, and the
@@ -69,7 +71,8 @@ const MOST_STEPS: u32 = 64;
 /// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is
 /// not finite. Lines run at `angle_rad` from the polygon's first edge.
 ///
-/// **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence limits the CDF
+/// **Error** of the inversion: 4 ε of the piece's measure by Newton's method, 16 ε in closed form,
+/// unless grazing incidence limits the CDF
 /// itself. Of the projected measure: 1e-12 next to the light's plane, too, down to 1e-9 of the way
 /// r to the farthest of the light, where edges or the horizon pass through the foot or leave a
 /// corner: there lines are [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver, δ
@@ -126,7 +129,11 @@ enum Marginal {
 }
 
 impl AngularLines {
-    /// Lines proportional to the solid angle of their neighbourhood.
+    /// Lines proportional to the solid angle of their neighbourhood: in closed form where they run
+    /// along an edge of a rectangle (to 1e-12 of its sides), by Newton's method elsewhere.
+    ///
+    /// Of such a rectangle [`AngularLines::total`] is the solid angle to 1e-12, and the density is
+    /// exact.
     #[must_use]
     pub fn by_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
@@ -138,7 +145,8 @@ impl AngularLines {
     /// its exact ends.
     ///
     /// That density is known exactly and inverted without iteration, so that everything is as
-    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost of a line.
+    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost of a line that
+    /// is not along an edge of a rectangle.
     /// Unoccluded, the weights of a triangle three times as wide as it is far lie between 0.60 and
     /// 1.10. [`AngularLines::total`] is the normalisation, not Ω.
     #[must_use]
