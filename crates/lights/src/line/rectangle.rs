@@ -157,17 +157,17 @@ impl Rectangle {
         } else {
             far.u - u
         };
-        self.from_first(fraction(step / self.width))
+        self.turned_around(fraction(step / self.width))
     }
 
     /// The share of the solid angle before the line at the fraction `s` of the width.
     pub(crate) fn place(&self, s: f64) -> f64 {
-        let step = self.width * self.from_first(s);
-        self.from_first(fraction(self.beyond(self.far.u - step, step) / self.whole))
+        let step = self.width * self.turned_around(s);
+        self.turned_around(fraction(self.beyond(self.far.u - step, step) / self.whole))
     }
 
-    /// Turns a fraction from the far line into one from the first, and back.
-    fn from_first(&self, s: f64) -> f64 {
+    /// Turns a fraction from the far line into one before the line, and back.
+    fn turned_around(&self, s: f64) -> f64 {
         if self.is_reversed { s } else { 1.0 - s }
     }
 }
