@@ -6,8 +6,10 @@
 //! future work. On the light's plane at the distance z, with lines along y and offsets u = z tan ψ,
 //! a line spans η = sin φ from η₀ to η₁ and `dΩ = dη dψ`. The marginal density of the offset is
 //! `(η₁ − η₀) z/(z² + u²)/Ω` for any shape, and its CDF is the solid angle of the part of the light
-//! before the line: on a trapezoid between two vertices the sum of two spherical triangles, in
-//! which nothing cancels. It is inverted by Newton's method in ψ within a bracket.
+//! before the line. On a rectangle with lines along an edge its inverse is a closed form, of any
+//! size and distance ([`crate::line::rectangle`]). Elsewhere it is, on a trapezoid between two
+//! vertices, the sum of two spherical triangles, in which nothing cancels, and is inverted by
+//! Newton's method in ψ within a bracket, at five times the cost of a line.
 //!
 //! With the cosine at the receiver the same holds for the projected solid angle: the marginal is z
 //! times the ribbon integral of the line, the CDF is Lambert's irradiance of the part, and the
@@ -21,6 +23,7 @@ use crate::LineTechnique;
 use crate::density::{Offset, Pdf, SolidAngle};
 use crate::line::by_length::{is_visible, locate, within};
 use crate::line::piece::{Angles, Line, Piece, Warp};
+use crate::line::rectangle::Rectangle;
 use crate::line::trapezoid::Trapezoid;
 use crate::linear::{LineView, ProjectedLine, ThinLine};
 use crate::pieces::{Pieces, sample_linear};
@@ -68,7 +71,8 @@ const MOST_STEPS: u32 = 64;
 /// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is
 /// not finite. Lines run at `angle_rad` from the polygon's first edge.
 ///
-/// **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence limits the CDF
+/// **Error** of the inversion: 4 ε of the piece's measure by Newton's method, 16 ε in closed form,
+/// unless grazing incidence limits the CDF
 /// itself. Of the projected measure: 1e-12 next to the light's plane, too, down to 1e-9 of the way
 /// r to the farthest of the light, where edges or the horizon pass through the foot or leave a
 /// corner: there lines are [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver, δ
@@ -107,6 +111,8 @@ pub struct AngularLines {
     normal: Option<DVec3>,
     pieces: Pieces,
     marginal: Marginal,
+    /// Of lines by plain solid angle along an edge of a rectangle: their offsets in closed form.
+    rectangle: Option<Rectangle>,
     /// Whether the lines are [`linelit_geometry::CloseLines`].
     close: bool,
 }
@@ -123,7 +129,11 @@ enum Marginal {
 }
 
 impl AngularLines {
-    /// Lines proportional to the solid angle of their neighbourhood.
+    /// Lines proportional to the solid angle of their neighbourhood: in closed form where they run
+    /// along an edge of a rectangle (to 1e-12 of its sides), by Newton's method elsewhere.
+    ///
+    /// Of such a rectangle [`AngularLines::total`] is the solid angle to 1e-12, and the density is
+    /// exact.
     #[must_use]
     pub fn by_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
@@ -135,7 +145,8 @@ impl AngularLines {
     /// its exact ends.
     ///
     /// That density is known exactly and inverted without iteration, so that everything is as
-    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost of a line.
+    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost of a line that
+    /// is not along an edge of a rectangle.
     /// Unoccluded, the weights of a triangle three times as wide as it is far lie between 0.60 and
     /// 1.10. [`AngularLines::total`] is the normalisation, not Ω.
     #[must_use]
@@ -218,8 +229,16 @@ impl AngularLines {
             normal: normal.map(|n| DVec3::new(n.dot(axes.x), n.dot(axes.y), n.dot(towards))),
             pieces: Pieces::new(core::iter::empty()),
             marginal,
+            rectangle: None,
             close,
         };
+        if marginal == Marginal::Solid {
+            out.rectangle = Rectangle::new(&out.lines, foot, out.z);
+        }
+        if let Some(rectangle) = &out.rectangle {
+            out.pieces = Pieces::new(core::iter::once(rectangle.solid_angle()));
+            return out;
+        }
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
             let m = if marginal == Marginal::Warped {
@@ -337,20 +356,19 @@ impl AngularLines {
             .map_or(0.0, |line| line.projected_solid_angle())
     }
 
-    /// The formula of [`LineView::solid_angle`], without the rest of it.
     #[inline(always)]
     fn thin_solid_angle(&self, line: Line) -> f64 {
-        let (y0, y1) = (line.lo, line.hi);
-        let h2 = line.u * line.u + self.z * self.z;
-        let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
-        let (dot, product) = (y0 * y1 + h2, r0 * r1);
-        let range = if dot > 0.0 {
-            h2 / product * (line.length / (product + dot)) * (r0 + r1)
-        } else {
-            y1 / r1 - y0 / r0
-        };
-        let thin = 2.0 * range / h2.sqrt();
+        let thin = 2.0 * line.sine_range(self.z) / (line.u * line.u + self.z * self.z).sqrt();
         if thin.is_finite() { thin } else { 0.0 }
+    }
+
+    /// The distance of the infinite line at the offset `u` from the foot.
+    fn distance(&self, u: f64) -> f64 {
+        // A rectangle has been seen by squares already.
+        match self.rectangle {
+            Some(_) => (u * u + self.z * self.z).sqrt(),
+            None => hypot(u, self.z),
+        }
     }
 
     /// The marginal on a piece that is linear in the angle.
@@ -508,7 +526,7 @@ impl AngularLines {
 
     /// The measures of a line, the whole one's from its marginal density.
     fn line_measure(&self, offset: f64, pdf: Pdf<Offset>, visible: f64) -> LineMeasure {
-        let h = hypot(offset - self.foot.0, self.z);
+        let h = self.distance(offset - self.foot.0);
         LineMeasure {
             whole: pdf.value() * self.total() * (2.0 * h / self.z),
             visible,
@@ -555,7 +573,10 @@ impl LineTechnique for AngularLines {
             (offset, self.warped_pdf(offset, warp.at(t)))
         } else {
             let whole = self.pieces.weight(k);
-            let offset = if self.close {
+            let offset = if let Some(rectangle) = &self.rectangle {
+                let (a, b) = self.lines.range();
+                (a + (b - a) * rectangle.find(place)).min(b)
+            } else if self.close {
                 self.close_offset(k, place, whole)
             } else {
                 at(fraction(self.find::<false>(
@@ -576,7 +597,15 @@ impl LineTechnique for AngularLines {
     }
 
     fn pdf(&self, offset: f64) -> Pdf<Offset> {
-        let Some(line) = self.line_at(offset).filter(|_| self.pieces.is_usable()) else {
+        let (a, b) = self.lines.range();
+        let line = match &self.rectangle {
+            Some(rectangle) if (a..=b).contains(&offset) => {
+                Some(rectangle.line(offset - self.foot.0))
+            }
+            Some(_) => None,
+            None => self.line_at(offset).filter(|_| self.pieces.is_usable()),
+        };
+        let Some(line) = line else {
             return Pdf::ZERO;
         };
         if self.marginal == Marginal::Warped {
@@ -585,7 +614,7 @@ impl LineTechnique for AngularLines {
             let t = warp.place(offset - self.lines.knots()[k], self.z);
             return self.warped_pdf(offset, warp.at(t));
         }
-        let ribbon = self.thin_measure(line) * self.z / (2.0 * hypot(line.u, self.z));
+        let ribbon = self.thin_measure(line) * self.z / (2.0 * self.distance(line.u));
         Pdf::new(ribbon / self.total())
     }
 
@@ -594,6 +623,10 @@ impl LineTechnique for AngularLines {
         let (a, b) = self.lines.range();
         if !(a..=b).contains(&offset) || !self.pieces.is_usable() {
             return None;
+        }
+        if let Some(rectangle) = &self.rectangle {
+            let place = rectangle.place(fraction((offset - a) / (b - a)));
+            return Some(self.pieces.unpick(0, place));
         }
         let k = self.piece_at(offset);
         if self.marginal == Marginal::Warped {

@@ -5,4 +5,5 @@ pub(crate) mod by_angle;
 pub(crate) mod by_length;
 pub(crate) mod by_texture;
 mod piece;
+mod rectangle;
 mod trapezoid;

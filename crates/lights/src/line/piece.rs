@@ -22,7 +22,7 @@ pub(crate) struct Piece<const CLOSE: bool> {
 
 /// A line relative to the foot of the shading point: offset, beginning, end and length, of which
 /// next to the light's plane each keeps its own digits.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     pub(crate) u: f64,
     pub(crate) lo: f64,
@@ -35,6 +35,21 @@ impl Line {
     pub(crate) fn square(&self) -> f64 {
         let v = self.lo.max(-self.hi).max(0.0);
         self.u * self.u + v * v
+    }
+
+    /// The span of sin φ along the line, `z` from the plane: half its solid angle per radius, times
+    /// its distance. The formula of [`crate::linear::LineView::solid_angle`], without the rest.
+    #[inline(always)]
+    pub(crate) fn sine_range(&self, z: f64) -> f64 {
+        let (y0, y1) = (self.lo, self.hi);
+        let h2 = self.u * self.u + z * z;
+        let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
+        let (dot, product) = (y0 * y1 + h2, r0 * r1);
+        if dot > 0.0 {
+            h2 / product * (self.length / (product + dot)) * (r0 + r1)
+        } else {
+            y1 / r1 - y0 / r0
+        }
     }
 }
 

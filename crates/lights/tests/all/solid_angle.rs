@@ -4,6 +4,7 @@
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AngularLines, LineTechnique, PointTechnique, SolidAngleSampler};
 use linelit_testkit::assert_close;
+use linelit_testkit::quadrature::gauss_legendre;
 
 /// A rectangle with its corner over x: Ω = atan(a b/(d √(a² + b² + d²))).
 fn corner(a: f64, b: f64, d: f64) -> f64 {
@@ -93,5 +94,112 @@ fn edge_on_and_on_the_light() {
         assert!(sampler.invert(DVec3::new(0.5, 0.5, 1.0)).is_none());
         let lines = AngularLines::by_solid_angle(&quad, 0.2, x);
         assert!(!lines.sample(0.5).pdf.is_positive());
+    }
+}
+
+/// Offsets from the foot at which a rule over [a, b] is cut, `z` from the plane: panels four times
+/// as long as the one before, in which the error of 24 points is below 3⁻⁴⁸.
+fn panels(a: f64, b: f64, z: f64) -> Vec<f64> {
+    let mut cuts = vec![a, b, 0.0];
+    let mut step = z;
+    while step < a.abs().max(b.abs()) {
+        cuts.extend([step, -step]);
+        step *= 4.0;
+    }
+    cuts.retain(|u| (a..=b).contains(u));
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    cuts
+}
+
+/// ∫ f over [a, b], by its panels.
+fn integral(a: f64, b: f64, z: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let rule = gauss_legendre(24);
+    let cuts = panels(a, b, z);
+    cuts.windows(2)
+        .map(|p| rule.integrate(p[0], p[1], &f))
+        .sum()
+}
+
+/// Solid angle, offset, density and inverse of lines along an edge of a rectangle in the plane z,
+/// against ∫∫ z/r³, whose terms have one sign.
+fn check_rectangle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], z: f64) {
+    let rectangle = ConvexPolygon::parallelogram(
+        DVec3::new(x0, y0, z),
+        DVec3::new(x1 - x0, 0.0, 0.0),
+        DVec3::new(0.0, y1 - y0, 0.0),
+    )
+    .expect("a rectangle");
+    let name = format!("[{x0:e}, {x1:e}] × [{y0:e}, {y1:e}] at {z:e}");
+    let far = [x0, x1, y0, y1].map(f64::abs).into_iter().fold(z, f64::max);
+    let way = DVec3::new(0.0_f64.clamp(x0, x1), 0.0_f64.clamp(y0, y1), z).length();
+    // Forty roundings, few of which count more than once; coordinates that are rounded to ε of the
+    // farthest count against the nearest of the light.
+    let rounding = 64.0 * f64::EPSILON * (1.0 + far / way);
+    for (angle, u, v) in [
+        (0.0, [y0, y1], [x0, x1]),
+        (std::f64::consts::FRAC_PI_2, [x0, x1], [y0, y1]),
+    ] {
+        // The angle, rounded to ε, shears a rectangle that is longer along its lines than wide.
+        let rounding = rounding + f64::EPSILON * (v[1] - v[0]) / (u[1] - u[0]);
+        let lines = AngularLines::by_solid_angle(&rectangle, angle, DVec3::ZERO);
+        let axis = if angle > 0.0 { DVec3::X } else { DVec3::Y };
+        let upwards = lines.lines().across().dot(axis) > 0.0;
+        // The density of a line, and the solid angle between two.
+        let of_line = |u: f64| {
+            let density = |v: f64| {
+                let square = u * u + v * v + z * z;
+                z / (square * square.sqrt())
+            };
+            integral(v[0], v[1], u.hypot(z), density)
+        };
+        let whole = integral(u[0], u[1], z, of_line);
+        assert_close!(lines.total(), whole, rel = rounding, "Ω of {name} {angle}");
+        for xi in [1e-9, 1e-3, 0.1, 0.31, 0.5, 0.72, 0.9, 0.999, 1.0 - 1e-9] {
+            let line = lines.sample(xi);
+            let at = line.segment.p0.dot(axis);
+            let want = of_line(at) / whole;
+            // An offset is rounded, and moves the share below it by its density.
+            let slack = 4.0 * f64::EPSILON * far * want + rounding;
+            let below = integral(u[0], at.clamp(u[0], u[1]), z, of_line) / whole;
+            let below = if upwards { below } else { 1.0 - below };
+            assert_close!(below, xi, slack, "share of {xi} on {name} {angle}");
+            let back = lines.invert(line.offset).expect("on the light");
+            assert_close!(back, xi, slack, "back to {xi} on {name} {angle}");
+            // The place itself is rounded to ε of the coordinates.
+            let pdf = line.pdf.value();
+            assert_close!(
+                pdf,
+                want,
+                rel = rounding,
+                "density of {xi} on {name} {angle}"
+            );
+        }
+    }
+}
+
+#[test]
+fn lines_along_edges_of_rectangles_match_quadrature() {
+    // Ordinary, beside the foot, around it, and square over it.
+    check_rectangle([-0.7, 1.1], [0.2, 1.3], 0.9);
+    check_rectangle([1.0, 2.5], [-3.0, -0.5], 0.4);
+    check_rectangle([0.0, 1.0], [-1.0, 1.0], 1.0);
+    for exponent in 0..7 {
+        let far = 10_f64.powi(exponent);
+        // Far and small, in the middle of the plane and at a slant.
+        check_rectangle([far, far + 1.0], [-0.5 * far, 1.0 - 0.5 * far], far);
+        check_rectangle([-0.5, 0.5], [-0.25, 0.75], far);
+        // Grazing, with the foot before an edge or a corner.
+        check_rectangle([1.0, 3.0], [-1.0, 2.0], 1.0 / far);
+        check_rectangle([-3.0, -1.0], [2.0, 2.5], 1.0 / far);
+        check_rectangle([far, 2.0 * far], [-1.0, 1e-3], 0.1);
+    }
+    for exponent in 0..5 {
+        // Huge, and near: the foot inside or on an edge.
+        let size = 10_f64.powi(exponent);
+        check_rectangle([-0.3 * size, 0.7 * size], [-size, 0.2 * size], 1.0);
+        check_rectangle([0.0, size], [-size, size], 0.5);
+        // Thin, along the lines and across.
+        check_rectangle([0.5, 0.5 + 0.1 / size], [-2.0, 1.0], 1.0);
     }
 }
