@@ -384,7 +384,7 @@ proptest! {
     fn narrow_lobes(
         corners in convex_polygon_2d(),
         (centre, n) in (unit(), unit()),
-        size in -4.0..0.3f64,
+        size in -3.0..0.3f64,
         (away, widths) in (unit(), 0.0..12.0f64),
         power in 0.8..5.0f64,
     ) {
