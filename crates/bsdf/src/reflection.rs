@@ -119,7 +119,8 @@ enum Lobes<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClosedLobe {
     /// scale · max(0, axis·ω)ᵏ: Phong's, and Lafortune's about any direction. Known over polygons,
-    /// too.
+    /// too, at the cost of a line for each edge that the lobe meets (of two below an exponent of
+    /// some hundred).
     Power {
         /// The factor by channel, 1/sr.
         scale: DVec3,
@@ -128,7 +129,7 @@ pub enum ClosedLobe {
         /// k ≥ 0.
         exponent: f64,
     },
-    /// A spherical Gaussian, scale · exp(λ(axis·ω − 1)).
+    /// A spherical Gaussian, scale · exp(λ(axis·ω − 1)): known along lines alone.
     Gaussian {
         /// The factor by channel, 1/sr.
         scale: DVec3,

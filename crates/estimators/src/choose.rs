@@ -65,6 +65,7 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
         // Leave out a light that is wholly hidden, unless every sample is to be taken.
         let (samples, is_polygon) = (facts.samples, facts.light.is_polygon());
+        let is_diffuse = facts.known.closed == Closed::Diffuse;
         let takes_all = |technique: &Technique| !technique.may_become_points();
         let ignores_class = !facts.skip && is_polygon && alone.is_some_and(takes_all);
         if between.class == ShaftClass::Blocked && !ignores_class {
@@ -77,10 +78,12 @@ impl<'e, 'f> Choice<'e, 'f> {
         // known.
         match alone {
             _ if facts.light == LightKind::Linear => segment(facts),
-            Some(Technique::Points(points)) if is_polygon => match facts.has_whole(between) {
-                true => Method::region(Of::Reflection),
-                false => Method::points(points.by, samples, Ask::Shaft),
-            },
+            Some(Technique::Points(points)) if is_polygon => {
+                match facts.has_whole(between) && is_diffuse {
+                    true => Method::region(Of::Reflection),
+                    false => Method::points(points.by, samples, Ask::Shaft),
+                }
+            }
             Some(Technique::Lines(lines)) if is_polygon && lines.integration.is_none() => {
                 Method::points_of_lines(lines, samples)
             }
@@ -104,10 +107,13 @@ impl<'e, 'f> Choice<'e, 'f> {
     /// Whether the method may depend on the density of points that is best ([`Facts::points`]).
     pub(crate) fn asks_for_density(&self) -> bool {
         let known = &self.facts.known;
-        let is_diffuse = known.closed == Closed::Diffuse;
+        let (is_diffuse, has_region) = (
+            known.closed == Closed::Diffuse,
+            self.facts.has_closed_region(),
+        );
         match self.integral.as_ref().map(|integral| integral.by) {
             Some(Integration::Cheapest) => is_diffuse || known.has_cosines,
-            Some(Integration::Exact(_)) => !is_diffuse && known.has_cosines,
+            Some(Integration::Exact(_)) => !has_region && known.has_cosines,
             Some(Integration::Analytic) | None => false,
         }
     }
@@ -250,7 +256,9 @@ impl Estimator {
 /// The method for a linear light: one line answers for all of it.
 fn segment<'e>(facts: &Facts<'_>) -> Method<'e> {
     match facts.known.closed {
-        Closed::AlongLines | Closed::Diffuse => Method::region(Of::Reflection),
+        Closed::AlongLines | Closed::OverPolygons { .. } | Closed::Diffuse => {
+            Method::region(Of::Reflection)
+        }
         Closed::Nowhere if facts.known.has_peaks => Method::region(Of::Quadrature),
         Closed::Nowhere => {
             let by = PointBy::Linear(LinearOptions::DEFAULT);
@@ -293,10 +301,10 @@ pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Me
     let (of, ask) = match (facts.light, facts.known.closed) {
         (LightKind::Cylinder, Closed::Nowhere) => (Of::Quadrature, facts.ask),
         (LightKind::Cylinder, _) => (Of::Reflection, facts.ask),
-        (LightKind::Polygon, Closed::AlongLines | Closed::Diffuse) => (Of::Reflection, Ask::Shaft),
-        (LightKind::Polygon | LightKind::Textured, _) => {
+        (LightKind::Textured, _) | (LightKind::Polygon, Closed::Nowhere) => {
             return Some(Method::points_of_lines(lines, count));
         }
+        (LightKind::Polygon, _) => (Of::Reflection, Ask::Shaft),
         _ => return None,
     };
     Some(Method::new(
@@ -312,7 +320,7 @@ pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> 
     if !between.has_region || !facts.has_region_integral() {
         return None;
     }
-    if facts.known.closed == Closed::Diffuse {
+    if facts.has_closed_region() {
         return Some(Method::region(Of::Reflection));
     }
     let by = PointDensity::Lobes.into();
@@ -373,14 +381,20 @@ impl Facts<'_> {
 
     /// Whether the light over a region has an integral, of the reflection or of cosines.
     fn has_region_integral(&self) -> bool {
-        let is_known = self.known.closed == Closed::Diffuse || self.known.has_cosines;
-        is_known && self.light != LightKind::Textured
+        (self.has_closed_region() || self.known.has_cosines) && self.light != LightKind::Textured
     }
 
     /// Whether the shaft is empty and the light over all of the light has a closed form.
     fn has_whole(&self, between: &Between) -> bool {
-        between.class == ShaftClass::Empty
-            && self.known.closed == Closed::Diffuse
-            && self.light != LightKind::Textured
+        between.class == ShaftClass::Empty && self.has_closed_region()
+    }
+
+    /// Whether the light over a region has a closed form, of the reflection itself.
+    fn has_closed_region(&self) -> bool {
+        match self.known.closed {
+            Closed::Diffuse => self.light != LightKind::Textured,
+            Closed::OverPolygons { .. } => self.light == LightKind::Polygon,
+            Closed::AlongLines | Closed::Nowhere => false,
+        }
     }
 }

@@ -40,7 +40,7 @@ pub(crate) fn method<'e>(
     let closed = facts.known.closed;
     let by = match closed {
         Closed::Diffuse => facts.points.into(),
-        Closed::AlongLines | Closed::Nowhere => PointDensity::Lobes.into(),
+        _ => PointDensity::Lobes.into(),
     };
     let points = count.saturating_mul(POINTS);
     // Too many occluders in between to collect them: rays, or lines if they are many.
@@ -51,10 +51,10 @@ pub(crate) fn method<'e>(
     // The visible region, if it is found in the time of so many lines or points.
     let is_smooth = closed == Closed::Diffuse || closed == Closed::Nowhere && facts.known.are_wide;
     let with_region = points_with_cosines(count);
-    let is_region_cheap = match is_smooth {
+    let is_region_cheap = match is_smooth || matches!(closed, Closed::OverPolygons { .. }) {
         true => {
-            let lines_for_each = LINES_FOR_A_TRIANGLE + facts.occlusion.edges;
-            lines_for_each * triangles(between) <= f64::from(count)
+            let edges = facts.occlusion.edges * f64::from(closed.lines_for_an_edge());
+            (LINES_FOR_A_TRIANGLE + edges) * triangles(between) <= f64::from(count)
         }
         false => takes_cosines(between, count),
     };
@@ -70,8 +70,8 @@ pub(crate) fn method<'e>(
     }
     // Lines, of which light is known, or a point tells most of it; else points.
     let takes_lines = match closed {
-        Closed::Diffuse | Closed::AlongLines => count >= POINTS || between.is_dense,
         Closed::Nowhere => facts.known.are_wide,
+        _ => count >= POINTS || between.is_dense,
     };
     let along = along(integral, facts).filter(|_| takes_lines);
     along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))

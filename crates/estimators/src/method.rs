@@ -6,7 +6,7 @@
 
 use crate::{EmissionTexture, LightSource, Lines, OcclusionStats, Part, PointBy, PointDensity};
 use crate::{Points, Query, ShadingPoint, Weights};
-use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
+use linelit_bsdf::{ClosedLobe, Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
 use linelit_visibility::ShaftClass;
@@ -76,10 +76,44 @@ impl LightKind {
 pub enum Closed {
     /// No closed form.
     Nowhere,
-    /// Closed forms along lines: it has lobes of Phong or Gaussians.
+    /// Closed forms along lines: it has Gaussians.
     AlongLines,
-    /// Closed forms along lines and over lights: it is diffuse.
+    /// Closed forms along lines and, at a cost, over polygons: it has lobes of Phong.
+    OverPolygons {
+        /// The lines on a polygon, with the same lobes, that take as long as an edge of what is
+        /// visible of it.
+        lines_for_an_edge: u32,
+    },
+    /// Closed forms along lines and over lights, as cheap as visibility: it is diffuse.
     Diffuse,
+}
+
+/// The exponent up to which a lobe of Phong's is so wide that its integral along an edge takes as
+/// long as along two lines ([`linelit_shading::phong_polygon`]); of narrower lobes, as along one.
+const WIDE_LOBE: f64 = 113.0;
+
+impl Closed {
+    /// The closed forms of a diffuse part and lobes.
+    fn of(mut lobes: impl Iterator<Item = ClosedLobe>) -> Self {
+        lobes
+            .try_fold(Self::Diffuse, |closed, lobe| match lobe {
+                ClosedLobe::Power { exponent, .. } => Ok(Self::OverPolygons {
+                    lines_for_an_edge: closed
+                        .lines_for_an_edge()
+                        .max(1 + u32::from(exponent < WIDE_LOBE)),
+                }),
+                ClosedLobe::Gaussian { .. } => Err(Self::AlongLines),
+            })
+            .unwrap_or_else(|closed| closed)
+    }
+
+    /// The lines that take as long as the integral over an edge of a visible region.
+    pub(crate) const fn lines_for_an_edge(self) -> u32 {
+        match self {
+            Self::OverPolygons { lines_for_an_edge } => lines_for_an_edge,
+            Self::Nowhere | Self::AlongLines | Self::Diffuse => 1,
+        }
+    }
 }
 
 /// The knowledge of a reflection, as one viewer sees it, that the choice of a method depends on.
@@ -100,7 +134,7 @@ pub struct KnownKind {
 
 impl KnownKind {
     /// Kinds of reflections that techniques treat differently, with their names.
-    pub const ALL: [(&'static str, Self); 5] = {
+    pub const ALL: [(&'static str, Self); 6] = {
         const fn kind(closed: Closed, is_known: bool, are_wide: bool) -> KnownKind {
             KnownKind {
                 closed,
@@ -111,12 +145,13 @@ impl KnownKind {
             }
         }
         let narrow = kind(Closed::Nowhere, true, false);
+        let phong = Closed::OverPolygons {
+            lines_for_an_edge: 1,
+        };
         [
             ("diffuse", kind(Closed::Diffuse, true, true)),
-            (
-                "lobes of Phong or Gaussians",
-                kind(Closed::AlongLines, true, false),
-            ),
+            ("lobes of Phong", kind(phong, true, false)),
+            ("Gaussians", kind(Closed::AlongLines, true, false)),
             ("narrow transformed cosines", narrow),
             (
                 "wide transformed cosines",
@@ -155,8 +190,7 @@ impl KnownKind {
         Self {
             closed: match known.closed_form() {
                 None => Closed::Nowhere,
-                Some(form) if form.is_diffuse() => Closed::Diffuse,
-                Some(_) => Closed::AlongLines,
+                Some(form) => Closed::of(form.lobes(point.outgoing, point.normal)),
             },
             has_cosines: cosines.is_some(),
             are_unlike: known.is_unlike_cosines(),

@@ -6,7 +6,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{DVec3, Segment};
-use linelit_shading::{batch, cylinder, phong, polygon, ribbon, solid_angle};
+use linelit_shading::{batch, cylinder, phong, phong_polygon, polygon, ribbon, solid_angle};
 use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 
@@ -73,6 +73,7 @@ fn lines(c: &mut Criterion) {
 
 fn polygons(c: &mut Criterion) {
     let mut group = c.benchmark_group("polygon");
+    let axis = DVec3::new(0.2, 0.1, 0.9).normalize();
     for (name, half, height) in [("near", 1.0, 1.0), ("far", 0.01, 3.0), ("cut", 2.0, 0.0)] {
         let turn = if height > 0.0 { DVec3::Y } else { DVec3::Z };
         let quad = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -83,6 +84,12 @@ fn polygons(c: &mut Criterion) {
         group.bench_with_input(BenchmarkId::new("solid_angle", name), &quad, |b, q| {
             b.iter(|| solid_angle::polygon(black_box(q)));
         });
+        for k in [10.0, 200.0, 5000.0] {
+            let phong = BenchmarkId::new(format!("phong {k}"), name);
+            group.bench_with_input(phong, &quad, |b, q| {
+                b.iter(|| phong_polygon::irradiance(black_box(q), DVec3::Z, axis, k));
+            });
+        }
     }
     group.finish();
 }

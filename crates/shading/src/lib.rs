@@ -19,6 +19,7 @@ mod lambert;
 mod lobe;
 pub mod ltc;
 pub mod phong;
+pub mod phong_polygon;
 pub mod polygon;
 pub mod quadrature;
 pub mod ribbon;

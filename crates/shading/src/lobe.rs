@@ -140,7 +140,7 @@ fn side(fan: &Fan<3>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> 
 }
 
 /// Returns a bound on how far from its peak a lobe is above e⁻⁴⁰ of it, as (ln cos)″ ≤ −1.
-fn window(k: f64, slope: f64) -> f64 {
+pub(crate) fn window(k: f64, slope: f64) -> f64 {
     let steep = k * slope;
     2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
 }

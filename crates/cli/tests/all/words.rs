@@ -45,7 +45,7 @@ fn what_is_listed_is_understood() {
 }
 
 const DIFFUSE: &str = "diffuse";
-const LOBES: &str = "lobes of Phong or Gaussians";
+const LOBES: &str = "lobes of Phong";
 const COSINES: &str = "narrow transformed cosines";
 const NOTHING: &str = "nothing known";
 
@@ -88,7 +88,8 @@ fn methods_are_listed_without_a_scene() {
     let rays = "16 points as `point-proxy`, a shadow ray each";
     let by_angle = "16 points as `point-solid-angle`, a shadow ray each";
     for (technique, light, reflection, expected) in [
-        ("line-analytic", "polygon", LOBES, along),
+        ("line-analytic", "polygon", "Gaussians", along),
+        ("exact", "polygon", LOBES, over),
         (
             "line-analytic",
             "cylinder",
@@ -107,8 +108,8 @@ fn methods_are_listed_without_a_scene() {
     }
     let text = said(&["list", "methods"]);
     for line in [
-        format!("line-analytic\n  polygon, cylinder; {DIFFUSE}: {over} where nothing is between, else {along}\n"),
-        format!("  line; {DIFFUSE}, {LOBES}: {over}\n"),
+        format!("line-analytic\n  polygon; {DIFFUSE}, {LOBES}: {over} where nothing is between, else {along}\n"),
+        format!("  line; {DIFFUSE}, {LOBES}, Gaussians: {over}\n"),
         "point-bsdf\n  polygon, textured polygon, sphere, disk, cylinder, sky; any reflection: 16 points as `point-bsdf`, a shadow ray each\n".to_owned(),
     ] {
         assert!(text.contains(&line), "{line}\n{text}");

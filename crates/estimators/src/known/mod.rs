@@ -101,16 +101,19 @@ fn reflected_of_region<R: Reflection, T>(
         };
         return Some(emitted * sum);
     }
-    let diffuse = form()?.diffuse.value();
-    let shaft = visible.shaft()?;
+    let (form, shaft) = (form()?, visible.shaft()?);
+    let diffuse = form.diffuse.value();
     let irradiance = match view.shape {
         Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder),
         Shape::Sphere(_) | Shape::Disk(_) => disk::irradiance(view, query.skip, shaft, region)?,
         _ if shaft.class() == ShaftClass::Empty => {
             // In this order, which the last bits of the product depend on.
-            return Some(emitted * (diffuse * region::whole(view)));
+            return Some(emitted * region::whole(view, &form));
         }
-        _ => region::irradiance(view, shaft, region)?,
+        _ => {
+            let (flat, lobes) = region::reflected(view, &form, shaft, region)?;
+            return Some(emitted * diffuse * flat + emitted * lobes);
+        }
     };
     Some(emitted * diffuse * irradiance)
 }

@@ -4,11 +4,11 @@ use super::boundary::visible_region;
 use crate::integrand::Cosines;
 use crate::point::Receiver;
 use crate::view::View;
-use linelit_bsdf::TransformedCosines;
+use linelit_bsdf::{ClosedForm, ClosedLobe, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_penumbra::{BoundaryEdge, PartOnDisk, Penumbra, Point};
 use linelit_shading::ltc::Ltc;
-use linelit_shading::polygon;
+use linelit_shading::{phong_polygon, polygon};
 use linelit_visibility::{LightPlane, Shaft, ShaftClass};
 use std::f64::consts::FRAC_1_PI;
 
@@ -45,50 +45,76 @@ pub(crate) struct KnownLight {
     pub plane: Option<[DVec3; 3]>,
 }
 
-/// The irradiance of a polygon of radiance one past whatever the shaft holds, if not nothing.
+/// The light that a reflection makes of a polygon of radiance one past whatever the shaft holds, if
+/// not nothing: the irradiance, for its diffuse part, and the light that its lobes reflect.
 ///
-/// Where all of the light is above the horizon it is Lambert's sum over the boundary of the visible
-/// part ([`Penumbra`]). Otherwise the boundary is joined to a corner of the light, piece by piece;
-/// the irradiances of the triangles that this makes, with their signs, add up to that of the
+/// Where all of the light is above the horizon it is a sum over the boundary of the visible part
+/// ([`Penumbra`]). Otherwise the boundary is joined to a corner of the light, piece by piece;
+/// the integrals over the triangles that this makes, with their signs, add up to that over the
 /// visible part, since they add up to it as sets.
 ///
-/// There is no error but rounding, 1e-12 of the light unshadowed. `None` where the shaft keeps
-/// nothing of the occluders.
-pub(crate) fn irradiance(
+/// There is no error but rounding, 1e-12 of the light unshadowed, and 1e-8 for lobes. `None` where
+/// the shaft keeps nothing of the occluders.
+pub(crate) fn reflected(
     view: &View<'_>,
+    form: &ClosedForm<'_>,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
-) -> Option<f64> {
+) -> Option<(f64, DVec3)> {
     let n = view.at.normal;
     let mut corners = [[0.0; 2]; CORNERS];
     let seen = Seen::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
     if seen.pieces.is_empty() {
-        return Some(0.0);
+        return Some((0.0, DVec3::ZERO));
     }
-    Some(seen.irradiance(|p| p, n, WIDE).unwrap_or_else(|| {
+    let flat = seen.irradiance(|p| p, n, WIDE).unwrap_or_else(|| {
         let sum = seen.triangles(|triangle| polygon::irradiance(triangle, n));
         sum.max(0.0)
-    }))
+    });
+    Some((flat, lobes(view, form, |w, k| seen.lobe(n, w, k))))
 }
 
-/// The irradiance of a whole polygon of radiance one.
-pub(crate) fn whole(view: &View<'_>) -> f64 {
+/// The light that the lobes of a reflection make of light of radiance one, by the integral of each
+/// for its axis and exponent.
+fn lobes(view: &View<'_>, form: &ClosedForm<'_>, integral: impl Fn(DVec3, f64) -> f64) -> DVec3 {
+    let light = |lobe| match lobe {
+        ClosedLobe::Power {
+            scale,
+            axis,
+            exponent,
+        } => scale * integral(axis, exponent),
+        // Methods over regions are for reflections without Gaussians.
+        ClosedLobe::Gaussian { .. } => DVec3::ZERO,
+    };
+    form.lobes(view.at.outgoing, view.at.normal)
+        .map(light)
+        .sum()
+}
+
+/// The light that a reflection makes of a whole polygon of radiance one.
+pub(crate) fn whole(view: &View<'_>, form: &ClosedForm<'_>) -> DVec3 {
     let Some(light) = view.polygon() else {
-        return 0.0;
+        return DVec3::ZERO;
     };
     let (x, n) = (view.at.position, view.at.normal);
-    let irradiance = |above: &ConvexPolygon| {
+    let reflected = |vertices: &[DVec3]| {
+        let flat = form.diffuse.value() * polygon::irradiance(vertices, n);
+        flat + lobes(view, form, |w, k| {
+            phong_polygon::irradiance(vertices, n, w, k)
+        })
+    };
+    let above = |above: &ConvexPolygon| {
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-        polygon::irradiance(above.relative_to(x, &mut relative), n)
+        reflected(above.relative_to(x, &mut relative))
     };
     if view.at.has_two_horizons() {
-        let above = light.clip(x, view.at.geometric_normal);
-        above.as_ref().map_or(0.0, irradiance)
+        let part = light.clip(x, view.at.geometric_normal);
+        part.as_ref().map_or(DVec3::ZERO, above)
     } else if let [a, b, c, d] = light.vertices() {
         // Most lights are quadrilaterals, which need no room for more corners to be cleared.
-        polygon::irradiance(&[*a - x, *b - x, *c - x, *d - x], n)
+        reflected(&[*a - x, *b - x, *c - x, *d - x])
     } else {
-        irradiance(light)
+        above(light)
     }
 }
 
@@ -235,15 +261,31 @@ impl<'a> Seen<'a> {
     /// mapped light is cut by the horizon, or the square of a side is less than `least` times that
     /// of the distance: rounding is ε over it.
     fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3, least: f64) -> Option<f64> {
-        let [origin, along_p, along_q] = self.plane;
         let plane = self.plane.map(&map);
         let at = |p: Point| plane[0] + plane[1] * p[0] + plane[2] * p[1];
-        let side = along_p.length_squared().min(along_q.length_squared());
-        let fits = side > least * origin.length_squared();
-        (fits && self.light.iter().all(|&p| n.dot(at(p)) > 0.0)).then(|| {
+        (self.is_wide(least) && self.light.iter().all(|&p| n.dot(at(p)) > 0.0)).then(|| {
             let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
             polygon::boundary_irradiance(edges, &plane, n)
         })
+    }
+
+    /// The integral of a lobe with an axis and an exponent: over the boundary if all of the light is
+    /// above the horizon, and not so small that the sum would lose more than eight digits.
+    fn lobe(&self, n: DVec3, w: DVec3, k: f64) -> f64 {
+        let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
+        let whole = (self.is_wide(WIDE) && self.is_above(n))
+            .then(|| phong_polygon::boundary_irradiance(edges, &self.plane, n, w, k));
+        whole.flatten().unwrap_or_else(|| {
+            let sum = self.triangles(|triangle| phong_polygon::irradiance(triangle, n, w, k));
+            sum.max(0.0)
+        })
+    }
+
+    /// Whether the square of the light's sides is more than `least` times that of its distance.
+    fn is_wide(&self, least: f64) -> bool {
+        let [origin, along_p, along_q] = self.plane;
+        let side = along_p.length_squared().min(along_q.length_squared());
+        side > least * origin.length_squared()
     }
 
     /// The sum of an integral over triangles relative to the shading point, which with their signs

@@ -320,17 +320,18 @@ pub(crate) fn gaussians() -> Lobes {
 #[test]
 fn every_technique_gives_the_same_light() {
     let specular = DVec3::splat(0.5);
-    let lobe = Phong {
-        specular,
-        exponent: 12.0,
-    };
-    let glossy = Bsdf::Phong(matte(), lobe);
+    let phong = |exponent| Bsdf::Phong(matte(), Phong { specular, exponent });
+    let glossy = phong(12.0);
     let tilted = DVec3::new(-0.95, 0.125, 0.25).normalize();
-    let hold = |x: f64, n, bsdf| hold("closed form", 4, DVec3::X * x, n, bsdf);
+    let hold = |x: f64, n, bsdf| hold("closed form", 7, DVec3::X * x, n, bsdf);
     hold(0.0, DVec3::Z, Bsdf::Lambert(matte()));
     hold(0.125, DVec3::Z, glossy.clone());
     hold(0.0, tilted, glossy.clone());
-    self::hold("values alone", 4, DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
+    // A rough power, also where the horizon cuts the lights, and a narrow lobe.
+    hold(0.125, DVec3::Z, phong(2.5));
+    hold(0.0, tilted, phong(2.5));
+    hold(0.125, DVec3::Z, phong(150.0));
+    self::hold("values alone", 7, DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
 }
 
 /// The matrix of lights and materials.

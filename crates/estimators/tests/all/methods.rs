@@ -11,6 +11,7 @@ use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_visibility::{Occluders, ShaftClass};
+use std::mem;
 
 /// A light without a surrounding.
 fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
@@ -95,7 +96,9 @@ fn hold<R: Reflection>(expected: &str, bsdf: R) {
     let known = KnownKind::of(&point);
     let listed = KnownKind::ALL.iter().find(|(name, _)| *name == expected);
     let listed = listed.expect("a name").1;
-    assert_eq!(known.closed, listed.closed);
+    // What lobes cost depends on their exponents.
+    let kind = |known: &KnownKind| mem::discriminant(&known.closed);
+    assert_eq!(kind(&known), kind(&listed));
     assert_eq!(known.has_cosines, listed.has_cosines);
     // Gaussians have lobes, but no peaks.
     if listed.closed != Closed::AlongLines {
@@ -137,8 +140,8 @@ fn what_is_said_is_done() {
         all.iter().find(|(n, _)| *n == name).expect("one").1.clone()
     };
     hold("diffuse", Bsdf::Lambert(Lambert { albedo }));
-    hold("lobes of Phong or Gaussians", of("two lobes"));
-    hold("lobes of Phong or Gaussians", gaussians());
+    hold("lobes of Phong", of("two lobes"));
+    hold("Gaussians", gaussians());
     for name in [
         "plastic",
         "brushed metal",

@@ -418,7 +418,7 @@ fn profiles_agree_whatever_the_technique() {
 /// What `--explain` says of them.
 #[test]
 fn methods_are_told() {
-    let known = KnownKind::ALL[2].1;
+    let known = KnownKind::ALL[3].1;
     let told = |text: &str, light| {
         let estimator: Estimator = text.parse().expect("an estimator");
         estimator.explain(&Facts::new(light, known, 8))

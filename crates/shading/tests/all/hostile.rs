@@ -17,7 +17,8 @@ use linelit_shading::ltc::Ltc;
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::ribbon::{Sides, emitter, reflected};
 use linelit_shading::{
-    batch, cylinder, horizon, phong, polygon, ribbon, solid_angle, spherical_gaussian,
+    batch, cylinder, horizon, phong, phong_polygon, polygon, ribbon, solid_angle,
+    spherical_gaussian,
 };
 use linelit_testkit::close::nudge;
 use linelit_testkit::rng::SplitMix64;
@@ -202,10 +203,12 @@ fn many(p0: DVec3, p1: DVec3, n: DVec3, wrong: &mut Wrong) {
 
 fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     let points: [DVec3; 27] = source.vectors();
-    let [n, w] = source.vectors();
+    let ([n, w], k) = (source.vectors(), source.number());
     for count in [0, 1, 2, 3, 4, 6, 27] {
         let corners = &points[..count];
         wrong.light("polygon", polygon::irradiance(corners, n));
+        let lobe = phong_polygon::irradiance(corners, n, w, k);
+        wrong.light("phong_polygon", lobe);
         wrong.light("by edges", polygon::irradiance_by_edges(corners, n));
         wrong.light("solid_angle::polygon", solid_angle::polygon(corners));
     }
@@ -214,6 +217,8 @@ fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     let ends = [[a.x, b.y], [b.z, a.y]];
     let sum = polygon::boundary_irradiance([ends; 9], &[a, b, w], n);
     wrong.light("boundary", sum);
+    let sum = phong_polygon::boundary_irradiance([ends; 9], &[a, b, w], n, c, k);
+    wrong.light("phong boundary", sum.unwrap_or(0.0));
     wrong.light("triangle", solid_angle::triangle(a, b, c));
 }
 

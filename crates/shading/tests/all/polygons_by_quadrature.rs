@@ -6,13 +6,13 @@ use linelit_bsdf::Fresnel;
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_geometry::{DVec3, Frame};
 use linelit_shading::ltc::Ltc;
-use linelit_shading::{polygon, solid_angle};
+use linelit_shading::{phong_polygon, polygon, solid_angle};
 use linelit_testkit::assert_close;
 use linelit_testkit::cases::cases;
 use linelit_testkit::quadrature::gauss_kronrod_to;
 use linelit_testkit::strategies::{convex_polygon_2d, unit_vector};
 use proptest::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Relative tolerances along a ray from the foot, and over the rays.
 const INNER: f64 = 1e-13;
@@ -241,6 +241,79 @@ fn unit() -> impl Strategy<Value = DVec3> {
     unit_vector().prop_map(DVec3::from_array)
 }
 
+/// A shape, a normal and an axis: any, the normal but for little, or one whose horizon passes at
+/// little from a corner.
+fn lit_and_axis() -> impl Strategy<Value = (Shape, DVec3, DVec3)> {
+    (lit(NEAREST), unit(), 0..4u8, -18.0..-1.0f64).prop_map(|((shape, n), away, kind, little)| {
+        let little = 10f64.powf(little);
+        let corner = shape.vertices()[1].normalize();
+        let w = match kind {
+            0 => (n + away * little).normalize(),
+            1 => (away - corner * (corner.dot(away) - little)).normalize(),
+            _ => away,
+        };
+        (shape, n, w)
+    })
+}
+
+/// What the error of a lobe over a polygon is relative to.
+fn most(corners: &[DVec3], n: DVec3, k: f64) -> f64 {
+    polygon::irradiance(corners, n).min(TAU / (k + 2.0))
+}
+
+/// ∫ max(0, w·ω)ᵏ n·ω dω over a convex polygon above the horizon of n, and a bound of the error, in
+/// polar coordinates about the axis w: however narrow the lobe, its peak is at zero.
+fn about_the_axis(corners: &[DVec3], n: DVec3, w: DVec3, k: f64) -> (f64, f64) {
+    let (frame, most) = (Frame::from_normal(w), most(corners, n, k));
+    let local: Vec<DVec3> = corners.iter().map(|p| frame.to_local(*p)).collect();
+    let facing = frame.to_local(n);
+    let next = local.iter().cycle().skip(1);
+    let planes: Vec<DVec3> = local.iter().zip(next).map(|(a, b)| a.cross(*b)).collect();
+    let turn = planes[0].dot(local[2]).signum();
+    // The lobe's values further from the axis are below e⁻⁵⁰.
+    let widest = (-50.0 / k).exp().acos();
+    let inner = |azimuth: f64| {
+        let (s, c) = azimuth.sin_cos();
+        let out = DVec3::new(c, s, 0.0);
+        let (mut low, mut high) = (0.0f64, widest);
+        for plane in planes.iter().map(|plane| *plane * turn) {
+            // Inside where p cos θ + q sin θ is positive: up to, or from, one angle.
+            let (p, q) = (plane.z, plane.dot(out));
+            let zero = if q > 0.0 { (-p).atan2(q) } else { p.atan2(-q) };
+            match q > 0.0 {
+                true => low = low.max(zero),
+                false => high = high.min(zero),
+            }
+        }
+        if low >= high {
+            return 0.0;
+        }
+        let along = facing.dot(out);
+        let value = |t: f64| {
+            let (s, c) = t.sin_cos();
+            (0.5 * k * (-s * s).ln_1p()).exp() * s * (facing.z * c + along * s)
+        };
+        gauss_kronrod_to(value, low, high, INNER, INNER * most).value
+    };
+    let mut marks: Vec<f64> = local.iter().map(|p| p.y.atan2(p.x)).collect();
+    marks.extend([-PI, PI]);
+    // Where a side leaves the range of the lobe.
+    for plane in &planes {
+        let (tilt, flat) = (plane.y.atan2(plane.x), plane.x.hypot(plane.y));
+        let ratio = -plane.z / flat / widest.tan();
+        if ratio.abs() <= 1.0 {
+            let turn = |azimuth: f64| (azimuth + PI).rem_euclid(TAU) - PI;
+            marks.extend([turn(tilt + ratio.acos()), turn(tilt - ratio.acos())]);
+        }
+    }
+    marks.sort_by(f64::total_cmp);
+    let pieces = marks.windows(2).filter(|m| m[0] < m[1]);
+    pieces.fold((0.0, 0.0), |(value, error), m| {
+        let e = gauss_kronrod_to(inner, m[0], m[1], OUTER, OUTER * most);
+        (value + e.value, error + e.error)
+    })
+}
+
 fn config(usual: u32) -> ProptestConfig {
     ProptestConfig {
         cases: cases(usual),
@@ -274,6 +347,18 @@ proptest! {
 proptest! {
     #![proptest_config(config(8))]
 
+    #[test]
+    fn lobes((shape, n, w) in lit_and_axis(), k in prop_oneof![0.0..4.0f64, 4.0..60.0f64, (0..60i32).prop_map(f64::from)], scale in -400..400i32) {
+        let corners = shape.vertices();
+        let whole = solid_angle::polygon(&corners);
+        let (want, error) = shape.integral(whole, &[n, w], |d| n.dot(d) * w.dot(d).max(0.0).powf(k));
+        let want = (want, error + 1e-10 * most(&corners, n, k));
+        shape.compare("phong_polygon", phong_polygon::irradiance(&corners, n, w, k), 0.0, whole, want);
+        let scale = if shape.height < 1e-15 { scale.abs() } else { scale };
+        let far: Vec<DVec3> = corners.iter().map(|p| *p * 2f64.powi(scale)).collect();
+        shape.compare("scaled", phong_polygon::irradiance(&far, n, w, k), 0.0, whole, want);
+    }
+
     /// Mapped corners are rounded by η = 7 roundings × the map's condition (below 1e4) of their
     /// distance, and a polygon by 80 η over its height and width.
     #[test]
@@ -288,6 +373,73 @@ proptest! {
         // Relative to the whole lobe where only its foot is met.
         let error = error + goal * value + goal * 1e-3 * lobe.albedo;
         shape.compare("Ltc::polygon", lobe.polygon(&frame, &corners), 0.0, 0.0, (value, error));
+    }
+}
+
+proptest! {
+    #![proptest_config(config(300))]
+
+    /// Lights of all sizes, in the lobe, at its edge and beyond.
+    #[test]
+    fn narrow_lobes(
+        corners in convex_polygon_2d(),
+        (centre, n) in (unit(), unit()),
+        size in -3.0..0.3f64,
+        (away, widths) in (unit(), 0.0..12.0f64),
+        power in 0.8..5.0f64,
+    ) {
+        let (frame, size, k) = (Frame::from_normal(centre), 10f64.powf(size), 10f64.powf(power));
+        let at = |p: &[f64; 2]| frame.to_world(DVec3::new(size * p[0], size * p[1], 1.0));
+        let corners: Vec<DVec3> = corners.iter().map(at).collect();
+        let n = if n.dot(centre) < 0.0 { -n } else { n };
+        prop_assume!(corners.iter().all(|p| n.dot(*p) > 0.0));
+        let w = (centre + away * (widths / (k + 1.0).sqrt())).normalize();
+        let (want, error) = about_the_axis(&corners, n, w, k);
+        let got = phong_polygon::irradiance(&corners, n, w, k);
+        let most = most(&corners, n, k);
+        // Sides of small polygons turn by the rounding of their corners, here by some 30 ε.
+        let rounding = 30.0 * f64::EPSILON / size.min(1.0);
+        let tolerance = error + (1e-10 + rounding) * most;
+        assert_close!(got, want, tolerance, "{corners:?} {n} {w} {k}");
+    }
+}
+
+proptest! {
+    #![proptest_config(config(200))]
+
+    /// A speck is a point: its solid angle times the integrand at its middle, but for the square of
+    /// its size in widths of the lobe.
+    #[test]
+    fn specks_are_points(centre in unit(), n in unit(), w in unit(), size in -300.0..-4.0f64, k in 0.0..1e3f64) {
+        let (frame, size) = (Frame::from_normal(centre), 10f64.powf(size).max(1e-13));
+        prop_assume!(n.dot(centre) > 0.1 && w.dot(centre) > 0.5);
+        let corners = [(-2.0, -1.0), (1.0, -1.0), (1.0, 2.0)]
+            .map(|(x, y)| frame.to_world(DVec3::new(size * x, size * y, 1.0)));
+        let solid = solid_angle::polygon(&corners);
+        let want = solid * n.dot(centre) * w.dot(centre).powf(k);
+        // Second derivatives of logarithms are below 1/0.1², and (k + 3)(1 + 1/0.5²); corners are
+        // rounded.
+        let tolerance = (100.0 + 5.0 * (k + 3.0) + 4.0 * k * k) * 4.0 * size * size
+            + (8.0 * k + 50.0) * f64::EPSILON + 4.0 * k * f64::EPSILON / 0.5;
+        let got = phong_polygon::irradiance(&corners, n, w, k);
+        assert_close!(got, want, (tolerance + 1e-10) * solid, "{size:e} {k}");
+    }
+
+    /// A region with a hole is the whole less the hole.
+    #[test]
+    fn holes_are_left_out(x in -2.0..2.0f64, y in -2.0..2.0f64, w in unit(), power in 0.8..4.0f64) {
+        let (n, k) = (DVec3::Z, 10f64.powf(power));
+        let plane = [DVec3::new(x, y, 1.0), DVec3::X, DVec3::Y];
+        let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0f64]];
+        let in_space = |size: f64| square.map(|[p, q]| plane[0] + DVec3::new(size * p, size * q, 0.0));
+        let edges = (0..4).flat_map(|i| {
+            let (a, b) = (square[i], square[(i + 1) % 4]);
+            [[a, b], [b.map(|c| 0.4 * c), a.map(|c| 0.4 * c)]]
+        });
+        let got = phong_polygon::boundary_irradiance(edges, &plane, n, w, k.round());
+        let [outer, inner] = [1.0, 0.4].map(|size| phong_polygon::irradiance(&in_space(size), n, w, k.round()));
+        let most = most(&in_space(1.0), n, k);
+        assert_close!(got.expect("a smooth power"), outer - inner, 2e-10 * most, "{plane:?} {w} {k}");
     }
 }
 
@@ -327,7 +479,7 @@ proptest! {
     /// What is no polygon is dark, but for the area that its corners' rounding gives it: of up to
     /// 30 corners each turned by 2 ε, of some radian of circumference.
     #[test]
-    fn degenerate_is_dark(corners in flat(), n in unit(), roughness in 0.1..1.0f64) {
+    fn degenerate_is_dark(corners in flat(), n in unit(), w in unit(), k in 0.0..60.0f64, roughness in 0.1..1.0f64) {
         let frame = Frame::from_normal(n);
         let bound = 30.0 * 2.0 * f64::EPSILON * 6.0;
         let lobe = facets(roughness, 0.5);
@@ -335,6 +487,7 @@ proptest! {
         let values = [
             ("polygon", polygon::irradiance(&corners, n), bound),
             ("solid angle", solid_angle::polygon(&corners), bound),
+            ("phong", phong_polygon::irradiance(&corners, n, w, k), bound),
             ("ltc", lobe.polygon(&frame, &corners), 1e8 * bound),
         ];
         for (name, value, bound) in values {

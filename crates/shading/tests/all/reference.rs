@@ -1,10 +1,10 @@
 //! Reference vectors: reading a folder of them, evaluating, and comparing with bounds.
 //!
-//! Two fields are skipped, for the crate has no such integral: `point` of `b_line_models`, a line
-//! of isotropic points, and `P` of `d_polygon`, a Phong lobe over a polygon.
+//! One field is skipped, for the crate has no such integral: `point` of `b_line_models`, a line of
+//! isotropic points.
 
 use linelit_geometry::DVec3;
-use linelit_shading::{cylinder, phong, polygon, ribbon, solid_angle};
+use linelit_shading::{cylinder, phong, phong_polygon, polygon, ribbon, solid_angle};
 use linelit_testkit::real::Real;
 use linelit_testkit::vectors::{Case, Vectors};
 use std::collections::BTreeMap;
@@ -229,6 +229,31 @@ fn polygons(report: &mut Report, file: &str, case: &Case) {
     // where the light is seen edge-on.
     let scale = omega * edge_on(&vertices);
     report.add(file, "E", case, case.error("E", got, scale), POLYGON);
+    // Relative to the lesser of the irradiance and the whole lobe; ends of lines are rounded by 8 ε
+    // of the farthest vertex, over the distance of the nearest point of a side.
+    let (r, k) = (vec3(case, "r"), case.number("exponent"));
+    let most = got.abs().min(2.0 * std::f64::consts::PI / (k + 2.0));
+    let got = phong_polygon::irradiance(&vertices, n, r, k);
+    let next = vertices.iter().cycle().skip(1);
+    let nearest = |(a, b): (&DVec3, &DVec3)| {
+        let t = -a.dot(*b - *a) / (*b - *a).length_squared();
+        a.lerp(*b, t.clamp(0.0, 1.0)).length()
+    };
+    let near = vertices
+        .iter()
+        .zip(next)
+        .map(nearest)
+        .fold(f64::INFINITY, f64::min);
+    let far = vertices.iter().map(|v| v.length()).fold(0.0, f64::max);
+    let rounding = 8.0 * f64::EPSILON * far / near;
+    let bound = PHONG.max(rounding);
+    report.add(
+        file,
+        "P",
+        case,
+        case.error("P", got, most) * (PHONG / bound),
+        PHONG,
+    );
 }
 
 /// How far edge-on the polygon is seen: the distance of its nearest vertex over the height of the

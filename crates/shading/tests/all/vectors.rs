@@ -1,5 +1,5 @@
-//! The reference vectors (25 digits) against the crate, but for the fields `b.point` and `d.P`: the
-//! crate has neither lines of points nor Phong lobes over polygons.
+//! The reference vectors (25 digits) against the crate, but for the field `b.point`: the crate has
+//! no lines of points.
 #![allow(clippy::print_stdout, reason = "a table is printed")]
 
 use crate::reference;

@@ -1,0 +1,594 @@
+//! A Phong lobe over a polygon, or over any region in a plane.
+//!
+//! The integral is one over the boundary (Stokes' theorem, twice): each edge is an arc of a great
+//! circle on which the lobe has one highest point, and falls off on both sides of it. An edge that
+//! is nowhere near the lobe costs a few products. Where the edges' terms cancel, since the polygon
+//! is small or at the horizon, triangles are integrated line by line instead.
+
+use crate::exact::{direction, dot, length};
+use crate::fan::Fan;
+use crate::gauss::{NODE, NODES, WEIGHT, atanh_ratio, exp_bounded};
+use crate::lobe::{SMOOTH, window};
+use crate::phong;
+use crate::polygon::{self, clip_to_horizon};
+use crate::quadrature::adaptive;
+use crate::solid_angle::volume;
+use crate::span::power_of_two_unit;
+use linelit_elementary::{atan2, cos, exp, hypot, ln, ln_1p, pow, sin, tan};
+use linelit_geometry::finite::nonnegative;
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// The most vertices taken at once, before clipping; larger polygons are fanned out.
+const CHUNK: usize = ConvexPolygon::CAPACITY;
+
+/// The error of the sum over edges up to which it is taken, relative to the most that the integral
+/// can be: the irradiance, or the whole lobe.
+const ENOUGH: f64 = 3e-11;
+
+/// A lobe of which nothing but e⁻⁴⁶ of its peak meets an edge does not count there.
+const DEPTH: f64 = 46.0;
+
+/// An edge whose plane passes the axis at more than the root of this over k has no digits to lose
+/// by leaving out the ones of 1 − zᵏ: zᵏ is below e⁻⁶ there, and the quotient by 1 − z² smooth.
+const FAR: f64 = 12.0;
+
+/// An angle of which the sine is a hundredth, close to π: rounded ends do not know the plane.
+const NEARLY_STRAIGHT: f64 = 3.13;
+
+/// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the polygon, dimensionless. Times
+/// [`normalisation`](crate::phong::normalisation) and k_s it is the radiance that a Phong surface
+/// reflects for each unit of the light's radiance.
+///
+/// `vertices` are relative to the shading point, convex, in either order, any number; `n` is the
+/// surface's unit normal (the result is in proportion to its length), `w` the direction of the
+/// lobe's axis, and `k` its exponent, any real number ≥ 0.
+///
+/// **Formula**: with z = w·ω, G the inward unit normal of the plane through an edge and the
+/// shading point, g = G·w, and x the angle along the edge,
+///
+/// ```text
+/// (k + 2) T = 2π m (w·n) + Σ_edges ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx
+/// ```
+///
+/// where m is one if the axis passes through the polygon, else zero. Where the edge is near the
+/// axis, the second term is (w·n) g (1 − zᵏ)/(1 − z²) less (w·n) times the azimuth that the edge
+/// subtends about the axis, which is an arctangent. Both are integrated by 24 Gauss–Legendre nodes
+/// on each side of the lobe's highest point on the edge, as far as zᵏ matters.
+///
+/// Where the terms cancel (polygons that are small, light at the horizon), and for exponents below
+/// six that are no integers, it is the integral over triangles with positive terms,
+/// det(a, b, c)/|c − b| ∫ [`ribbon`](crate::phong::ribbon) du, over lines along the longest side
+/// of each.
+///
+/// **Cost**: an edge that the lobe meets takes as long as [`ribbon`](crate::phong::ribbon) two or
+/// three times (ten times below exponents of some hundred), one that it does not meet half as long;
+/// triangles take 15 to 45 lines each, and some hundreds with a horizon or a narrow lobe in them.
+///
+/// **Domain**: finite vertices; fewer than three, or k < 0, give 0.
+///
+/// **Error**: below 1e-10 of the lesser of the polygon's [irradiance](polygon::irradiance) and
+/// 2π/(k + 2), the whole lobe, at exponents up to 1e5 (`docs/accuracy.md`). Where triangles are
+/// taken and one passes next to the shading point, ends of lines are rounded besides: 8 ε times
+/// the distance of the farthest vertex over that of the nearest point.
+///
+/// **Source**: Arvo 1995, "Applications of Irradiance Tensors", whose recursion costs O(k) for each
+/// edge and needs an integer; this form is our own.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::phong_polygon;
+/// // A huge square overhead, the lobe straight up: 2π/(k + 2).
+/// let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+///     .map(|(x, y)| DVec3::new(1e6 * x, 1e6 * y, 1.0));
+/// let t = phong_polygon::irradiance(&square, DVec3::Z, DVec3::Z, 1000.0);
+/// assert!((t * 1002.0 / (2.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
+    let Some((first, rest)) = vertices.split_first() else {
+        return 0.0;
+    };
+    let largest = vertices.iter().map(|v| v.abs().max_element());
+    let Some(unit) = power_of_two_unit(largest.fold(0.0, f64::max)).filter(|_| k >= 0.0) else {
+        return 0.0;
+    };
+    let lobe = Lobe {
+        n,
+        w: direction(w),
+        k,
+    };
+    // Sum pieces of as many vertices as are taken at once, all with the first one.
+    let mut piece = [*first * unit; CHUNK];
+    let (mut sum, mut at) = (0.0, 0);
+    while rest.len() > at + 1 {
+        let next = &rest[at..rest.len().min(at + CHUNK - 1)];
+        for (to, from) in piece[1..].iter_mut().zip(next) {
+            *to = *from * unit;
+        }
+        sum += lobe.over_convex(&piece[..=next.len()]);
+        // A piece begins where the one before ends.
+        at += next.len() - 1;
+    }
+    nonnegative(sum)
+}
+
+/// [`irradiance`] of a region in a plane before the shading point, by its boundary: the region may
+/// have holes and several parts.
+///
+/// `plane` holds where coordinates are zero, relative to the shading point, and the axes; `edges`
+/// the ends of each, the region on the left of all of them or on the right of all.
+///
+/// **Formula**: that of [`irradiance`] for large polygons. **Domain**: regions above the horizon of
+/// `n`. `None` for exponents below six that are no integers of one at least, and where an edge
+/// subtends nearly half a turn: triangles that make up the region have the integral then.
+///
+/// **Error**: (2000 + 2 √(1300 k)) ε |n|/(k + 2) for each radian of the boundary that the lobe
+/// meets, absolute.
+///
+/// ```
+/// use linelit_shading::geometry::DVec3;
+/// use linelit_shading::phong_polygon;
+/// // A square at unit distance, of four edges in a plane.
+/// let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+/// let edges = (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]);
+/// let plane = [DVec3::Z, DVec3::X, DVec3::Y];
+/// let sum = phong_polygon::boundary_irradiance(edges, &plane, DVec3::Z, DVec3::Z, 40.0);
+/// let square = corners.map(|[x, y]| DVec3::new(x, y, 1.0));
+/// let whole = phong_polygon::irradiance(&square, DVec3::Z, DVec3::Z, 40.0);
+/// assert!((sum.unwrap() - whole).abs() < 1e-13);
+/// ```
+#[must_use]
+pub fn boundary_irradiance(
+    edges: impl IntoIterator<Item = [[f64; 2]; 2]>,
+    plane: &[DVec3; 3],
+    n: DVec3,
+    w: DVec3,
+    k: f64,
+) -> Option<f64> {
+    let lobe = Lobe {
+        n,
+        w: direction(w),
+        k,
+    };
+    let [origin, along_p, along_q] = *plane;
+    let at = |[p, q]: [f64; 2]| origin + along_p * p + along_q * q;
+    let edges = edges.into_iter().map(|ends| ends.map(at));
+    let is_ahead = lobe.meets(along_p.cross(along_q), origin);
+    let sum = lobe
+        .is_smooth()
+        .then(|| lobe.over_edges(edges, is_ahead))
+        .filter(|sum| sum.size.is_finite())?;
+    Some(nonnegative(sum.value.abs() / (k + 2.0)))
+}
+
+/// The integrand: (n·ω) (w·ω)ᵏ where both are positive.
+#[derive(Clone, Copy, Debug)]
+struct Lobe {
+    n: DVec3,
+    /// A unit vector, or zero.
+    w: DVec3,
+    k: f64,
+}
+
+/// A sum, and the sum of its terms' magnitudes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    value: f64,
+    size: f64,
+}
+
+impl Lobe {
+    /// Whether the power is smooth at the lobe's horizon, or nothing is left of it there.
+    fn is_smooth(&self) -> bool {
+        self.k >= SMOOTH || (self.k >= 1.0 && self.k.fract() == 0.0)
+    }
+
+    /// Whether the axis meets the plane with a normal through a point.
+    fn meets(&self, normal: DVec3, point: DVec3) -> bool {
+        dot(normal, self.w) * dot(normal, point) > 0.0
+    }
+
+    /// The integral over at most `CHUNK` vertices near one in magnitude.
+    fn over_convex(&self, vertices: &[DVec3]) -> f64 {
+        let (n, k) = (self.n, self.k);
+        let whole = polygon::irradiance(vertices, n);
+        if !(whole > 0.0) {
+            return 0.0;
+        }
+        if self.is_smooth() {
+            let mut above = [DVec3::ZERO; CHUNK + 2];
+            let count = clip_to_horizon(vertices, n, &mut above);
+            let above = &above[..count];
+            let next = above.iter().cycle().skip(1);
+            let edges = above.iter().zip(next).map(|(a, b)| [*a, *b]);
+            let first = vertices[0];
+            let fan = vertices[1..].windows(2);
+            let normal = fan
+                .map(|pair| (pair[0] - first).cross(pair[1] - first))
+                .sum();
+            let mut sum = self.over_edges(edges, self.meets(normal, first));
+            if *above != *vertices {
+                // Cut corners are rounded, which turns the sides that they end.
+                sum.size += TAU * n.length();
+            }
+            // The nodes err by 5e-13; the lobe's logarithm, which is at most 645 and then has a
+            // slope of √(1300 k), by the rounding of directions.
+            let error = (2000.0 + 2.0 * k.min((1300.0 * k).sqrt())) * f64::EPSILON * sum.size;
+            if error <= ENOUGH * (whole * (k + 2.0)).min(TAU * n.length()) {
+                return nonnegative(sum.value.abs() / (k + 2.0)).min(whole);
+            }
+        }
+        let (first, fan) = (vertices[0], vertices[1..].windows(2));
+        let sum: f64 = fan
+            .map(|pair| self.over_triangle([first, pair[0], pair[1]]))
+            .sum();
+        nonnegative(sum).min(whole)
+    }
+
+    /// (k + 2) times the integral over the region within edges above the horizon of n, positive
+    /// where they run counter-clockwise seen from the shading point; `is_ahead` says whether the
+    /// axis meets the region's plane.
+    fn over_edges(&self, edges: impl Iterator<Item = [DVec3; 2]>, is_ahead: bool) -> Sum {
+        let (mut sum, mut turns) = (Sum::default(), 0.0);
+        for [a, b] in edges {
+            if let Some(arc) = Arc::new(a, b, self) {
+                // By the same arctangents, so that an edge through the axis is on one side of it
+                // here and there.
+                turns += arc.azimuth(arc.from, arc.to);
+                let part = arc.integral(self);
+                sum.value += part.value;
+                sum.size += part.size;
+            }
+        }
+        if is_ahead {
+            let inside = (turns / TAU).round() * TAU * dot(self.n, self.w);
+            sum.value += inside;
+            sum.size += inside.abs();
+        }
+        sum
+    }
+}
+
+/// An edge as an arc about the point nearest to the axis, from which angles x are counted.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    /// Angles of its ends.
+    from: f64,
+    to: f64,
+    /// g = G·w.
+    distance: f64,
+    /// √(1 − g²): z is this times cos x.
+    reach: f64,
+    /// G·n.
+    lean: f64,
+}
+
+impl Arc {
+    /// `None` for an edge without length, and through the shading point.
+    fn new(a: DVec3, b: DVec3, lobe: &Lobe) -> Option<Self> {
+        let fan = Fan::new(a, b, &[], None).filter(|fan| fan.sine > 0.0)?;
+        let start = dot(lobe.w, fan.ends[0]) / fan.radii[0];
+        let rise = fan.slope(lobe.w, 0);
+        let centre = atan2(rise, start);
+        // Count the other way round what would be beyond half a turn.
+        let turn = if 0.5 * fan.angle - centre > PI {
+            TAU
+        } else {
+            0.0
+        };
+        Some(Self {
+            from: -centre - turn,
+            to: fan.angle - centre - turn,
+            distance: dot(fan.normal, lobe.w),
+            reach: hypot(start, rise),
+            lean: dot(fan.normal, lobe.n),
+        })
+    }
+
+    /// ∫ g dx/(1 − z²) between two angles: the azimuth about the axis.
+    fn azimuth(&self, a: f64, b: f64) -> f64 {
+        let g = self.distance;
+        atan2(g * sin(b - a), g * g * cos(a) * cos(b) + sin(a) * sin(b))
+    }
+
+    /// ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx.
+    fn integral(&self, lobe: &Lobe) -> Sum {
+        let none = Sum::default();
+        if self.to - self.from > NEARLY_STRAIGHT {
+            let size = f64::INFINITY;
+            return Sum { size, ..none };
+        }
+        // Find the lobe's highest point on the part above its horizon.
+        let (low, high) = (self.from.max(-FRAC_PI_2), self.to.min(FRAC_PI_2));
+        if !(low < high) {
+            return none;
+        }
+        let (k, g) = (lobe.k, self.distance);
+        let peak = 0.0f64.clamp(low, high);
+        let [cosine, across] = [cos(peak), sin(peak.abs())].map(|c| self.reach * c);
+        let gap = g * g + across * across;
+        let log = k * if gap < 0.5 {
+            0.5 * ln_1p(-gap)
+        } else {
+            ln(cosine)
+        };
+        if !(log > -DEPTH) {
+            return none;
+        }
+        // Integrate over the window about it where the power matters.
+        let slope = tan(peak.abs());
+        let width = window(k, slope);
+        let (low, high) = (low.max(peak - width), high.min(peak + width));
+        let is_far = k * g * g > FAR;
+        let mut sums = [0.0; 2];
+        for width in [peak - low, high - peak] {
+            if width > 0.0 {
+                let panel = Panel {
+                    half_tan: tan(0.5 * width),
+                    slope,
+                    across: [across, cosine],
+                    square: g * g,
+                    log,
+                    k,
+                    is_far,
+                };
+                let [ones, powers] = panel.sums();
+                sums = [sums[0] + ones, sums[1] + powers];
+            }
+        }
+        let [ones, powers] = sums;
+        let facing = dot(lobe.n, lobe.w);
+        let [turn, rest] = match is_far {
+            true => [-g * ones, 0.0],
+            false => [g * ones, self.azimuth(low, high)],
+        };
+        // Planes of edges are rounded, and so are the angles of their ends.
+        let rounded = PLANE * (1.0 + 1.0 / (high - low));
+        Sum {
+            value: facing * (turn - rest) + self.lean * powers,
+            size: facing.abs() * (turn.abs() + rest.abs() + rounded * ones)
+                + (self.lean.abs() + rounded) * powers,
+        }
+    }
+}
+
+/// The normals of edges and the angles of their ends are rounded by 4 ε, of the 2000 ε of the error.
+const PLANE: f64 = 2e-3;
+
+/// A piece of an arc that starts at the lobe's highest point on it.
+#[derive(Clone, Copy, Debug)]
+struct Panel {
+    /// tan of half its width.
+    half_tan: f64,
+    /// z falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
+    slope: f64,
+    /// The coordinate along the arc, √(1 − g² − z²), is a cos x + b sin x.
+    across: [f64; 2],
+    /// g².
+    square: f64,
+    /// k ln z at the start.
+    log: f64,
+    k: f64,
+    is_far: bool,
+}
+
+impl Panel {
+    /// ∫ zᵏ/(1 − z²) dx if it is far from the axis, else ∫ (1 − zᵏ)/(1 − z²) dx; and ∫ zᵏ dx.
+    fn sums(&self) -> [f64; 2] {
+        let end = self.half_tan;
+        let last = end * (end + self.slope) / (1.0 - self.slope * end);
+        let sums = if (0.0..=0.2).contains(&last) {
+            rule(Isa::best(), self)
+        } else {
+            self.wide()
+        };
+        sums.map(|sum| 2.0 * end * sum)
+    }
+
+    /// The terms of a node t = tan(x/2) with a weight, for the power there.
+    #[inline(always)]
+    fn terms<L: Lanes>(&self, l: L, t: L::D, weight: L::D, power: L::D) -> [L::D; 2] {
+        let one = l.dsplat(1.0);
+        let inverse = one / (t * t + 1.0);
+        let [a, b] = self.across;
+        let across = ((one - t * t) * a + t * (2.0 * b)) * inverse;
+        let gap = l.dmax(across * across + self.square, l.dsplat(f64::MIN_POSITIVE));
+        let share = if self.is_far { power } else { one - power };
+        let weight = weight * inverse;
+        [weight * (share / gap), weight * power]
+    }
+
+    /// The sums with the library's functions, for wide panels (small exponents).
+    fn wide(&self) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (s, weight) in NODE.iter().zip(&WEIGHT) {
+            let t = self.half_tan * s;
+            let fall = (-2.0 * t * (t + self.slope) / (1.0 + t * t)).max(-1.0);
+            let power = exp(self.k * ln_1p(fall) + self.log);
+            let [ones, powers] = self.terms(One, t, *weight, power);
+            sums = [sums[0] + ones, sums[1] + powers];
+        }
+        sums
+    }
+}
+
+/// The sums by the rule, with cos x − τ sin x = (1 − q)/(1 + q) for q = t (t + τ)/(1 − τ t).
+#[inline(always)]
+fn kernel<S: Simd>(s: S, panel: &Panel) -> [f64; 2] {
+    let one = s.dsplat(1.0);
+    let mut sums = [s.dsplat(0.0); 2];
+    let (nodes, weights) = (NODE.as_chunks().0, WEIGHT.as_chunks().0);
+    for i in 0..NODES / 8 {
+        let t = s.dload(&nodes[i]) * panel.half_tan;
+        let q = t * (t + panel.slope) / (one - t * panel.slope);
+        let depth = q * (-2.0 * panel.k) * atanh_ratio::<S>(q) + panel.log;
+        let power = exp_bounded::<S, false>(s, depth);
+        let [ones, powers] = panel.terms(s, t, s.dload(&weights[i]), power);
+        sums = [sums[0] + ones, sums[1] + powers];
+    }
+    sums.map(|sum| s.dsum(sum))
+}
+
+dispatch! {
+    fn rule = kernel(panel: &Panel) -> [f64; 2]
+}
+
+/// A polygon of a smaller extent, in widths of the lobe, is smooth for four nodes in each direction.
+const TINY: f64 = 1e-2;
+/// A polygon of a smaller extent, in widths of the lobe and in distances, has no peak to look for.
+const MILD: f64 = 0.5;
+/// The parts of a range of lines get that much smaller towards a peak, so many times.
+const GRADE: f64 = 1.0 / 32.0;
+const GRADES: i32 = 8;
+/// Lines for each part, at most.
+const LINES: u32 = 1500;
+/// Nodes of Gauss' rule of four on [0, 1], with their weights.
+const FOUR: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+impl Lobe {
+    /// The integral over a triangle, of either order, by terms that are not negative.
+    fn over_triangle(&self, corners: [DVec3; 3]) -> f64 {
+        let side = |i: usize| (corners[(i + 1) % 3] - corners[(i + 2) % 3]).length_squared();
+        let longer = |best: usize, i: usize| if side(i) > side(best) { i } else { best };
+        // Take lines along the longest side, whose directions rounding harms least.
+        let apex = longer(longer(0, 1), 2);
+        let [a, b, c] = [apex, apex + 1, apex + 2].map(|i| corners[i % 3]);
+        let (volume, base) = (volume(a, b, c).abs(), length(c - b));
+        if !(volume > 0.0 && base > 0.0) {
+            return 0.0;
+        }
+        let extent = base / corners.iter().fold(f64::INFINITY, |r, p| r.min(length(*p)));
+        let kinks = self.kinks([a, b, c]);
+        let is_whole = kinks.iter().all(|u| !(0.0..=1.0).contains(u));
+        let widths = extent * (self.k + 1.0).sqrt();
+        if is_whole && widths < TINY {
+            return volume * self.by_nodes([a, b, c]);
+        }
+        let line = |u: f64| {
+            let ends = [b, c].map(|p| a + (p - a) * u);
+            DVec3::X * phong::ribbon(ends[0], ends[1], self.n, self.w, self.k)
+        };
+        let part = |from, to| adaptive(line, from, to, 1e-11, LINES).value.x;
+        let sum = if is_whole && widths < MILD {
+            part(0.0, 1.0)
+        } else {
+            graded(&kinks, &self.peaks([a, b, c]), part)
+        };
+        volume / base * sum
+    }
+
+    /// Where ends of lines cross the horizons, in parts of the way from the first corner.
+    fn kinks(&self, [a, b, c]: [DVec3; 3]) -> [f64; 4] {
+        let crossing = |k: DVec3, p: DVec3| {
+            let [from, to] = [dot(k, a), dot(k, p)];
+            from / (from - to)
+        };
+        let (n, w) = (self.n, self.w);
+        [
+            crossing(n, b),
+            crossing(n, c),
+            crossing(w, b),
+            crossing(w, c),
+        ]
+    }
+
+    /// Where lines may see much more than others: through the axis and the foot of the shading
+    /// point, and where their ends are nearest to these.
+    fn peaks(&self, [a, b, c]: [DVec3; 3]) -> [f64; 6] {
+        let normal = (b - a).cross(c - a);
+        let through = |d: DVec3| {
+            let [x, y, z] = [(b, c), (c, a), (a, b)].map(|(p, q)| dot(d, p.cross(q)));
+            1.0 - x / (x + y + z)
+        };
+        let highest = |p: DVec3| {
+            let d = p - a;
+            let [wa, wd] = [a, d].map(|v| dot(self.w, v));
+            let [ad, aa, dd] = [a.dot(d), a.length_squared(), d.length_squared()];
+            (wa * ad - wd * aa) / (wd * ad - wa * dd)
+        };
+        let nearest = |p: DVec3| -a.dot(p - a) / (p - a).length_squared();
+        [
+            through(self.w),
+            through(normal),
+            highest(b),
+            highest(c),
+            nearest(b),
+            nearest(c),
+        ]
+    }
+
+    /// ∫∫ u (n·p) (w·p)ᵏ/|p|^(k + 4) over a small triangle above both horizons.
+    fn by_nodes(&self, [a, b, c]: [DVec3; 3]) -> f64 {
+        let [facing, heights] = [self.n, self.w].map(|v| [a, b, c].map(|p| dot(v, p)));
+        let mut sum = 0.0;
+        for (u, of_u) in FOUR {
+            for (v, of_v) in FOUR {
+                let weights = [1.0 - u, u * (1.0 - v), u * v];
+                let mix = |x: [f64; 3]| x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2];
+                let square = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
+                let power = pow(mix(heights) / square.sqrt(), self.k);
+                sum += of_u * of_v * u * mix(facing) * power / (square * square);
+            }
+        }
+        sum
+    }
+}
+
+/// The sum of parts of [0, 1] between kinks and peaks, smaller and smaller towards each.
+fn graded(kinks: &[f64], peaks: &[f64], part: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut knots = [0.0; 12];
+    let mut count = 2;
+    knots[1] = 1.0;
+    for u in kinks.iter().chain(peaks) {
+        if *u > 0.0 && *u < 1.0 {
+            knots[count] = *u;
+            count += 1;
+        }
+    }
+    let knots = &mut knots[..count];
+    knots.sort_unstable_by(f64::total_cmp);
+    let mut sum = 0.0;
+    for pair in knots.windows(2) {
+        let half = 0.5 * (pair[1] - pair[0]);
+        for i in 0..GRADES {
+            let far = half * GRADE.powi(i);
+            let near = if i + 1 < GRADES { far * GRADE } else { 0.0 };
+            sum += part(pair[0] + near, pair[0] + far) + part(pair[1] - far, pair[1] - near);
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_simd::InstructionSet;
+    use linelit_testkit::rng::SplitMix64;
+
+    #[test]
+    fn panels_have_the_same_bits_on_every_instruction_set() {
+        let mut rng = SplitMix64::new(7);
+        for i in 0..2000 {
+            let mut random = || rng.next_f64();
+            let panel = Panel {
+                half_tan: 0.3 * random(),
+                slope: random(),
+                across: [random(), random()],
+                square: random() * random(),
+                log: -40.0 * random(),
+                k: 10f64.powf(5.0 * random()),
+                is_far: i % 2 == 0,
+            };
+            let bits = |set| rule(Isa::detect(set), &panel).map(f64::to_bits);
+            let results = InstructionSet::ALL.map(bits);
+            assert!(results.iter().all(|r| *r == results[0]), "{panel:?}");
+        }
+    }
+}
