@@ -85,8 +85,8 @@ impl LightRanges {
     }
 
     /// The numbers of the lights that may light a surface at `x` above both horizons, those of two
-    /// unit normals, in their order: all that emit and [`can_contribute`](crate::can_contribute) for both,
-    /// and few others.
+    /// unit normals, in their order: all that emit and [`can_contribute`](crate::can_contribute)
+    /// for both, and few others.
     pub fn lighting(
         &self,
         x: DVec3,

@@ -354,7 +354,8 @@ impl Arc {
     }
 }
 
-/// The normals of edges and the angles of their ends are rounded by 4 ε, of the 2000 ε of the error.
+/// The normals of edges and the angles of their ends are rounded by 4 ε, of the 2000 ε of the
+/// error.
 const PLANE: f64 = 2e-3;
 
 /// A piece of an arc that starts at the lobe's highest point on it.
@@ -435,7 +436,8 @@ dispatch! {
     fn rule = kernel(panel: &Panel) -> [f64; 2]
 }
 
-/// A polygon of a smaller extent, in widths of the lobe, is smooth for four nodes in each direction.
+/// A polygon of a smaller extent, in widths of the lobe, is smooth for four nodes in each
+/// direction.
 const TINY: f64 = 1e-2;
 /// A polygon of a smaller extent, in widths of the lobe and in distances, has no peak to look for.
 const MILD: f64 = 0.5;

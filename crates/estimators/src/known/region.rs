@@ -269,8 +269,8 @@ impl<'a> Seen<'a> {
         })
     }
 
-    /// The integral of a lobe with an axis and an exponent: over the boundary if all of the light is
-    /// above the horizon, and not so small that the sum would lose more than eight digits.
+    /// The integral of a lobe with an axis and an exponent: over the boundary if all of the light
+    /// is above the horizon, and not so small that the sum would lose more than eight digits.
     fn lobe(&self, n: DVec3, w: DVec3, k: f64) -> f64 {
         let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
         let whole = (self.is_wide(WIDE) && self.is_above(n))

@@ -9,7 +9,7 @@
 //! before the line. On a rectangle with lines along an edge its inverse is a closed form, of any
 //! size and distance ([`crate::line::rectangle`]). Elsewhere it is, on a trapezoid between two
 //! vertices, the sum of two spherical triangles, in which nothing cancels, and is inverted by
-//! Newton's method in ψ within a bracket, at five times the cost of a line.
+//! Newton's method in ψ within a bracket, which takes some 2.5 times as long.
 //!
 //! With the cosine at the receiver the same holds for the projected solid angle: the marginal is z
 //! times the ribbon integral of the line, the CDF is Lambert's irradiance of the part, and the
@@ -71,14 +71,14 @@ const MOST_STEPS: u32 = 64;
 /// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is
 /// not finite. Lines run at `angle_rad` from the polygon's first edge.
 ///
-/// **Error** of the inversion: 4 ε of the piece's measure by Newton's method, 16 ε in closed form,
-/// unless grazing incidence limits the CDF
-/// itself. Of the projected measure: 1e-12 next to the light's plane, too, down to 1e-9 of the way
-/// r to the farthest of the light, where edges or the horizon pass through the foot or leave a
-/// corner: there lines are [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver, δ
-/// wide and r long, ε r²/δ². Of a light that the shading point touches (nearer than 1e-14 r, foot
-/// inside) f64 has no points in the directions that matter, and the projected measure is known to
-/// its order of magnitude. `docs/accuracy-lights.md` has the rows.
+/// **Error** of the inversion: 4 ε of the piece's measure by Newton's method, some 64 ε of the
+/// whole in closed form, unless grazing incidence limits the CDF itself. Of the projected measure:
+/// 1e-12 next to the light's plane, too, down to 1e-9 of the way r to the farthest of the light,
+/// where edges or the horizon pass through the foot or leave a corner: there lines are
+/// [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver, δ wide and r long, ε r²/δ².
+/// Of a light that the shading point touches (nearer than 1e-14 r, foot inside) f64 has no points
+/// in the directions that matter, and the projected measure is known to its order of magnitude.
+/// `docs/accuracy-lights.md` has the rows.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3, intervals::Interval};

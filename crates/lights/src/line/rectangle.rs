@@ -69,8 +69,8 @@ struct Cut {
 }
 
 impl Rectangle {
-    /// The rectangle that the lines cover at the height `z`, by its first line and its width; `None`
-    /// of another shape, or if its solid angle is no positive number.
+    /// The rectangle that the lines cover at the height `z`, by its first line and its width;
+    /// `None` of another shape, or if its solid angle is no positive number.
     pub(crate) fn new(lines: &ParallelLines, foot: (f64, f64), z: f64) -> Option<Self> {
         let ([lo, hi], [from, to]) = sides(lines)?;
         let y = [lo - foot.1, lo - foot.1 + (hi - lo)];
