@@ -22,12 +22,14 @@ const LINES_FOR_A_TRIANGLE: f64 = 1.3;
 /// cosines with narrow lobes reaches an error before points do.
 const TRIANGLES_WITH_COSINES: f64 = 6.0;
 
-/// Rays towards a light that is densely occluded have less noise than lines in the same time below
-/// so many lines, and below the rays that take as long as a line over the other number.
+/// Where pilot lines do not tell ([`OcclusionStats::lines_ahead`](crate::OcclusionStats)), rays
+/// towards a light that is densely occluded have less noise than lines in the same time below so
+/// many lines, and below the rays that take as long as a line over the other number.
 const LINES_IF_DENSE: f64 = 8.0;
 const RAYS_FOR_LINES: f64 = 3.0;
 
-/// The number of points in a combination that replace each line in a dense shaft.
+/// The number of rays that replace a line towards a light that is densely occluded, and in a
+/// combination of points in a dense shaft.
 pub(crate) const POINTS_IF_DENSE: u32 = 2 * POINTS;
 
 /// The method for a polygon of one radiance that is not seen as a whole.
@@ -46,7 +48,14 @@ pub(crate) fn method<'e>(
     // Too many occluders in between to collect them: rays, or lines if they are many.
     let is_dense = facts.occlusion.dense || between.is_dense;
     if is_dense && are_rays_better(facts, count) {
-        return Method::points(by, nearest_power_of_two(points), Ask::Rays);
+        // Rays are cheap, and their error falls faster than their time grows.
+        let rays = if closed == Closed::Nowhere {
+            POINTS
+        } else {
+            POINTS_IF_DENSE
+        };
+        let rays = nearest_power_of_two(count.saturating_mul(rays));
+        return Method::points(by, rays, Ask::Rays);
     }
     // The visible region, if it is found in the time of so many lines or points.
     let is_smooth = closed == Closed::Diffuse || closed == Closed::Nowhere && facts.known.are_wide;
@@ -79,7 +88,8 @@ pub(crate) fn method<'e>(
 
 /// Whether rays towards a densely occluded light have less noise than lines in the same time.
 pub(crate) fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
-    let lines = LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
+    let by_cost = || LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
+    let lines = facts.occlusion.lines_ahead.unwrap_or_else(by_cost);
     facts.known.closed == Closed::Nowhere || f64::from(count) < lines
 }
 

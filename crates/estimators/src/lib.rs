@@ -15,6 +15,7 @@ mod integrand;
 mod known;
 mod light;
 mod method;
+mod noises;
 mod occlusion;
 mod options;
 mod pilot_lines;

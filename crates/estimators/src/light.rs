@@ -37,6 +37,10 @@ pub struct OcclusionStats {
     /// triangles that 32 lines in the best direction test, and sixteen rays. 13 if no shaft was
     /// dense.
     pub line_cost: f64,
+    /// The number of lines from which on lines past a dense shaft have less noise than rays in the
+    /// same time, on reflections with a closed form, as pilot lines see it; `None` if too few of
+    /// them were sent.
+    pub lines_ahead: Option<f64>,
     /// The direction of lines, in half turns from the light's first edge, in which the visible part
     /// changes least from one line to the next; of the light's edges and diagonals. `None` if it is
     /// not known: a random one for each shading point.
@@ -50,6 +54,7 @@ impl OcclusionStats {
         candidates: 1.0,
         edges: 3.0,
         line_cost: 13.0,
+        lines_ahead: None,
         direction: None,
     };
 }

@@ -11,6 +11,10 @@ use linelit_visibility::ShaftClass;
 /// A light is densely occluded if more than this share of its shafts is dense.
 const DENSE: f64 = 0.2;
 
+/// The time of tests for lines, in that of tests for rays, which are traced together but end at the
+/// first triangle that they meet: measured.
+const TIME_OF_TESTS: f64 = 0.5;
+
 /// Points of the light, across and down, that rays are sent to.
 const POINTS: usize = 4;
 
@@ -109,6 +113,7 @@ impl OcclusionProbe {
         if rays > 0.0 {
             stats.line_cost = line_tests / rays * (POINTS * POINTS) as f64 / PilotLines::LINES;
         }
+        stats.lines_ahead = (self.pilots).lines_ahead_of_rays(stats.line_cost * TIME_OF_TESTS);
         if candidates > 0.0 {
             stats.candidates = candidates / f64::from(self.shafts);
             stats.edges = edges / candidates;

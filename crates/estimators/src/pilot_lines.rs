@@ -2,6 +2,7 @@
 
 use crate::integrand::Integrand;
 use crate::known::lines::LineMemory;
+use crate::noises::{Noises, PILOTS, unevenness};
 use crate::view::View;
 use crate::{EmissionTexture, Query};
 use linelit_bsdf::Reflection;
@@ -13,8 +14,6 @@ use linelit_lights::{
 use linelit_visibility::{Counters, Shaft};
 use std::f64::consts::PI;
 
-/// Lines of a shading point in each direction, in the middles of as many strata.
-const PILOTS: usize = 32;
 /// Points of a visible part where nothing is known of the reflection.
 const POINTS: usize = 4;
 /// The weight of each of them.
@@ -38,6 +37,9 @@ pub(crate) struct PilotLines {
     deviations: [Deviations; 2],
     /// The cost of lines through dense shafts, in tests of boxes and triangles.
     tests: [u64; DIRECTIONS],
+    /// The noise that lines and rays past dense shafts are expected to have, on surfaces with a
+    /// closed form.
+    noises: [Noises; DIRECTIONS],
 }
 
 /// Sums over shading points of the root of how far what lines send to the viewer is from the mean
@@ -106,9 +108,12 @@ impl PilotLines {
             let mut values = [0.0; PILOTS];
             let of_lines = (0..PILOTS).map(value);
             of_lines.zip(&mut values).for_each(|(v, out)| *out = v);
-            let deviation = unevenness(&values).sqrt().sqrt();
+            let deviation = unevenness(&values, 1).sqrt().sqrt();
             deviations.sums[k] += deviation;
             deviations.count += u64::from(deviation > 0.0);
+            if is_dense && form.is_some() {
+                self.noises[k].add(&values, |i| visible.line(i));
+            }
         }
     }
 
@@ -122,6 +127,12 @@ impl PilotLines {
     /// Returns the cost of its lines through dense shafts, in tests of boxes and triangles.
     pub(crate) fn tests(&self) -> u64 {
         self.tests[self.best()]
+    }
+
+    /// The number of lines from which on lines past dense shafts, each of which takes as long as
+    /// `rays`, have less noise than rays in the same time; `None` if that is not known.
+    pub(crate) fn lines_ahead_of_rays(&self, rays: f64) -> Option<f64> {
+        self.noises[self.best()].lines_ahead_of_rays(rays)
     }
 
     /// Those of most shading points: of a narrow lobe, a few points of a line tell little.
@@ -139,12 +150,6 @@ impl PilotLines {
         let least = all.min_by(|a, b| a.1.total_cmp(b.1));
         least.map_or(0, |(number, _)| number)
     }
-}
-
-/// The sum of the squares of how far values are from the mean of the two beside them.
-fn unevenness(values: &[f64; PILOTS]) -> f64 {
-    let second = |v: &[f64]| (v[1] - 0.5 * (v[0] + v[2])).powi(2);
-    values.windows(3).map(second).sum()
 }
 
 /// The light that the visible parts of a line send to the viewer, by a few points of each.
