@@ -111,11 +111,20 @@ impl<'e, 'f> Choice<'e, 'f> {
             known.closed == Closed::Diffuse,
             self.facts.has_closed_region(),
         );
+        if self.facts.light == LightKind::Textured {
+            return is_diffuse && self.is_hybrid();
+        }
         match self.integral.as_ref().map(|integral| integral.by) {
             Some(Integration::Cheapest) => is_diffuse || known.has_cosines,
             Some(Integration::Exact(_)) => !has_region && known.has_cosines,
             Some(Integration::Analytic) | None => false,
         }
+    }
+
+    /// Whether it is `hybrid` alone.
+    fn is_hybrid(&self) -> bool {
+        let mut integrals = self.estimator.integrals();
+        self.estimator.alone().is_some() && integrals.any(|by| by == Integration::Cheapest)
     }
 
     /// Whether it weights techniques on the part of a polygon above the horizons.
@@ -178,8 +187,7 @@ impl<'e, 'f> Choice<'e, 'f> {
     fn combined(&self, between: &Between) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let is_textured = facts.light == LightKind::Textured;
-        let is_hybrid = |integration| integration == Integration::Cheapest;
-        if is_textured && estimator.alone().is_some() && estimator.integrals().any(is_hybrid) {
+        if is_textured && self.is_hybrid() {
             return hybrid::textured(facts);
         }
         let each = (estimator.integrals()).map(|integration| instead(integration, facts, between));

@@ -107,7 +107,8 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     let (occluders, ask) = (query.occluders, choice.ask());
     let mut visible = Visible::new(occluders, &view, ask, scratch, &mut counts.plan);
     let between = visible.between();
-    if between.class == ShaftClass::Partial && choice.asks_for_density() {
+    let may_differ = between.class == ShaftClass::Partial || query.light.texture.is_some();
+    if may_differ && choice.asks_for_density() {
         choice.facts.points = query.light.cheapest_points(query.point.position);
     }
     let mut method = choice.method(&between);

@@ -110,8 +110,10 @@ pub(crate) fn points_with_cosines(lines: u32) -> u32 {
     POINTS_WITH_COSINES.max(lines.saturating_mul(POINTS))
 }
 
-/// Points of a light that emits an image, half of them by the image; or a third, and a third by a
-/// reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines) transformed cosines.
+/// Points of a light that emits an image: all by the image on a diffuse surface that sees the light
+/// much alike from place to place, so that little else varies; else half of them by the image, or a
+/// third, and a third by a reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines)
+/// transformed cosines.
 pub(crate) fn textured<'e>(facts: &Facts<'_>) -> Method<'e> {
     const fn part(by: PointDensity) -> Part {
         Part {
@@ -122,6 +124,9 @@ pub(crate) fn textured<'e>(facts: &Facts<'_>) -> Method<'e> {
     const DIFFUSE: [Part; 2] = [part(PointDensity::SolidAngle), part(PointDensity::Texture)];
     const GLOSSY: [Part; 2] = [part(PointDensity::Lobes), part(PointDensity::Texture)];
     let is_diffuse = facts.known.closed == Closed::Diffuse;
+    if is_diffuse && facts.points == PointDensity::Area {
+        return Method::points(PointDensity::Texture.into(), facts.samples, facts.ask);
+    }
     let weighted = Weighted {
         parts: if is_diffuse { &DIFFUSE } else { &GLOSSY },
         with_bsdf: facts.known.are_unlike,

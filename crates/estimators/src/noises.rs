@@ -4,9 +4,9 @@
 //! which parts of each are visible, and what light comes from there:
 //!
 //! ```text
-//!      █████░░░░███   Values of lines that change from one to the next make noise of lines: by their
-//!      ████░░░░░███   second differences, for 8, 16 and 32 lines. Cells of a grid of rays, of which
-//!      ███░░░░█████   some lines see a part and others none, make noise of rays.
+//!      █████░░░░███   Lines whose light changes from one to the next make noise of lines: by
+//!      ████░░░░░███   their second differences, for 8, 16 and 32 lines. Cells of a grid of
+//!      ███░░░░█████   rays, of which some lines see a part and others none, make noise of rays.
 //! ```
 //!
 //! Both fall as powers of the number of samples. Lines are ahead from where they cross.
@@ -36,8 +36,8 @@ const NETS: f64 = 1.5;
 /// measured.
 const DEARER_IF_FEW: f64 = 0.4;
 
-/// The noise that is expected of lines and of rays: sums over shading points of the roots of standard
-/// deviations, up to one factor for all.
+/// The noise that is expected of lines and of rays: sums over shading points of the roots of
+/// standard deviations, up to one factor for all.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Noises {
     /// The noise of [`NUMBERS`] of lines with slopes.
@@ -65,8 +65,8 @@ impl Noises {
         self.rays += variance_of_rays(values, parts).sqrt().sqrt();
     }
 
-    /// The number from which on lines, each of which takes as long as `rays` if there are [`PILOTS`],
-    /// have less variance than rays in the same time; `None` if too little was seen.
+    /// The number from which on lines, each of which takes as long as `rays` if there are
+    /// [`PILOTS`], have less variance than rays in the same time; `None` if too little was seen.
     #[allow(clippy::cast_precision_loss, reason = "few")]
     pub(crate) fn lines_ahead_of_rays(&self, rays: f64) -> Option<f64> {
         let mut noises = self.lines.iter().chain([&self.rays]);
@@ -113,8 +113,8 @@ fn variance_of_lines(values: &[f64; PILOTS], number: usize) -> f64 {
 }
 
 /// The variance of the mean over n = [`RAYS`]² stratified rays, drawn by the light that would come
-/// where nothing hides it: M Σ m p (1 − p)/n, if M comes in all, and m from a cell of which the share
-/// p is visible.
+/// where nothing hides it: M Σ m p (1 − p)/n, if M comes in all, and m from a cell of which the
+/// share p is visible.
 #[allow(clippy::cast_precision_loss, reason = "few")]
 fn variance_of_rays<'v>(values: &[f64; PILOTS], parts: impl Fn(usize) -> &'v [Interval]) -> f64 {
     // Find what each line would send; lines that are wholly hidden do not say it.
