@@ -70,6 +70,20 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     })
 }
 
+/// [`ribbon`] of a line whose ends are rounded, by n·p and axis·p at the true ones (not negative)
+/// and the true length.
+pub(crate) fn ribbon_by_heights(
+    ends: [DVec3; 2],
+    heights: [[f64; 2]; 2],
+    length: f64,
+    axis: DVec3,
+    k: f64,
+) -> f64 {
+    Fan::rounded(ends, heights, length).map_or(0.0, |fan| {
+        nonnegative(integrate(&fan.with_constant(1.0), axis, k) * fan.unit * fan.unit)
+    })
+}
+
 /// `∫ max(0, n·p) w(p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon whose width w changes linearly
 /// between those at its ends: see [`ribbon::tapered`](crate::ribbon::tapered).
 ///
