@@ -192,6 +192,38 @@ impl<const N: usize> Fan<N> {
 }
 
 impl Fan<2> {
+    /// The fan of a segment above both half-spaces whose ends are rounded, with the true values and
+    /// length. `None` with an end at the shading point.
+    pub(crate) fn rounded(ends: [DVec3; 2], values: [[f64; 2]; 2], length: f64) -> Option<Self> {
+        let [p0, p1] = ends;
+        // Ends that rounding has made one are a direction without a plane.
+        let fan = Fan::new(p0, p1, &[], None).or_else(|| {
+            let radii = ends.map(DVec3::length);
+            (p0 == p1 && radii[0] > LEAST_LENGTH).then_some(Fan {
+                ends,
+                radii,
+                values: [],
+                length,
+                normal: DVec3::ZERO,
+                sine: 0.0,
+                angle: 0.0,
+                half_sine: 0.0,
+                unit: 1.0,
+            })
+        })?;
+        Some(Self {
+            ends: fan.ends,
+            radii: fan.radii,
+            values: values.map(|pair| pair.map(|value| value * fan.unit)),
+            length: length * fan.unit,
+            normal: fan.normal,
+            sine: fan.sine,
+            angle: fan.angle,
+            half_sine: fan.half_sine,
+            unit: fan.unit,
+        })
+    }
+
     /// Inserts a constant, one or a distance, as a further functional between the two: over |p| it
     /// is like a cosine.
     pub(crate) fn with_constant(self, constant: f64) -> Fan<3> {

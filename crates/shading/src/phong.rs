@@ -34,6 +34,9 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
 
+/// The length from which on that of a line between ends near one is known from them to 1e-12.
+const LONG: f64 = 1e-3;
+
 /// (k + 2)/(2π), the factor of the modified Phong BRDF.
 ///
 /// ```
@@ -67,6 +70,26 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     robust([a, b, up, lobe], k, |fan, axis| {
         // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
         integrate(&fan.with_constant(1.0), axis, k) * fan.unit * fan.unit
+    })
+}
+
+/// [`ribbon`] of a line whose ends are rounded, by n·p and axis·p at the true ends (not negative)
+/// and the true length.
+pub(crate) fn ribbon_by_heights(
+    ends: [DVec3; 2],
+    heights: [[f64; 2]; 2],
+    length: f64,
+    [n, axis]: [DVec3; 2],
+    k: f64,
+) -> f64 {
+    // Far above the horizons, rounded ends of a long line do.
+    let points = [ends[0], ends[1], n, axis].map(|v| v.to_array());
+    let fast = || fast_lobe::measure(points[0], points[1], points[2], points[3], k);
+    if let Some(segment) = (length > LONG).then(fast).flatten() {
+        return nonnegative(segment.integrate(k) * segment.inverse_distance());
+    }
+    Fan::rounded(ends, heights, length).map_or(0.0, |fan| {
+        nonnegative(integrate(&fan.with_constant(1.0), axis, k) * fan.unit * fan.unit)
     })
 }
 
