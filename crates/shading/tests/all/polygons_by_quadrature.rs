@@ -314,7 +314,8 @@ fn about_the_axis(corners: &[DVec3], n: DVec3, w: DVec3, k: f64) -> (f64, f64) {
     })
 }
 
-/// ∫ max(0, w·ω)ᵏ n·ω dω over a convex polygon on which the lobe is smooth, by Gauss' rule over the triangles of a fan.
+/// ∫ max(0, w·ω)ᵏ n·ω dω over a convex polygon on which the lobe is smooth, by Gauss' rule over the
+/// triangles of a fan.
 fn in_the_plane(corners: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     let (rule, a) = (gauss_legendre(40), corners[0]);
     let value = |p: DVec3| {
@@ -349,8 +350,9 @@ fn above(corners: &[[f64; 2]], height: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]
     kept
 }
 
-/// ∫∫ max(0, y) max(0, h)ᵏ dx dy over a convex polygon, h = c·(x, y) for a unit vector c, by Stokes'
-/// theorem: with the coordinate g across h, y = c₁ h + c₀ g is the derivative of c₁ h g + c₀ g²/2.
+/// ∫∫ max(0, y) max(0, h)ᵏ dx dy over a convex polygon, h = c·(x, y) for a unit vector c, by
+/// Stokes' theorem: with the coordinate g across h, y = c₁ h + c₀ g is the derivative of c₁ h g +
+/// c₀ g²/2.
 fn flat_lobe(corners: &[[f64; 2]], c: [f64; 2], k: f64) -> f64 {
     let height = |p: [f64; 2]| c[0] * p[0] + c[1] * p[1];
     let across = |p: [f64; 2]| c[0] * p[1] - c[1] * p[0];
