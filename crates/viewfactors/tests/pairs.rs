@@ -631,7 +631,7 @@ fn each_pair_is_counted_once_however_facets_are_numbered() {
         .map(|[x, y]| (square([x, y, 0.0], false), square([x, y, 2.0], true)))
         .unzip();
     let pairs = |squares: &[[[f64; 3]; 4]]| {
-        let polygons: Vec<[u32; 4]> = (0..squares.len() as u32)
+        let polygons: Vec<[u32; 4]> = (0..u32::try_from(squares.len()).unwrap())
             .map(|k| [0, 1, 2, 3].map(|i| 4 * k + i))
             .collect();
         let facets = Facets::new(&squares.concat(), &polygons, Sides::One).unwrap();
