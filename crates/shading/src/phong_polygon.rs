@@ -31,6 +31,9 @@ const ENOUGH: f64 = 3e-11;
 /// A lobe of which nothing but e⁻⁴⁶ of its peak meets an edge does not count there.
 const DEPTH: f64 = 46.0;
 
+/// What edges that do not count may add to the sum: e⁻⁴⁶ times their angles and azimuths, 4π at most.
+const LEFT_OUT: f64 = 1.4e-19;
+
 /// An edge whose plane passes the axis at more than the root of this over k has no digits to lose
 /// by leaving out the ones of 1 − zᵏ: zᵏ is below e⁻⁶ there, and the quotient by 1 − z² smooth.
 const FAR: f64 = 12.0;
@@ -69,7 +72,8 @@ const NEARLY_STRAIGHT: f64 = 3.13;
 /// to 1 µs, others that need no grading 15 or 30 lines, and those of powers below six that are no
 /// integers, or with a narrow lobe in them, some hundred to some thousand (0.2 to 2 ms).
 ///
-/// **Domain**: finite vertices; fewer than three, or k < 0, give 0.
+/// **Domain**: finite vertices; fewer than three, or k < 0, give 0. Of a polygon that the shading
+/// point touches (nearer than ε of its size) the result is between nothing and the irradiance.
 ///
 /// **Error**: below 1e-10 of the lesser of the polygon's [irradiance](polygon::irradiance) and
 /// 2π/(k + 2), the whole lobe, at exponents up to 1e5 (`docs/accuracy.md`). In 2400 random polygons
@@ -161,7 +165,8 @@ pub fn boundary_irradiance(
     Some(nonnegative(sum.value.abs() / (k + 2.0)))
 }
 
-/// The integrand: (n·ω) (w·ω)ᵏ where both are positive.
+/// A surface's normal n and the lobe of a Phong reflection about the axis w with the exponent k:
+/// the integrand is (n·ω) (w·ω)ᵏ over directions ω where both cosines are positive, zero elsewhere.
 #[derive(Clone, Copy, Debug)]
 struct Lobe {
     n: DVec3,
@@ -221,7 +226,8 @@ impl Lobe {
             }
             // The nodes err by 5e-13; the lobe's logarithm, which is at most 645 and then has a
             // slope of √(1300 k), by the rounding of directions.
-            let error = (2000.0 + 2.0 * k.min((1300.0 * k).sqrt())) * f64::EPSILON * sum.size;
+            let rounding = (2000.0 + 2.0 * k.min((1300.0 * k).sqrt())) * f64::EPSILON;
+            let error = rounding * sum.size + LEFT_OUT * n.length();
             if error <= ENOUGH * (whole * (k + 2.0)).min(TAU * n.length()) {
                 return nonnegative(sum.value.abs() / (k + 2.0)).min(whole);
             }
@@ -299,7 +305,8 @@ impl Arc {
         atan2(g * sin(b - a), g * g * cos(a) * cos(b) + sin(a) * sin(b))
     }
 
-    /// ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx.
+    /// The term of this edge in the sum over the boundary ([`irradiance`]), (k + 2) times its part
+    /// of the integral: ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx, with the magnitudes of its parts.
     fn integral(&self, lobe: &Lobe) -> Sum {
         let none = Sum::default();
         if self.to - self.from > NEARLY_STRAIGHT {
@@ -452,6 +459,8 @@ const MILD: f64 = 0.5;
 const EVEN: f64 = 0.1;
 /// The fourth power of a smaller distance is beyond the range of numbers.
 const NEXT: f64 = 1e-70;
+/// Heights above this, relative to the distance of their corner, are rounded by 1e-12 of themselves.
+const STEEP: f64 = 1e-4;
 /// The parts of a range of lines get that much smaller towards a peak, so many times.
 const GRADE: f64 = 1.0 / 32.0;
 const GRADES: i32 = 8;
@@ -470,7 +479,8 @@ const FOUR: [(f64, f64); 4] = [
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     at: DVec3,
-    /// n·p and axis·p, accurate relative to themselves.
+    /// The heights of the corner p over the horizons of the surface and of the lobe, n·p and
+    /// axis·p, each with few roundings relative to itself.
     heights: [f64; 2],
 }
 
@@ -541,7 +551,17 @@ impl Lobe {
         } else {
             value_at_crossing(vectors[other], vectors[own], a.at, b.at)
         };
-        let at = crossing(a.at, b.at, vectors[own], ha[own], hb[own]);
+        // A place that is found anew from the plane fits the heights only where these are far from
+        // rounding: along the other horizon, nearly the same one, they are nothing else.
+        let is_steep = [a, b]
+            .iter()
+            .all(|c| c.heights[own].abs() > STEEP * length(c.at));
+        let at = if is_steep {
+            crossing(a.at, b.at, vectors[own], ha[own], hb[own])
+        } else {
+            let span = hb[own] - ha[own];
+            a.at * (hb[own] / span) + b.at * (-ha[own] / span)
+        };
         Corner { at, heights }
     }
 
