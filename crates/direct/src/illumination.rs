@@ -40,27 +40,19 @@ impl Illumination<'_> {
             workspace.buffers.counts.plan.black_materials += 1;
             return DVec3::ZERO;
         }
-        // Add the lights that are sampled for themselves.
+        // Add the lights that are sampled for themselves, without groups of them that face away or
+        // are below a horizon.
         let (apart, union) = self.lights.split(self.settings.lights);
-        let mut sum = DVec3::ZERO;
-        if skip {
-            // Leave out groups of lights that face away or are below a horizon, all at once.
-            let (x, normals) = (point.position, [point.geometric_normal, point.normal]);
-            let mut left = apart.len();
-            for range in self.lights.lighting(apart.len(), x, normals) {
-                left -= range.len();
-                for light in &apart[range] {
-                    sum += self.one_light(light, samples, point, names, workspace);
-                }
-            }
-            let plan = &mut workspace.buffers.counts.plan;
-            plan.point_lights += left as u64;
-            plan.groups_left_out += left as u64;
-        } else {
-            for light in apart {
+        let (mut sum, mut left_out) = (DVec3::ZERO, apart.len());
+        for range in self.lights.reaching(apart.len(), point, skip) {
+            left_out -= range.len();
+            for light in &apart[range] {
                 sum += self.one_light(light, samples, point, names, workspace);
             }
         }
+        let plan = &mut workspace.buffers.counts.plan;
+        plan.point_lights += left_out as u64;
+        plan.groups_left_out += left_out as u64;
         if union.is_empty() {
             return sum;
         }

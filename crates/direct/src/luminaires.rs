@@ -1,7 +1,7 @@
-//! The lights of a scene together, and the tables by which one of them is chosen.
+//! The lights of a scene together, and the tables by which some of them are chosen.
 
 use crate::{LightChoice, Luminaire};
-use linelit_geometry::DVec3;
+use linelit_estimators::ShadingPoint;
 use linelit_selection::{Discrete, LightRanges, LightTree};
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -15,20 +15,20 @@ pub struct Luminaires {
     /// the pair p · indices + i.
     pub(crate) indices: u32,
     pub(crate) tables: Tables,
-    /// Groups of the lights, by which a point leaves out many at once; none of few lights.
-    ranges: Option<LightRanges>,
 }
 
 /// Lights from this number on are left out in groups; of fewer, each is looked at.
 const MANY: usize = 8;
 
-/// Tables for choosing one light that are the same for all shading points; each is built when it is
-/// first needed.
+/// Tables for choosing among lights that are the same for all shading points; each is built when it
+/// is first needed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tables {
     pub uniform: OnceLock<Option<Discrete>>,
     pub power: OnceLock<Option<Discrete>>,
     pub tree: OnceLock<LightTree>,
+    /// Groups of the lights, by which a point leaves out many at once.
+    pub groups: OnceLock<LightRanges>,
 }
 
 impl Luminaires {
@@ -42,7 +42,6 @@ impl Luminaires {
             lights,
             indices: indices.max(above),
             tables: Tables::default(),
-            ranges: None,
         };
         all.sort();
         all
@@ -70,18 +69,24 @@ impl Luminaires {
         }
     }
 
-    /// The numbers of the first `count` lights that may light a surface at `x` above the horizons
-    /// of both normals, in their order.
-    pub(crate) fn lighting(
+    /// The numbers of the first `count` lights that a point needs, in their order: all of them, or
+    /// with `skip` those that may light it above the horizons of both its normals, and few others.
+    pub(crate) fn reaching(
         &self,
         count: usize,
-        x: DVec3,
-        normals: [DVec3; 2],
+        point: &ShadingPoint,
+        skip: bool,
     ) -> impl Iterator<Item = Range<usize>> + '_ {
-        let groups = self.ranges.iter();
-        let all = self.ranges.is_none().then_some(0..count);
-        let ranges = groups.flat_map(move |groups| groups.lighting(x, normals));
-        let first = ranges.take_while(move |range| range.start < count);
+        let (x, normals) = (point.position, [point.geometric_normal, point.normal]);
+        let in_groups = skip && count >= MANY;
+        let groups = in_groups.then(|| {
+            let lights = self.lights.iter().map(|light| &*light.light);
+            let groups = self.tables.groups.get_or_init(|| LightRanges::new(lights));
+            groups.lighting(x, normals)
+        });
+        let found = groups.into_iter().flatten();
+        let first = found.take_while(move |range| range.start < count);
+        let all = (!in_groups).then_some(0..count);
         (first.chain(all)).map(move |range| range.start..range.end.min(count))
     }
 
@@ -90,7 +95,5 @@ impl Luminaires {
         self.lights
             .sort_by_key(|light| (!light.is_apart, light.index));
         self.tables = Tables::default();
-        let all = self.lights.iter().map(|light| &*light.light);
-        self.ranges = (self.lights.len() >= MANY).then(|| LightRanges::new(all));
     }
 }

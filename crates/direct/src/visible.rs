@@ -44,6 +44,7 @@ impl Luminaire {
         workspace: &mut Workspace,
     ) -> Result<f64, Unknown> {
         match (&*self.light, measure) {
+            // Find the visible region of lights with a surface.
             (Light::Area(area), _) => {
                 let query = self.shaft(point, &area.polygon);
                 let scratch = &mut workspace.buffers.scratch;
@@ -57,6 +58,7 @@ impl Luminaire {
             (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
                 Ok(self.fraction_of_line(occluders, point, &line.segment, measure, workspace))
             }
+            // Send one ray to lights without size, as if they shone alike in all directions.
             (Light::Point(light), _) => {
                 let even = PointLight {
                     intensity: DVec3::ONE,

@@ -41,8 +41,8 @@ counters! {
         facing_away: "pairs skipped: light faces away",
         /// Pairs dropped because the light is below the horizon.
         below_horizon: "pairs skipped: light below the horizon",
-        /// Pairs dropped with all lights of a group, each of which faces away or is below the
-        /// horizon.
+        /// Pairs of a shading point and a light that were skipped without a look at the light: it
+        /// is in a group of lights each of which faces away from the point or is below its horizon.
         groups_left_out: "pairs skipped with their group: facing away or below the horizon",
         /// Pairs with nothing between point and light: no visibility was sampled.
         unoccluded: "pairs without any occluder: no visibility sampled",

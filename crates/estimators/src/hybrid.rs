@@ -42,7 +42,9 @@ pub(crate) fn method<'e>(
     let closed = facts.known.closed;
     let by = match closed {
         Closed::Diffuse => facts.points.into(),
-        _ => PointDensity::Lobes.into(),
+        Closed::OverPolygons { .. } | Closed::AlongLines | Closed::Nowhere => {
+            PointDensity::Lobes.into()
+        }
     };
     let points = count.saturating_mul(POINTS);
     // Too many occluders in between to collect them: rays, or lines if they are many.
@@ -80,7 +82,9 @@ pub(crate) fn method<'e>(
     // Lines, of which light is known, or a point tells most of it; else points.
     let takes_lines = match closed {
         Closed::Nowhere => facts.known.are_wide,
-        _ => count >= POINTS || between.is_dense,
+        Closed::Diffuse | Closed::OverPolygons { .. } | Closed::AlongLines => {
+            count >= POINTS || between.is_dense
+        }
     };
     let along = along(integral, facts).filter(|_| takes_lines);
     along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))

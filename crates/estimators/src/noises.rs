@@ -36,8 +36,10 @@ const NETS: f64 = 1.5;
 /// measured.
 const DEARER_IF_FEW: f64 = 0.4;
 
-/// The noise that is expected of lines and of rays: sums over shading points of the roots of
-/// standard deviations, up to one factor for all.
+/// The noise to be expected of lines and of rays towards one light, as some shading points see it.
+///
+/// Noise is the standard deviation of the mean. Square roots of it are summed over the points, so
+/// that a few noisy points do not decide; only ratios of the sums have a meaning.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Noises {
     /// The noise of [`NUMBERS`] of lines with slopes.

@@ -103,8 +103,9 @@ impl Scene {
         self.look_at(lights)
     }
 
-    /// Takes lights that were checked, and looks at them from some points if the estimator has a
-    /// use for that. `exact` has none here, as it takes no lines for diffuse surfaces.
+    /// Sets the lights, which must have been checked, and measures from the scene's points how much
+    /// hides each, if the estimator chooses by that. `exact` does not: for it nothing is measured,
+    /// and a light that it cannot give without noise is an error.
     fn look_at(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
         let is_exact = is_exact(&self.settings.estimator);
         if is_exact && let Some(i) = lights.iter().position(|light| !light.is_exact()) {

@@ -58,6 +58,7 @@ impl LightBounds {
         if power.is_nan() || power <= 0.0 {
             return None;
         }
+        // Turn the normals into a cone, and their mean.
         let extent = light.extent();
         let (lo, hi) = extent.bounds;
         let (axis, spread, normal) = match extent.normals {
@@ -89,8 +90,10 @@ impl LightBounds {
 
     /// Returns the bounds of both groups together.
     pub(crate) fn union(&self, other: &Self) -> Self {
+        // Weight both by their power.
         let power = self.power + other.power;
         let (a, b) = (self.power / power, other.power / power);
+        // Join boxes and cones.
         let (axis, spread) = union_of_cones((self.axis, self.spread), (other.axis, other.spread));
         let (lo, hi) = (self.lo.min(other.lo), self.hi.max(other.hi));
         Self {

@@ -31,7 +31,8 @@ const ENOUGH: f64 = 3e-11;
 /// A lobe of which nothing but e⁻⁴⁶ of its peak meets an edge does not count there.
 const DEPTH: f64 = 46.0;
 
-/// What edges that do not count may add to the sum: e⁻⁴⁶ times their angles and azimuths, 4π at most.
+/// What edges that do not count may add to the sum: e⁻⁴⁶ times their angles and azimuths, 4π at
+/// most.
 const LEFT_OUT: f64 = 1.4e-19;
 
 /// An edge whose plane passes the axis at more than the root of this over k has no digits to lose
@@ -459,7 +460,8 @@ const MILD: f64 = 0.5;
 const EVEN: f64 = 0.1;
 /// The fourth power of a smaller distance is beyond the range of numbers.
 const NEXT: f64 = 1e-70;
-/// Heights above this, relative to the distance of their corner, are rounded by 1e-12 of themselves.
+/// Heights above this, relative to the distance of their corner, are rounded by 1e-12 of
+/// themselves.
 const STEEP: f64 = 1e-4;
 /// The parts of a range of lines get that much smaller towards a peak, so many times.
 const GRADE: f64 = 1.0 / 32.0;

@@ -66,8 +66,9 @@ pub(super) fn check_lights(scene: &SceneDescription, args: &PictureArgs) -> Resu
     Ok(())
 }
 
-/// The numbers of the lights of a scene, a round shape by that of its first facet where it is
-/// sampled as a whole.
+/// The numbers that name the lights of a scene in options such as `--light-estimator`: each light
+/// has its own, and a sphere, disk or cylinder that is sampled as a whole has that of the first of
+/// the facets that stand for it in the scene.
 pub(super) fn numbers(scene: &SceneDescription, spheres: Spheres) -> impl Iterator<Item = u32> {
     let is_own = move |light: &u32| {
         let whole = scene.whole_of(*light).filter(|_| spheres == Spheres::Exact);

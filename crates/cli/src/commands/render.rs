@@ -154,6 +154,7 @@ fn beside(picture: &Path, what: &str) -> PathBuf {
     picture.with_file_name(format!(".{name}.linelit-{what}"))
 }
 
+/// Prints what was skipped, which methods were taken, and what it took.
 fn explain(
     renderer: &Renderer<'_>,
     settings: &Settings,
@@ -161,6 +162,7 @@ fn explain(
     times: [f64; 3],
     out: &mut Output,
 ) -> Result<(), OutputError> {
+    // Say which methods the lights have.
     let lit = renderer.plan().lights_of(settings.spheres).len();
     let lights = numbers(renderer.scene(), settings.spheres).count();
     let dark = lights - lit;
@@ -174,6 +176,7 @@ fn explain(
         let names = names.join(", ");
         writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;
     }
+    // Say what was skipped, and what is left.
     write!(out, "{}", counts.plan)?;
     let plan = &counts.plan;
     let left_out = plan.facing_away + plan.below_horizon + plan.groups_left_out;
@@ -184,6 +187,7 @@ fn explain(
         out,
         "{sampled:>14}  all other pairs: sampled by lines or points"
     )?;
+    // Say what visibility took, and the time.
     let (visibility, segments) = (&counts.visibility, &counts.segments);
     let dense = visibility.dense_shafts;
     for (count, what) in [

@@ -83,8 +83,10 @@ fn lobes(view: &View<'_>, form: &ClosedForm<'_>, integral: impl Fn(DVec3, f64) -
             axis,
             exponent,
         } => scale * integral(axis, exponent),
-        // Methods over regions are for reflections without Gaussians.
-        ClosedLobe::Gaussian { .. } => DVec3::ZERO,
+        ClosedLobe::Gaussian { .. } => {
+            debug_assert!(false, "no method takes Gaussians over regions");
+            DVec3::ZERO
+        }
     };
     form.lobes(view.at.outgoing, view.at.normal)
         .map(light)
@@ -269,8 +271,10 @@ impl<'a> Seen<'a> {
         })
     }
 
-    /// The integral of a lobe with an axis and an exponent: over the boundary if all of the light
-    /// is above the horizon, and not so small that the sum would lose more than eight digits.
+    /// The integral of a Phong lobe about the axis `w` with the exponent `k`, times the cosine to
+    /// the normal `n`, over what is visible of the light. It is a sum over the boundary where all
+    /// of the light is above the horizon and so large that the sum keeps eight digits; else a sum
+    /// over triangles, which keeps more and takes longer.
     fn lobe(&self, n: DVec3, w: DVec3, k: f64) -> f64 {
         let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
         let whole = (self.is_wide(WIDE) && self.is_above(n))

@@ -232,6 +232,7 @@ impl AngularLines {
             rectangle: None,
             close,
         };
+        // Take the closed form where the lines cover a rectangle.
         if marginal == Marginal::Solid {
             out.rectangle = Rectangle::new(&out.lines, foot, out.z);
         }
@@ -239,6 +240,7 @@ impl AngularLines {
             out.pieces = Pieces::new(core::iter::once(rectangle.solid_angle()));
             return out;
         }
+        // Else measure the pieces between vertices.
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
             let m = if marginal == Marginal::Warped {
@@ -624,10 +626,12 @@ impl LineTechnique for AngularLines {
         if !(a..=b).contains(&offset) || !self.pieces.is_usable() {
             return None;
         }
+        // Measure the part before the offset: of a rectangle in closed form.
         if let Some(rectangle) = &self.rectangle {
             let place = rectangle.place(fraction((offset - a) / (b - a)));
             return Some(self.pieces.unpick(0, place));
         }
+        // Else of the piece that holds it.
         let k = self.piece_at(offset);
         if self.marginal == Marginal::Warped {
             let warp = self.warp(&self.piece(k));

@@ -111,16 +111,20 @@ impl Rectangle {
         (out.whole > 0.0 && out.whole.is_finite()).then_some(out)
     }
 
+    /// The solid angle of the rectangle, sr.
     pub(crate) fn solid_angle(&self) -> f64 {
         self.whole
     }
 
-    /// The line at an offset from the foot.
+    /// The line of the rectangle at the offset `u` from the shading point's foot in the light's
+    /// plane; all lines have the same ends.
     pub(crate) fn line(&self, u: f64) -> Line {
         Line { u, ..self.first }
     }
 
-    /// The solid angle between the far line and the one at `u`, mirrored, `step` away.
+    /// The solid angle of the part of the rectangle between its far line, which is farther from the
+    /// foot, and the line at the offset `u` (mirrored so that the far line's is positive). `step`
+    /// is the distance of both lines, which has more digits than the difference of the offsets.
     fn beyond(&self, u: f64, step: f64) -> f64 {
         let far = &self.far;
         let cut = Cut::new(&self.first, self.q, self.z, u);

@@ -262,8 +262,8 @@ fn most(corners: &[DVec3], n: DVec3, k: f64) -> f64 {
 }
 
 /// What the rounding of lines' ends may do to a polygon next to the shading point, as the doc of
-/// [`phong_polygon::irradiance`] derives it: 8 ε times the distance of the farthest vertex over that
-/// of the nearest point.
+/// [`phong_polygon::irradiance`] derives it: 8 ε times the distance of the farthest vertex over
+/// that of the nearest point.
 fn next_to_the_point(shape: &Shape) -> f64 {
     let next = shape.corners.iter().cycle().skip(1);
     let edges: Vec<_> = shape.corners.iter().zip(next).collect();
