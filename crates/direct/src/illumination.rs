@@ -43,16 +43,28 @@ impl Illumination<'_> {
         // Add the lights that are sampled for themselves, without groups of them that face away or
         // are below a horizon.
         let (apart, union) = self.lights.split(self.settings.lights);
-        let (mut sum, mut left_out) = (DVec3::ZERO, apart.len());
-        for range in self.lights.reaching(apart.len(), point, skip) {
-            left_out -= range.len();
-            for light in &apart[range] {
+        let mut sum = DVec3::ZERO;
+        let mut add = |lights: &[Luminaire], workspace: &mut Workspace| {
+            for light in lights {
                 sum += self.one_light(light, samples, point, names, workspace);
             }
+        };
+        match self.lights.groups(apart.len()).filter(|_| skip) {
+            None => add(apart, workspace),
+            Some(groups) => {
+                let normals = [point.geometric_normal, point.normal];
+                let mut left_out = apart.len();
+                for range in groups.lighting(point.position, normals) {
+                    // Groups are of all lights, of which the first are apart.
+                    let lights = &apart[range.start.min(apart.len())..range.end.min(apart.len())];
+                    left_out -= lights.len();
+                    add(lights, workspace);
+                }
+                let plan = &mut workspace.buffers.counts.plan;
+                plan.point_lights += left_out as u64;
+                plan.groups_left_out += left_out as u64;
+            }
         }
-        let plan = &mut workspace.buffers.counts.plan;
-        plan.point_lights += left_out as u64;
-        plan.groups_left_out += left_out as u64;
         if union.is_empty() {
             return sum;
         }

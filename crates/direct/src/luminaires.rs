@@ -1,9 +1,7 @@
 //! The lights of a scene together, and the tables by which some of them are chosen.
 
 use crate::{LightChoice, Luminaire};
-use linelit_estimators::ShadingPoint;
 use linelit_selection::{Discrete, LightRanges, LightTree};
-use std::ops::Range;
 use std::sync::OnceLock;
 
 /// The lights of a scene, and the tables by which one is chosen for a sample.
@@ -69,25 +67,12 @@ impl Luminaires {
         }
     }
 
-    /// The numbers of the first `count` lights that a point needs, in their order: all of them, or
-    /// with `skip` those that may light it above the horizons of both its normals, and few others.
-    pub(crate) fn reaching(
-        &self,
-        count: usize,
-        point: &ShadingPoint,
-        skip: bool,
-    ) -> impl Iterator<Item = Range<usize>> + '_ {
-        let (x, normals) = (point.position, [point.geometric_normal, point.normal]);
-        let in_groups = skip && count >= MANY;
-        let groups = in_groups.then(|| {
-            let lights = self.lights.iter().map(|light| &*light.light);
-            let groups = self.tables.groups.get_or_init(|| LightRanges::new(lights));
-            groups.lighting(x, normals)
-        });
-        let found = groups.into_iter().flatten();
-        let first = found.take_while(move |range| range.start < count);
-        let all = (!in_groups).then_some(0..count);
-        (first.chain(all)).map(move |range| range.start..range.end.min(count))
+    /// Groups of all lights, by which a point leaves out many at once; `None` where the `count` of
+    /// those that it samples is small, and each is looked at.
+    pub(crate) fn groups(&self, count: usize) -> Option<&LightRanges> {
+        let lights = || self.lights.iter().map(|light| &*light.light);
+        let groups = || LightRanges::new(lights());
+        (count >= MANY).then(|| self.tables.groups.get_or_init(groups))
     }
 
     /// Puts the lights in order, with new tables.

@@ -22,9 +22,10 @@ const LINES_FOR_A_TRIANGLE: f64 = 1.3;
 /// cosines with narrow lobes reaches an error before points do.
 const TRIANGLES_WITH_COSINES: f64 = 6.0;
 
-/// Where pilot lines do not tell ([`OcclusionStats::lines_ahead`](crate::OcclusionStats)), rays
-/// towards a light that is densely occluded have less noise than lines in the same time below so
-/// many lines, and below the rays that take as long as a line over the other number.
+/// Rays towards a light that is densely occluded have less noise than lines in the same time below
+/// so many lines, below the rays that take as long as a line over the other number, and below what
+/// pilot lines tell ([`OcclusionStats::lines_ahead`](crate::OcclusionStats)), which do not know
+/// what holes in triangles cost.
 const LINES_IF_DENSE: f64 = 8.0;
 const RAYS_FOR_LINES: f64 = 3.0;
 
@@ -92,8 +93,8 @@ pub(crate) fn method<'e>(
 
 /// Whether rays towards a densely occluded light have less noise than lines in the same time.
 pub(crate) fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
-    let by_cost = || LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
-    let lines = facts.occlusion.lines_ahead.unwrap_or_else(by_cost);
+    let by_cost = LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
+    let lines = facts.occlusion.lines_ahead.unwrap_or(0.0).max(by_cost);
     facts.known.closed == Closed::Nowhere || f64::from(count) < lines
 }
 
