@@ -68,6 +68,11 @@ pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     status(run.args(target).arg("--").args(arguments))
 }
 
+/// Builds a program of a crate, as its users do.
+pub(crate) fn build(package: &str, target: &[&str]) -> u8 {
+    status(release("build", package).args(target))
+}
+
 /// Runs a test of a crate as a program, whose arguments are the lines of `LINELIT_ARGUMENTS`.
 pub(crate) fn written(package: &str, target: &str, test: &str, arguments: &[String]) -> u8 {
     let whole = |word: &String| std::fs::canonicalize(word).map_or(word.into(), PathBuf::into);

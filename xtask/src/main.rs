@@ -34,7 +34,8 @@ the workshop:
                             and, by name alone, publish (cargo publish --dry-run of all crates; asks crates.io),
                             python (builds the wheel in an environment of its own; asks PyPI)
   bench WHAT [--scene PATH] [--json]
-                            measure speed; WHAT is visibility, equal-time or CRATE/BENCH for a criterion bench
+                            measure speed; WHAT is visibility, equal-time or CRATE/BENCH for a criterion bench,
+                            or speed --against PROGRAM, the seconds of pictures compared with an older linelit
   ratchet                   lower the figures of xtask/ratchet.txt to what they are now
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
@@ -73,6 +74,12 @@ fn main() -> ExitCode {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
                 Some((package, bench)) => cargo::criterion(package, bench, more),
+                None if what == "speed" => {
+                    match cargo::build("cli", &["--bin", "linelit"]) {
+                        0 => cargo::run("workshop", &["--bin", "workshop"], &arguments),
+                        failed => failed,
+                    }
+                }
                 None => cargo::run("workshop", &["--bin", "workshop"], &arguments),
             },
         },

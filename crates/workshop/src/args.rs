@@ -44,6 +44,22 @@ pub(crate) enum Bench {
     EqualTime(BenchArgs),
     /// The cost of rays and lines, compared with obvhs's rays.
     Visibility(VisibilityArgs),
+    /// Seconds of pictures, compared with an older program.
+    Speed(SpeedArgs),
+}
+
+/// `bench speed`.
+#[derive(Args, Debug)]
+pub(crate) struct SpeedArgs {
+    /// An older `linelit`, to compare with.
+    #[arg(long, value_name = "PROGRAM")]
+    pub(crate) against: PathBuf,
+    /// Times that each program renders each picture; the least time counts.
+    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) runs: u32,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// `bench equal-time`.

@@ -90,7 +90,7 @@ fn short(time: f64) -> String {
 }
 
 /// What a program prints, in one line.
-fn said(words: &[&str]) -> String {
+pub(crate) fn said(words: &[&str]) -> String {
     let output = Command::new(words[0]).args(&words[1..]).output();
     let text = output.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned());
     text.ok()
@@ -99,7 +99,7 @@ fn said(words: &[&str]) -> String {
 }
 
 /// The name of the processor, where the system tells.
-fn processor() -> String {
+pub(crate) fn processor() -> String {
     let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = info
         .lines()

@@ -8,6 +8,7 @@ mod equal_time;
 mod figures;
 mod load_all;
 mod pictures;
+mod speed;
 mod visibility;
 
 use args::{Bench, Cli, Command};
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
             Command::Figures(args) => figures::run(args, out),
             Command::Bench(Bench::EqualTime(args)) => equal_time::run(args, out),
             Command::Bench(Bench::Visibility(args)) => visibility::run(args, out),
+            Command::Bench(Bench::Speed(args)) => speed::run(args, out),
         }
     })
 }

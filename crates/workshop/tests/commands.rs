@@ -19,6 +19,7 @@ fn usage_errors_exit_with_two() {
     for arguments in [
         &["bench", "equal-time", "--samples", "2,1"][..],
         &["bench", "nothing"],
+        &["bench", "speed"],
         &["load-all", "scenes", "--seconds", "-1"],
         &["render", "cornell-box", "-o", "x.exr"],
     ] {
@@ -37,6 +38,17 @@ fn benches_print_their_tables() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(!value.as_array().unwrap().is_empty(), "{value}");
+}
+
+#[test]
+fn a_program_that_reports_no_seconds_is_named() {
+    let itself = env!("CARGO_BIN_EXE_workshop");
+    for (program, problem) in [("/no/program", "starting"), (itself, "rendered no picture")] {
+        let output = workshop(&["bench", "speed", "--against", program, "--runs", "1"]);
+        assert_eq!(output.status.code(), Some(1));
+        let said = text(&output.stderr);
+        assert!(said.contains(program) && said.contains(problem), "{said}");
+    }
 }
 
 #[test]
