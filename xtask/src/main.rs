@@ -35,7 +35,8 @@ the workshop:
                             python (builds the wheel in an environment of its own; asks PyPI)
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time or CRATE/BENCH for a criterion bench,
-                            or speed --against PROGRAM, the seconds of pictures compared with an older linelit
+                            speed --against PROGRAM, the seconds of pictures compared with an older linelit, or
+                            choice [--against PROGRAM], error × time of hybrid over the best other method's
   ratchet                   lower the figures of xtask/ratchet.txt to what they are now
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
@@ -74,7 +75,7 @@ fn main() -> ExitCode {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
                 Some((package, bench)) => cargo::criterion(package, bench, more),
-                None if what == "speed" => {
+                None if ["speed", "choice"].contains(&what.as_str()) => {
                     match cargo::build("cli", &["--bin", "linelit"]) {
                         0 => cargo::run("workshop", &["--bin", "workshop"], &arguments),
                         failed => failed,

@@ -46,6 +46,31 @@ pub(crate) enum Bench {
     Visibility(VisibilityArgs),
     /// Seconds of pictures, compared with an older program.
     Speed(SpeedArgs),
+    /// Whether `hybrid` is the best choice.
+    Choice(ChoiceArgs),
+}
+
+/// `bench choice`.
+#[derive(Args, Debug)]
+pub(crate) struct ChoiceArgs {
+    /// Scene files or names of built-in scenes, in place of all built-in ones.
+    #[arg(long, value_name = "PATH,PATH…", value_delimiter = ',')]
+    pub(crate) scenes: Vec<String>,
+    /// Numbers of samples, in ascending order.
+    #[arg(long, value_name = "N,N…", default_value = "1,4,16,64")]
+    pub(crate) samples: SampleCounts,
+    /// An older `linelit`, to compare its `hybrid` with.
+    #[arg(long, value_name = "PROGRAM")]
+    pub(crate) against: Option<PathBuf>,
+    /// Resolution of the image whose pixels are measured.
+    #[arg(long, value_name = "WxH", default_value = "48x48")]
+    pub(crate) resolution: Resolution,
+    /// Times that methods near the best are run, in alternation.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) rounds: u32,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// `bench speed`.

@@ -7,7 +7,7 @@ use linelit_cli::output::{Output, OutputError};
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
-use linelit_study::engine::{Contest, ContestPoint, Problem as _, contest};
+use linelit_study::engine::{Contest, ContestPoint, CpuClock, Problem, contest};
 use linelit_study::pixels::Resolution;
 use linelit_study::scene_study::{Targets, all_pixels};
 use serde_json::json;
@@ -87,7 +87,7 @@ pub(crate) fn contest_of<'a>(
     curves(name, &parsed(estimators)?, &args)
 }
 
-fn parsed<'a>(texts: impl IntoIterator<Item = &'a str>) -> Result<Vec<Estimator>> {
+pub(crate) fn parsed<'a>(texts: impl IntoIterator<Item = &'a str>) -> Result<Vec<Estimator>> {
     let parse = |text: &str| text.parse().context("a built-in name");
     texts.into_iter().map(parse).collect()
 }
@@ -110,40 +110,82 @@ fn curves(name: &str, estimators: &[Estimator], args: &BenchArgs) -> Result<Vec<
         rounds: args.rounds,
         truth: match &args.reference {
             Some(path) => given(path, [width, height], &targets)?,
-            None => computed(&targets),
+            None => reference(&targets).0,
         },
     };
     Ok(contest(&targets, &what))
 }
 
-fn settings(estimator: Estimator) -> Settings {
+/// The usual settings with an estimator.
+pub(crate) fn settings(estimator: Estimator) -> Settings {
     Settings {
         estimator,
         ..Settings::default()
     }
 }
 
-/// `exact` where nothing is sampled; elsewhere the mean of 16 trials of 1024 lines.
-fn computed(targets: &Targets<'_>) -> Vec<DVec3> {
+/// What references are computed by: closed forms, lines and points, of textured lights too.
+const TRUE: [&str; 6] = [
+    "exact",
+    "line-analytic",
+    "line-texture",
+    "hybrid",
+    "point-area[visibility=shaft]",
+    "point-texture",
+];
+
+/// The integrals as the method gives them that has the least noise for its time, and the mean
+/// square of their errors over their mean square: zero where nothing is sampled.
+pub(crate) fn reference<P>(problem: &P) -> (Vec<DVec3>, f64)
+where
+    P: Problem<Settings = Settings, Workspace = Workspace>,
+{
     /// Far from the seed of any round.
     const SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
-    const LINES: u32 = 1024;
-    const TRIALS: u32 = 16;
-    let exact = settings(Estimator::exact());
+    /// Samples of a trial and of the choice, and each how many integrals that looks at.
+    const SAMPLES: u32 = 1024;
+    const FEW: u32 = 64;
+    const STEP: usize = 16;
+    /// Trials, at most; no more after as many seconds.
+    const TRIALS: usize = 16;
+    const SECONDS: f64 = 10.0;
     let mut workspace = Workspace::new();
-    let value = |integral: usize| {
-        workspace.take_counts();
-        let mut sum = targets.estimate(&exact, LINES, SEED, integral, &mut workspace);
-        if workspace.take_counts().plan.exact_fallbacks == 0 {
-            return sum;
-        }
-        for trial in 1..TRIALS {
-            let seed = SEED + u64::from(trial);
-            sum += targets.estimate(&exact, LINES, seed, integral, &mut workspace);
-        }
-        sum / f64::from(TRIALS)
+    let mut trial = |settings: &Settings, samples: u32, trial: u64, step: usize| -> Vec<DVec3> {
+        let integrals = (0..problem.integrals()).step_by(step);
+        let seed = SEED + trial;
+        integrals
+            .map(|k| problem.estimate(settings, samples, seed, k, &mut workspace))
+            .collect()
     };
-    (0..targets.points.len()).map(value).collect()
+    let square = |values: &[DVec3]| values.iter().map(|v| v.length_squared()).sum::<f64>();
+    let difference = |a: &[DVec3], b: &[DVec3]| {
+        square(&a.iter().zip(b).map(|(a, b)| *a - *b).collect::<Vec<_>>())
+    };
+    // Find the best method: the first of those without noise, or the least variance × time.
+    let mut best = (f64::INFINITY, settings(Estimator::exact()));
+    for settings in parsed(TRUE).into_iter().flatten().map(settings) {
+        let clock = CpuClock::start();
+        let [a, b] = [0, 1].map(|k| trial(&settings, FEW, k, STEP));
+        let score = difference(&a, &b) * clock.seconds();
+        if score < best.0 {
+            best = (score, settings);
+        }
+    }
+    // Add up its trials, and find the variance of their mean from their scatter.
+    let clock = CpuClock::start();
+    let mut trials: Vec<Vec<DVec3>> = Vec::new();
+    while trials.len() < 2 || (trials.len() < TRIALS && clock.seconds() < SECONDS) {
+        trials.push(trial(&best.1, SAMPLES, trials.len() as u64, 1));
+        if trials.len() == 2 && difference(&trials[0], &trials[1]) <= 0.0 {
+            break;
+        }
+    }
+    let count = trials.len() as f64;
+    let mean = |k: usize| trials.iter().map(|values| values[k]).sum::<DVec3>() / count;
+    let mean: Vec<_> = (0..problem.integrals()).map(mean).collect();
+    let scatter: f64 = trials.iter().map(|values| difference(values, &mean)).sum();
+    let error = scatter / (count * (count - 1.0)) / square(&mean).max(f64::MIN_POSITIVE);
+    (mean, error)
 }
 
 /// The values of an image at the targets.

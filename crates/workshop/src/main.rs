@@ -4,6 +4,7 @@
 
 mod args;
 mod check_references;
+mod choice;
 mod equal_time;
 mod figures;
 mod load_all;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
             Command::Bench(Bench::EqualTime(args)) => equal_time::run(args, out),
             Command::Bench(Bench::Visibility(args)) => visibility::run(args, out),
             Command::Bench(Bench::Speed(args)) => speed::run(args, out),
+            Command::Bench(Bench::Choice(args)) => choice::run(args, out),
         }
     })
 }

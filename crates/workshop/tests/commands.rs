@@ -40,6 +40,34 @@ fn benches_print_their_tables() {
     assert!(!value.as_array().unwrap().is_empty(), "{value}");
 }
 
+/// On a scene whose closed form is complete no noise is left in the reference, and a rival without
+/// noise is one only if it takes no more than a quarter longer.
+#[test]
+fn choices_are_judged_against_other_methods() {
+    let words = "bench choice --scenes floating-quad --rounds 1 --samples 1,4 --json \
+                 --resolution 4x4";
+    let output = workshop(&words.split_ascii_whitespace().collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let cells = value["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 2, "{value}");
+    for cell in cells {
+        let pair = |name: &str| [0, 1].map(|k| cell[name][k].as_f64().unwrap());
+        let [time, mse] = ["us_pixel", "mse"].map(pair);
+        let products = [0, 1].map(|k| time[k] * mse[k].max(1e-8));
+        let ratio = cell["ratio"].as_f64().unwrap();
+        assert!(
+            (ratio * products[1] / products[0] - 1.0).abs() < 1e-12,
+            "{cell}"
+        );
+        assert!(mse[1] > 0.0 || time[1] <= 1.25 * time[0], "{cell}");
+        assert!(
+            cell["rival"] != "hybrid" && cell["is_rough"] == false,
+            "{cell}"
+        );
+    }
+}
+
 #[test]
 fn a_program_that_reports_no_seconds_is_named() {
     let itself = env!("CARGO_BIN_EXE_workshop");
