@@ -289,19 +289,19 @@ fn rivals(curves: &[Curve], samples: u32) -> Result<(&ContestPoint, Vec<(String,
     Ok((hybrid, at(curves, samples).filter(is_rival).collect()))
 }
 
-/// The methods that are measured again, each at the numbers of samples where it is near the best.
+/// The methods that are measured again, each at the numbers of samples where it is near the best
+/// of those with noise, or has none and takes hardly longer than `hybrid`.
 fn near(curves: &[Curve], counts: &[u32]) -> Vec<(Settings, Vec<u32>)> {
+    let point = |name: &str, samples| Some(at(curves, samples).find(|(of, _)| of == name)?.1);
     let is_near = |name: &str, samples: u32| {
-        let Ok((_, rivals)) = rivals(curves, samples) else {
+        let (Some(own), Some(hybrid)) = (point(name, samples), point(HYBRID, samples)) else {
             return false;
         };
-        let least = rivals
-            .iter()
-            .map(|(_, p)| product(p))
-            .fold(f64::INFINITY, f64::min);
-        let of_name = rivals.iter().find(|(rival, _)| rival == name);
+        let noisy = at(curves, samples).filter(|(of, p)| of != HYBRID && p.mse >= NO_NOISE);
+        let least = noisy.map(|(_, p)| product(p)).fold(f64::INFINITY, f64::min);
         [HYBRID, LINES, POINTS].contains(&name)
-            || of_name.is_some_and(|(_, p)| product(p) <= NEAR * least)
+            || own.mse < NO_NOISE && own.time <= NEAR * hybrid.time
+            || own.mse >= NO_NOISE && product(own) <= NEAR * least
     };
     let entry = |curve: &Curve| {
         let name = curve.settings.estimator.to_string();
