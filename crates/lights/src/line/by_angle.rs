@@ -296,6 +296,10 @@ impl AngularLines {
         if self.close {
             return self.close_line_at(offset);
         }
+        if let Some(rectangle) = &self.rectangle {
+            let (a, b) = self.lines.range();
+            return ((a..=b).contains(&offset)).then(|| rectangle.line(offset - self.foot.0));
+        }
         let (lo, hi) = self.lines.extent(offset)?;
         Some(self.line::<false>(offset, lo, hi))
     }
@@ -468,11 +472,12 @@ impl AngularLines {
         offset: f64,
         visible: &[Interval],
         xi: f64,
-    ) -> Option<(Interval, ThinLine, f64, f64)> {
+    ) -> Option<(Interval, Part, f64, f64)> {
         if let [part] = visible {
             let part = within(part);
-            let thin = self.interval(offset, part)?;
-            return Some((part, thin, xi, thin.measure()));
+            let seen = self.interval(offset, part)?;
+            let measure = seen.measure();
+            return Some((part, seen, xi, measure));
         }
         let measure = |part: &Interval| {
             self.interval(offset, within(part))
@@ -501,11 +506,11 @@ impl AngularLines {
         locate(&self.lines, point)
     }
 
-    fn interval(&self, offset: f64, part: Interval) -> Option<ThinLine> {
+    fn interval(&self, offset: f64, part: Interval) -> Option<Part> {
         let whole = self.line_at(offset)?;
         let lo = whole.lo + whole.length * part.lo;
         let length = whole.length * part.length();
-        self.thin(Line {
+        let line = Line {
             lo,
             hi: if self.close {
                 whole.hi - whole.length * (1.0 - part.hi)
@@ -514,7 +519,25 @@ impl AngularLines {
             },
             length,
             ..whole
-        })
+        };
+        if self.normal.is_some() {
+            return self.thin(line).map(Part::Seen);
+        }
+        let measure = self.thin_solid_angle(line);
+        (measure > 0.0).then_some(Part::Plain(line, measure))
+    }
+
+    /// The fraction of a visible part before the point that has the share `place` of its measure
+    /// before it.
+    fn fraction_at(&self, part: &Part, place: f64) -> f64 {
+        let by_view = |thin: &ThinLine| thin.view().whole_fraction(thin.sample(place).lambda);
+        match part {
+            Part::Seen(thin) => by_view(thin),
+            Part::Plain(line, _) => line
+                .fraction_at(self.z, place)
+                .or_else(|| self.thin(*line).as_ref().map(by_view))
+                .unwrap_or(place),
+        }
     }
 
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
@@ -599,14 +622,7 @@ impl LineTechnique for AngularLines {
     }
 
     fn pdf(&self, offset: f64) -> Pdf<Offset> {
-        let (a, b) = self.lines.range();
-        let line = match &self.rectangle {
-            Some(rectangle) if (a..=b).contains(&offset) => {
-                Some(rectangle.line(offset - self.foot.0))
-            }
-            Some(_) => None,
-            None => self.line_at(offset).filter(|_| self.pieces.is_usable()),
-        };
+        let line = self.line_at(offset).filter(|_| self.pieces.is_usable());
         let Some(line) = line else {
             return Pdf::ZERO;
         };
@@ -652,11 +668,11 @@ impl LineTechnique for AngularLines {
     }
 
     fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<SolidAngle> {
-        let Some((part, thin, place, total)) = self.choose(line.offset, visible, fraction(xi))
+        let Some((part, seen, place, total)) = self.choose(line.offset, visible, fraction(xi))
         else {
             return PointSample::none(line.segment.p0);
         };
-        let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
+        let lambda = self.fraction_at(&seen, place);
         let t = part.lo + (part.hi - part.lo) * lambda;
         let point = line.segment.at(t);
         let measures = self.line_measure(line.offset, line.pdf, total);
@@ -678,7 +694,12 @@ impl LineTechnique for AngularLines {
         let total = self.visible_measure(offset, visible)?.visible;
         let mut below = 0.0;
         for part in visible.iter().map(within) {
-            let Some(thin) = self.interval(offset, part) else {
+            let thin = match self.interval(offset, part) {
+                Some(Part::Plain(line, _)) => self.thin(line),
+                Some(Part::Seen(thin)) => Some(thin),
+                None => None,
+            };
+            let Some(thin) = thin else {
                 continue;
             };
             if t <= part.hi {
@@ -715,6 +736,23 @@ fn height(polygon: &ConvexPolygon, x: DVec3) -> f64 {
 /// A bound of the way to the farthest of the light.
 fn reach(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     predicates::length(polygon.vertices()[0] - x) + polygon.diameter()
+}
+
+/// A visible part of a line: by its ends and its solid angle per radius, or as seen, where only the
+/// part of it above a horizon counts, by its cosines.
+#[allow(clippy::large_enum_variant, reason = "one at a time, on the stack")]
+enum Part {
+    Plain(Line, f64),
+    Seen(ThinLine),
+}
+
+impl Part {
+    fn measure(&self) -> f64 {
+        match self {
+            Self::Plain(_, measure) => *measure,
+            Self::Seen(thin) => thin.measure(),
+        }
+    }
 }
 
 /// Measures of one line.

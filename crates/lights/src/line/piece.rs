@@ -6,6 +6,10 @@ use linelit_elementary::{atan2, hypot, sin};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
+/// The largest |sin φ| at an end of a line whose points [`Line::fraction_at`] finds: beyond it
+/// cosines lose more than a factor 32 by their sines' rounding.
+const OBLIQUE: f64 = 0.984;
+
 /// One piece between neighbouring knots: the first line relative to the foot, and the steps to the
 /// last one, formed before the foot was subtracted.
 ///
@@ -50,6 +54,34 @@ impl Line {
         } else {
             y1 / r1 - y0 / r0
         }
+    }
+
+    /// The fraction of the line before the point that has the share `place` of its solid angle
+    /// before it, to some 32 ε; `None` of a line that is seen too obliquely for that.
+    ///
+    /// From the first end to the point sin φ grows by a share of its span, d, and with c the
+    /// cosines y grows by
+    ///
+    /// ```text
+    /// y − y₀ = h d/(c₀ c) √((1 + c₀ c + s₀ s)/(1 + c₀ c − s₀ s))
+    /// ```
+    ///
+    /// in which nothing cancels between |s| = 1/√2 and its negative, and little up to [`OBLIQUE`].
+    #[inline(always)]
+    pub(crate) fn fraction_at(&self, z: f64, place: f64) -> Option<f64> {
+        let (y0, y1) = (self.lo, self.hi);
+        let h2 = self.u * self.u + z * z;
+        let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
+        let (s0, s1) = (y0 / r0, y1 / r1);
+        if s0.abs().max(s1.abs()) > OBLIQUE {
+            return None;
+        }
+        let (h, d) = (h2.sqrt(), place * self.sine_range(z));
+        let (c0, s) = (h / r0, s0 + d);
+        let c = ((1.0 - s) * (1.0 + s)).sqrt();
+        let (even, odd) = (1.0 + c0 * c, s0 * s);
+        let step = h * d / (c0 * c) * ((even + odd) / (even - odd)).sqrt();
+        Some(fraction(step / self.length))
     }
 }
 
