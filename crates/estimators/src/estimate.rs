@@ -16,7 +16,7 @@ use crate::{
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, stop};
-use linelit_lights::{PointSource, Viewer};
+use linelit_lights::{Light, PointSource, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -82,7 +82,10 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         rest,
     } = buffers;
     // Is the shading point on a side of the light that emits?
-    let seen = query.light.light.seen_from(query.point.position);
+    let seen = match query.light.light {
+        light @ Light::Cylinder(_) => light.seen_from(query.point.position),
+        _ => None,
+    };
     let view = View::new(query.light, query.point, query.margins, seen.as_ref());
     let Some(mut view) = view else {
         return DVec3::ZERO;
@@ -130,6 +133,9 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     }
     let light = known.map_or(DVec3::ZERO, |known| known.light);
     count(query, &method, between.class, &mut counts.plan);
+    if method.rest == Rest::Nothing {
+        return light;
+    }
     // Sample the rest.
     let known = known.filter(|_| method.known == KnownOver::Region(Of::Cosines));
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);

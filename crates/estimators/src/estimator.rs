@@ -241,6 +241,9 @@ impl Estimator {
     /// The first of the [integrals](Self::integrals), with the samples of all of them, of `count`.
     pub(crate) fn closed(&self, count: u32) -> Option<Integral<'_>> {
         let (lines, by) = (self.parts().iter()).find_map(|part| part.technique.integrated())?;
+        if self.count == 1 {
+            return Some(Integral { lines, by, count });
+        }
         let share = |part: &Part| f64::from(part.share);
         let is_closed = |part: &&Part| part.technique.integrated().is_some();
         let theirs: f64 = self.parts().iter().filter(is_closed).map(share).sum();

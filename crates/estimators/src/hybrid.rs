@@ -18,6 +18,20 @@ const POINTS_WITH_COSINES: u32 = 16;
 /// beside one for each edge that bounds what it hides.
 const LINES_FOR_A_TRIANGLE: f64 = 1.3;
 
+/// How much longer a method without noise may take than others, on average over a light's points.
+const PATIENCE: f64 = 1.5;
+
+/// The time of a point before and besides the choice of a method: as many lines take as long, on
+/// diffuse surfaces and with lobes. Measured, as the next two.
+const BEFORE: f64 = 4.0;
+const BEFORE_LOBES: f64 = 1.0;
+
+/// Lines on a diffuse surface that take as long as an edge of a visible region.
+const LINES_FOR_AN_EDGE: f64 = 0.4;
+
+/// Lines with lobes that take as long as a few points that are drawn by lobes.
+const POINTS_BY_LOBES: f64 = 7.0;
+
 /// Triangles in between, for each point for the rest, up to which the closed form of transformed
 /// cosines with narrow lobes reaches an error before points do.
 const TRIANGLES_WITH_COSINES: f64 = 6.0;
@@ -66,7 +80,9 @@ pub(crate) fn method<'e>(
     let is_region_cheap = match is_smooth || matches!(closed, Closed::OverPolygons { .. }) {
         true => {
             let edges = facts.occlusion.edges * f64::from(closed.lines_for_an_edge());
-            (LINES_FOR_A_TRIANGLE + edges) * triangles(between) <= f64::from(count)
+            let is_cheap_here =
+                (LINES_FOR_A_TRIANGLE + edges) * triangles(between) <= f64::from(count);
+            is_cheap_here || is_exact_cheap(facts, count)
         }
         false => takes_cosines(between, count),
     };
@@ -89,6 +105,27 @@ pub(crate) fn method<'e>(
     };
     let along = along(integral, facts).filter(|_| takes_lines);
     along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))
+}
+
+/// Whether the closed form over all visible regions of a light, which has no noise, takes at most
+/// [`PATIENCE`] times as long as lines or points in its place, the time counted that a point takes
+/// in any case.
+///
+/// All of a light's points decide together: most see all of the light or nothing of it and cost the
+/// same either way, so that a few that take long are cheap on average, and a picture without noise
+/// is worth more than one with noise in few places.
+fn is_exact_cheap(facts: &Facts<'_>, count: u32) -> bool {
+    let (lines, occlusion) = (f64::from(count), facts.occlusion);
+    let (before, edge, instead) = match facts.known.closed {
+        Closed::Diffuse => (BEFORE, LINES_FOR_AN_EDGE, lines),
+        // Lines along which lobes are integrated take longer, and so do points by lobes.
+        Closed::OverPolygons { lines_for_an_edge } => {
+            (BEFORE_LOBES, f64::from(lines_for_an_edge), lines.max(POINTS_BY_LOBES))
+        }
+        Closed::AlongLines | Closed::Nowhere => return false,
+    };
+    let exact = before + edge * occlusion.edges * occlusion.candidates;
+    !occlusion.dense && exact <= PATIENCE * (before + occlusion.partial * instead)
 }
 
 /// Whether rays towards a densely occluded light have less noise than lines in the same time.

@@ -30,6 +30,9 @@ pub struct OcclusionStats {
     /// Triangles in between that may hide a part of the light, on average over points; none where
     /// nothing or all of it is hidden.
     pub candidates: f64,
+    /// The fraction of the points from which the light is hidden in part, by few enough triangles
+    /// to keep.
+    pub partial: f64,
     /// Edges that bound what is hidden, for each triangle in between: up to three if triangles are
     /// loose, few in meshes.
     pub edges: f64,
@@ -52,6 +55,7 @@ impl OcclusionStats {
     pub const FEW: Self = Self {
         dense: false,
         candidates: 1.0,
+        partial: 1.0,
         edges: 3.0,
         line_cost: 13.0,
         lines_ahead: None,

@@ -128,7 +128,8 @@ pub struct KnownKind {
     pub are_unlike: bool,
     /// Whether all their lobes are so wide that a point of a line sees most of what is reflected.
     pub are_wide: bool,
-    /// Whether its peaks along lines are known ([`Reflection::peaks`]).
+    /// Whether it has no closed form, and its peaks along lines are known
+    /// ([`Reflection::peaks`]), so that it can be integrated along lines by quadrature.
     pub has_peaks: bool,
 }
 
@@ -141,7 +142,7 @@ impl KnownKind {
                 has_cosines: is_known,
                 are_unlike: false,
                 are_wide,
-                has_peaks: is_known,
+                has_peaks: is_known && matches!(closed, Closed::Nowhere),
             }
         }
         let narrow = kind(Closed::Nowhere, true, false);
@@ -187,11 +188,14 @@ impl KnownKind {
     ) -> Self {
         let known = point.known();
         let peaks = |line| point.bsdf.peaks(&line, point.outgoing, point.normal);
+        let closed = match known.closed_form() {
+            None => Closed::Nowhere,
+            Some(form) => Closed::of(form.lobes(point.outgoing, point.normal)),
+        };
+        // Where there is a closed form, nobody integrates between peaks.
+        let line = line.filter(|_| closed == Closed::Nowhere);
         Self {
-            closed: match known.closed_form() {
-                None => Closed::Nowhere,
-                Some(form) => Closed::of(form.lobes(point.outgoing, point.normal)),
-            },
+            closed,
             has_cosines: cosines.is_some(),
             are_unlike: known.is_unlike_cosines(),
             are_wide: cosines.is_some_and(are_wide),

@@ -25,6 +25,8 @@ pub struct OcclusionProbe {
     shafts: u32,
     /// The number of shafts that were dense.
     dense: u32,
+    /// The number of shafts that were neither dense nor empty nor blocked.
+    partial: u32,
     /// Triangles in the shafts that were not dense.
     candidates: usize,
     /// Edges that bound what those hide.
@@ -51,6 +53,7 @@ impl OcclusionProbe {
         let question = || between(&view, &area.polygon);
         let shaft = occluders.shaft(question(), &mut buffers.scratch);
         let (candidates, is_dense) = (shaft.candidates(), shaft.is_dense());
+        self.partial += u32::from(shaft.class() == ShaftClass::Partial && !is_dense);
         self.shafts += 1;
         self.dense += u32::from(is_dense);
         if let (Some(images), Some(plane)) = (shaft.images(), shaft.light_plane()) {
@@ -116,6 +119,7 @@ impl OcclusionProbe {
         stats.lines_ahead = (self.pilots).lines_ahead_of_rays(stats.line_cost * TIME_OF_TESTS);
         if candidates > 0.0 {
             stats.candidates = candidates / f64::from(self.shafts);
+            stats.partial = f64::from(self.partial) / f64::from(self.shafts);
             stats.edges = edges / candidates;
         }
         stats

@@ -72,7 +72,10 @@ impl<R: Reflection, T> Query<'_, R, T> {
         let point = self.point;
         // Integrals that stand alone take a diffuse reflection itself.
         let is_taken = |technique: &Technique| match (technique, self.estimator.alone()) {
-            (Technique::Lines(_), Some(_)) => point.known().constant().is_none(),
+            (Technique::Lines(_), Some(_)) => match LightKind::of(self.light) {
+                LightKind::Linear => point.known().closed_form().is_none(),
+                _ => point.known().constant().is_none(),
+            },
             _ => true,
         };
         let asks = |technique: &Technique| technique.asks_for_cosines() && is_taken(technique);

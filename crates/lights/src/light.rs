@@ -24,6 +24,7 @@ impl Emission {
 
     /// Whether anything is sent to a receiver, where `side` is positive on the side that the normal
     /// points to: not behind a one-sided light, nor in its plane.
+    #[inline]
     pub(crate) fn reaches(&self, side: f64) -> bool {
         side > 0.0 || (self.two_sided && side < 0.0)
     }
@@ -31,6 +32,7 @@ impl Emission {
     /// Radiance towards a receiver, where `side` is positive on the side that the normal points to:
     /// zero behind a one-sided light and in its plane.
     #[must_use]
+    #[inline]
     pub fn towards(&self, side: f64) -> DVec3 {
         if self.reaches(side) {
             self.radiance
@@ -42,6 +44,7 @@ impl Emission {
 
 /// The signed height of `x` over the plane of a light that is about `size` large and has the unit
 /// normal `normal` at `at`: zero within `margin` of the distance or the size, and within rounding.
+#[inline]
 pub(crate) fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64) -> f64 {
     let from = x - at;
     let height = normal.dot(from);

@@ -20,6 +20,7 @@ impl AreaLight {
     /// technique would make something else of it: it is nothing. In the plane is what lies within
     /// `margin`, a fraction of the distance or of the light's size, at least 10⁻¹².
     #[must_use]
+    #[inline]
     pub fn faces(&self, x: DVec3, margin: f64) -> bool {
         let (normal, corners) = (self.polygon.normal(), self.polygon.vertices());
         let size = (corners[2] - corners[0]).abs().max_element();
