@@ -15,6 +15,7 @@ pub(crate) mod project;
 pub(crate) mod seen;
 mod sides;
 pub(crate) mod sweep;
+mod together;
 
 use crate::{
     Counters, LightCorners, Occluders, Ray, Scratch, VisibleLines, brute,
@@ -114,7 +115,10 @@ impl Occluders {
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
         let (bvh, stack) = (&self.bvh, &mut scratch.rays.stack);
-        let found = find::find(bvh.isa, bvh, exclude, seen, stack, &mut scratch.counters);
+        let mut found = find::find(bvh.isa, bvh, exclude, seen, stack, &mut scratch.counters);
+        if found == Found::Few && together::hide(bvh.isa, &seen.flat, &seen.frame) {
+            found = Found::All;
+        }
         Shaft {
             occluders: self,
             scratch,

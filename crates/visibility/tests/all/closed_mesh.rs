@@ -104,7 +104,7 @@ fn bodies_in_between_hide_everything() {
     let mut rng = linelit_testkit::cases::rng(22);
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
-    let mut partial = 0;
+    let mut classes = [0; 2];
     for case in 0..200 {
         let (centre, scale) = PLACES[case % 4];
         let (nu, nv) = [(12, 8), (40, 30), (60, 40)][case % 3];
@@ -132,12 +132,13 @@ fn bodies_in_between_hide_everything() {
             let query =
                 ShaftQuery::new(point, LightCorners::new(&light).unwrap()).excluding(exclude);
             let mut shaft = occluders.shaft(query, &mut scratch);
-            partial += usize::from(shaft.class() == ShaftClass::Partial);
+            classes[usize::from(shaft.class() == ShaftClass::Partial)] += 1;
             shaft.visible(&lines, &mut out);
             for i in 0..lines.len() {
                 assert!(out.line(i).is_empty(), "case {case}: {:?}", out.line(i));
             }
         }
     }
-    assert!(partial > 450, "{partial}");
+    // Most are found hidden as a whole, by triangles that share edges.
+    assert!(classes[0] > 450 && classes[1] > 0, "{classes:?}");
 }

@@ -20,3 +20,4 @@ mod obvhs;
 mod refit;
 mod rounding;
 mod silhouettes;
+mod together;
