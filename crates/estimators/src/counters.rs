@@ -55,6 +55,11 @@ counters! {
         /// Pairs of which `exact` did not integrate the visible part, though the light was neither
         /// found hidden nor seen as a whole: lines or points in its place.
         exact_fallbacks: "penumbra pairs handed by exact to lines",
+        /// Pairs for which a closed form over the light or along lines was requested and there is
+        /// none, so that points alone took its place.
+        points_in_place: "pairs by points in place of a closed form that there is not",
+        /// These points.
+        points_drawn_in_place: "points in place of closed forms that there are not",
         /// Pairs of a point and a sphere that triangles reach into, or with too many in between to
         /// tell: points by solid angle in place of lines, a shadow ray for each point.
         spheres_by_rays: "pairs with a sphere that triangles may reach into: rays, no lines",

@@ -178,6 +178,10 @@ fn count<R, T>(
     let mut integrals = query.estimator.integrals();
     let mut has_exact = || integrals.any(|by| matches!(by, Integration::Exact(_)));
     let has_rest = method.rest != Rest::Nothing;
+    if let Some(points) = query.estimator.in_place(method) {
+        plan.points_in_place += 1;
+        plan.points_drawn_in_place += u64::from(points);
+    }
     match (method.known, class) {
         (KnownOver::Region(_), ShaftClass::Partial) => plan.exact_penumbrae += 1,
         (KnownOver::Region(_), ShaftClass::Empty) if !has_rest => plan.closed_form += 1,

@@ -3,7 +3,8 @@
 
 use crate::choose::Choice;
 use crate::{
-    Ask, Between, Closed, Estimator, Facts, KnownOver, LightKind, LineBy, Lines, Method, Of,
+    Ask, Between, Closed, Estimator, Facts, Integration, KnownOver, LightKind, LineBy, Lines,
+    Method, Of,
 };
 use crate::{PointBy, PointDensity, Points, Rest, Technique};
 use linelit_visibility::ShaftClass;
@@ -51,6 +52,50 @@ impl Estimator {
                  keep, {many}"
             ),
         }
+    }
+}
+
+impl Estimator {
+    /// The number of points that take the place of the integral which the estimator is named for,
+    /// where these are the facts and some triangles are in between; `None` where it integrates a
+    /// part of the light at least, and for estimators that are points by name or choose points
+    /// themselves, as `hybrid` does.
+    ///
+    /// `exact` and `line-analytic` are points under another name on a reflection without a closed
+    /// form, and for lights that emit by a profile or an image. Their noise is then that of points.
+    ///
+    /// ```
+    /// use linelit_estimators::{Estimator, Facts, KnownKind, LightKind};
+    /// let exact = Estimator::exact();
+    /// let on = |known| exact.points_in_place(&Facts::new(LightKind::Polygon, known, 16));
+    /// let [(_, diffuse), .., (_, unknown)] = KnownKind::ALL;
+    /// assert_eq!((on(diffuse), on(unknown)), (None, Some(16)));
+    /// ```
+    #[must_use]
+    pub fn points_in_place(&self, facts: &Facts<'_>) -> Option<u32> {
+        let choice = Choice::new(self, *facts);
+        let between = Between {
+            class: ShaftClass::Partial,
+            is_dense: false,
+            candidates: 1,
+            has_region: choice.ask() == Ask::Shaft,
+        };
+        self.in_place(&choice.method(&between))
+    }
+
+    /// The points of a method that knows nothing, if the estimator is named for an integral.
+    pub(crate) fn in_place(&self, method: &Method<'_>) -> Option<u32> {
+        let is_named = || self.integrals().any(|by| by != Integration::Cheapest);
+        let is_empty = method.known == KnownOver::Nothing;
+        let points = match method.rest {
+            Rest::Nothing => 0,
+            Rest::Points { samples, .. }
+            | Rest::PointsByLobes { samples }
+            | Rest::PointsOfLines { samples, .. }
+            | Rest::Visible { samples } => samples,
+            Rest::Weighted(weighted) => weighted.samples,
+        };
+        (is_empty && points > 0 && is_named()).then_some(points)
     }
 }
 

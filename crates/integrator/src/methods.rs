@@ -13,6 +13,9 @@ pub struct PairMethods {
     pub light: LightKind,
     /// The methods in words ([`Estimator::explain`](crate::Estimator::explain)).
     pub methods: String,
+    /// The number of points that take the place of the closed form which the estimator is named
+    /// for, if they do ([`Estimator::points_in_place`](crate::Estimator::points_in_place)).
+    pub points_in_place: Option<u32>,
     /// The lights, by their number in the plan.
     pub lights: BTreeSet<usize>,
     /// The materials that one of them reaches, as indices into the scene's.
@@ -47,7 +50,7 @@ impl Renderer<'_> {
             let planned = &lights[index];
             let light = LightKind::of(&planned.source());
             let estimator = planned.estimator.as_ref().unwrap_or(&settings.estimator);
-            let methods = estimator.explain(&Facts {
+            let facts = Facts {
                 occlusion: &planned.occlusion,
                 skip: settings.skip,
                 ask: match settings.share {
@@ -55,7 +58,8 @@ impl Renderer<'_> {
                     false => Ask::Rays,
                 },
                 ..Facts::new(light, known, settings.samples)
-            });
+            };
+            let methods = estimator.explain(&facts);
             let same = |row: &&mut PairMethods| (row.light, &row.methods) == (light, &methods);
             match rows.iter_mut().find(same) {
                 Some(row) => {
@@ -65,6 +69,7 @@ impl Renderer<'_> {
                 None => rows.push(PairMethods {
                     light,
                     methods,
+                    points_in_place: estimator.points_in_place(&facts),
                     lights: [index].into(),
                     materials: [material].into(),
                 }),

@@ -14,6 +14,8 @@ pub(super) struct Method {
     pub lights: Vec<String>,
     pub reflections: Vec<&'static str>,
     pub does: String,
+    /// The points that take the place of the integral that the technique is named for.
+    pub points_in_place: Option<u32>,
 }
 
 /// All techniques, each alone, on all lights and reflections; those on which it does the same share
@@ -41,7 +43,11 @@ pub(super) fn all() -> Vec<Method> {
 fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
     let mut rows: Vec<Method> = Vec::new();
     for (name, known) in KnownKind::ALL {
-        let does = Estimator::from(*technique).explain(&Facts::new(light, known, SAMPLES));
+        let (estimator, facts) = (
+            Estimator::from(*technique),
+            Facts::new(light, known, SAMPLES),
+        );
+        let does = estimator.explain(&facts);
         match rows.iter_mut().find(|row| row.does == does) {
             Some(row) => row.reflections.push(name),
             None => rows.push(Method {
@@ -49,10 +55,18 @@ fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
                 lights: vec![light.to_string()],
                 reflections: vec![name],
                 does,
+                points_in_place: estimator.points_in_place(&facts),
             }),
         }
     }
     rows
+}
+
+/// Says that points take the place of a closed form, where they do.
+pub(super) fn in_place(points: Option<u32>) -> String {
+    points.map_or_else(String::new, |points| {
+        format!(" ({points} points in place of a closed form)")
+    })
 }
 
 /// The rows as text: each technique, and below it what it does on which lights and reflections.
@@ -72,7 +86,8 @@ pub(super) fn lines() -> Vec<String> {
             true => "any reflection".to_owned(),
             false => row.reflections.join(", "),
         };
-        lines.push(format!("  {lights}; {reflections}: {}", row.does));
+        let note = in_place(row.points_in_place);
+        lines.push(format!("  {lights}; {reflections}: {}{note}", row.does));
     }
     lines
 }

@@ -3,6 +3,7 @@
 use super::aovs::{self, Rendered};
 use super::cut::{Cut, pixel_seconds};
 use super::image::{check_file, ends_in, numbers, picture_json, renderer, set_film, write};
+use super::methods::in_place;
 use super::picture::Picture;
 use super::tev::Viewer;
 use super::threads::pool;
@@ -172,9 +173,13 @@ fn explain(
         let name = |k: &u32| format!("`{}`", materials[*k as usize].name);
         let names: BTreeSet<_> = pair.materials.iter().map(name).collect();
         let (count, light, methods) = (pair.lights.len(), pair.light, pair.methods);
+        let note = in_place(pair.points_in_place);
         let names: Vec<_> = names.into_iter().collect();
         let names = names.join(", ");
-        writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;
+        writeln!(
+            out,
+            "{count:>14}  of them ({light}): {methods}{note}; on {names}"
+        )?;
     }
     // Say what was skipped, and what is left.
     write!(out, "{}", counts.plan)?;
