@@ -36,6 +36,10 @@ pub struct PictureArgs {
     /// Emissive spheres, disks and cylinders.
     #[arg(long, default_value = "exact", value_parser = spheres())]
     pub spheres: Spheres,
+    /// Take every sample, of lights that cannot contribute and where a closed form is known, too: to
+    /// measure what is saved. The mean stays.
+    #[arg(long)]
+    pub no_skips: bool,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -77,7 +81,7 @@ impl PictureArgs {
             seed: self.seed,
             show_lights: !self.hide_lights,
             bounces: self.bounces,
-            skip: true,
+            skip: !self.no_skips,
             share: true,
         }
     }
