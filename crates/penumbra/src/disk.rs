@@ -1,4 +1,4 @@
-//! What of a region lies on a disk.
+//! [`PartOnDisk`]: the part of a region that is on the unit disk, for round lights.
 
 use super::boundary::BoundaryEdge;
 use super::orient::Point;
@@ -6,30 +6,30 @@ use linelit_elementary::{atan2, hypot, sin_cos};
 use linelit_geometry::stop;
 use std::f64::consts::{PI, TAU};
 
-/// A piece of the boundary of a region's part on the unit disk; the region lies on its left.
+/// A piece of the boundary of a region's part on the unit disk; the part is on its left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DiskEdge {
-    /// A straight piece within the disk.
+    /// A straight piece within the disk, from one point to another.
     Straight(Point, Point),
-    /// An arc of the rim, counter-clockwise from one point to another; whether it is more than half
-    /// of the rim.
+    /// An arc of the rim, counter-clockwise from one point to another, and whether it is longer
+    /// than half of the rim.
     Arc(Point, Point, bool),
     /// The whole rim.
     Rim,
 }
 
-/// A crossing of a region's boundary with the rim.
+/// A crossing of a region's boundary with the rim of the disk.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
-    /// The turn, from 0 to 2π.
+    /// The angle on the rim, from 0 to 2π.
     turn: f64,
     at: Point,
-    /// Whether it leaves the disk: the region holds the rim from here on.
+    /// Whether the boundary leaves the disk here, so that the rim is in the region from here on.
     leaves: bool,
 }
 
-/// Finds the part of a region that is on the unit disk; one value, kept, serves any number of
-/// regions with the same buffers.
+/// Finds the part of a region that is on the unit disk. One value can be used for any number of
+/// regions, and reuses its buffers.
 ///
 /// ```
 /// use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk};
@@ -50,13 +50,15 @@ pub struct PartOnDisk {
 }
 
 impl PartOnDisk {
-    /// The boundary of a region's part on the unit disk, of the region's boundary, straight pieces
-    /// with the region on their left.
+    /// Finds the boundary of a region's part on the unit disk. The region is given by its boundary:
+    /// straight pieces with the region on their left.
     ///
-    /// Edges come in no particular order. Where pieces of the region's boundary have the same ends,
-    /// so have edges, to the bit; where they do not, as of a region that is not closed, what is
-    /// left out or held twice is no larger than the gap.
+    /// Edges are returned in no particular order. Where pieces of the region's boundary have equal
+    /// ends, so have the edges, to the bit. Where they have not, because the region is not closed,
+    /// what is left out or counted twice is no larger than the gap.
     pub fn of(&mut self, boundary: impl IntoIterator<Item = BoundaryEdge>) -> &[DiskEdge] {
+        // Cut all sides at the rim. As many crossings have to leave the disk as enter it; otherwise
+        // close the gaps first.
         self.sides.clear();
         self.sides.extend(boundary);
         self.cut_all();
@@ -69,7 +71,8 @@ impl PartOnDisk {
         &self.edges
     }
 
-    /// Closes what does not, with a side from each end where none begins to the nearest start.
+    /// Closes a boundary with gaps, by a side from each end without a continuation to the nearest
+    /// start.
     #[cold]
     #[allow(clippy::float_cmp, reason = "the very same point")]
     fn close(&mut self) {
@@ -97,7 +100,7 @@ impl PartOnDisk {
         }
     }
 
-    /// Takes what of a side is within the disk, and where it crosses the rim.
+    /// Collects the part of a side that is within the disk, and its crossings with the rim.
     fn cut(&mut self, BoundaryEdge { from, to }: BoundaryEdge) {
         let [from_in, to_in] = [from, to].map(|p| p[0] * p[0] + p[1] * p[1] <= 1.0);
         if from_in && to_in {
@@ -106,7 +109,8 @@ impl PartOnDisk {
         }
         let d = [to[0] - from[0], to[1] - from[1]];
         let square = d[0] * d[0] + d[1] * d[1];
-        // The place nearest to the centre, and half the chord, in lengths of the side.
+        // Compute the point nearest to the centre, and half the chord, in units of the side's
+        // length.
         let nearest = -(from[0] * d[0] + from[1] * d[1]) / square;
         let offset = (from[0] * d[1] - from[1] * d[0]) / square.sqrt();
         let half = (((1.0 - offset) * (1.0 + offset)).max(0.0) / square).sqrt();
@@ -142,19 +146,21 @@ impl PartOnDisk {
         self.crossings.push(Crossing { turn, at, leaves });
     }
 
-    /// Takes the arcs that are in the region. Where it crosses the rim at the same place to
-    /// rounding, in whichever order, what lies between has no length.
+    /// Collects the arcs of the rim that are in the region. If crossings coincide up to rounding,
+    /// their order does not matter, since the arcs between them have no length.
     fn join(&mut self) {
         self.crossings.sort_by(|a, b| a.turn.total_cmp(&b.turn));
         let Some(last) = self.crossings.last() else {
-            // Not where what touches the rim is likely to.
+            // The rim is in the region wholly or not at all. Test a point where sides are unlikely
+            // to touch the rim.
             let (y, x) = sin_cos(1.0);
             if wind_around(&self.sides, [x, y]) {
                 self.edges.push(DiskEdge::Rim);
             }
             return;
         };
-        // From the middle of the longest gap on, where rounding cannot tell otherwise.
+        // Find the longest gap between crossings, and test its middle, where rounding cannot
+        // decide.
         let (mut before, mut longest, mut first) = (last.turn - TAU, -1.0, 0);
         for (i, crossing) in self.crossings.iter().enumerate() {
             if crossing.turn - before > longest {
@@ -167,6 +173,7 @@ impl PartOnDisk {
             let (y, x) = sin_cos(turn);
             wind_around(sides, [x, y])
         };
+        // From there go around, and collect arcs where the rim is in the region.
         let count = self.crossings.len();
         let mut depth = i32::from(is_in(self.crossings[first].turn - 0.5 * longest));
         for i in first..first + count {
@@ -174,7 +181,7 @@ impl PartOnDisk {
             stop::check();
             depth += if this.leaves { 1 } else { -1 };
             if depth > 0 {
-                // From the last around to the first, also where both are at one place.
+                // The last arc goes around to the first crossing, even if there is only one.
                 let around = if next == 0 { TAU } else { 0.0 };
                 let next = self.crossings[next];
                 let arc = DiskEdge::Arc(this.at, next.at, next.turn + around - this.turn > PI);
@@ -184,8 +191,8 @@ impl PartOnDisk {
     }
 }
 
-/// Whether a region has a point that its boundary does not pass: how often the boundary winds
-/// around it.
+/// Whether a region contains a point that is not on its boundary: whether the boundary winds around
+/// it.
 fn wind_around(sides: &[BoundaryEdge], [x, y]: Point) -> bool {
     let mut turns = 0;
     for BoundaryEdge { from, to } in sides {
