@@ -142,6 +142,7 @@ impl ConvexPolygon {
         Self::from_points(&room[..n])
     }
 
+    /// Checks the points, flattens them, and makes the polygon.
     fn from_points(points: &[DVec3]) -> Result<Self, PolygonError> {
         // Check coordinates, size and area.
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
@@ -221,6 +222,7 @@ impl ConvexPolygon {
         (in_range && !is_rounding(out.area, size, largest)).then_some(out)
     }
 
+    /// Makes a polygon without checks.
     fn from_raw(points: &[DVec3], normal: DVec3, area: f64) -> Self {
         let mut vertices = [DVec3::ZERO; Self::CAPACITY];
         vertices[..points.len()].copy_from_slice(points);

@@ -37,6 +37,7 @@ pub type Question = Rc<dyn Fn() -> bool>;
 pub struct Stopped;
 
 thread_local! {
+    /// The question of this thread.
     static QUESTION: RefCell<Option<Question>> = const { RefCell::new(None) };
     /// Whether there is a question: a byte without a destructor, for checks in short loops.
     static HAS_QUESTION: Cell<bool> = const { Cell::new(false) };

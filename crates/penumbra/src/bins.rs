@@ -46,6 +46,7 @@ impl Bounds {
         Self::of_all(&points)
     }
 
+    /// The bounding box of some points.
     #[inline]
     pub(super) fn of_all(points: &[Point]) -> Self {
         let mut low = [f64::INFINITY; 2];

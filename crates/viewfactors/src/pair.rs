@@ -29,6 +29,7 @@ impl Estimate {
         self.error += other.error;
     }
 
+    /// Divides an exchange by the area of the facet that sends, which gives a view factor.
     pub(crate) fn over(self, area: f64) -> Self {
         // A facet that is wholly covered sends nothing.
         if area <= 0.0 {

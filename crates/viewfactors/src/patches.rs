@@ -121,6 +121,7 @@ struct Joiner {
 }
 
 impl Joiner {
+    /// Numbers the corners, equal ones alike, and enters all edges in the table.
     fn new(polygons: &[ConvexPolygon], outlines: &[Vec<DVec3>], flatness: Vec<f64>) -> Self {
         let (mut points, mut numbers) = (Vec::new(), HashMap::new());
         let mut number = |p: &DVec3| {

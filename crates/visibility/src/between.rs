@@ -118,6 +118,7 @@ impl Between {
         self.may_hold(low.dvec3(), high.dvec3())
     }
 
+    /// The test of [`Self::may_meet`] in `f64`.
     fn may_hold(&self, low: DVec3, high: DVec3) -> bool {
         let apart = high.cmplt(self.lo) | low.cmpgt(self.hi);
         if apart.any() {

@@ -77,6 +77,7 @@ impl Node {
 pub(crate) struct Child(pub(crate) u32);
 
 impl Child {
+    /// The bit of a reference to a leaf.
     const LEAF: u32 = 1 << 31;
 
     pub(crate) fn node(index: usize) -> Self {

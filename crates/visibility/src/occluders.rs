@@ -135,6 +135,8 @@ impl Occluders {
         self.bvh.origin += origin;
     }
 
+    /// Does the work of [`Self::refit`] for vertices that are `f32`, relative to the origin that
+    /// [`Rounded`] has chosen.
     fn refit_singles(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         // Find the triangles that can hide something; the tree can stay if they are the ones in its
         // leaves.

@@ -90,6 +90,7 @@ pub(crate) struct Facing {
 }
 
 impl Facing {
+    /// The facing of children below which there are no triangles of surfaces.
     const NOTHING: Self = Self {
         normal: [
             [2.0; 8], [2.0; 8], [2.0; 8], [-2.0; 8], [-2.0; 8], [-2.0; 8],
@@ -123,6 +124,7 @@ struct Way {
 }
 
 impl Way {
+    /// Begins with the facing of a child below which no planes have been seen yet.
     fn new(slot: u32, nodes: &[Node]) -> Self {
         let Bounds { lo, hi } = nodes[slot as usize / 8].bounds_of(slot as usize % 8);
         // The same bits as for eight at a time.

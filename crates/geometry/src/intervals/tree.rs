@@ -9,6 +9,8 @@ use std::cmp::Ordering;
 type Link = u32;
 const NIL: Link = u32::MAX;
 
+/// A node of the tree: a visible piece, with the pieces before it on the left and those after it on
+/// the right.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     piece: Interval,
@@ -48,6 +50,7 @@ impl IntervalTree {
         if t == NIL { 0 } else { self.node(t).height }
     }
 
+    /// Makes a node without children, in a free place of the arena if there is one.
     fn create(&mut self, piece: Interval) -> Link {
         self.count += 1;
         let node = Node {
@@ -187,6 +190,7 @@ impl IntervalTree {
         }
     }
 
+    /// Calls `f` with the pieces of a subtree in ascending order.
     fn visit(&self, t: Link, f: &mut impl FnMut(Interval)) {
         if t != NIL {
             let Node {

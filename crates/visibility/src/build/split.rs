@@ -202,6 +202,7 @@ struct Extent {
 }
 
 impl Extent {
+    /// The extent of some triangles' middles.
     fn of(references: &[Reference]) -> Self {
         let mut extent = Self {
             lo: Vec4::INFINITY,
@@ -248,6 +249,7 @@ fn halve(references: &mut [Reference]) -> usize {
 /// than another's.
 type Judged = (f32, usize);
 
+/// What every possible split is better than.
 const WORST: Judged = (f32::INFINITY, usize::MAX);
 
 /// The corners of the box around some triangles, and their number.

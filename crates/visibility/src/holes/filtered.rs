@@ -138,6 +138,8 @@ impl Past<'_> {
         self.ray_meets(target, &mut scratch.rays, counters)
     }
 
+    /// Whether a shadow ray to a point hits a triangle with holes where it hides something; true if
+    /// there is no such ray.
     fn ray_meets(&self, target: DVec3, rays: &mut RayScratch, counters: &mut Counters) -> bool {
         let Some(ray) = shadow_ray(self.bvh, self.point, target, self.margins) else {
             return true;

@@ -107,6 +107,7 @@ pub(crate) struct Split {
 }
 
 impl Split {
+    /// Splits a coordinate of an origin, for a scene of this size and its largest inverse.
     #[allow(clippy::cast_possible_truncation, reason = "the rest is kept")]
     #[inline(always)]
     pub(crate) fn new(origin: f64, size: f64, largest: f64) -> Self {

@@ -124,6 +124,8 @@ impl LightFrame {
         &fours[..self.corner_count.div_ceil(4)]
     }
 
+    /// Sets the frame of a linear light between two points relative to the shading point; false if
+    /// the shading point is on its line.
     fn set_line(&mut self, p0: DVec3, p1: DVec3) -> bool {
         let e = p1 - p0;
         let square = e.length_squared();
@@ -138,6 +140,8 @@ impl LightFrame {
         m != DVec3::ZERO
     }
 
+    /// Sets the frame of a polygonal light; false if the light is seen so nearly edge on, or its
+    /// margin is so small, that sums of products are not precise enough.
     #[inline(always)]
     fn set_polygon(&mut self, plane: &LightPlane, point: DVec3) -> bool {
         let v0 = plane.origin - point;
@@ -362,6 +366,7 @@ pub(crate) struct Light {
     pub(crate) hi: DVec3,
 }
 
+/// The kind of a light, with its affine coordinates if it is a polygon.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// No light.

@@ -43,6 +43,7 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
+    /// Starts over with this number of lines and no hidden intervals.
     pub(crate) fn reset(&mut self, lines: usize) {
         let blocks = lines.div_ceil(8);
         if self.blocks.len() < blocks {

@@ -447,6 +447,7 @@ struct Extent<S: Simd> {
 }
 
 impl<S: Simd> Extent<S> {
+    /// Computes the bounds, signed areas and rounding errors of eight images.
     #[inline(always)]
     fn new(s: S, image: &[[S::D; 2]; 3]) -> Self {
         let mut low = image[0];
