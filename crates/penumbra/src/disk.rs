@@ -123,6 +123,7 @@ impl PartOnDisk {
         if !from_in && !to_in && misses {
             return;
         }
+        // Cut the side at the rim where its ends are outside.
         let start = if from_in {
             from
         } else {

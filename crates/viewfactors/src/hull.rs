@@ -113,6 +113,7 @@ impl Hull {
             } else {
                 polygon.vertices()
             };
+            // End if nothing is inside of the plane; clip if only a part is.
             let inside = corners.iter().filter(|p| height(p) > 0.0).count();
             if inside == 0 {
                 return false;

@@ -282,6 +282,7 @@ fn connect(
     list: &[AtomicU64],
     triangles: usize,
 ) -> (Connected, Vec<[AtomicU32; 3]>) {
+    // At first, each triangle is a set of its own, and all of its sides are edges.
     let alone = |id| AtomicU32::new(index(id) << 1);
     let connected = Connected(pool::collect(triangles, AT_ONCE, &alone));
     let edges = |_| [EDGE; 3].map(AtomicU32::new);

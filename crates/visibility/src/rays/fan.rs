@@ -174,6 +174,7 @@ impl Beam {
             t_max: (t_max + t_max * ROOM + f64::from(f32::MIN_POSITIVE)) as f32,
         };
         for k in 0..3 {
+            // Compute the middle and half the size of the box, with a margin for rounding.
             let (lo, hi) = (low[k], high[k]);
             beam.middle[k] = 0.5 * (lo + hi);
             beam.half[k] = 0.5 * (hi - lo) + 2.0 * f64::EPSILON * lo.abs().max(hi.abs());
@@ -196,6 +197,7 @@ impl Beam {
                 -largest
             };
             beam.enter[k] = [line(up, -1.0), line(down, -1.0)];
+            // There is a last ray to leave only if all rays ascend, or all descend.
             if lo > 0.0 {
                 beam.leave[k] = (line((1.0 / lo).min(largest), 1.0), k + 3);
             } else if hi < 0.0 {

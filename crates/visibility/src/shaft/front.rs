@@ -402,6 +402,7 @@ fn front_kernel<S: Simd, const FIRST: bool>(
     let known = look.flat.count;
     wait_for_root(waiting, Image::ALL);
     let mut cover = OfLight::<FIRST>(front);
+    // If a single triangle hides the whole light, nothing else matters.
     if !front_to_back(s, bvh, &mut look, &mut cover, surfaces, waiting, counters) {
         look.flat.hide_all();
         counters.candidates += 1;
