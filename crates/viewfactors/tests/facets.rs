@@ -5,12 +5,12 @@ use linelit_testkit::rng::SplitMix64;
 use linelit_viewfactors::geometry::DVec3;
 use linelit_viewfactors::{FacetError, Facets, Memory, Sides};
 
-/// The numbers of so many corners.
+/// The vertex numbers of a polygon with this many corners.
 fn numbers(count: usize) -> std::ops::Range<u32> {
     0..u32::try_from(count).unwrap()
 }
 
-/// A square of side 4 at height 2, seen from below, in front of which others lie in one plane.
+/// A square of side 4 at height 2, seen from below, with others in one plane in front of it.
 fn ceiling(others: &[[f64; 4]], sides: Sides) -> Facets {
     let square = |[x, y, w, d]: [f64; 4]| {
         [
@@ -272,8 +272,9 @@ impl Pane {
     }
 }
 
-/// What a point sees of panes that are so close that no parallax counts, and the least distance to
-/// them: in each cell between the lines of all edges and crossings that pane which is nearest.
+/// The view factors from a point to panes so close together that parallax does not matter, and the
+/// least distance to a pane: in each cell between the lines of all edges and crossings, the nearest
+/// pane is seen.
 fn seen_of_panes(panes: &[Pane], x: [f64; 3], n: [f64; 3], sides: Sides) -> Vec<f64> {
     let mut cuts = [Vec::new(), Vec::new()];
     for pane in panes {
@@ -317,7 +318,7 @@ fn seen_of_panes(panes: &[Pane], x: [f64; 3], n: [f64; 3], sides: Sides) -> Vec<
     seen
 }
 
-/// Compares what points see of panes with closed values, at some size and turned in any way.
+/// Compares view factors from points to panes with closed forms, at some size and in some rotation.
 fn compare_panes(panes: &[Pane], sides: Sides, scale: f64, rng: &mut SplitMix64) {
     // Some are as they are, with their middle at zero, where the least heights have all digits.
     let most = if rng.in_range(0.0, 1.0) < 0.3 {
@@ -452,7 +453,8 @@ fn a_vertex_that_no_facet_uses_changes_nothing() {
     });
     assert_eq!(rows[0], rows[1]);
 }
-/// A vertex that no facet uses, wherever it is, and one that is far away on a map change nothing.
+/// A vertex that no facet uses changes nothing, wherever it is, and neither does one far away on a
+/// map.
 #[test]
 fn stray_vertices_are_not_in_the_middle() {
     let square = [[0.0, 0.0], [1.7, 0.0], [1.7, 1.7], [0.0, 1.7]];

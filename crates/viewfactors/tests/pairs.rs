@@ -1,11 +1,11 @@
-//! View factors between two facets: right values.
+//! View factors between two facets, compared with published values and closed forms.
 
 use linelit_testkit::rng::SplitMix64;
 use linelit_viewfactors::{FacetError, Facets, Memory, Settled, Sides};
 
 const LOW: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 const HIGH: [[f64; 3]; 4] = [[0., 0., 1.], [0., 1., 1.], [1., 1., 1.], [1., 0., 1.]];
-/// The factor between both squares with nothing in between.
+/// The view factor between two squares without blockers.
 const OPEN: f64 = 0.199_824_895_698;
 
 #[test]
@@ -133,7 +133,8 @@ fn obstructed(rng: &mut SplitMix64) -> Vec<[f64; 3]> {
     all
 }
 
-/// Of random pairs, how many were partly hidden, and of how many the true error is above the told.
+/// Counts, over random pairs, how many are partly hidden, and for how many of these the true error
+/// exceeds the estimate.
 fn told_errors(count: u32, tolerance: f64, truth: f64, seed: u64) -> [u32; 2] {
     let mut rng = linelit_testkit::cases::rng(seed);
     let mut memory = Memory::default();

@@ -1,4 +1,4 @@
-//! Errors in units of the last digit, against double-double evaluation.
+//! Errors of all functions in units of the last digit, against evaluation in double-double numbers.
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
 use linelit_elementary as own;
@@ -6,11 +6,11 @@ use linelit_testkit::cases::rng;
 use linelit_testkit::dd::Dd;
 use linelit_testkit::rng::SplitMix64;
 
-/// Inputs of each kind.
+/// The number of inputs of each kind.
 const COUNT: u32 = 40_000;
 
-/// The error of `got` in units of the last digit of what it should be. The digits of `Dd` beyond it
-/// are 40 bits and more.
+/// The error of `got` in units of the last digit of the correct value, which `Dd` has to 40 bits
+/// more.
 fn ulps(got: f64, want: Dd) -> f64 {
     let size = want.hi().abs().max(f64::MIN_POSITIVE);
     let ulp = size.next_up() - size;
@@ -32,7 +32,8 @@ fn moved_up(got: f64, want_up: Dd) -> (f64, Dd) {
     ((got + whole).hi(), count(want_up) + whole)
 }
 
-/// That the largest error over many inputs is within a bound: that of the function's text.
+/// Checks that the largest error over many inputs is within the bound that the function's doc
+/// states.
 fn check(
     name: &str,
     bound: f64,
@@ -53,7 +54,7 @@ fn check(
     assert!(worst.0 <= bound, "{name}: {worst:?}, more than {bound}");
 }
 
-/// Numbers of both signs whose sizes are spread evenly over powers of ten.
+/// Numbers of both signs whose magnitudes are spread evenly over powers of ten.
 fn sizes(from: f64, to: f64) -> impl Fn(&mut SplitMix64) -> [f64; 2] {
     move |random| {
         [(); 2].map(|()| {
@@ -206,7 +207,7 @@ fn sine_and_cosine_are_those() {
     }
 }
 
-/// A digest of results, by FNV: what a change of any bit is seen by.
+/// A digest of results (FNV), in which a change of any bit shows.
 fn digest(of: impl Fn([f64; 2]) -> f64) -> u64 {
     let mut random = SplitMix64::new(1);
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
@@ -219,8 +220,8 @@ fn digest(of: impl Fn([f64; 2]) -> f64) -> u64 {
     hash
 }
 
-/// The bits that pictures are made of, on whatever machine and with whatever release of libm: if
-/// one of these changes, so does the version of what is computed by it.
+/// The bits that pictures depend on, on any machine and with any release of libm. If one of these
+/// digests changes, the version of everything computed with the function has to change.
 #[test]
 fn bits_are_frozen() {
     let found = [

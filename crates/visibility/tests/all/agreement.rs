@@ -1,4 +1,4 @@
-//! Lines and rays through the hierarchy against every triangle one by one.
+//! Lines and rays through the hierarchy, compared with tests of every triangle one by one.
 
 use crate::common::{InSpace, Mesh, NONE, chord, light, soup};
 use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
@@ -6,7 +6,7 @@ use linelit_testkit::cases::rng;
 use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
 use std::ops::Range;
 
-/// Visible measure that differs between two interval lists, on a grid of their ends.
+/// The length on which two lists of intervals differ.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
     for set in [a, b] {
         assert!(
@@ -25,7 +25,7 @@ fn difference(a: &[Interval], b: &[Interval]) -> f64 {
         .sum()
 }
 
-/// How a scene is placed: its centre and scale.
+/// The position and the scale of a scene.
 const PLACES: [(DVec3, f64); 4] = [
     (DVec3::ZERO, 1.0),
     (DVec3::splat(1e5), 10.0),
@@ -43,7 +43,7 @@ const MARGINS: [Margins; 3] = [
     },
 ];
 
-/// Holds the visible intervals of lines to brute force, to 1e-9 of the line, with margins that
+/// Compares the visible intervals of lines with brute force, to 1e-9 of the line, with margins that
 /// differ from case to case.
 fn lines_agree(
     case: usize,
@@ -142,8 +142,8 @@ fn rays_agree_with_brute_force() {
     }
 }
 
-/// Rays from one point through a scratch that remembers what met the latest: the same answers as
-/// through a new one in a scene without what is excluded, in two scenes by turns.
+/// Rays from one point through a scratch that remembers the latest hit get the same answers as
+/// through a new scratch in a scene without the excluded triangles; two scenes by turns.
 #[test]
 fn rays_from_one_point_agree_with_rays_alone() {
     let (mut rng, mut scratch) = (rng(8), Scratch::new());
@@ -178,8 +178,8 @@ fn rays_from_one_point_agree_with_rays_alone() {
     );
 }
 
-/// The end of a ray on either side of where it meets a triangle, nearer and nearer, at any scale
-/// and far from the origin: what single precision decides is what double precision would.
+/// Rays that end closer and closer on either side of their hit, at any scale and far from the
+/// origin: single precision decides nothing differently than double precision would.
 #[test]
 fn a_ray_ends_where_it_says() {
     let (mut rng, mut scratch) = (rng(7), Scratch::new());
@@ -242,7 +242,8 @@ fn a_ray_ends_where_it_says() {
     assert!(met > 12_000, "{met} rays meet their triangle");
 }
 
-/// Shading points on the occluders themselves, a little off them: the near plane at work.
+/// Shading points on the occluders themselves or a little off them, for which the near margin
+/// matters.
 #[test]
 fn lines_from_surfaces_agree_with_brute_force() {
     let (mut rng, mut scratch) = (rng(3), Scratch::new());
@@ -261,7 +262,7 @@ fn lines_from_surfaces_agree_with_brute_force() {
     }
 }
 
-/// Thousands of triangles in the shaft: the walk that skips what is hidden.
+/// Thousands of triangles in the shaft, for the walk that skips what is hidden.
 #[test]
 fn dense_shafts_agree_with_brute_force() {
     let (mut rng, mut scratch) = (rng(4), Scratch::new());

@@ -1,4 +1,4 @@
-//! The cases that a scene should not contain and does.
+//! Degenerate input: the cases that a scene should not contain, and does.
 
 use crate::common::{InSpace, Mesh, NONE, ask, by_hand, nearest, soup};
 use linelit_geometry::{DVec3, Segment};
@@ -17,7 +17,7 @@ fn square() -> (Vec<DVec3>, Vec<Segment>) {
     (light, lines)
 }
 
-/// Fractions of the square's lines that are visible from `point`, which must agree with brute
+/// The fractions of the square's lines that are visible from `point`, which must agree with brute
 /// force.
 fn fractions(mesh: &Mesh, point: DVec3) -> (ShaftClass, Vec<f64>) {
     let (light, lines) = square();
@@ -323,7 +323,7 @@ fn occluders_seen_edge_on() {
     }
 }
 
-/// The same picture a million times larger or smaller; by powers of two, to the bit.
+/// The same picture a million times larger or smaller; with powers of two, to the bit.
 #[test]
 fn scaled_scenes_look_the_same() {
     let mut rng = linelit_testkit::cases::rng(6);

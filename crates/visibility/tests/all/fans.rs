@@ -1,4 +1,4 @@
-//! Rays traced together against the same rays one by one.
+//! Any hits of rays that are traced together, compared with the same rays one by one.
 
 use crate::common::{InSpace, Mesh, NONE, closed, on_all_sets, soup};
 use linelit_geometry::DVec3;
@@ -7,7 +7,7 @@ use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{Counters, FAN, Fan, Occluders, Ray, Scratch};
 use std::ops::Range;
 
-/// A bit for each ray that meets anything, one by one.
+/// A bit for each ray that hits anything, by tracing them one by one.
 fn alone(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
     let mut scratch = Scratch::new();
     let meets = |(i, direction): (usize, &DVec3)| {
@@ -23,7 +23,7 @@ fn alone(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
     rays.map(meets).fold(0, |a, b| a | b)
 }
 
-/// Holds a fan to its rays alone, on all instruction sets, which do the same work.
+/// Compares a fan with its rays alone, on all instruction sets, which do the same work.
 fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
     let want = alone(&sets[0], fan, exclude);
     let mut work: Option<Counters> = None;
@@ -42,7 +42,7 @@ fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>, exclude: &Range<u32>) -> 
     want
 }
 
-/// A point of a triangle: a corner, on an edge, or within.
+/// A point of a triangle: a corner, a point on an edge, or a point inside.
 fn on_triangle(rng: &mut SplitMix64, mesh: &Mesh, triangle: usize) -> DVec3 {
     let [a, b, c] = mesh.corners(triangle);
     let (u, v) = (rng.next_f64(), rng.next_f64());
@@ -54,8 +54,8 @@ fn on_triangle(rng: &mut SplitMix64, mesh: &Mesh, triangle: usize) -> DVec3 {
     }
 }
 
-/// Fans of all sizes towards small and large targets, corners and edges of triangles, from
-/// anywhere, from on triangles, a little above them and in their planes, at all scales.
+/// Fans of all sizes towards small and large targets and towards corners and edges of triangles,
+/// from anywhere, from points on triangles, a little above them and in their planes, at all scales.
 #[test]
 fn fans_agree_with_rays_alone() {
     let mut rng = rng(21);
@@ -114,8 +114,8 @@ fn fans_agree_with_rays_alone() {
     );
 }
 
-/// Rays that end, or begin, on either side of where they meet a triangle, nearer and nearer:
-/// `t_max` and `t_min` decide for a fan as they do for a ray, to the bit.
+/// Rays that end, or begin, closer and closer on either side of their hit: `t_max` and `t_min`
+/// decide for a fan as for a ray, to the bit.
 #[test]
 fn a_fan_begins_and_ends_where_its_rays_do() {
     let mut rng = rng(22);
@@ -164,7 +164,7 @@ fn a_fan_begins_and_ends_where_its_rays_do() {
     );
 }
 
-/// What no ray can be traced with, among rays that can.
+/// Rays that cannot be traced, among rays that can.
 #[test]
 fn hostile_fans_agree_with_rays_alone() {
     let mut rng = rng(23);

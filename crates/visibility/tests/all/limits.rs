@@ -1,4 +1,4 @@
-//! What a query cannot hold is never taken for visible.
+//! What a query cannot represent in its numbers is never reported as visible.
 
 use crate::common::{self, InSpace, Mesh, NONE, by_hand, chord, light, nearest, soup};
 use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, Segment};
@@ -24,8 +24,8 @@ fn ask(
     (class, seen)
 }
 
-/// Coordinates up to 1e18, many of them alike, in the plane of the point, the light's, or next to
-/// it.
+/// Coordinates up to 1e18, many of them equal, in the plane of the point, in the light's plane, or
+/// next to it.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => -2.0..2.0_f32,
@@ -79,8 +79,8 @@ proptest! {
         }
     }
 
-    /// A wall hides the light whatever else is there: triangles of any size, slivers, and such as
-    /// lie along the planes that kernels cut at.
+    /// A wall hides the light no matter what else is there: triangles of any size, slivers, and
+    /// triangles along the planes at which kernels clip.
     #[test]
     fn nothing_opens_a_wall(
         corners in prop::collection::vec(prop::array::uniform3(coordinate()), 3..60),
@@ -102,9 +102,9 @@ proptest! {
         prop_assert_eq!(seen, vec![(0.0, false); 9]);
     }
 
-    /// Lights far beyond all occluders, as moons and suns are: as if seen through a window. What
-    /// hides them is told by brute force, and by rays that begin at the point itself: of how near
-    /// an occluder may be, those know nothing.
+    /// Lights far beyond all occluders, as moons and suns are, seen as if through a window. Brute
+    /// force determines what hides them, and so do rays that begin at the point itself, which
+    /// ignore how close an occluder may be.
     #[test]
     fn lights_beyond_the_scene_agree_with_brute_force(
         seed in any::<u64>(),
@@ -152,8 +152,8 @@ proptest! {
         }
     }
 
-    /// Lights seen edge on to the last digits, from outside and from within, and lights far
-    /// larger and smaller than `f32` can hold.
+    /// Lights seen edge on up to the last digits, from outside and from within, and lights far
+    /// larger and smaller than `f32` can represent.
     #[test]
     fn lights_beyond_the_kernels_agree_with_brute_force(
         seed in any::<u64>(),
@@ -194,8 +194,8 @@ proptest! {
     }
 }
 
-/// A wall before lights of any size, near and far: beyond what `f32` holds, too, as long as the
-/// square of a shadow triangle's area is a number.
+/// A wall before lights of any size, near and far, even beyond what `f32` can represent, as long as
+/// the square of a shadow triangle's area is finite and normal.
 #[test]
 fn walls_hide_lights_of_any_size() {
     let mut mesh = Mesh::default();

@@ -1,4 +1,4 @@
-//! What touches a light, or lies in its plane.
+//! Margins: occluders that touch a light, or are in its plane.
 
 use crate::common::{InSpace, NONE};
 use linelit_geometry::{DVec3, Margins, Segment};
@@ -6,14 +6,14 @@ use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 
-/// A vector of whole numbers up to 15.
+/// A vector of integers up to 15.
 fn whole(rng: &mut SplitMix64) -> DVec3 {
     DVec3::from([(); 3].map(|()| rng.in_range(-15.0, 15.0).round()))
 }
 
 /// A triangle around the whole light and in its plane hides nothing of it; moved towards the point
-/// by what `f32` just tells, all; moved away, nothing. Corners are whole numbers, so that they are
-/// exact, from origins near and far and at all scales.
+/// by the least amount that `f32` resolves, it hides everything; moved away, nothing. Corners are
+/// integers, so that they are exact, from origins near and far and at all scales.
 #[test]
 fn without_margins_the_side_of_the_lights_plane_decides() {
     let (mut rng, mut scratch) = (rng(71), Scratch::new());

@@ -1,4 +1,4 @@
-//! Answers do not depend on who grew the tree.
+//! Answers do not depend on which builder grew the tree.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, nearest, past_all, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -14,9 +14,9 @@ fn both(mesh: &Mesh, for_rays: bool) -> [Occluders; 2] {
     })
 }
 
-/// Asks both about rays and lines from and to places within `size` of the origin; the answers are
-/// the same, and those of brute force as far as that is sure. `few`: they are so few that no shaft
-/// depends on the tree.
+/// Queries both with rays and lines from and to points within `size` of the origin: the answers are
+/// equal, and agree with brute force as far as that is certain. `few` says that there are so few
+/// triangles that no shaft depends on the tree.
 fn agree(mesh: &Mesh, size: f64, few: bool, rng: &mut SplitMix64) {
     let [own, other] = &both(mesh, !few);
     assert_eq!(own.triangle_count(), other.triangle_count());
@@ -70,8 +70,8 @@ proptest! {
     }
 }
 
-/// None, one and two; by hundreds without area, in rows, and copies; as large as scene files may
-/// be, and as small.
+/// None, one and two triangles; hundreds without area, in rows, and copies; as large and as small
+/// as scene files may be.
 #[test]
 fn trees_do_not_matter_on_hostile_meshes() {
     let mut rng = SplitMix64::new(3);
