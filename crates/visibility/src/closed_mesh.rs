@@ -517,8 +517,8 @@ impl<'a> BackfaceFilter<'a> {
     }
 
     /// Returns a bit for each triangle to leave out: triangles whose mesh is clear of the shaft's
-    /// ends, and whose front, in the mesh's orientation, is on the negative side. `negative` and
-    /// `positive` are the triangles whose images surely have that sign.
+    /// ends, and whose image, in the mesh's orientation, is negative. `negative` and `positive` are
+    /// the triangles whose images, in their own orientation, surely have that sign.
     #[inline(always)]
     pub(crate) fn left_out<S: Simd>(
         &mut self,

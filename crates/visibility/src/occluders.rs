@@ -71,7 +71,7 @@ impl Occluders {
     }
 
     /// Builds a hierarchy for rays alone, without the data about closed and fine meshes that only
-    /// shafts use. It needs a third of the memory, and less time to build.
+    /// shafts use: these are a third of the memory, and take more than a third of the time.
     ///
     /// Rays get the same answers, to the bit. Shafts can be queried too, but test more triangles:
     /// back faces of closed meshes are not left out, there are no silhouettes, and the ends of

@@ -234,8 +234,10 @@ impl Shaft<'_> {
         &self.scratch.counters
     }
 
-    /// The distance, in the units of the scene, that bounds how far triangles may be from the
-    /// shading point. Rounding errors of corners and of ray hits are proportional to it.
+    /// A distance, in the units of the scene, beyond which there are no triangles as seen from the
+    /// shading point. It is generous (1024 times the largest coordinate of the triangles plus that
+    /// of the point, about the hierarchy's origin); rounding errors of corners and of ray hits are
+    /// proportional to it.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.occluders.bvh.reach(self.point())
