@@ -104,7 +104,7 @@ mod tests {
     use super::EllipticCone;
     use crate::DVec3;
 
-    /// All of the ellipse is on the cone, whatever its size and place.
+    /// The whole ellipse is on the cone, for any size and position of it.
     #[test]
     fn the_ellipse_is_on_its_cone() {
         let c = DVec3::new(0.3, -0.4, 1.2);
@@ -138,7 +138,7 @@ mod tests {
         }
     }
 
-    /// Axes that make no cone are refused.
+    /// Ellipses that have no cone are refused.
     #[test]
     fn flat_cones_are_none() {
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);

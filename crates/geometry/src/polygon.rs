@@ -519,8 +519,8 @@ mod tests {
         let star: Vec<_> = regular(5, 1.0);
         let star = [star[0], star[2], star[4], star[1], star[3]];
         assert!(matches!(ConvexPolygon::new(&star), Err(E::NotConvex(_))));
-        // A sliver with a spike four times as long, no wider than the tolerance: found by hostile
-        // properties, its centroid outside.
+        // A sliver with a spike four times as long, no wider than the tolerance, whose centroid was
+        // outside: found by a property with extreme numbers.
         let spike = [
             DVec3::new(1.220_703_125e-4, -0.015_625, 0.0),
             DVec3::new(0.0, 128.0, 2.441_406_25e-4),

@@ -220,7 +220,7 @@ mod tests {
             c in -(1i64 << 53)..(1i64 << 53),
             d in -(1i64 << 53)..(1i64 << 53),
         ) {
-            // Half of the cases cancel almost wholly.
+            // In half of the cases, almost everything cancels.
             let (c, d) = if near { (a + nudge, b - nudge) } else { (c, d) };
             #[allow(clippy::cast_precision_loss, reason = "below 2^53 + 4: exact or even")]
             let got = {

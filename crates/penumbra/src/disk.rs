@@ -215,7 +215,7 @@ mod tests {
     use crate::Penumbra;
     use linelit_testkit::rng::SplitMix64;
 
-    /// The area, by Green's theorem: of an arc, (y₁ − y₀ …)/2 is half its turn.
+    /// The area, by Green's theorem: for an arc, (y₁ − y₀ …)/2 is half its angle.
     fn area(edges: &[DiskEdge]) -> f64 {
         let of = |edge: &DiskEdge| match *edge {
             DiskEdge::Straight(a, b) => 0.5 * (a[0] * b[1] - a[1] * b[0]),
@@ -240,8 +240,8 @@ mod tests {
         area(part.of(boundary.iter().copied()))
     }
 
-    /// Returns the area by strips, the visible length of each found by sorting: their number is the
-    /// root of the error's inverse at the rim.
+    /// Computes the area by strips, and the visible length of each strip by sorting; the number of
+    /// strips is the square root of the reciprocal of the error at the rim.
     fn by_strips(triangles: &[[Point; 3]]) -> f64 {
         const STRIPS: i32 = 4000;
         let strip = |k| {
@@ -270,7 +270,7 @@ mod tests {
         (0..STRIPS).map(strip).sum::<f64>() * 2.0 / f64::from(STRIPS)
     }
 
-    /// Random triangles, small and large; those that all of the disk is behind or before.
+    /// Random triangles, small and large, some of which leave the whole disk visible, or nothing.
     #[test]
     fn areas_are_those_of_strips() {
         let mut rng = SplitMix64::new(20);
@@ -293,8 +293,8 @@ mod tests {
         assert!(rims > 2 && none > 1, "{rims} {none}");
     }
 
-    /// Corners and edges on the rim, edges that touch it, and triangles of a mesh that meet there:
-    /// halves and quarters of the disk and what is left of them.
+    /// Corners and edges on the rim, edges that touch it, and triangles of a mesh that share a
+    /// corner or an edge there: halves and quarters of the disk, and what is left of them.
     #[test]
     fn what_meets_on_the_rim_is_no_special_case() {
         let far = 3.0;
@@ -303,9 +303,9 @@ mod tests {
             (&[quarter], 0.75 * PI),
             // Corners on the rim.
             (&[[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]], PI - 0.5),
-            // Two that share an edge across it.
+            // Two triangles that share an edge across the rim.
             (&[quarter, [[0.0, 0.0], [far, 0.0], [0.0, -far]]], 0.5 * PI),
-            // Two that meet in a corner on it.
+            // Two triangles that share a corner on the rim.
             (
                 &[
                     [[1.0, 0.0], [far, far], [0.0, far]],
@@ -313,7 +313,7 @@ mod tests {
                 ],
                 visible(&[[[1.0, 0.0], [far, far], [0.0, far]]]) * 2.0 - PI,
             ),
-            // Touches from outside, from inside around.
+            // Triangles that touch the rim from outside, and around the disk from inside.
             (&[[[1.0, -far], [1.0, far], [far, 0.0]]], PI),
             (&[[[-8.0, -1.0], [8.0, -1.0], [0.0, 9.0]]], 0.0),
             (&[[[-8.0, -1.0], [8.0, -1.0], [0.0, -9.0]]], PI),
@@ -331,8 +331,8 @@ mod tests {
         corners.iter().zip(next).map(side).collect()
     }
 
-    /// What is at least so far from the centre in the direction of a turn, and its straight side's
-    /// direction.
+    /// The half-plane at least this far from the centre in the direction of an angle, and the
+    /// direction of its straight side.
     fn half_plane(turn: f64, offset: f64) -> ([Point; 4], [Point; 2]) {
         let (s, c) = turn.sin_cos();
         let at = |along: f64, out: f64| [s * along + c * out, c.mul_add(-along, s * out)];
@@ -343,9 +343,9 @@ mod tests {
         )
     }
 
-    /// The part beyond a chord, from all but all of the disk to all but nothing: its ends are half
-    /// a chord from the chord's middle, its area is acos h − h √(1 − h²), and its arc is more than
-    /// half of the rim where it holds the centre.
+    /// The part of the disk beyond a chord, from almost the whole disk to almost nothing. Its ends
+    /// are half a chord from the chord's middle, its area is acos h − h √(1 − h²), and its arc is
+    /// more than half of the rim if it contains the centre.
     #[test]
     fn what_is_beyond_a_chord_is_a_segment_of_the_disk() {
         for case in 0..200 {
@@ -374,8 +374,8 @@ mod tests {
         }
     }
 
-    /// A wedge of no width to rounding leaves all but its area, from its one end on the rim around
-    /// to the other.
+    /// A wedge that has no width up to rounding leaves everything but its area: an arc from its one
+    /// end on the rim around to the other.
     #[test]
     fn a_slit_leaves_the_disk() {
         for case in 0..60 {
@@ -390,8 +390,8 @@ mod tests {
         }
     }
 
-    /// A boundary with a gap on the rim, at it or anywhere, or that is passed twice there, moves
-    /// the area by no more than the gap.
+    /// If a boundary has a gap, on the rim, close to it or anywhere, or passes there twice, the
+    /// area changes by no more than the gap.
     #[test]
     fn a_gap_costs_no_more_than_itself() {
         let mut rng = SplitMix64::new(21);
@@ -400,13 +400,13 @@ mod tests {
             let (turn, offset) = (rng.in_range(0.0, TAU), rng.in_range(-0.95, 0.95));
             let (mut corners, _) = half_plane(turn, offset);
             if case % 2 == 1 {
-                // A wedge, whose tip is on the disk.
+                // A wedge whose tip is on the disk.
                 let mid = |k: usize| 0.5 * (corners[0][k] + corners[1][k]);
                 corners[0] = [mid(0), mid(1)];
             }
             let whole = sides(&corners);
             let gap = 0.1_f64.powf(rng.in_range(2.0, 17.0)) * [1.0, -1.0][case / 2 % 2];
-            // About where the side leaves the disk, or anywhere along it.
+            // Close to where the side leaves the disk, or anywhere along it.
             let BoundaryEdge { from, to } = whole[0];
             let mut part = PartOnDisk::default();
             let rim = part.of(whole.iter().copied()).iter().find_map(|e| match e {

@@ -130,7 +130,7 @@ mod tests {
         for count in [0, 1, FEW, FEW + 1, 300, 5000_usize] {
             let mut boxes = Vec::new();
             for i in 0..count {
-                // Wide, high, small and all-covering ones.
+                // Wide boxes, high boxes, small ones, and some that cover everything.
                 let sizes = [[0.5, 0.01], [0.01, 0.9], [0.02, 0.02], [3.0, 3.0]];
                 let [w, h] = sizes[i % 4].map(|size| rng.in_range(0.0, size));
                 let [x, y] = [rng.in_range(-1.0, 2.0), rng.in_range(-1.0, 3.0)];

@@ -298,7 +298,8 @@ mod tests {
     use super::fused;
     use proptest::prelude::*;
 
-    /// Numbers of all sizes, and such as cancel nearly or are next to halfway.
+    /// Numbers of all sizes, among them pairs that nearly cancel and sums that are close to halfway
+    /// between two numbers.
     fn numbers() -> impl Strategy<Value = [f32; 3]> {
         let all = prop::array::uniform3(any::<f32>());
         let near =
@@ -307,7 +308,7 @@ mod tests {
                 let c = f32::from_bits(c.to_bits().wrapping_add_signed(off));
                 [a, b, c * 2.0_f32.powi(-down / 2)]
             });
-        // Few digits: sums that end halfway between two numbers.
+        // Numbers with few digits, whose sums are exactly halfway between two numbers.
         let short = prop::array::uniform3((-4096..4096_i16, -30..30_i32))
             .prop_map(|x| x.map(|(m, e)| f32::from(m) * 2.0_f32.powi(e)));
         prop_oneof![all, near, short]

@@ -326,7 +326,7 @@ fn halves(&[a, b, c, d]: &Corners, is_upright: bool) -> [Corners; 2] {
 mod tests {
     use super::*;
 
-    /// A function, and nothing besides.
+    /// An integrand of one function, about which nothing is known.
     struct Function<F>(F);
 
     impl<F: Fn(DVec3) -> f64> Integrand for Function<F> {
@@ -358,7 +358,7 @@ mod tests {
             (found.value - 0.05).abs() < 1e-15 && found.error > 1e-4,
             "{found:?}"
         );
-        // The rules that tell the error have degree 5 and 3.
+        // The rules that the error estimate compares have degrees 5 and 3.
         let third = |p: DVec3| p.x * p.y.powi(2);
         let found = integral(&SQUARE, f64::INFINITY, third);
         assert!(
@@ -403,7 +403,7 @@ mod tests {
 
     #[test]
     fn what_one_corner_alone_has_or_lacks_is_told() {
-        // Along two sides of the square lie strips that no other point of the rule is in.
+        // There are strips along two sides of the square that no other point of the rule is in.
         let is_in = |p: DVec3| {
             let strip = |s: f64, t: f64| s > 0.976 && t > 0.003;
             strip(p.x, p.y) || strip(p.y, p.x)
@@ -422,7 +422,7 @@ mod tests {
 
     #[test]
     fn what_is_high_at_a_corner_alone_is_told() {
-        // Of 1 + 10 exp(−k (x + y)) the rules see a constant, but for the points at the corner.
+        // Of 1 + 10 exp(−k (x + y)), all points except those near the corner see only the constant.
         for k in [150.0, 300.0, 600.0] {
             let steep = |p: DVec3| 1.0 + 10.0 * linelit_elementary::exp(-k * (p.x + p.y));
             let found = integral(&SQUARE, f64::INFINITY, steep);

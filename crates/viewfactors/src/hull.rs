@@ -182,7 +182,7 @@ mod tests {
                 "{depth}"
             );
         }
-        // What touches it is rounding, or within the tolerance of its corners.
+        // Touching it is rounding, or within the tolerance of its corners.
         for depth in [0.0, 1e-15, -1e-15] {
             assert!(
                 !meets(&hull, depth, false) && meets(&hull, depth, true),

@@ -156,7 +156,7 @@ mod tests {
         let (adjacent, _) = exchange(&low, &wall);
         assert!((adjacent - 0.200_043_776_075).abs() < 1e-12, "{adjacent}");
         assert!((parallel + 4.0 * adjacent - 1.0).abs() < 1e-13);
-        // Of a smaller square, by reciprocity the same both ways.
+        // From a smaller square: by reciprocity, the same in both directions.
         let small = polygon(&[[2., 3., 2.], [2., 3.5, 2.5], [2.5, 3.5, 2.5], [2.5, 3., 2.]]);
         let (there, back) = (exchange(&low, &small).0, exchange(&small, &low).0);
         assert!((there / back - 1.0).abs() < 1e-11, "{there} {back}");
@@ -164,7 +164,8 @@ mod tests {
 
     #[test]
     fn edges_that_pass_each_other_closely() {
-        // A turned square close above another is as much as its nine parts.
+        // The exchange with a rotated square close above another is the sum of the exchanges with
+        // its nine parts.
         let low = polygon(&[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
         for height in [0.1, 1e-2, 1e-4, 1e-8] {
             let at = |x: f64, y: f64| [0.6 + 0.8 * x - 0.6 * y, 0.1 + 0.6 * x + 0.8 * y, height];
@@ -188,7 +189,7 @@ mod tests {
 
     #[test]
     fn edges_at_right_angles_in_any_direction() {
-        // Both ends of an edge are beside one place of the other, but for rounding.
+        // Both ends of an edge are close to one point of the other, up to rounding.
         for k in 0..200 {
             let (sin, cos) = linelit_elementary::sin_cos(0.01 * f64::from(k));
             let turned = |[x, y, z]: [f64; 3]| {

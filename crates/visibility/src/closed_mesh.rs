@@ -573,7 +573,7 @@ mod tests {
     #[test]
     fn places_are_told_apart() {
         for count in [0, 1, 2, 100, 5000_u32] {
-            // Three numbers of few, zero with either sign.
+            // Coordinates are one of three numbers, with zeros of either sign.
             let random = |k: u32| k.wrapping_mul(2_654_435_769) >> 20;
             let positions: Vec<[f32; 3]> = (0..count)
                 .map(|k| [k, k + 1, 7 * k].map(|k| [0.0, -0.0, 1.0, 1e30][random(k) as usize % 4]))
@@ -585,8 +585,8 @@ mod tests {
         }
     }
 
-    /// The triangles of a cube, or all but the last of them, some turned; every triangle with
-    /// corners of its own.
+    /// The triangles of a cube, or all except the last, some of them reversed; no two triangles
+    /// share corner indices.
     fn cube(count: usize, turned: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let mut positions = Vec::new();
         for axis in 0..3 {
@@ -595,7 +595,7 @@ mod tests {
                     let mut v = [side; 3];
                     v[(axis + 1) % 3] = a;
                     v[(axis + 2) % 3] = b;
-                    // Zero with either sign.
+                    // Zeros of either sign.
                     if side > 0.0 {
                         v
                     } else {
@@ -665,8 +665,8 @@ mod tests {
         assert!(find(&positions, &triangles).meshes.is_empty());
     }
 
-    /// A strip of `columns` × 8 quads, open or closed to a ring, which may be twisted, and loose
-    /// triangles.
+    /// A strip of `columns` × 8 quads, open or closed to a ring, which may be twisted, and
+    /// triangles that belong to no mesh.
     fn strip(columns: u32, ring: bool, twisted: bool, loose: u32) -> ClosedMeshes {
         let row = columns + 1;
         let mut positions: Vec<[f32; 3]> = (0..9 * row)
@@ -710,8 +710,8 @@ mod tests {
         assert!(strip(70, false, false, 161).fine.sides.is_empty());
     }
 
-    /// The projective plane of six corners: every edge belongs to two, but they cannot all
-    /// be turned alike.
+    /// The projective plane with six corners: every edge belongs to two triangles, but they cannot
+    /// all be oriented alike.
     #[test]
     fn one_sided_surfaces_are_none() {
         let positions: Vec<[f32; 3]> = (0..6_u8).map(|i| [f32::from(i), 1.0, 0.0]).collect();

@@ -35,7 +35,7 @@ impl Mesh {
 
     fn tree(&self, builder: Builder) -> Vec<Binary> {
         let ids = 0..u32::try_from(self.triangles.len()).unwrap();
-        // Once: its extent is that of all vertices.
+        // Make the geometry once, since its extent is computed from all vertices.
         let geometry = self.geometry();
         let mut references: Vec<_> = ids.map(|id| geometry.reference(id)).collect();
         builder.grow(&mut references, geometry.extent)
@@ -158,7 +158,8 @@ fn obvhs_clusters_what_is_hard() {
 /// nothing there; there are twice as many nodes, which is one more level.
 #[test]
 fn growing_looks_at_n_log_n_triangles() {
-    // Of more than a block, which are built one by one: their seams must not show.
+    // More triangles than one block, since blocks are built one by one and their seams must not
+    // show.
     let large = u32::try_from(3 * split::BLOCK).unwrap() + 17;
     for (count, cases) in [(1 << 10, HARD.len()), (1 << 13, HARD.len()), (large, 3)] {
         for (name, mesh) in hard(count).take(cases) {
@@ -239,7 +240,7 @@ fn areas(mesh: &Mesh, hierarchy: &Hierarchy, node: usize) -> ([f64; 8], bool) {
             f64::from(node.bounds[axis + 3][lane]) - f64::from(node.bounds[axis][lane])
         });
         let crossings = *below / (x * y + y * z + z * x);
-        // Sums in another order.
+        // Sums are added in another order.
         ordered &= crossings >= before * (1.0 - 1e-12);
         before = crossings;
     }

@@ -479,8 +479,8 @@ pub(crate) fn finish<S: Simd>(
 mod tests {
     use super::network;
 
-    /// A network that sorts every sequence of zeros and ones sorts everything: here 64 sequences
-    /// at a time, a bit of each number for each.
+    /// A network that sorts every sequence of zeros and ones sorts everything (the zero–one
+    /// principle). Here 64 sequences are sorted at a time, one bit of each number for each.
     fn sorts(n: usize, pairs: &[(usize, usize)]) {
         let patterns: [u64; 6] =
             std::array::from_fn(|i| (0..64_u64).fold(0, |word, k| word | (k >> i & 1) << k));

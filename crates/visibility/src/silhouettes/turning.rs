@@ -115,9 +115,9 @@ mod tests {
     use linelit_simd::Scalar;
     use linelit_testkit::rng::SplitMix64;
 
-    /// Decisions in `f32` on how triangles and their neighbours face hold in `f64`, for triangles
-    /// of all sizes, heights and bends, from places far from their planes and near; and most sides
-    /// are decided where nothing is tiny.
+    /// Decisions in `f32` on how triangles and their neighbours face also hold in `f64`, for
+    /// triangles of all sizes, heights and bends, seen from points far from their planes and close
+    /// to them; and most sides are decided if nothing is tiny.
     #[test]
     #[allow(clippy::cast_possible_truncation, reason = "places are in f32")]
     fn what_surely_faces_one_way_does() {
@@ -153,7 +153,7 @@ mod tests {
                     bends[k][lane] = bend(to - from, unit(v), unit(far[k][lane]));
                 }
                 if lane == round % 8 {
-                    // As near to the plane as 1e-12, as far as the scene is wide.
+                    // As close to the plane as 1e-12, or as far as the scene is wide.
                     let height =
                         scale * 10_f64.powf(-12.0 * cube(1.0).x.abs()) * cube(1.0).x.signum();
                     let along = v[0] + (v[1] - v[0]) * (1e3 * cube(1.0).x) + normal * height;
