@@ -92,7 +92,7 @@ fn small_rooms(count: u32) -> Vec<[u32; 3]> {
 
 #[test]
 fn rows_of_points_in_closed_rooms_add_up_to_one() {
-    // Each of a hundred facets is right to 1e-12 of its own factor.
+    // Each of a hundred facets has an error of 1e-12 of its own factor.
     let worst = worst_closure(&small_rooms(16), 100, 31);
     assert!(worst <= 1e-11, "{worst:e}");
 }

@@ -23,7 +23,8 @@ const UP: f64 = 200.0;
 /// What is too small for `Dd`, and what it should be times 2²⁰⁰, as numbers whose last digits are
 /// as much above it as that of the smallest numbers: [`ulps`] of it.
 fn moved_up(got: f64, want_up: Dd) -> (f64, Dd) {
-    // To units of the smallest number times 2²⁰⁰, in which ordinary numbers of 53 bits are counted.
+    // Round to units of the smallest number times 2²⁰⁰, in which ordinary numbers of 53 bits are
+    // counted.
     let unit = Dd::from(2f64.powi(200 - 1074));
     let count = |x: Dd| x / unit;
     // 2⁵² more has a last digit of one.
@@ -125,7 +126,7 @@ fn powers() {
     let lobe = |random: &mut SplitMix64| {
         let [x, y] = [random.next_f64(), random.in_range(-2.0, 5.0)];
         let power = 10f64.powf(y);
-        // Where the power is a normal number.
+        // Only where the power is a normal number.
         [x.max((-700.0 / power).exp()), power]
     };
     check("pow of lobes", 0.52, lobe, pow);
@@ -150,7 +151,7 @@ fn powers() {
     check("pow, subnormal", 1.02, small, subnormal);
     let cube = |[x, _]: [f64; 2]| {
         let root = own::cbrt(x);
-        // One Newton step from the result.
+        // Improve the result by one Newton step.
         let start = Dd::from(root);
         let rest = (start * start * start - Dd::from(x)) / (start * start * Dd::from(3.0));
         (root, start - rest)

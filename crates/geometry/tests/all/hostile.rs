@@ -68,7 +68,7 @@ proptest! {
         let points = points.map(vector);
         let _ = ConvexPolygon::parallelogram(points[0], points[1], points[2]).map(|p| sound(&p));
         let _ = ConvexPolygon::triangle(points[0], points[1], points[2]).map(|p| sound(&p));
-        // Anyone's vectors are the same numbers.
+        // Vectors of other types give the same numbers.
         let three = [points[0], points[1], points[2]];
         prop_assert_eq!(ConvexPolygon::try_from(three.map(|p| p.to_array())), ConvexPolygon::new(&three));
         let ends = Segment::from([three[0], three[1]]);
@@ -109,13 +109,13 @@ proptest! {
             prop_assert!(is_orthonormal(&frame), "{frame:?} {x}");
         }
         let frame = plane.axes;
-        // Unit as its domain wants it.
+        // A unit vector, as the function requires.
         if let Some(z) = predicates::normalize(z) {
             prop_assert!((z.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
             prop_assert!(is_orthonormal(&Frame::from_normal(z)));
         }
         let _ = Frame::from_normal(z);
-        // Sums of products of what may be anything.
+        // Sums of products of any numbers.
         let _ = (frame.to_local(p), frame.to_world(p), plane.to_plane(x), plane.height(x));
         let _ = plane.from_plane(DVec2::new(p.x, p.y));
     }
@@ -251,7 +251,8 @@ proptest! {
         let [x, y, z] = v.map(vector);
         let _ = (predicates::cross(x, y), predicates::dot(x, y), predicates::determinant(x, y, z));
         if x.is_finite() {
-            // Scaled to where squares are safe; the length of what is below 1e307 is finite.
+            // Scaled to where squares are safe; the length is finite for vectors shorter than
+            // 1e307.
             let largest = x.abs().max_element();
             let length = predicates::length(x);
             prop_assert!(length >= largest && (length.is_finite() || largest > 1e307), "{x} {length}");
@@ -427,7 +428,7 @@ fn bends_are_told_from_rounding() {
                 );
             }
             assert!(ConvexPolygon::new(&quad(0.0)).is_ok());
-            // As a model file holds it, up to a thousand sizes from the origin.
+            // Rounded as in a model file, up to a thousand sizes from the origin.
             #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
             let rounded = quad(0.0).map(|p| vector(p.to_array().map(|c| f64::from(c as f32))));
             if offset < 1e3 && (1e-30..1e30).contains(&scale) {

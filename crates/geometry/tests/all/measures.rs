@@ -78,7 +78,7 @@ proptest! {
     fn frames_of_a_plane_measure_it(origin in vector(), normal in vector(), tangent in vector(), p in vector(), angle in -3.0..3.0f64) {
         prop_assume!(normal.cross(tangent).length() > 0.05);
         let frame = PlaneFrame::new(origin, normal, tangent);
-        // Coordinates and the height say where a point is.
+        // The plane coordinates and the height determine a point.
         let there = frame.from_plane(frame.to_plane(p)) + frame.axes.z * frame.height(p);
         assert_same(there, p, 16.0, 8.0);
         assert_close!(frame.height(p), normal.dot(p - origin) / normal.length(), 16.0 * EPS * 8.0, "{frame:?}");
@@ -118,7 +118,7 @@ proptest! {
         let place = ends[0] * (1.0 - s) + ends[1] * s;
         let behind = line.at(chord.t(s)) - x;
         let off = behind.cross(place - x).length() / behind.length();
-        // Places are quotients by heights of corners over the plane of the line.
+        // Positions are quotients by heights of corners over the plane of the line.
         prop_assume!(ends.iter().all(|e| e.distance(x) > 0.1));
         let lowest = t.iter().map(|p| shadow.vertex(*p).sigma.abs()).fold(f64::INFINITY, f64::min);
         prop_assert!(off <= 1e3 * EPS / lowest.min(1.0), "{off:e} {lowest}");

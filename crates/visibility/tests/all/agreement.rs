@@ -122,7 +122,8 @@ fn rays_agree_with_brute_force() {
                 t_min: 0.0,
                 t_max: rng.in_range(0.0, 3.0) * scale,
             };
-            // One triangle's tree has a box around it alone: only the triangle test matters.
+            // The tree of one triangle has only the box around it, so that only the triangle test
+            // matters.
             let want = (0_u32..)
                 .zip(&alone)
                 .filter_map(|(id, o)| Some((o.closest_hit(&ray, &mut scratch)?.t, id)))
@@ -152,7 +153,7 @@ fn rays_from_one_point_agree_with_rays_alone() {
         let (centre, scale) = PLACES[case % 4];
         let scenes = [200, 30].map(|n| {
             let mesh = soup(&mut rng, n, 0.5, centre, scale);
-            // Without the first triangles.
+            // Build the scene without the first triangles.
             [0, 10, 20].map(|from| Occluders::build(&mesh.positions, &mesh.triangles[from..]))
         });
         let origin = centre + rng.in_cube(1.2) * scale;
@@ -191,7 +192,7 @@ fn a_ray_ends_where_it_says() {
         let size = power(rng.in_range(-3.0, 0.5));
         let mut mesh = soup(&mut rng, 1, size, centre, scale);
         if case % 2 == 0 {
-            // A second triangle far off, which only makes the hierarchy larger.
+            // A second triangle far away only makes the hierarchy larger.
             let far = centre + DVec3::splat(power(rng.in_range(0.0, 3.0)) * scale);
             let other = soup(&mut rng, 1, size, far, scale);
             mesh.triangles.push([3, 4, 5]);
@@ -216,7 +217,7 @@ fn a_ray_ends_where_it_says() {
         let Some(hit) = occluders.closest_hit(&ray, &mut scratch) else {
             continue;
         };
-        // Of slivers, whose corners are rounded at their place, t has no digits to be held to.
+        // Skip slivers whose corners are so rounded at their distance that t has no correct digits.
         if hit.triangle != 0 || !((hit.t * stretch - 1.0).abs() < 1e-6) {
             continue;
         }

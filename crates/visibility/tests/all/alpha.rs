@@ -82,7 +82,7 @@ proptest! {
         let texels = Arc::new(texels(&mut rng));
         let _ = (texels.alpha([v[0], v[1]]), texels.hides([v[2], v[3]]));
         let [a, b, c, d] = ends;
-        // Up to some thousands of texels, so that walking along them takes no end of time.
+        // At most some thousands of texels, so that the walk along them takes little time.
         let uv = [[v[0], v[1]], [v[2], v[3]], [v[4], v[5]]];
         let near = uv.map(|uv| uv.map(|x| if x.abs() > 1e3 { 1e3_f64.copysign(x) } else { x }));
         let finite = near.as_flattened().iter().all(|x| x.is_finite());

@@ -101,7 +101,7 @@ fn gathered_triangles_hide_the_same() {
             }
         }
     }
-    // Lines that are partly hidden, and triangles that were not asked about.
+    // Count lines that are partly hidden, and triangles that were not gathered.
     assert!(partial > 500, "{partial}");
     assert!(
         kept < 0.35 * 8.0 * f64::from(linelit_testkit::cases::cases(240)),
@@ -179,7 +179,7 @@ fn triangles_between_are_those_whose_hull_meets_the_space() {
         outside += mesh.triangles.len() - want.len();
     }
     assert!(inside > 300 && outside > 300, "{inside} {outside}");
-    // Nothing there, a point in the light's plane, and a triangle that touches the light.
+    // No triangle, a point in the light's plane, and a triangle that touches the light.
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let lamp = square.map(|[x, y]| DVec3::new(x, y, 1.0));
     assert!(Occluders::default().between([0.0; 3], &lamp).is_empty());

@@ -153,7 +153,8 @@ fn candidates(seed: u64) {
             let off = (length(&some) - out.fraction(i)).abs();
             assert!(off <= allowed, "case {case} line {i}: {off:e} {allowed:e}");
             if off > 1e-11 {
-                // Whose fault it is, 77 digits know: brute force keeps twelve.
+                // Numbers of 77 digits decide which of the two is off: brute force is right to
+                // twelve digits.
                 let exact = length(&exact::visible(&mesh.positions, &few, point, line));
                 assert!(
                     (length(&some) - exact).abs() <= 1e-12 * ends,
@@ -163,7 +164,7 @@ fn candidates(seed: u64) {
             }
         }
     }
-    // Some thirty are blocked on average: fewer than five are, once in 1e8 seeds.
+    // Some thirty shafts are blocked on average; fewer than five occur once in 1e8 seeds.
     assert!(
         seen.iter().skip(1).all(|&n| n >= 5) && judged > 0,
         "{seen:?} {judged}"
@@ -176,7 +177,7 @@ fn dense_shafts_name_nothing() {
     let mut rng = linelit_testkit::cases::rng(12);
     let mesh = soup(&mut rng, 6000, 0.1, DVec3::ZERO, 1.0);
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
-    // As wide as the soup, whatever the seed.
+    // A light as wide as the set of triangles, for any seed.
     let light =
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 1.5));
     let mut scratch = Scratch::new();

@@ -63,7 +63,7 @@ fn lines_past_bodies_agree_with_brute_force() {
             [0.1, 0.8][case % 2] * scale,
         );
         let lines: Vec<_> = (0..8).map(|_| chord(&mut rng, &light, Some(0.3))).collect();
-        // Some of a body's triangles, which leaves it open.
+        // Exclude some of a body's triangles, so that it is open.
         let first = u32::try_from(rng.index(mesh.triangles.len() - 8)).unwrap();
         let exclude = if case % 2 == 0 {
             first..first + 8
@@ -118,7 +118,7 @@ fn bodies_in_between_hide_everything() {
         let lines: Vec<_> = (0..24)
             .map(|k| chord(&mut rng, &light, (k < 16).then_some(1.0)))
             .collect();
-        // Those that face the point first.
+        // The triangles that face the point come first.
         let old = mesh.clone();
         let faces = |t: &[u32; 3]| {
             let id = old.triangles.iter().position(|o| o == t).unwrap();

@@ -81,7 +81,7 @@ fn rays_together_meet_what_they_meet_alone() {
             0 => closed(&mut rng, 7, 6, 0.6, centre, scale),
             _ => soup(&mut rng, count, size, centre, scale),
         };
-        // The same triangles once more: of equally near ones, the first counts.
+        // The same triangles a second time: among equally near ones, the first counts.
         if rng.index(4) == 0 {
             let again = mesh.triangles.clone();
             mesh.triangles.extend(again);
@@ -89,7 +89,7 @@ fn rays_together_meet_what_they_meet_alone() {
         let sets = on_all_sets(&mesh);
         let far = [0.5, 3.0, 20.0][rng.index(3)];
         let origin = centre + rng.in_cube(far) * scale;
-        // A place in the scene, or a corner, at which several triangles meet.
+        // A point in the scene, or a corner at which several triangles meet.
         let at = match rng.index(3) {
             0 => mesh.corners(rng.index(mesh.triangles.len()))[rng.index(3)],
             _ => centre + rng.in_cube(1.0) * scale,

@@ -76,9 +76,9 @@ fn fans_agree_with_rays_alone() {
         let origin = match rng.index(6) {
             0 => on_triangle(&mut rng, &mesh, triangle),
             1 => on_triangle(&mut rng, &mesh, triangle) + normal * (1e-6 * scale),
-            // In its plane, beside it.
+            // In the triangle's plane, outside of the triangle.
             2 => a + (b - a) * rng.in_range(-3.0, 3.0) + (c - a) * rng.in_range(-3.0, 3.0),
-            // Shares coordinates with it.
+            // With coordinates of the triangle's corners.
             3 => DVec3::new(a.x, b.y, centre.z + rng.in_range(-1.0, 1.0) * scale),
             _ => centre + rng.in_cube(1.3) * scale,
         };
@@ -136,7 +136,7 @@ fn a_fan_begins_and_ends_where_its_rays_do() {
         let Some(hit) = sets[0].closest_hit(&ray, &mut Scratch::new()) else {
             continue;
         };
-        // All meet the plane of the triangle at the same t, but for rounding.
+        // All rays meet the plane of the triangle at the same t, up to rounding.
         let directions: Vec<DVec3> = (0..8)
             .map(|k| {
                 towards + ((b - a) * f64::from(k) + (c - a)) * (1e-3 * u) * f64::from(k.min(1))

@@ -62,7 +62,7 @@ fn world(rng: &mut SplitMix64) -> World {
             mesh.triangle(a, b, c);
         }
     }
-    // Corners without a position are left out: each list has the numbers of the other.
+    // Corners without a position are left out, so that both lists use the same numbers.
     const NONE: [u32; 3] = [u32::MAX; 3];
     let [mut own, mut holed] = [mesh.triangles.clone(), mesh.triangles.clone()];
     own[solid..].fill(NONE);
@@ -148,7 +148,8 @@ fn rays_agree(world: &World, rng: &mut SplitMix64) -> Result<u32, TestCaseError>
         prop_assert_eq!(hit.is_some(), expected.is_some(), "{:?}", ray);
         if let (Some(hit), Some((t, triangle))) = (hit, expected) {
             met += 1;
-            // Sides of at least 1e-9 of their terms: t to some 1e-15 over that.
+            // Signed volumes are at least 1e-9 of their terms, so t is known to some 1e-15 over
+            // that.
             prop_assert!((hit.t - t).abs() < 1e-4 * t.abs().max(1.0), "{} {t}", hit.t);
             prop_assert_eq!(hit.triangle as usize, triangle);
         }

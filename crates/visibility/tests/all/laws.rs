@@ -129,8 +129,8 @@ proptest! {
         for (got, want) in total(&got.1).into_iter().zip(total(&want.1)) {
             prop_assert!((got - want).abs() < 1e-9, "{} {}", got, want);
         }
-        // Another order of lines may take another line's direction for that of all, or walk a
-        // dense shaft in other company: rounding apart.
+        // In another order, another line may determine the common direction, and lines of a dense
+        // shaft share walks with others: results agree up to rounding.
         let reversed: Vec<_> = lines.iter().rev().copied().collect();
         let (_, got) = view(&after, point, &light, &reversed);
         for (got, want) in total(&got).iter().rev().zip(total(&want.1)) {

@@ -22,7 +22,7 @@ fn without_margins_the_side_of_the_lights_plane_decides() {
         let (a, b, step) = (whole(&mut rng), whole(&mut rng), whole(&mut rng));
         let normal = a.cross(b);
         let up = normal.dot(step);
-        // Three vectors in a plane leave no side to choose.
+        // If the three vectors are in one plane, there is no side to move to.
         if up == 0.0 {
             continue;
         }
@@ -39,7 +39,7 @@ fn without_margins_the_side_of_the_lights_plane_decides() {
             place(1.0, 1.0),
             place(0.0, 1.0),
         ];
-        // By the last bit of what stands at the larger origins.
+        // Move by the last bit that coordinates have at the larger origins.
         let move_by = [0.0, 1.0, -1.0][rng.index(3)] * 2f64.powi(-10);
         let around = [(-2.0, -2.0), (5.0, -2.0), (-2.0, 5.0)];
         let corners = around.map(|(i, j)| place(i, j) + step * (move_by * scale));

@@ -39,7 +39,8 @@ fn agree(mesh: &Mesh, size: f64, few: bool, rng: &mut SplitMix64) {
         let lines: Vec<Segment> = (0..6).map(|_| chord(rng, &light, None)).collect();
         let (class, parts) = ask(other, point, (&light, &lines), &NONE, &mut a);
         let (expected, all) = ask(own, point, (&light, &lines), &NONE, &mut b);
-        // Of a triangle beside the shaft, a box may tell, or nothing before its image.
+        // A triangle next to the shaft may be rejected by its box in one tree, and only by its
+        // image in the other.
         if few && class != expected {
             assert!(![class, expected].contains(&ShaftClass::Blocked));
             assert!((0..lines.len()).all(|i| all.line(i) == [Interval::UNIT]));

@@ -16,7 +16,8 @@ fn agree(moved: &Occluders, fresh: &Occluders, rng: &mut SplitMix64) -> Result<(
         let lines: Vec<Segment> = (0..6).map(|_| chord(rng, &light, None)).collect();
         let (class, parts) = ask(moved, point, (&light, &lines), &NONE, &mut a);
         let (expected, all) = ask(fresh, point, (&light, &lines), &NONE, &mut b);
-        // Of a triangle beside the shaft, a box may tell, or nothing before its image.
+        // A triangle next to the shaft may be rejected by its box in one tree, and only by its
+        // image in the other.
         if class != expected {
             prop_assert!(![class, expected].contains(&ShaftClass::Blocked));
             prop_assert!((0..lines.len()).all(|i| all.line(i) == [Interval::UNIT]));

@@ -22,7 +22,8 @@ fn doubles_are_rounded_by_the_extent_of_the_scene_wherever_it_is() {
             [(); 3].map(|()| at + DVec3::from([(); 3].map(|()| rng.in_range(-size, size))));
         let occluders = build(&corners.map(|v| v.to_array()), &[[0, 1, 2]]);
         let moved = occluders.rounding().displacement;
-        // An axis has no middle where it is nearer than four sizes: up to nine units then.
+        // An axis has no middle if the scene is closer to zero than four sizes: coordinates up to
+        // nine units then.
         assert!(
             moved <= 9.0 * size * 2f64.powi(-24),
             "{far} {size}: {moved}"

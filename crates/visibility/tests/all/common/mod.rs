@@ -53,7 +53,8 @@ impl InSpace for SplitMix64 {
         DVec3::from([(); 3].map(|()| self.in_range(-half, half)))
     }
 
-    // Not `unit_vector` and `below`: tests name seeds of what they found.
+    // Not `unit_vector` and `below` of the generator, since tests refer to seeds of what they have
+    // found.
     fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.in_cube(1.0);
