@@ -1,6 +1,6 @@
 //! The visible parts of a line, in two representations with one interface, [`VisibleSet`].
 //!
-//! A line is fully visible at first, as the interval [0, 1]; every occluder clips off a closed
+//! A line is fully visible at first, as the interval [0, 1]; every occluder clips off an
 //! interval. [`IntervalSet`] stores what is left in a sorted list, which is faster for the handful
 //! of pieces that occur in practice; [`IntervalTree`] stores it in a balanced tree that clips in
 //! logarithmic time (Billen & Dutré 2016, section 5.2), for thousands of pieces.

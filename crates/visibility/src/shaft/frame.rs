@@ -33,7 +33,7 @@ pub(crate) struct LightFrame {
     /// The light's corners in (p, q), two for a linear light; the last corner fills the rest.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
-    /// The distances from either end within which a triangle hides nothing.
+    /// How close to either end a triangle hides nothing, as fractions of the way.
     pub(crate) margins: Margins,
     /// The W from which on triangles hide the light ([`Margins::near`]), and its reciprocal.
     pub(crate) near: f64,

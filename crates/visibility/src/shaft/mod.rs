@@ -41,7 +41,8 @@ pub struct ShaftQuery<'a> {
     pub light: LightCorners<'a>,
     /// The light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
-    /// The distances from the point and from the light within which an occluder hides nothing.
+    /// How close to the point and to the light an occluder hides nothing, as fractions of the way
+    /// between the two.
     pub margins: Margins,
 }
 
