@@ -11,8 +11,8 @@ use linelit_geometry::{
 use std::ops::Range;
 
 /// The visible intervals of a line from a point, past all triangles but those in `exclude`.
-/// `margins` say how close to the point and to the line a triangle hides nothing, as fractions of the
-/// way between the two.
+/// `margins` say how close to the point and to the line a triangle hides nothing, as fractions of
+/// the way between the two.
 #[must_use]
 pub fn visible(
     positions: &[[f32; 3]],
