@@ -1,6 +1,8 @@
-//! Numbers of about 31 digits, for the compiler, which computes the tables.
+//! Double-double arithmetic of about 31 digits that the compiler can evaluate: it computes the
+//! tables of [`power`](crate::power).
 
-/// A number high + low, whose second part is below half a unit of the first's last digit.
+/// A number high + low, where the low part is at most half a unit in the last digit of the high
+/// part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wide {
     pub(crate) high: f64,
@@ -9,7 +11,7 @@ pub(crate) struct Wide {
 
 impl Wide {
     const ONE: Self = Self::from(1.0);
-    /// ln 2.
+    /// The natural logarithm of 2.
     pub(crate) const LN_2: Self = Self {
         high: std::f64::consts::LN_2,
         low: 2.319_046_813_846_299_6e-17,
@@ -19,7 +21,7 @@ impl Wide {
         Self { high, low: 0.0 }
     }
 
-    /// a + b exactly.
+    /// The sum a + b, exactly.
     const fn sum(a: f64, b: f64) -> Self {
         let high = a + b;
         let shadow = high - a;
@@ -27,7 +29,7 @@ impl Wide {
         Self { high, low }
     }
 
-    /// a · b exactly, by halves of 26 bits.
+    /// The product a · b, exactly, by splitting both into halves of 26 bits.
     const fn product(a: f64, b: f64) -> Self {
         const fn halves(a: f64) -> [f64; 2] {
             let scaled = 134_217_729.0 * a;
@@ -51,29 +53,31 @@ impl Wide {
         Self::sum(product.high, product.low + low)
     }
 
-    /// The number times one of a few digits.
+    /// The number times a factor of a few digits.
     pub(crate) const fn times(self, factor: f64) -> Self {
         self.mul(Self::from(factor))
     }
 
+    /// The number divided by a divisor.
     const fn over(self, divisor: f64) -> Self {
         let first = self.high / divisor;
         let rest = self.add(Self::product(-first, divisor));
         Self::sum(first, rest.high / divisor)
     }
 
-    /// e to this power, for powers in [0, 1): Taylor.
+    /// The exponential for numbers in [0, 1), by its Taylor series.
     pub(crate) const fn exp(self) -> Self {
         let (mut sum, mut k) = (Self::ONE, 30.0);
         while k >= 1.0 {
-            // Horner: 1 + x/k (1 + x/(k + 1) (…)).
+            // Horner's scheme: 1 + x/k (1 + x/(k + 1) (…)).
             sum = Self::ONE.add(self.mul(sum).over(k));
             k -= 1.0;
         }
         sum
     }
 
-    /// ln v for v in [0.7, 1.5]: 2 atanh((v − 1)/(v + 1)), where both sums are exact.
+    /// The logarithm of v in [0.7, 1.5], as 2 atanh((v − 1)/(v + 1)), where v − 1 and v + 1 are
+    /// exact.
     pub(crate) const fn ln(v: f64) -> Self {
         let q = Self::from(v - 1.0).over(v + 1.0);
         let square = q.mul(q);
@@ -85,15 +89,15 @@ impl Wide {
         q.mul(sum).times(2.0)
     }
 
-    /// The multiple of 2⁻⁴² next to a number below 2⁹: such numbers can be added, and multiplied by
-    /// whole numbers, without error.
+    /// The nearest multiple of 2⁻⁴² to a number below 2⁹. Such numbers can be added, and multiplied
+    /// by integers, without rounding.
     pub(crate) const fn in_few_digits(self) -> f64 {
-        // 1.5·2¹⁰ has units of 2⁻⁴² as its last digit.
+        // The last digit of 1.5·2¹⁰ is 2⁻⁴², so adding and subtracting it rounds to that.
         const SHIFT: f64 = 1536.0;
         (self.high + SHIFT) - SHIFT
     }
 
-    /// Returns the rest of the number without these digits.
+    /// Returns the number minus these digits.
     pub(crate) const fn without(self, digits: f64) -> f64 {
         let rest = Self::sum(self.high, -digits);
         rest.high + (rest.low + self.low)

@@ -9,7 +9,7 @@ mod power;
 
 pub use power::{exp, ln, pow};
 
-/// sin x of an angle in radians; NaN for ±∞.
+/// The sine of an angle in radians; NaN for ±∞.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 ///
@@ -22,7 +22,7 @@ pub fn sin(x: f64) -> f64 {
     libm::sin(x)
 }
 
-/// cos x of an angle in radians; NaN for ±∞.
+/// The cosine of an angle in radians; NaN for ±∞.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -31,7 +31,8 @@ pub fn cos(x: f64) -> f64 {
     libm::cos(x)
 }
 
-/// sin x and cos x of an angle in radians, the bits of [`sin`] and [`cos`]; NaN for ±∞.
+/// The sine and the cosine of an angle in radians, with the bits of [`sin`] and [`cos`]; NaN for
+/// ±∞.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -40,7 +41,7 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
-/// tan x of an angle in radians; NaN for ±∞.
+/// The tangent of an angle in radians; NaN for ±∞.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -49,7 +50,7 @@ pub fn tan(x: f64) -> f64 {
     libm::tan(x)
 }
 
-/// The angle in radians, in [−π/2, π/2], whose sine is x; NaN beyond [−1, 1].
+/// The arc sine: the angle in radians, in [−π/2, π/2], whose sine is x; NaN outside of [−1, 1].
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -58,7 +59,7 @@ pub fn asin(x: f64) -> f64 {
     libm::asin(x)
 }
 
-/// The angle in radians, in [0, π], whose cosine is x; NaN beyond [−1, 1].
+/// The arc cosine: the angle in radians, in [0, π], whose cosine is x; NaN outside of [−1, 1].
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -67,7 +68,7 @@ pub fn acos(x: f64) -> f64 {
     libm::acos(x)
 }
 
-/// The angle in radians, in [−π/2, π/2], whose tangent is x.
+/// The arc tangent: the angle in radians, in [−π/2, π/2], whose tangent is x.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -76,8 +77,8 @@ pub fn atan(x: f64) -> f64 {
     libm::atan(x)
 }
 
-/// The angle in radians, in [−π, π], of the point (x, y) about the origin, measured from the x
-/// axis; its sign is that of y, of zeros, too.
+/// The polar angle in radians, in [−π, π], of the point (x, y), measured from the x axis. Its sign
+/// is the sign of y, also for zeros.
 ///
 /// **Error**: 1.5 ulp. **Source**: libm.
 #[must_use]
@@ -86,7 +87,7 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
-/// e^x − 1, relatively accurate for small x.
+/// e^x − 1, accurate relative to the result even for small x.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -95,7 +96,7 @@ pub fn exp_m1(x: f64) -> f64 {
     libm::expm1(x)
 }
 
-/// 2^x; exact for whole x.
+/// 2^x, the power of two; exact for integers x.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -104,7 +105,7 @@ pub fn exp2(x: f64) -> f64 {
     libm::exp2(x)
 }
 
-/// ln(1 + x), relatively accurate for small x; NaN below −1.
+/// ln(1 + x), accurate relative to the result even for small x; NaN below −1.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -113,7 +114,7 @@ pub fn ln_1p(x: f64) -> f64 {
     libm::log1p(x)
 }
 
-/// The logarithm to the base 2: NaN below zero, −∞ at it.
+/// The logarithm to base 2; NaN for negative numbers, −∞ for zero.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -122,7 +123,7 @@ pub fn log2(x: f64) -> f64 {
     libm::log2(x)
 }
 
-/// The logarithm to the base 10: NaN below zero, −∞ at it.
+/// The logarithm to base 10; NaN for negative numbers, −∞ for zero.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -131,7 +132,8 @@ pub fn log10(x: f64) -> f64 {
     libm::log10(x)
 }
 
-/// The number whose hyperbolic tangent is x; NaN beyond [−1, 1].
+/// The inverse hyperbolic tangent: the number whose hyperbolic tangent is x; NaN outside of [−1,
+/// 1].
 ///
 /// **Error**: 2 ulp. **Source**: libm.
 #[must_use]
@@ -140,7 +142,7 @@ pub fn atanh(x: f64) -> f64 {
     libm::atanh(x)
 }
 
-/// The cube root, of negative numbers, too.
+/// The cube root, also of negative numbers.
 ///
 /// **Error**: half an ulp: correctly rounded. **Source**: libm.
 #[must_use]
@@ -149,7 +151,7 @@ pub fn cbrt(x: f64) -> f64 {
     libm::cbrt(x)
 }
 
-/// √(x² + y²) without over- or underflow of the squares.
+/// √(x² + y²), without overflow or underflow of the squares.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]

@@ -1,58 +1,66 @@
-//! The lines of a polygon as they are seen from next to its plane.
+//! Line samples of a polygon for a shading point that is close to the polygon's plane, where the
+//! ordinary [`ParallelLines`] lose their digits.
 
 use crate::double::{self, Double, Doubles};
 use crate::parallel_lines::ParallelLines;
 use crate::{ConvexPolygon, DVec2, DVec3, PlaneFrame, predicates};
 
-/// Corners: what [`ParallelLines`] has room for.
+/// The largest number of corners: the capacity of [`ParallelLines`].
 const CAPACITY: usize = ConvexPolygon::CAPACITY;
 
-/// The factor by which both ends of an edge must be farther from the foot than the edge is for its
-/// nearest point to become a corner: two ends this far give the edge's distance to four bits less.
+/// The nearest point of an edge becomes a corner if both ends of the edge are farther from the foot
+/// than that point by this factor: from two ends this far, the distance of the edge loses at most
+/// four bits.
 const NEAR_EDGE: f64 = 16.0;
 
-/// The lines of the part of a polygon above a horizon, for a point so near to the polygon's plane
-/// that the distance of an edge from the point's foot would be lost in the rounding of its ends.
+/// The lines of the part of a polygon above a horizon, for a point so close to the polygon's plane
+/// that the distance of an edge from the point's foot would be lost in the rounding of the edge's
+/// ends.
 ///
-/// Coordinates begin at the point of that part nearest to the foot, the foot itself where it is
-/// inside, and there are knots at its offset and where an edge or the horizon passes it closely:
-/// each line and each step from one to the next is known to a few ε of its distance from there,
-/// instead of ε of the light's size. All of it is computed in twice the working precision from the
-/// vertices as they are given.
+/// The origin of coordinates is the point of that part which is nearest to the foot, or the foot
+/// itself if it is inside. There are additional knots at the foot's offset and where an edge or the
+/// horizon passes the foot closely. So each line, and each step from one line to the next, is known
+/// to a few ε of its distance from there, instead of ε of the light's size. Everything is computed
+/// in twice the working precision from the vertices as they are given.
 #[derive(Clone, Copy, Debug)]
 pub struct CloseLines {
     /// The lines; their knots are the offsets of the vertices, of the foot and of the nearest
     /// points of edges.
     pub lines: ParallelLines,
-    /// The foot of the point in line coordinates (offset u, place v along the line).
+    /// The foot of the point in line coordinates (offset u, position v along the line).
     pub foot: (f64, f64),
-    /// Height of the plane over the point, along the polygon's normal.
+    /// The height of the plane over the point, along the polygon's normal.
     pub height: f64,
 }
 
 impl CloseLines {
-    /// The lines at `angle_rad` radians from the polygon's first edge, counter-clockwise about the
-    /// normal, of the part with `(p − x)·normal ≥ 0`; `None` where nothing is left, and where
-    /// the angle or the distance is no number.
+    /// Creates the lines at `angle_rad` radians from the polygon's first edge, counter-clockwise
+    /// about the normal, of the part with `(p − x)·normal ≥ 0`; `None` if that part is empty, or if
+    /// the angle or a distance is not finite.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3, normal: DVec3) -> Option<Self> {
         if !angle_rad.is_finite() {
             return None;
         }
-        // The polygon's own normal is rounded to the precision of its construction.
+        // Compute the normal again in twice the precision, since the polygon's own is only as
+        // precise as its construction.
         let frame = polygon.plane_frame();
         let area = area_vector(polygon);
         let along_normal = double::rounded(area);
         let axis = predicates::normalize(along_normal)?;
         let frame = PlaneFrame::new(frame.origin, axis, frame.axes.x).turned(angle_rad);
+        // Find the corners of the part above the horizon, and add the nearest points of edges that
+        // pass the foot.
         let mut corners = Corners::above(polygon, &frame, x, normal);
         let nearest = corners.nearest_point()?;
         corners.push_nearest_points();
+        // Move the origin to the point nearest to the foot, and round.
         let (mut plane, mut offsets) = ([DVec2::ZERO; CAPACITY], [0.0; CAPACITY]);
         for ((q, o), p) in plane.iter_mut().zip(&mut offsets).zip(corners.all()) {
             let [v, u] = double::minus(*p, nearest).map(Double::hi);
             (*q, *o) = (DVec2::new(v, u), u);
         }
+        // Add a knot at the foot's offset, if it is inside the range.
         let [v, u] = nearest.map(Double::hi);
         let mut knots = corners.count;
         let used = &plane[..corners.count];
@@ -63,7 +71,8 @@ impl CloseLines {
         }
         let to_plane = double::dot(area, double::difference(frame.origin, x)).hi();
         let height = to_plane / predicates::length(along_normal);
-        // From the foot or the light's first vertex, whichever is nearer: each step is rounded.
+        // Place the frame from the foot or from the light's first vertex, whichever is nearer,
+        // since each step is rounded.
         let first = double::minus(nearest, Corners::coordinates(&frame, frame.origin, x));
         let first = DVec2::new(first[0].hi(), first[1].hi());
         let (base, step) = if v * v + u * u < first.length_squared() {
@@ -86,7 +95,7 @@ impl CloseLines {
     }
 }
 
-/// Twice the area along the normal.
+/// Twice the polygon's area as a vector along the normal.
 fn area_vector(polygon: &ConvexPolygon) -> Doubles<3> {
     let vertices = polygon.vertices();
     let edge = |p: DVec3| double::difference(p, vertices[0]);
@@ -95,7 +104,8 @@ fn area_vector(polygon: &ConvexPolygon) -> Doubles<3> {
     })
 }
 
-/// Corners of a convex polygon, counter-clockwise, relative to the foot: (along, across).
+/// The corners of a convex polygon, counter-clockwise, as coordinates (along, across) relative to
+/// the foot.
 struct Corners {
     points: [Doubles<2>; CAPACITY],
     count: usize,
@@ -111,7 +121,7 @@ impl Corners {
         &self.points[..self.count]
     }
 
-    /// Corners beyond [`CAPACITY`] are dropped, as [`ConvexPolygon::clip`] does.
+    /// Adds a corner. Corners beyond [`CAPACITY`] are dropped, as in [`ConvexPolygon::clip`].
     fn push(&mut self, p: Doubles<2>) {
         if self.count < CAPACITY {
             self.points[self.count] = p;
@@ -119,13 +129,13 @@ impl Corners {
         }
     }
 
-    /// A point of the plane relative to the foot of x.
+    /// The coordinates of a point of the plane relative to the foot of x.
     fn coordinates(frame: &PlaneFrame, p: DVec3, x: DVec3) -> Doubles<2> {
         let p = double::difference(p, x);
         [frame.axes.x, frame.axes.y].map(|a| double::dot(double::vector(a), p))
     }
 
-    /// The part of a polygon with `(p − x)·normal ≥ 0`.
+    /// The corners of the part of a polygon with `(p − x)·normal ≥ 0`.
     fn above(polygon: &ConvexPolygon, frame: &PlaneFrame, x: DVec3, normal: DVec3) -> Self {
         let normal = double::vector(normal);
         let place = |p: DVec3| {
@@ -147,13 +157,14 @@ impl Corners {
         out
     }
 
-    /// Each corner with the next one.
+    /// The ends of each edge.
     fn edges(&self) -> impl Iterator<Item = (Doubles<2>, Doubles<2>)> + '_ {
         let next = self.all().iter().cycle().skip(1);
         self.all().iter().copied().zip(next.copied())
     }
 
-    /// The point nearest to the foot; `None` of fewer than three corners.
+    /// The point nearest to the foot, or the foot if it is inside; `None` if there are fewer than
+    /// three corners.
     fn nearest_point(&self) -> Option<Doubles<2>> {
         if self.count < 3 {
             return None;
@@ -167,11 +178,11 @@ impl Corners {
             .min_by(|p, q| distance(p).total_cmp(&distance(q)))
     }
 
-    /// Makes corners of the nearest points of edges that pass the foot closely.
+    /// Inserts the nearest points of edges that pass the foot closely as corners.
     fn push_nearest_points(&mut self) {
         let square = |p: Doubles<2>| double::dot(p, p).hi();
         let mut out = Self::NONE;
-        // One more knot is that of the foot.
+        // One more knot is reserved for the foot.
         let mut room = (CAPACITY - 1).saturating_sub(self.count);
         for (a, b) in self.edges() {
             out.push(a);
@@ -187,7 +198,7 @@ impl Corners {
     }
 }
 
-/// The point of the edge from a to b nearest to the foot, where that is neither end.
+/// The point of the edge from a to b that is nearest to the foot, unless it is an end.
 fn nearest_of_edge(a: Doubles<2>, b: Doubles<2>) -> Option<Doubles<2>> {
     let edge = double::minus(b, a);
     let t = -(double::dot(a, edge) / double::dot(edge, edge));

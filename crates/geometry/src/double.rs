@@ -1,4 +1,5 @@
-//! Double-double numbers, for what `f64` does not resolve: unevaluated sums of two, 31 digits.
+//! Double-double numbers, for computations in which `f64` loses too many digits: unevaluated sums
+//! of two `f64`, with 31 digits.
 //!
 //! ```
 //! use linelit_geometry::double::{Double, cross_of, dot, vector};
@@ -15,7 +16,8 @@ use crate::DVec3;
 use crate::predicates::{two_product, two_sum};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number hi + lo, |lo| ≤ ε|hi|: sums, products and ratios to 4 ε² ≈ 2e-31 of their terms.
+/// A number hi + lo with |lo| ≤ ε|hi|. Sums, products and ratios have errors of 4 ε² ≈ 2e-31 of
+/// their terms.
 ///
 /// **Domain**: that of [`two_product`]. **Source**: Hida, Li & Bailey 2001.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +29,7 @@ pub struct Double {
 impl Double {
     pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 
-    /// a · b exactly.
+    /// The product a · b, exactly.
     #[inline]
     #[must_use]
     pub fn product(a: f64, b: f64) -> Self {
@@ -35,7 +37,7 @@ impl Double {
         Self { hi, lo }
     }
 
-    /// a − b exactly.
+    /// The difference a − b, exactly.
     #[inline]
     #[must_use]
     pub fn difference(a: f64, b: f64) -> Self {
@@ -43,7 +45,7 @@ impl Double {
         Self { hi, lo }
     }
 
-    /// a·b − c·d, to 2 ε² of its terms.
+    /// a·b − c·d, with an error of 2 ε² of its terms.
     #[inline]
     #[must_use]
     pub fn diff_of_products(a: f64, b: f64, c: f64, d: f64) -> Self {
@@ -61,7 +63,7 @@ impl Double {
         self.hi
     }
 
-    /// Returns the low part, which is the rounding error of the high one.
+    /// The low part: what the high part lacks of the number.
     #[inline]
     #[must_use]
     pub const fn lo(self) -> f64 {
@@ -131,28 +133,28 @@ impl Div for Double {
 /// A point or vector of double-double coordinates, in the plane (N = 2) or in space.
 pub type Doubles<const N: usize> = [Double; N];
 
-/// Returns a vector with the same components.
+/// Converts a vector of `f64`, exactly.
 #[inline]
 #[must_use]
 pub fn vector(v: DVec3) -> Doubles<3> {
     v.to_array().map(Double::from)
 }
 
-/// The vector rounded to `f64`.
+/// Rounds a vector to `f64`.
 #[inline]
 #[must_use]
 pub fn rounded(v: Doubles<3>) -> DVec3 {
     v.map(Double::hi).into()
 }
 
-/// p − q exactly.
+/// The difference p − q, exactly.
 #[inline]
 #[must_use]
 pub fn difference(p: DVec3, q: DVec3) -> Doubles<3> {
     [0, 1, 2].map(|k| Double::difference(p[k], q[k]))
 }
 
-/// a · b of two vectors of `f64`, to 10 ε² of its terms.
+/// The dot product of two vectors of `f64`, with an error of 10 ε² of its terms.
 #[inline]
 #[must_use]
 pub fn dot_of(a: DVec3, b: DVec3) -> Double {
@@ -165,7 +167,7 @@ pub fn dot_of(a: DVec3, b: DVec3) -> Double {
     Double { hi, lo }
 }
 
-/// a × b of two vectors of `f64`, to 2 ε² of its terms.
+/// The cross product of two vectors of `f64`, with an error of 2 ε² of its terms.
 #[inline]
 #[must_use]
 pub fn cross_of(a: DVec3, b: DVec3) -> Doubles<3> {
@@ -176,31 +178,31 @@ pub fn cross_of(a: DVec3, b: DVec3) -> Doubles<3> {
     ]
 }
 
-/// a · b.
+/// The dot product of two vectors.
 #[inline]
 #[must_use]
 pub fn dot<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Double {
     (0..N).fold(Double::ZERO, |sum, k| sum + a[k] * b[k])
 }
 
-/// a × b.
+/// The cross product of two vectors.
 #[inline]
 #[must_use]
 pub fn cross(a: Doubles<3>, b: Doubles<3>) -> Doubles<3> {
     [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
 }
 
-/// a + b t.
+/// a + b t, for vectors a and b.
 pub(crate) fn along<const N: usize>(a: Doubles<N>, b: Doubles<N>, t: Double) -> Doubles<N> {
     std::array::from_fn(|k| a[k] + b[k] * t)
 }
 
-/// a − b.
+/// a − b, for vectors.
 pub(crate) fn minus<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Doubles<N> {
     std::array::from_fn(|k| a[k] - b[k])
 }
 
-/// The third component of a × b.
+/// The third component of the cross product of two vectors in the plane.
 pub(crate) fn turn(a: Doubles<2>, b: Doubles<2>) -> Double {
     a[0] * b[1] - a[1] * b[0]
 }

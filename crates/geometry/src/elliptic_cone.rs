@@ -1,30 +1,32 @@
-//! Elliptic cones: how disks are seen, as they are and under linear maps.
+//! Elliptic cones: the directions in which a disk is seen from a point, directly or under a linear
+//! map.
 
 use crate::{DVec3, Frame, predicates};
 use linelit_elementary::hypot;
 
-/// The most steps towards the cone's eigenvalue: Newton's iteration comes from below, and each step
-/// takes a third of the way at least.
+/// The largest number of Newton steps towards the cone's eigenvalue. The iteration approaches it
+/// from below, and each step covers at least a third of the remaining distance.
 const STEPS: usize = 100;
 
-/// A cone of directions from the origin over an ellipse, by its axes.
+/// A cone of directions from the origin over an ellipse, given by its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EllipticCone {
-    /// Unit vectors along the wider half angle, along the narrower, and the cone's own axis;
-    /// orthogonal, right-handed.
+    /// Unit vectors along the wider half angle, along the narrower one, and along the cone's axis;
+    /// orthogonal and right-handed.
     pub axes: [DVec3; 3],
-    /// Tangents of the half angles, the wider first.
+    /// The tangents of the half angles; the wider comes first.
     pub tan: [f64; 2],
 }
 
 impl EllipticCone {
-    /// The cone over the ellipse c + u cos t + v sin t, from the origin; `None` if the origin is in
-    /// the ellipse's plane, u and v are parallel, or products of six lengths overflow.
+    /// Creates the cone from the origin over the ellipse c + u cos t + v sin t; `None` if the
+    /// origin is in the ellipse's plane, u and v are parallel, or products of six lengths overflow.
     ///
-    /// **Formula**: of P = uuᵀ + vvᵀ − ccᵀ, the one negative eigenvalue −μ belongs to the axis; the
-    /// squares of the tangents are the other two over μ. The smaller tangent follows from
-    /// det P = −det(u, v, c)². **Error**: a few ε times the squares of the ratios of the lengths of
-    /// c, u and v, in the axes; small ellipses far away lose nothing in the tangents.
+    /// **Formula**: the matrix P = uuᵀ + vvᵀ − ccᵀ has one negative eigenvalue −μ, which belongs to
+    /// the axis; the squares of the tangents are the other two eigenvalues over μ. The smaller
+    /// tangent follows from det P = −det(u, v, c)². **Error**: in the axes, a few ε times the
+    /// squares of the ratios of the lengths of c, u and v; the tangents of small ellipses far away
+    /// lose no digits.
     ///
     /// ```
     /// use linelit_geometry::{DVec3, EllipticCone};
@@ -37,13 +39,14 @@ impl EllipticCone {
     pub fn over(c: DVec3, u: DVec3, v: DVec3) -> Option<Self> {
         let (across, [cc, uu, vv]) = (u.cross(v), [c, u, v].map(DVec3::length_squared));
         let determinant = c.dot(across);
-        // The characteristic polynomial ((x − trace) x + minors) x + det².
+        // Compute the characteristic polynomial ((x − trace) x + minors) x + det².
         let (trace, square) = (uu + vv - cc, determinant * determinant);
         let minors = [u.cross(c), v.cross(c)].map(DVec3::length_squared);
         let minors = across.length_squared() - minors[0] - minors[1];
         if !(square > 0.0 && square.is_finite()) {
             return None;
         }
+        // Find the negative eigenvalue by Newton's iteration from below.
         let mut low = -cc;
         for _ in 0..STEPS {
             let value = ((low - trace) * low + minors) * low + square;
@@ -55,7 +58,7 @@ impl EllipticCone {
             low = next;
         }
         let mu = -low;
-        // P + μ has rank two; what it takes to zero is the axis.
+        // Find the axis: P + μ has rank two, and maps the axis to zero.
         let row = |k: usize| u * u[k] + v * v[k] - c * c[k] + DVec3::AXES[k] * mu;
         let [x, y, z] = [0, 1, 2].map(row);
         let normals = [x.cross(y), y.cross(z), z.cross(x)];
@@ -68,7 +71,7 @@ impl EllipticCone {
         };
         let axis = predicates::normalize(normals.into_iter().fold(DVec3::ZERO, longer))?;
         let axis = if axis.dot(c) < 0.0 { -axis } else { axis };
-        // P across the axis.
+        // Diagonalize P in the plane across the axis.
         let frame = Frame::from_normal(axis);
         let [e, f] = [frame.x, frame.y];
         let part =
@@ -90,7 +93,7 @@ impl EllipticCone {
         let usable = mu > 0.0 && tan.iter().all(|t| *t > 0.0 && t.is_finite());
         usable.then(|| Self {
             axes: [first, axis.cross(first), axis],
-            // They may have crossed by rounding.
+            // Rounding may have exchanged their order.
             tan: [tan[0], tan[1].min(tan[0])],
         })
     }
@@ -101,7 +104,7 @@ mod tests {
     use super::EllipticCone;
     use crate::DVec3;
 
-    /// All of the ellipse is on the cone, whatever its size and place.
+    /// The whole ellipse is on the cone, for any size and position of it.
     #[test]
     fn the_ellipse_is_on_its_cone() {
         let c = DVec3::new(0.3, -0.4, 1.2);
@@ -135,7 +138,7 @@ mod tests {
         }
     }
 
-    /// Axes that make no cone are refused.
+    /// Ellipses that have no cone are refused.
     #[test]
     fn flat_cones_are_none() {
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);

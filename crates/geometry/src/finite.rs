@@ -1,12 +1,12 @@
-//! What must be finite and in range, whatever rounding, overflow and input that is no number left.
+//! Limits for numbers that must be finite and in range, no matter what rounding, overflow or NaN in
+//! the input have made of them.
 
 use crate::DVec3;
 
-/// The largest `f64` below one, where random numbers end.
+/// The largest `f64` below one, the upper limit of random numbers.
 pub const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Nothing below zero, nothing infinite, no NaN: zero for what is negative or no number, the
-/// largest `f64` for what is above.
+/// Limits a number to [0, largest `f64`]; NaN becomes zero.
 ///
 /// ```
 /// use linelit_geometry::finite::nonnegative;
@@ -23,7 +23,7 @@ pub fn nonnegative(value: f64) -> f64 {
     value.max(0.0).min(f64::MAX)
 }
 
-/// [`nonnegative`] by component, as light in three channels has to be.
+/// Applies [`nonnegative`] to each component, as for light in three channels.
 #[inline(always)]
 #[must_use]
 pub fn nonnegative_vector(value: DVec3) -> DVec3 {
@@ -34,7 +34,7 @@ pub fn nonnegative_vector(value: DVec3) -> DVec3 {
     )
 }
 
-/// The nearest number in [0, 1], NaN becoming 0.
+/// Limits a number to [0, 1]; NaN becomes 0.
 ///
 /// ```
 /// use linelit_geometry::finite::fraction;
@@ -47,7 +47,7 @@ pub fn fraction(value: f64) -> f64 {
     if value < 1.0 { value } else { 1.0 }
 }
 
-/// The nearest number in [0, 1), NaN becoming 0: for random numbers that an inversion gives back.
+/// Limits a number to [0, 1); NaN becomes 0. For random numbers that are recovered by an inversion.
 ///
 /// ```
 /// use linelit_geometry::finite::{BELOW_ONE, below_one};
@@ -60,8 +60,9 @@ pub fn below_one(value: f64) -> f64 {
     if value < BELOW_ONE { value } else { BELOW_ONE }
 }
 
-/// A power of two that takes a number > 0 to [1, 2), or as far as 2^±1000 does: a factor that
-/// changes no bit of what does not depend on scale, so that squares and products are numbers.
+/// The power of two by which a positive number has to be multiplied to be in [1, 2), limited to
+/// 2^±1000. Scaling by it changes no bits of results that do not depend on scale, and keeps squares
+/// and products from overflow and underflow.
 ///
 /// ```
 /// use linelit_geometry::finite::power_of_two_over;

@@ -1,23 +1,24 @@
-//! Orthonormal frames.
+//! Orthonormal frames around a direction, and transformation to and from their coordinates.
 
 use crate::{DVec3, predicates};
 
 /// A right-handed orthonormal frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// First tangent.
+    /// The first tangent.
     pub x: DVec3,
-    /// Second tangent, `z × x`.
+    /// The second tangent, `z × x`.
     pub y: DVec3,
-    /// The axis the frame was built around.
+    /// The axis around which the frame was built.
     pub z: DVec3,
 }
 
 impl Frame {
-    /// A frame around the unit vector `z`; continuous but for the plane z = 0.
+    /// Creates a frame around the unit vector `z`. It is a continuous function of `z` except at z.z
+    /// = 0.
     ///
-    /// **Error**: orthonormal to 4 ε. **Source**: Duff et al. 2017, "Building an Orthonormal
-    /// Basis, Revisited".
+    /// **Error**: orthonormal to 4 ε. **Source**: Duff et al. 2017, "Building an Orthonormal Basis,
+    /// Revisited".
     #[must_use]
     pub fn from_normal(z: DVec3) -> Self {
         let sign = 1.0f64.copysign(z.z);
@@ -30,23 +31,25 @@ impl Frame {
         }
     }
 
-    /// A frame around `z` whose x axis lies as near to `x` as it can: both need not be unit. Where
-    /// `x` is parallel to `z`, zero or not finite, [`Frame::from_normal`] serves; the frame is the
-    /// world's where `z` is zero or not finite.
+    /// Creates a frame around `z` whose x axis is as close to `x` as possible; neither has to be a
+    /// unit vector. If `x` is parallel to `z`, zero or not finite, the frame is that of
+    /// [`Frame::from_normal`]; if `z` is zero or not finite, `z` is replaced by the world's z axis.
     ///
-    /// **Error**: orthonormal to 1e-12, and to 16 ε but for 1e-3 < angle < 1e-1 between `z` and
-    /// `x`.
+    /// **Error**: orthonormal to 1e-12, and to 16 ε unless the angle between `z` and `x` is between
+    /// 1e-3 and 1e-1.
     #[must_use]
     pub fn from_normal_and_tangent(z: DVec3, x: DVec3) -> Self {
         let z = predicates::normalize(z).unwrap_or(DVec3::Z);
         let plain = z.cross(x);
-        // An angle of 2⁻¹⁰ leaves the plain product 43 good bits; below, and for what is so small
-        // or large that its own bits are gone, it is formed from exact products of unit vectors.
+        // At an angle of 2⁻¹⁰, the plain product has 43 correct bits. For smaller angles, and for
+        // vectors so short or long that it loses its digits, it is computed from exact products of
+        // unit vectors.
         let y = if plain.length_squared() > 1e-6 * x.length_squared() && x.length_squared() > 1e-270
         {
             plain
         } else {
-            // Vectors shorter than 1e-130 have lost digits to underflow: as good as parallel.
+            // Products shorter than 1e-130 have lost digits to underflow, so the vectors count as
+            // parallel.
             predicates::normalize(x)
                 .map(|x| predicates::cross(z, x))
                 .filter(|y| y.length_squared() > 1e-260)
@@ -62,14 +65,14 @@ impl Frame {
         }
     }
 
-    /// World to local coordinates of a direction.
+    /// Transforms a direction from world to local coordinates.
     #[inline]
     #[must_use]
     pub fn to_local(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
-    /// Local to world coordinates of a direction.
+    /// Transforms a direction from local to world coordinates.
     #[inline]
     #[must_use]
     pub fn to_world(&self, v: DVec3) -> DVec3 {

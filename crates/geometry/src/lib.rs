@@ -1,14 +1,14 @@
-//! Frames, segments, convex polygons, shadow triangles and interval sets: the geometry under
-//! line-sampled direct illumination.
+//! The geometry of line-sampled direct illumination: frames, segments, convex polygons, shadow
+//! triangles and interval sets.
 //!
 //! A *line sample* is a segment on a light. The triangle between it and the shading point is its
 //! *shadow triangle*; whatever cuts the shadow triangle blocks a part of the line. This crate
-//! parametrises the lines of a light ([`ParallelLines`]), finds which part one occluding triangle
-//! blocks ([`ShadowTriangle`]) and keeps the parts that stay visible ([`intervals`]).
+//! parametrises the lines of a light ([`ParallelLines`]), finds the part that one occluding
+//! triangle blocks ([`ShadowTriangle`]), and stores the parts that stay visible ([`intervals`]).
 //!
-//! Everything is `f64`, does no I/O, allocates only where the documentation says so, and cannot
-//! fail on degenerate input: that yields an empty set or `None`. Lengths are in scene units,
-//! angles in radians. Constructors take anyone's vectors ([`Vector3`]).
+//! Everything is computed in `f64`. Nothing here does I/O, allocates except where the documentation
+//! says so, or fails on degenerate input: that gives an empty set or `None`. Lengths are in scene
+//! units, angles in radians. Constructors take vectors of any library ([`Vector3`]).
 //!
 //! ```
 //! use linelit_geometry::{
@@ -42,7 +42,7 @@
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
-// Macros are not looked at: of `stop`, which has a thread-local, clippy would see no exception.
+// Clippy does not look into macros, and would not see the exception for the thread-local of `stop`.
 #![cfg_attr(not(test), warn(clippy::disallowed_types))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
@@ -77,7 +77,7 @@ pub use single::{Rounding, origin_of_box};
 pub use triangle::Triangle;
 pub use vector::{Vector3, vector};
 
-/// The README's example is a test.
+/// Makes the README's example a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,18 +1,30 @@
-//! The lines of a polygon: Billen & Dutré's parametrisation (section 4, Fig. 1).
+//! [`ParallelLines`]: the line samples of a polygon in one direction, by Billen & Dutré's
+//! parametrisation (section 4, Fig. 1).
 
 use crate::{ConvexPolygon, DVec2, DVec3, PlaneFrame, Segment};
 
-/// Knots: at most one per vertex.
+/// The largest number of knots: at most one for each vertex.
 const CAPACITY: usize = ConvexPolygon::CAPACITY;
 
-/// All the segments in which lines of one direction cut a convex polygon.
+/// All segments in which lines of one direction cut a convex polygon, parametrised by their offset.
 ///
-/// Lines run along [`ParallelLines::direction`]; the offset u is measured along
+/// ```text
+///     u ▲
+///       │ ·····┌────┐········  knots: the offsets of the vertices
+///       │     ╱──────╲         a line: the segment between its lower and its upper end
+///       │ ···<········>·······
+///       │     ╲      ╱
+///       │ ·····└────┘········
+///       └────────────────────► v
+/// ```
+///
+/// Lines run along [`ParallelLines::direction`]. The offset u is measured along
 /// [`ParallelLines::across`], in scene units, and covers [`ParallelLines::range`]. Between two
 /// neighbouring knots (the offsets of the vertices) the polygon is a trapezoid: both ends of the
-/// segment are linear in u, and so is the length l(u). ∫ l(u) du over the range is the area.
+/// segment are linear in u, and so is its length l(u). ∫ l(u) du over the range is the polygon's
+/// area.
 ///
-/// **Source**: Billen & Dutré 2016, section 4, eqs. 3–5, for any convex planar light.
+/// **Source**: Billen & Dutré 2016, section 4, eqs. 3–5, here for any convex planar light.
 #[derive(Clone, Copy, Debug)]
 pub struct ParallelLines {
     frame: PlaneFrame,
@@ -23,18 +35,19 @@ pub struct ParallelLines {
 }
 
 impl ParallelLines {
-    /// The lines at `angle_rad` radians from the polygon's first edge, counter-clockwise about the
-    /// normal. At an angle that is not finite there are none: one knot, a range of no width.
+    /// Creates the lines at `angle_rad` radians from the polygon's first edge, counter-clockwise
+    /// about the normal. If the angle is not finite there are no lines: one knot, and a range of
+    /// width zero.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle_rad: f64) -> Self {
         Self::in_frame(polygon, &polygon.plane_frame(), angle_rad)
     }
 
-    /// The lines at `angle_rad` radians from the x axis of a frame of the polygon's plane,
+    /// Creates the lines at `angle_rad` radians from the x axis of a frame of the polygon's plane,
     /// counter-clockwise about the normal; see [`ParallelLines::new`].
     #[must_use]
     pub fn in_frame(polygon: &ConvexPolygon, frame: &PlaneFrame, angle_rad: f64) -> Self {
-        // The frame's x axis runs along the lines, so v = x and u = y.
+        // Turn the frame such that its x axis runs along the lines: v = x and u = y.
         let frame = frame.turned(angle_rad);
         if !angle_rad.is_finite() {
             return Self {
@@ -66,9 +79,9 @@ impl ParallelLines {
         }
     }
 
-    /// The lines of a polygon of corners (v, u), counter-clockwise, with knots at some offsets.
-    /// With `close` the ends of a line are computed from the nearer corner, and keep the digits of
-    /// what is near the origin.
+    /// Creates the lines of a polygon with corners (v, u), counter-clockwise, with knots at some
+    /// offsets. With `close`, the ends of a line are computed from the nearer corner of an edge,
+    /// which preserves the digits of what is near the origin.
     #[inline(always)]
     pub(crate) fn through_corners(
         frame: &PlaneFrame,
@@ -84,6 +97,7 @@ impl ParallelLines {
         out
     }
 
+    /// Adds a knot at the offset `u`, and computes both ends of its line.
     #[allow(
         clippy::float_cmp,
         reason = "equal offsets of a sorted list are the same knot"
@@ -113,22 +127,22 @@ impl ParallelLines {
         self.count += 1;
     }
 
-    /// Unit direction of the lines (the paper's L_d).
+    /// The unit direction of the lines (the paper's L_d).
     #[inline]
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         self.frame.axes.x
     }
 
-    /// Unit direction of the offsets (the paper's L_⊥).
+    /// The unit direction in which offsets are measured (the paper's L_⊥).
     #[inline]
     #[must_use]
     pub fn across(&self) -> DVec3 {
         self.frame.axes.y
     }
 
-    /// The frame in which a point of the light has the coordinates (v, u): v along the line, u
-    /// the offset.
+    /// The frame in which a point of the light has the coordinates (v, u): the position v along the
+    /// line, and the offset u.
     #[inline]
     #[must_use]
     pub const fn frame(&self) -> &PlaneFrame {
@@ -142,28 +156,29 @@ impl ParallelLines {
         (self.knots[0], self.knots[self.count - 1])
     }
 
-    /// The offsets of the vertices, ascending, each once.
+    /// The offsets of the vertices in ascending order, each of them once.
     #[inline]
     #[must_use]
     pub fn knots(&self) -> &[f64] {
         &self.knots[..self.count]
     }
 
-    /// Returns where the line begins at each knot (coordinate v).
+    /// The coordinate v at which the line at each knot begins.
     #[inline]
     #[must_use]
     pub fn lower(&self) -> &[f64] {
         &self.lower[..self.count]
     }
 
-    /// Returns where the line ends at each knot (coordinate v).
+    /// The coordinate v at which the line at each knot ends.
     #[inline]
     #[must_use]
     pub fn upper(&self) -> &[f64] {
         &self.upper[..self.count]
     }
 
-    /// Beginning and end (coordinate v) of the line at offset `u`; `None` outside the range.
+    /// The coordinates v of the beginning and the end of the line at offset `u`; `None` outside of
+    /// the range.
     #[must_use]
     pub fn extent(&self, u: f64) -> Option<(f64, f64)> {
         let (a, b) = self.range();
@@ -182,14 +197,14 @@ impl ParallelLines {
         Some((lo, if hi > lo { hi } else { lo }))
     }
 
-    /// The segment at offset `u`, along [`ParallelLines::direction`]; `None` outside the range.
+    /// The segment at offset `u`, along [`ParallelLines::direction`]; `None` outside of the range.
     #[must_use]
     pub fn segment(&self, u: f64) -> Option<Segment> {
         Some(self.segment_between(u, self.extent(u)?))
     }
 
-    /// The segment at offset `u` from beginning to end (coordinates v, of
-    /// [`ParallelLines::extent`]).
+    /// The segment at offset `u` between two ends, which are coordinates v as
+    /// [`ParallelLines::extent`] returns them.
     #[inline]
     #[must_use]
     pub fn segment_between(&self, u: f64, ends: (f64, f64)) -> Segment {
@@ -197,13 +212,13 @@ impl ParallelLines {
         Segment::new(at(ends.0), at(ends.1))
     }
 
-    /// Length l(u) of the segment at offset `u`; zero outside the range.
+    /// The length l(u) of the segment at offset `u`; zero outside of the range.
     #[must_use]
     pub fn length(&self, u: f64) -> f64 {
         self.extent(u).map_or(0.0, |(lo, hi)| hi - lo)
     }
 
-    /// The coordinates (offset u, place v along the line) of a point of the light's plane.
+    /// The coordinates (offset u, position v along the line) of a point of the light's plane.
     #[must_use]
     pub fn coordinates(&self, p: DVec3) -> (f64, f64) {
         let q = self.frame.to_plane(p);

@@ -1,27 +1,28 @@
-//! The frame of a planar light: coordinates within its plane.
+//! [`PlaneFrame`]: two-dimensional coordinates in the plane of a light.
 
 use crate::{DVec2, DVec3, Frame};
 use linelit_elementary::{atan2, sin_cos};
 
-/// An origin and an orthonormal frame: `x` and `y` span the plane, `z` is its normal.
+/// An origin and an orthonormal frame: `x` and `y` span the plane, and `z` is its normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneFrame {
     /// The point with plane coordinates (0, 0).
     pub origin: DVec3,
-    /// The axes.
+    /// The axes of the plane, and its normal.
     pub axes: Frame,
 }
 
 impl PlaneFrame {
-    /// The plane through `origin` with the unit normal `normal`; its x axis lies along `tangent`.
+    /// Creates the frame of the plane through `origin` with the unit normal `normal`; its x axis is
+    /// along `tangent`.
     #[must_use]
     pub fn new(origin: DVec3, normal: DVec3, tangent: DVec3) -> Self {
         let axes = Frame::from_normal_and_tangent(normal, tangent);
         Self { origin, axes }
     }
 
-    /// Returns the frame with the axes turned by `angle_rad` radians, counter-clockwise about the
-    /// normal; unchanged if that is not finite.
+    /// Returns the frame with its axes rotated by `angle_rad` radians, counter-clockwise about the
+    /// normal; unchanged if the angle is not finite.
     #[must_use]
     pub fn turned(&self, angle_rad: f64) -> Self {
         if angle_rad == 0.0 || !angle_rad.is_finite() {
@@ -40,7 +41,7 @@ impl PlaneFrame {
         }
     }
 
-    /// Plane coordinates of the foot of `p`.
+    /// The plane coordinates of a point's foot on the plane.
     #[inline]
     #[must_use]
     pub fn to_plane(&self, p: DVec3) -> DVec2 {
@@ -48,7 +49,7 @@ impl PlaneFrame {
         DVec2::new(self.axes.x.dot(d), self.axes.y.dot(d))
     }
 
-    /// The point of the plane with the given coordinates.
+    /// The point with these plane coordinates.
     #[inline]
     #[must_use]
     pub fn from_plane(&self, q: DVec2) -> DVec3 {
@@ -56,15 +57,15 @@ impl PlaneFrame {
     }
 
     /// The angle in radians, counter-clockwise about the normal, from the x axis of `other` to this
-    /// one's, for two frames of one plane: a direction at an angle in this frame has that angle and
-    /// this one in the other.
+    /// one's, for two frames of one plane. Adding it to the angle of a direction in this frame
+    /// gives the direction's angle in the other frame.
     #[must_use]
     pub fn turn_from(&self, other: &Self) -> f64 {
         let x = self.axes.x;
         atan2(x.dot(other.axes.y), x.dot(other.axes.x))
     }
 
-    /// Signed distance of `p` from the plane, positive on the normal's side.
+    /// The signed distance of a point from the plane, positive on the normal's side.
     #[inline]
     #[must_use]
     pub fn height(&self, p: DVec3) -> f64 {

@@ -1,42 +1,43 @@
-//! Convex planar polygons: the shape of a light.
+//! [`ConvexPolygon`]: convex planar polygons, the shape of most lights, with tolerances for
+//! vertices from files.
 
 use crate::{DMat3, DVec3, PlaneFrame, Vector3, predicates};
 use linelit_elementary::atan2;
 use std::fmt;
 
-/// The most vertices that [`ConvexPolygon::new`] takes.
+/// The largest number of vertices that [`ConvexPolygon::new`] accepts.
 pub const MAX_VERTICES: usize = 16;
 
-/// The largest distance of a vertex from the plane or inside the hull, relative to the size of the
-/// polygon and the size of its coordinates: model files hold `f32`, whose unit roundoff is 6e-8,
-/// and a cross product of two differences of rounded points adds up a few of them.
+/// The largest distance of a vertex from the plane, or to the inside of the hull, relative to the
+/// size of the polygon and of its coordinates. Model files store `f32`, whose unit roundoff is
+/// 6e-8, and a cross product of differences of rounded points adds up a few of these.
 const FILE_PRECISION: f64 = 16.0 * 5.96e-8;
 
-/// The largest such distance relative to the size of the polygon alone, however far from the origin
-/// it lies: more than a thousandth is a bend, not rounding.
+/// The largest such distance relative to the size of the polygon alone, no matter how far from the
+/// origin it is: more than a thousandth is a bend and not rounding.
 const MOST_BENT: f64 = 1e-3;
 
-/// The largest distance of the third of three points from the line through the others when it was
-/// computed to lie on it, relative to the largest coordinate M: the difference of two coordinates,
-/// up to 2M, its product with a fraction and the sum are rounded, to 2.5 ε M in each coordinate,
-/// which is 4.4 ε M for three, and the line itself is off by as much again at its rounded ends.
+/// The largest distance of a point from the line through two others, if the point was computed to
+/// be on that line, relative to the largest coordinate M: the difference of two coordinates, up to
+/// 2M, its product with a fraction, and the sum are rounded, to 2.5 ε M in each coordinate, which
+/// is 4.4 ε M for three; and the line itself is off by as much at its rounded ends.
 const COLLINEAR: f64 = 8.0 * f64::EPSILON;
 
-/// 2²⁰⁰ ≈ 1.6e60: the largest coordinate. Solid angles take products of up to four lengths (a
-/// light's and a shading point's), which must stay within 1e±292 to keep their digits.
+/// 2²⁰⁰ ≈ 1.6e60: the largest coordinate. Solid angles use products of up to four lengths (of a
+/// light and of a shading point), which have to stay within 1e±292 to keep their digits.
 const LARGEST: f64 = pow2(200);
-/// 2⁻²⁰⁰ ≈ 6.2e-61: the smallest size.
+/// 2⁻²⁰⁰ ≈ 6.2e-61: the smallest size of a polygon.
 const SMALLEST: f64 = pow2(-200);
 
 const fn pow2(e: i64) -> f64 {
     f64::from_bits(((1023 + e) as u64) << 52)
 }
 
-/// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise about its
-/// normal, held in place (no heap).
+/// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise about its normal,
+/// without heap allocation.
 ///
-/// The vertices lie in one plane to the rounding of `f64`: [`ConvexPolygon::new`] projects
-/// what is planar only to the precision of a model file.
+/// The vertices are in one plane up to the rounding of `f64`: [`ConvexPolygon::new`] moves vertices
+/// onto the plane that are in it only to the precision of a model file.
 #[derive(Clone, Copy)]
 pub struct ConvexPolygon {
     vertices: [DVec3; ConvexPolygon::CAPACITY],
@@ -53,16 +54,16 @@ pub enum PolygonError {
     Count(usize),
     /// The vertex with this index is NaN or infinite.
     NotFinite(usize),
-    /// The polygon has no area, or none that the rounding of its coordinates would not give to
-    /// points of one line.
+    /// The polygon has no area, or no more than rounding of coordinates would give to points on one
+    /// line.
     Degenerate,
-    /// The vertex with this index has a coordinate beyond 1.6e60 (2²⁰⁰).
+    /// The vertex with this index has a coordinate of more than 1.6e60 (2²⁰⁰).
     TooLarge(usize),
-    /// All vertices lie within 6.2e-61 (2⁻²⁰⁰).
+    /// All vertices are within 6.2e-61 (2⁻²⁰⁰) of each other.
     TooSmall,
-    /// The vertex with this index is off the plane of the others.
+    /// The vertex with this index is not in the plane of the others.
     NotPlanar(usize),
-    /// The corner at the vertex with this index turns the wrong way.
+    /// The corner at the vertex with this index turns in the wrong direction.
     NotConvex(usize),
 }
 
@@ -101,8 +102,8 @@ impl PartialEq for ConvexPolygon {
 impl<V: Vector3, const N: usize> TryFrom<[V; N]> for ConvexPolygon {
     type Error = PolygonError;
 
-    /// [`ConvexPolygon::new`] of anyone's vectors; does not compile for numbers of vertices
-    /// that no polygon has.
+    /// Applies [`ConvexPolygon::new`] to vectors of any type. It does not compile for numbers of
+    /// vertices that a polygon cannot have.
     fn try_from(points: [V; N]) -> Result<Self, PolygonError> {
         const { assert!(3 <= N && N <= MAX_VERTICES, "3 to MAX_VERTICES vertices") };
         Self::new(&points.map(V::dvec3))
@@ -110,24 +111,25 @@ impl<V: Vector3, const N: usize> TryFrom<[V; N]> for ConvexPolygon {
 }
 
 impl ConvexPolygon {
-    /// The most vertices that a polygon can have: [`MAX_VERTICES`], and one for each of eight
-    /// clips. What holds the vertices of a polygon, or a number for each, has this much room.
+    /// The largest number of vertices that a polygon can have: [`MAX_VERTICES`], and one more for
+    /// each of eight clips. Arrays with an entry for each vertex need this size.
     pub const CAPACITY: usize = MAX_VERTICES + 8;
 
-    /// A polygon from its vertices, either way round; the order gives the normal by the
-    /// right-hand rule.
+    /// Creates a polygon from its vertices in either orientation; their order determines the normal
+    /// by the right-hand rule.
     ///
-    /// **Domain**: coordinates up to 2²⁰⁰ ≈ 1.6e60, sizes from 2⁻²⁰⁰ ≈ 6.2e-61; what is larger or
-    /// smaller is refused as such.
+    /// **Domain**: coordinates up to 2²⁰⁰ ≈ 1.6e60, and sizes from 2⁻²⁰⁰ ≈ 6.2e-61; larger and
+    /// smaller polygons are refused.
     ///
-    /// **Tolerances**. Vertices within the precision of a model file (16 units of `f32` roundoff
-    /// relative to the polygon's size and coordinates) of the plane are moved onto it, but by a
-    /// thousandth of the polygon's size and an eighth of its width at most, however far from the
-    /// origin it lies. A polygon no wider than points computed to lie on one line stand off it,
-    /// 8 ε times the largest coordinate, has no area: its width is rounding.
+    /// **Tolerances**. Vertices that are in the plane to the precision of a model file (16 units of
+    /// `f32` roundoff relative to the polygon's size and coordinates) are moved onto it, but by no
+    /// more than a thousandth of the polygon's size and an eighth of its width, no matter how far
+    /// from the origin it is. A polygon counts as having no area if its width is at most 8 ε times
+    /// the largest coordinate: points that were computed to be on one line are that far off it by
+    /// rounding.
     ///
     /// # Errors
-    /// See [`PolygonError`].
+    /// Returns an error if the points do not form a convex polygon; see [`PolygonError`].
     pub fn new<V: Vector3 + Copy>(points: &[V]) -> Result<Self, PolygonError> {
         let n = points.len();
         if !(3..=MAX_VERTICES).contains(&n) {
@@ -140,7 +142,9 @@ impl ConvexPolygon {
         Self::from_points(&room[..n])
     }
 
+    /// Checks the points, flattens them, and makes the polygon.
     fn from_points(points: &[DVec3]) -> Result<Self, PolygonError> {
+        // Check coordinates, size and area.
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             return Err(PolygonError::NotFinite(i));
         }
@@ -158,7 +162,7 @@ impl ConvexPolygon {
         if is_rounding(area, size, largest) {
             return Err(PolygonError::Degenerate);
         }
-        // A shape that is not wider than the tolerance would not have to be convex.
+        // Check the shape. A polygon no wider than the tolerance could be non-convex and pass.
         let tolerance = (FILE_PRECISION * (size + largest))
             .min(MOST_BENT * size)
             .min(0.25 * area / size);
@@ -168,7 +172,7 @@ impl ConvexPolygon {
         Ok(polygon)
     }
 
-    /// A triangle.
+    /// Creates a triangle.
     ///
     /// # Errors
     /// See [`PolygonError`].
@@ -180,7 +184,7 @@ impl ConvexPolygon {
         Self::new(&[a.dvec3(), b.dvec3(), c.dvec3()])
     }
 
-    /// The parallelogram `o`, `o + u`, `o + u + v`, `o + v`, with the normal along `u × v`.
+    /// Creates the parallelogram `o`, `o + u`, `o + u + v`, `o + v`, with its normal along `u × v`.
     ///
     /// # Errors
     /// See [`PolygonError`].
@@ -193,9 +197,9 @@ impl ConvexPolygon {
         Self::new(&[o, o + u, o + u + v, o + v])
     }
 
-    /// The image of the polygon relative to a point under a linear map, which is convex and flat as
-    /// the polygon is, but for rounding; `None` where it is beyond the range of
-    /// [`ConvexPolygon::new`], or no wider than rounding.
+    /// The image of the polygon, relative to the point `x`, under a linear map. It is convex and
+    /// flat like the polygon, up to rounding. `None` if it is outside of the domain of
+    /// [`ConvexPolygon::new`], or no wider than rounding errors.
     ///
     /// ```
     /// use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
@@ -218,6 +222,7 @@ impl ConvexPolygon {
         (in_range && !is_rounding(out.area, size, largest)).then_some(out)
     }
 
+    /// Makes a polygon without checks.
     fn from_raw(points: &[DVec3], normal: DVec3, area: f64) -> Self {
         let mut vertices = [DVec3::ZERO; Self::CAPACITY];
         vertices[..points.len()].copy_from_slice(points);
@@ -230,29 +235,32 @@ impl ConvexPolygon {
         }
     }
 
+    /// Checks that no vertex is outside of an edge by more than the tolerance, and that the outline
+    /// winds around once.
     fn check_convex(&self, tolerance: f64) -> Result<(), PolygonError> {
         let n = self.count;
         for i in 0..n {
             let (a, b) = (self.vertices[i], self.vertices[(i + 1) % n]);
             let e = b - a;
-            // All others, not the next alone: an outline may go far out and back within the
-            // tolerance.
+            // Test all other vertices, not only the next: within the tolerance, an outline may go
+            // far out and come back.
             for j in 2..n {
                 let g = self.vertices[(i + j) % n] - a;
-                // The height over the edge, positive inside.
+                // The height over the edge (times its length), positive inside.
                 let turn = predicates::cross(e, g).dot(self.normal);
                 if turn < -tolerance * (e.length() + g.length()) {
                     return Err(PolygonError::NotConvex((i + j - 1) % n));
                 }
             }
         }
-        // What winds round twice passes; a convex polygon does so once.
+        // An outline that winds around twice passes this test; a convex polygon does so once.
         if self.total_turn() > 1.5 * std::f64::consts::TAU {
             return Err(PolygonError::NotConvex(0));
         }
         Ok(())
     }
 
+    /// The sum of the absolute exterior angles, in radians.
     fn total_turn(&self) -> f64 {
         let n = self.count;
         let edge = |i: usize| self.vertices[(i + 1) % n] - self.vertices[i % n];
@@ -264,6 +272,7 @@ impl ConvexPolygon {
             .sum()
     }
 
+    /// Moves all vertices onto the plane, if they are within the tolerance.
     fn flatten(&mut self, tolerance: f64) -> Result<(), PolygonError> {
         let centroid = self.mean();
         for i in 0..self.count {
@@ -305,21 +314,21 @@ impl ConvexPolygon {
         &self.vertices[..self.count]
     }
 
-    /// Unit normal by the right-hand rule.
+    /// The unit normal, by the right-hand rule.
     #[inline]
     #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
-    /// Area in squared scene units.
+    /// The area in squared scene units.
     #[inline]
     #[must_use]
     pub const fn area(&self) -> f64 {
         self.area
     }
 
-    /// Centre of mass.
+    /// The centre of mass.
     #[must_use]
     pub fn centroid(&self) -> DVec3 {
         let v0 = self.vertices[0];
@@ -338,7 +347,7 @@ impl ConvexPolygon {
         }
     }
 
-    /// The vertices relative to a point, in `out`.
+    /// The vertices relative to the point `x`, stored in `out`.
     pub fn relative_to<'a>(&self, x: DVec3, out: &'a mut [DVec3; Self::CAPACITY]) -> &'a [DVec3] {
         let vertices = self.vertices();
         for (to, from) in out.iter_mut().zip(vertices) {
@@ -347,7 +356,7 @@ impl ConvexPolygon {
         &out[..vertices.len()]
     }
 
-    /// Returns the polygon at another position.
+    /// Returns the polygon moved by a vector.
     #[must_use]
     pub fn moved(mut self, by: DVec3) -> Self {
         for vertex in &mut self.vertices[..self.count] {
@@ -356,14 +365,15 @@ impl ConvexPolygon {
         self
     }
 
-    /// An upper bound of the largest distance between two vertices, at most twice as large.
+    /// An upper bound of the largest distance between two vertices; at most twice that distance.
     #[must_use]
     pub fn diameter(&self) -> f64 {
         let first = self.vertices[0];
         2.0 * predicates::longest(self.vertices().iter().map(|&p| p - first))
     }
 
-    /// Origin and edge vectors, where the polygon is a parallelogram to 8 ε of its size.
+    /// The origin and both edge vectors, if the polygon is a parallelogram up to 8 ε of its size
+    /// and coordinates.
     #[inline]
     #[must_use]
     pub fn as_parallelogram(&self) -> Option<(DVec3, DVec3, DVec3)> {
@@ -371,14 +381,15 @@ impl ConvexPolygon {
         self.parallelogram.then(|| (v[0], v[1] - v[0], v[3] - v[0]))
     }
 
-    /// The frame of the plane: origin at the first vertex, x along the first edge.
+    /// The frame of the polygon's plane, with its origin at the first vertex and x along the first
+    /// edge that is not too short.
     #[must_use]
     pub fn plane_frame(&self) -> PlaneFrame {
         let tangent = self.longest_leading_edge();
         PlaneFrame::new(self.vertices[0], self.normal, tangent)
     }
 
-    /// The first edge, or the next one that has a length.
+    /// The first edge that is longer than a millionth of the diameter; zero if there is none.
     fn longest_leading_edge(&self) -> DVec3 {
         let n = self.count;
         let least = 1e-6 * self.diameter();
@@ -388,7 +399,8 @@ impl ConvexPolygon {
             .unwrap_or(DVec3::ZERO)
     }
 
-    /// Begins with another vertex of the same polygon, which is counted around it.
+    /// Returns the same polygon with its list of vertices beginning at the given index, modulo
+    /// their number.
     #[must_use]
     pub fn starting_at(&self, vertex: usize) -> Self {
         let mut out = *self;
@@ -396,7 +408,7 @@ impl ConvexPolygon {
         out
     }
 
-    /// Returns the polygon facing the other way.
+    /// Returns the polygon with reversed orientation.
     #[must_use]
     pub fn flipped(&self) -> Self {
         let mut out = *self;
@@ -405,12 +417,11 @@ impl ConvexPolygon {
         out
     }
 
-    /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` where nothing is left, or
-    /// nothing wider than rounding: the new corners are computed to lie on edges, and the part has
-    /// the area of [`ConvexPolygon::new`] or none.
+    /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` if it is empty or no wider
+    /// than rounding errors, as in [`ConvexPolygon::new`].
     ///
-    /// A corner is added at most; when 8 clips of a polygon of [`MAX_VERTICES`] have filled
-    /// [`ConvexPolygon::CAPACITY`], corners beyond it are dropped.
+    /// A clip adds at most one corner. When 8 clips of a polygon of [`MAX_VERTICES`] have filled
+    /// [`ConvexPolygon::CAPACITY`], further corners are dropped.
     #[must_use]
     pub fn clip(&self, point: DVec3, direction: DVec3) -> Option<Self> {
         let side = |p: DVec3| direction.dot(p - point);
@@ -443,13 +454,13 @@ impl ConvexPolygon {
     }
 }
 
-/// Whether an area within `size` is zero up to rounding: no wider than points are off a line by the
-/// rounding of coordinates up to `largest`.
+/// Whether an area of extent `size` is zero up to rounding: whether it is no wider than the
+/// distance by which points that should be on a line are off it, with coordinates up to `largest`.
 fn is_rounding(area: f64, size: f64, largest: f64) -> bool {
     2.0 * area <= COLLINEAR * largest * size
 }
 
-/// Half the sum of the fan's cross products: the area along the normal.
+/// The area as a vector along the normal: half the sum of the cross products of a fan of triangles.
 fn area_vector(points: &[DVec3]) -> DVec3 {
     let v0 = points[0];
     let fan = points[1..]
@@ -508,8 +519,8 @@ mod tests {
         let star: Vec<_> = regular(5, 1.0);
         let star = [star[0], star[2], star[4], star[1], star[3]];
         assert!(matches!(ConvexPolygon::new(&star), Err(E::NotConvex(_))));
-        // A sliver with a spike four times as long, no wider than the tolerance: found by hostile
-        // properties, its centroid outside.
+        // A sliver with a spike four times as long, no wider than the tolerance, whose centroid was
+        // outside: found by a property with extreme numbers.
         let spike = [
             DVec3::new(1.220_703_125e-4, -0.015_625, 0.0),
             DVec3::new(0.0, 128.0, 2.441_406_25e-4),

@@ -1,22 +1,22 @@
-//! Products and differences without cancellation.
+//! Products, differences, lengths and unit vectors without cancellation, overflow or underflow: the
+//! numerical foundation of the closed forms.
 //!
-//! The subtraction in `a·b − c·d` can lose every digit. Carrying the rounding errors of both
-//! products along ([Dekker 1971]'s exact product, used as in Kahan's algorithm) keeps the result
-//! accurate to about one unit in the last place **relative to itself**. Cross products built this
-//! way are what keeps the closed forms of the workspace accurate for short, far and nearly
-//! collinear lines.
+//! The subtraction in `a·b − c·d` can lose every digit. Carrying along the rounding errors of both
+//! products ([Dekker 1971]'s exact product, used as in Kahan's algorithm) makes the result accurate
+//! to about one unit in the last place **relative to itself**. Cross products computed this way
+//! keep the closed forms of the workspace accurate for short, distant and nearly collinear lines.
 //!
-//! Exact products are formed by splitting, not by a fused multiply–add: without hardware support
-//! known at compile time the latter is a slow library call.
+//! Exact products are computed by splitting and not by a fused multiply–add, since without hardware
+//! support known at compile time the latter is a slow library call.
 //!
 //! [Dekker 1971]: https://doi.org/10.1007/BF01397083
 
 use crate::DVec3;
 
-/// `2²⁷ + 1`, which splits a 53-bit significand into two halves.
+/// `2²⁷ + 1`: multiplication by it splits a 53-bit significand into two halves.
 const SPLITTER: f64 = 134_217_729.0;
 
-/// Splits `a` into a high and a low half whose products are exact.
+/// Splits `a` into a high and a low half; products of halves are exact.
 #[inline]
 fn split(a: f64) -> (f64, f64) {
     let c = SPLITTER * a;
@@ -114,10 +114,11 @@ pub fn dot(a: DVec3, b: DVec3) -> f64 {
 
 /// The length of a vector of any finite size.
 ///
-/// `DVec3::length` squares the coordinates, which leaves nothing below 1e-162 and ∞ above 1e154.
-/// The bits are the same where squares keep all their digits, and it costs two comparisons more.
+/// `DVec3::length` squares the coordinates, which underflows for lengths below 1e-162 and overflows
+/// above 1e154. Where squares keep all their digits, the bits are the same, and it costs two
+/// comparisons more.
 ///
-/// **Error**: 2 ulp. ∞ or NaN only where a coordinate is, or where the length itself overflows.
+/// **Error**: 2 ulp. ∞ or NaN only if a coordinate is, or if the length itself overflows.
 ///
 /// ```
 /// use linelit_geometry::{DVec3, predicates::length};
@@ -134,10 +135,10 @@ pub fn length(v: DVec3) -> f64 {
     }
 }
 
-/// The unit vector along `v`, of any finite size; `None` for zero and where a coordinate is not
-/// finite.
+/// The unit vector along `v`, for vectors of any finite length; `None` for zero and if a coordinate
+/// is not finite.
 ///
-/// The bits are those of glam's `try_normalize` where squares keep all their digits.
+/// The bits are the same as with glam's `try_normalize` wherever squares keep all their digits.
 /// **Error**: 2 ulp in each coordinate.
 #[inline]
 #[must_use]
@@ -160,7 +161,8 @@ fn scaled_normalize(v: DVec3) -> Option<DVec3> {
     Some(unit / unit.length())
 }
 
-/// The greatest [`length`] of some vectors, zero of none: one square root for all of them.
+/// The greatest [`length`] of some vectors, with one square root for all of them; zero if there are
+/// none.
 #[inline]
 pub(crate) fn longest(vectors: impl Iterator<Item = DVec3> + Clone) -> f64 {
     let squares = vectors.clone().map(DVec3::length_squared);
@@ -175,8 +177,8 @@ pub(crate) fn longest(vectors: impl Iterator<Item = DVec3> + Clone) -> f64 {
     }
 }
 
-/// Whether no square that matters to this sum of three has lost digits: one that underflows is
-/// below 1e-308, which is nothing next to 1e-270.
+/// Whether a sum of three squares has lost no digits that matter: a square that underflows is below
+/// 1e-308, which is negligible next to 1e-270.
 #[inline]
 fn squares_are_safe(sum: f64) -> bool {
     sum > 1e-270 && sum < f64::INFINITY
@@ -218,7 +220,7 @@ mod tests {
             c in -(1i64 << 53)..(1i64 << 53),
             d in -(1i64 << 53)..(1i64 << 53),
         ) {
-            // Half of the cases cancel almost wholly.
+            // In half of the cases, almost everything cancels.
             let (c, d) = if near { (a + nudge, b - nudge) } else { (c, d) };
             #[allow(clippy::cast_precision_loss, reason = "below 2^53 + 4: exact or even")]
             let got = {

@@ -1,8 +1,8 @@
-//! Segments: the geometry of a line sample.
+//! [`Segment`]: the straight line between two points, the geometry of a line sample.
 
 use crate::{DVec3, Vector3, predicates};
 
-/// A segment from `p0` to `p1`; its parameter t runs from 0 to 1.
+/// A segment from `p0` to `p1`, with a parameter t that runs from 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Segment {
     /// The end with t = 0.
@@ -19,35 +19,35 @@ impl<V: Vector3> From<[V; 2]> for Segment {
 }
 
 impl Segment {
-    /// The segment between two points.
+    /// Creates the segment between two points.
     #[inline]
     #[must_use]
     pub const fn new(p0: DVec3, p1: DVec3) -> Self {
         Self { p0, p1 }
     }
 
-    /// `p1 − p0`.
+    /// The vector `p1 − p0`.
     #[inline]
     #[must_use]
     pub fn vector(&self) -> DVec3 {
         self.p1 - self.p0
     }
 
-    /// Length in scene units.
+    /// The length in scene units.
     #[inline]
     #[must_use]
     pub fn length(&self) -> f64 {
         predicates::length(self.vector())
     }
 
-    /// Unit direction from `p0` to `p1`; zero for a segment of length zero or without an end.
+    /// The unit direction from `p0` to `p1`; zero if the segment has no length or is not finite.
     #[inline]
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         predicates::normalize(self.vector()).unwrap_or(DVec3::ZERO)
     }
 
-    /// The point at parameter `t`, measured from the nearer end so that both ends are exact.
+    /// The point at parameter `t`. It is computed from the nearer end, so that both ends are exact.
     #[inline]
     #[must_use]
     pub fn at(&self, t: f64) -> DVec3 {
@@ -58,7 +58,7 @@ impl Segment {
         }
     }
 
-    /// The piece between the parameters `lo` and `hi`.
+    /// The part of the segment between the parameters `lo` and `hi`.
     #[inline]
     #[must_use]
     pub fn piece(&self, lo: f64, hi: f64) -> Self {
@@ -72,7 +72,7 @@ impl Segment {
         Self::new(self.p1, self.p0)
     }
 
-    /// The segment relative to the point `x`: what the closed forms take.
+    /// The segment relative to the point `x`, as closed forms expect it.
     #[inline]
     #[must_use]
     pub fn relative_to(&self, x: DVec3) -> Self {

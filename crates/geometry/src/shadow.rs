@@ -1,16 +1,18 @@
-//! Shadow triangles: which part of a line sample a triangle blocks.
+//! Shadow triangles: which part of a line sample an occluding triangle blocks, as seen from a
+//! shading point; and the margins in which occluders are ignored.
 
 use crate::{DVec3, Segment, intervals::Interval, predicates};
 use core::ops::Range;
 
-/// The margins at the ends of the way from a point to a light in which occluders hide nothing.
+/// The margins at both ends of the way from a point to a light, within which occluders hide
+/// nothing.
 ///
-/// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain: a
-/// lamp in the plane of a ceiling, a point on a surface. [`Margins::ROUNDING`] forgives the
-/// rounding of `f64` alone, for lights whose own triangles are excluded by their numbers: what
-/// touches such a light hides it up to where it touches. Zero, for callers whose occluders and
-/// lights share their vertices, leaves the decision to the side of the light's plane on which a
-/// vertex lies; what lies in that plane hides nothing.
+/// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain, such
+/// as a lamp in the plane of a ceiling, or a shading point on a surface. [`Margins::ROUNDING`] only
+/// forgives the rounding of `f64`, for lights whose own triangles are excluded by number: other
+/// geometry that touches such a light hides it up to where it touches. Zero is for callers whose
+/// occluders and lights share their vertices: then the side of the light's plane on which a vertex
+/// is decides, and what is in that plane hides nothing.
 ///
 /// ```
 /// use linelit_geometry::Margins;
@@ -19,12 +21,12 @@ use core::ops::Range;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Up to this fraction of the way an occluder hides nothing; towards a light that is far beyond
-    /// all occluders, up to a smaller one ([`Margins::near`]).
+    /// Up to this fraction of the way, an occluder hides nothing; towards a light that is far
+    /// beyond all occluders, up to a smaller fraction ([`Margins::near`]).
     pub point: f64,
-    /// The last fraction of the way, before the light, in which an occluder hides nothing; and a
-    /// point that is nearer to the plane of a flat light than this fraction of the way, or of the
-    /// light's size, lies in that plane and receives nothing.
+    /// In this last fraction of the way, before the light, an occluder hides nothing. Also, a point
+    /// that is closer to the plane of a flat light than this fraction of the way, or of the light's
+    /// size, counts as in that plane and receives no light.
     pub light: f64,
 }
 
@@ -35,15 +37,15 @@ impl Default for Margins {
 }
 
 impl Margins {
-    /// 10⁻¹⁰ near the point and 10⁻⁶ near the light: neither `f32` geometry nor a light mounted
-    /// flush in a ceiling can be told apart closer than the latter.
+    /// 10⁻¹⁰ near the point and 10⁻⁶ near the light: distances below the latter cannot be resolved
+    /// by `f32` geometry, or for a light mounted flush in a ceiling.
     pub const DEFAULT: Self = Self {
         point: 1e-10,
         light: 1e-6,
     };
 
-    /// 10⁻¹⁰ at either end: the rounding of `f64`, where a light is seen from a ten-thousandth of
-    /// its distance above its plane.
+    /// 10⁻¹⁰ at either end: the rounding of `f64` for a light seen from a ten-thousandth of its
+    /// distance above its plane.
     pub const ROUNDING: Self = Self {
         point: 1e-10,
         light: 1e-10,
@@ -55,10 +57,10 @@ impl Margins {
         light: 0.0,
     };
 
-    /// The margins that suit a light whose own triangles have the numbers `own` among the
-    /// occluders, and so are excluded from its shadows: [`Margins::ROUNDING`]. If `own` is empty,
-    /// it is [`Margins::DEFAULT`], which lets light past the light's own triangles where these are
-    /// among the occluders and nobody has said which they are.
+    /// The margins for a light whose own triangles have the numbers `own` among the occluders, and
+    /// are excluded from its shadows: [`Margins::ROUNDING`]. If `own` is empty,
+    /// [`Margins::DEFAULT`], which ignore the light's own triangles if these are among the
+    /// occluders but have not been named.
     #[must_use]
     pub const fn excluding(own: &Range<u32>) -> Self {
         if own.start < own.end {
@@ -68,16 +70,17 @@ impl Margins {
         }
     }
 
-    /// The fraction of the way to a light `distance` away from which on occluders hide it, where
-    /// lights beyond `reach` are far from all occluders: `point · min(1, reach ÷ distance)`.
+    /// The fraction of the way to a light at a distance, from which on occluders hide it: `point ·
+    /// min(1, reach ÷ distance)`. Lights beyond `reach` are far from all occluders.
     ///
-    /// Rounding of the occluders' places grows with their distance, not with the way to a light far
-    /// beyond them, which a fixed fraction would let shine through what is near.
+    /// The rounding errors of occluders' positions grow with the distance of the occluders, and not
+    /// with the way to a light far beyond them; a fixed fraction of that way would let the light
+    /// shine through occluders near the point.
     #[inline]
     #[must_use]
     pub fn near(&self, reach: f64, distance: f64) -> f64 {
         let share = reach / distance;
-        // Not a number, as from two infinities, counts as a light within the scene.
+        // A quotient that is not a number, as of two infinities, counts as a light within reach.
         if share < 1.0 {
             self.point * share.max(0.0)
         } else {
@@ -93,27 +96,34 @@ impl Margins {
     }
 }
 
-/// Coordinates of a point in the frame of a shadow triangle.
+/// The coordinates of a point in the frame of a shadow triangle.
 ///
-/// `sigma` has the sign of the side of the shadow triangle's plane; the foot of the point is
-/// `lam0·p0 + lam1·p1` relative to the shading point, for the ends p0, p1 of the line. The depth
-/// `lam0 + lam1` is 0 at the shading point and 1 at the line.
+/// The sign of `sigma` is the side of the shadow triangle's plane on which the point is. The foot
+/// of the point on that plane is `lam0·p0 + lam1·p1` relative to the shading point, for the ends
+/// p0, p1 of the line. The depth `lam0 + lam1` is 0 at the shading point and 1 at the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowCoords {
-    /// Signed volume: side of the plane.
+    /// The signed volume with the shadow triangle, whose sign is the side of the plane.
     pub sigma: f64,
-    /// Barycentric coordinate of p0.
+    /// The barycentric coordinate of p0.
     pub lam0: f64,
-    /// Barycentric coordinate of p1.
+    /// The barycentric coordinate of p1.
     pub lam1: f64,
 }
 
 /// The triangle between a shading point and a line sample.
 ///
-/// Whatever cuts it is projected back from the shading point onto the line. The coordinates of a
-/// vertex depend on that vertex and the line alone, and a crossing is computed by an expression
-/// that is the same to the bit whichever way round its edge is run through: two triangles that
-/// share an edge leave no gap.
+/// ```text
+///     p0 ━━━━━━━━━━━━━━━ p1     the line sample
+///       ╲    ╱───╲      ╱       a chord, where an occluder cuts the shadow triangle;
+///         ╲            ╱        the interval that it hides is its projection from the
+///             ╲     ╱           shading point onto the line
+///                ●
+/// ```
+///
+/// Whatever cuts it is projected from the shading point onto the line. The coordinates of a vertex
+/// depend on that vertex and the line alone, and a crossing is computed by an expression that has
+/// the same bits in either direction of the edge: so two triangles that share an edge leave no gap.
 ///
 /// **Source**: Billen & Dutré 2016, section 5.2 and Fig. 4.
 #[derive(Clone, Copy, Debug)]
@@ -122,14 +132,14 @@ pub struct ShadowTriangle {
     normal: DVec3,
     dual0: DVec3,
     dual1: DVec3,
-    /// The depths between which triangles hide the line.
+    /// The depths between which occluders hide the line.
     depths: [f64; 2],
 }
 
 impl ShadowTriangle {
-    /// The shadow triangle between the shading point and `line`; `None` where it has no area (the
-    /// line has no length, or points at the shading point): such a line has measure zero. Also
-    /// where the square of its area is no normal number, below 1e-308 or beyond 1e308.
+    /// Creates the shadow triangle between the shading point and `line`; `None` if it has no area
+    /// (the line has no length, or points at the shading point; such lines have measure zero), or
+    /// if the square of its area is not a normal number, below 1e-308 or beyond 1e308.
     #[must_use]
     pub fn new(point: DVec3, line: &Segment) -> Option<Self> {
         let Segment { p0, p1 } = line.relative_to(point);
@@ -147,11 +157,11 @@ impl ShadowTriangle {
         })
     }
 
-    /// Sets other [`Margins`] than the default, where lights beyond `reach` are far from all
-    /// occluders (infinity, where that is not known).
+    /// Sets [`Margins`] other than the default. Lights beyond `reach` are far from all occluders;
+    /// use infinity if that is not known.
     #[must_use]
     pub fn with_margins(self, margins: Margins, reach: f64) -> Self {
-        // 1 ÷ the distance of the line: the length of the gradient of the depth.
+        // The reciprocal of the line's distance is the length of the gradient of the depth.
         let gradient = (self.dual0 + self.dual1).length();
         Self {
             depths: [margins.near(reach, 1.0 / gradient), margins.end()],
@@ -159,7 +169,7 @@ impl ShadowTriangle {
         }
     }
 
-    /// Coordinates of a point.
+    /// The coordinates of a point.
     #[inline]
     #[must_use]
     pub fn vertex(&self, p: DVec3) -> ShadowCoords {
@@ -171,28 +181,31 @@ impl ShadowTriangle {
         }
     }
 
-    /// The part of the line that the triangle hides, as parameters of the line; `None` for none.
+    /// The part of the line that a triangle hides, as an interval of line parameters; `None` if
+    /// there is none.
     #[must_use]
     pub fn blocked_by(&self, triangle: &[DVec3; 3]) -> Option<Interval> {
         self.blocked(&triangle.map(|p| self.vertex(p)))
     }
 
-    /// [`ShadowTriangle::blocked_by`] from the coordinates of the triangle's vertices.
+    /// The same as [`ShadowTriangle::blocked_by`], from the coordinates of the triangle's vertices.
     ///
-    /// A side of exactly zero counts as above, so a triangle in the plane of the shadow triangle
-    /// hides nothing: right for almost every line, and its neighbours cover for it.
+    /// A vertex that is exactly in the plane counts as above it, so a triangle in the plane of the
+    /// shadow triangle hides nothing. This is right for almost every line, and the triangle's
+    /// neighbours hide what it should.
     #[must_use]
     pub fn blocked(&self, c: &[ShadowCoords; 3]) -> Option<Interval> {
         Some(self.chord(c)?.hidden())
     }
 
-    /// Returns the chord of the shadow triangle in the triangle with these corners, if it hides a
-    /// part of the line: [`Chord::hidden`] is that of [`ShadowTriangle::blocked`], to the bit.
+    /// Finds the chord in which a triangle, given by the coordinates of its corners, cuts the
+    /// shadow triangle, if it hides a part of the line. [`Chord::hidden`] is the interval that
+    /// [`ShadowTriangle::blocked`] returns, to the bit.
     #[must_use]
     #[inline]
     pub fn chord(&self, c: &[ShadowCoords; 3]) -> Option<Chord> {
         let above = c.map(|v| v.sigma >= 0.0);
-        // The lone vertex on its side; the two edges that leave it cross the plane.
+        // Find the vertex that is alone on its side; the two edges that leave it cross the plane.
         let (lone, j, k) = match above {
             [a, b, d] if a == b && b == d => return None,
             [a, b, d] if a != b && a != d => (0, 1, 2),
@@ -204,24 +217,25 @@ impl ShadowTriangle {
     }
 }
 
-/// The straight cut of a triangle and a [`ShadowTriangle`]: the part of it that hides something of
-/// the line. Places on it are numbers from 0 at one end to 1 at the other.
+/// The straight cut of a triangle with a [`ShadowTriangle`]: the part of the triangle that hides
+/// something of the line. Points on it are given by a parameter from 0 at one end to 1 at the
+/// other.
 #[derive(Clone, Copy, Debug)]
 pub struct Chord([Crossing; 2]);
 
 impl Chord {
-    /// Returns its ends on the triangle: barycentric coordinates of the second and third corner.
-    /// Each is rounded by a few ε, divided by the sine of the angle at which the edge that the end
-    /// is on crosses the plane of the shadow triangle.
+    /// The ends of the chord on the triangle, as barycentric coordinates of its second and third
+    /// corner. Their error is a few ε, divided by the sine of the angle at which the edge with that
+    /// end crosses the plane of the shadow triangle.
     #[must_use]
     pub fn ends(&self) -> [[f64; 2]; 2] {
         self.0.each_ref().map(|end| end.place)
     }
 
-    /// The parameter of the line at whose point a place of the cut stands: projective in `s`, and
-    /// monotone. Depths are interpolated, not found from the triangle's plane, so that it is as
-    /// good for one that is seen edge on: a few ε over the depth of the nearer end, as for the
-    /// interval.
+    /// The parameter of the line at the projection of a point `s` of the chord: a projective and
+    /// monotone function of `s`. Depths are interpolated and not computed from the triangle's
+    /// plane, so that it is as precise for triangles seen edge on: the error is a few ε over the
+    /// depth of the nearer end, as for the interval.
     #[must_use]
     #[inline]
     pub fn t(&self, s: f64) -> f64 {
@@ -231,7 +245,7 @@ impl Chord {
         (lam1 / (lam0 + lam1)).clamp(0.0, 1.0)
     }
 
-    /// The part of the line behind all of it.
+    /// The interval of the line that is behind the chord.
     #[must_use]
     #[inline]
     pub fn hidden(&self) -> Interval {
@@ -241,18 +255,19 @@ impl Chord {
     }
 }
 
-/// The crossing of an edge with the plane of the shadow triangle.
+/// The crossing of a triangle's edge with the plane of the shadow triangle.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     lam0: f64,
     lam1: f64,
-    /// Barycentric coordinates of the second and third corner.
+    /// The barycentric coordinates of the triangle's second and third corner.
     place: [f64; 2],
 }
 
 impl Crossing {
-    /// Computes the crossing between corners i and j of these numbers, with the same bits for (i,
-    /// j) and (j, i): numerator and denominator both change sign.
+    /// Computes the crossing of the edge between two corners i and j, whose indices are `corners`.
+    /// The bits are the same for (i, j) and (j, i), since numerator and denominator both change
+    /// their signs.
     #[inline]
     fn of([i, j]: [&ShadowCoords; 2], corners: [usize; 2]) -> Self {
         let d = j.sigma - i.sigma;
@@ -270,12 +285,13 @@ impl Crossing {
         self.lam0 + self.lam1
     }
 
-    /// Back-projection onto the line.
+    /// The parameter of the projection onto the line.
     fn t(&self) -> f64 {
         self.lam1 / self.depth()
     }
 
-    /// The point where `f` vanishes between two points on either side of it.
+    /// The point where a linear function vanishes, between two points at which it has the values
+    /// `fa` and `fb` of opposite signs.
     fn between(a: &Self, fa: f64, b: &Self, fb: f64) -> Self {
         let d = fb - fa;
         let mix = |a: f64, b: f64| (a * fb - b * fa) / d;
@@ -287,8 +303,8 @@ impl Crossing {
     }
 }
 
-/// Clips the chord to the shadow triangle and projects its ends back onto the line. The sides
-/// come first, so that no point behind the shading point reaches the projection.
+/// Clips the chord to the shadow triangle, if any of it is inside and hides a part of the line. The
+/// sides come first, so that no point behind the shading point is ever projected.
 fn clip_chord([mut a, mut b]: [Crossing; 2], [near, end]: [f64; 2]) -> Option<Chord> {
     clip_end(&mut a, &mut b, |c| c.lam0, |c| Crossing { lam0: 0.0, ..c })?;
     clip_end(&mut a, &mut b, |c| c.lam1, |c| Crossing { lam1: 0.0, ..c })?;
@@ -299,7 +315,8 @@ fn clip_chord([mut a, mut b]: [Crossing; 2], [near, end]: [f64; 2]) -> Option<Ch
     (hidden.lo < hidden.hi).then_some(chord)
 }
 
-/// Moves the end with `f < 0` to where `f = 0` (made exact by `snap`); `None` if both are out.
+/// Moves an end with `f < 0` to where `f = 0`, which `snap` makes exact; `None` if both ends are
+/// outside.
 #[inline]
 fn clip_end(
     a: &mut Crossing,

@@ -1,8 +1,9 @@
-//! Vertices in single precision: relative to which origin they are rounded, and what that moves.
+//! The rounding of vertices to single precision: relative to which origin, and how far it moves
+//! them.
 //!
-//! A coordinate x is rounded to `f32` with an error of up to 2⁻²⁴ |x|: half a metre at the five
-//! million metres of a map. What is stored is therefore x − o, for an origin o in the middle of the
-//! scene, so that the error is 2⁻²⁴ of the scene's extent, wherever the scene is.
+//! A coordinate x is rounded to `f32` with an error of up to 2⁻²⁴ |x|, which is half a metre at the
+//! five million metres of a map. So x − o is stored instead, for an origin o in the middle of the
+//! scene, and the error is 2⁻²⁴ of the scene's extent, no matter where the scene is.
 #![allow(
     clippy::disallowed_types,
     reason = "this is where numbers become single"
@@ -11,13 +12,13 @@
 use crate::DVec3;
 use core::fmt;
 
-/// Returns the origin for vertices in the box from `low` to `high`: on each axis the middle of the
-/// box, where that is more than four times as far away as the box is large; else zero.
+/// The origin for vertices in the box from `low` to `high`: on each axis the middle of the box, if
+/// that is more than four times as far from zero as the box is large; otherwise zero.
 ///
-/// Scenes about zero keep the numbers that they have, where the middle would win three bits at
-/// most. Differences from a middle are exact in `f64` (Sterbenz). The middle itself is rounded to
-/// `f32` where that moves it by less than an eighth of the size: vertices that are `f32` numbers
-/// then have exact differences.
+/// Vertices of scenes around zero are stored as they are, since the middle would gain at most three
+/// bits. Differences from a middle are exact in `f64` (Sterbenz). The middle itself is rounded to
+/// `f32` if that moves it by less than an eighth of the size; then vertices that are `f32` numbers
+/// have exact differences.
 ///
 /// ```
 /// use linelit_geometry::{DVec3, origin_of_box};
@@ -44,17 +45,17 @@ pub fn origin_of_box(low: DVec3, high: DVec3) -> DVec3 {
     DVec3::new(axis(l.x, h.x), axis(l.y, h.y), axis(l.z, h.z))
 }
 
-/// What rounding to single precision did to the vertices of a scene.
+/// How rounding to single precision moved the vertices of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
-    /// The largest distance of a vertex that is used from where it was.
+    /// The largest distance by which a vertex that is used was moved.
     pub displacement: f64,
-    /// The median of the lengths of edges; of large scenes, of the edges of some triangles.
+    /// The median length of edges; for large scenes, of the edges of a sample of triangles.
     pub median_edge: f64,
 }
 
 impl Rounding {
-    /// Takes the lengths of edges, which it puts in another order.
+    /// Creates the summary from the displacement and the lengths of edges, which are reordered.
     #[must_use]
     pub fn new(displacement: f64, edges: &mut [f64]) -> Self {
         let middle = edges.len() / 2;
@@ -68,8 +69,8 @@ impl Rounding {
         }
     }
 
-    /// Whether a vertex moved by more than a thousandth of the median edge, so that answers may be
-    /// wrong where the scene has such edges. The text of the rounding says so.
+    /// Whether a vertex was moved by more than a thousandth of the median edge, so that results may
+    /// be wrong where the scene has edges of that size. The text of this value says so.
     #[must_use]
     pub fn is_coarse(&self) -> bool {
         self.displacement > 1e-3 * self.median_edge

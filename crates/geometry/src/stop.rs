@@ -1,8 +1,9 @@
-//! Work that may be stopped: long loops look whether their thread is to go on.
+//! Cooperative cancellation: long loops check whether the work of their thread is to stop.
 //!
-//! A library knows nothing of signals and asks no clock. A caller that wants to end work gives each
-//! thread of it a question ([`ask`]); loops that may be long [`check`] it at every step, and unwind
-//! once it says yes; the caller [`catch`]es that. Threads without a question never unwind.
+//! A library knows no signals and reads no clock. A caller that wants to be able to end work gives
+//! each of its threads a closure, a *question* ([`ask`]). Loops that may take long call [`check`]
+//! in every step, which unwinds if the closure returns true; the caller [`catch`]es that. Threads
+//! without a question never unwind.
 //!
 //! ```
 //! use linelit_geometry::stop;
@@ -28,27 +29,28 @@ use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::rc::Rc;
 
-/// Says whether the work of a thread is to stop.
+/// A closure that returns true if the work of its thread is to stop.
 pub type Question = Rc<dyn Fn() -> bool>;
 
-/// The work was stopped, and what it had done is lost.
+/// The error of work that was stopped; what it had done is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stopped;
 
 thread_local! {
+    /// The question of this thread.
     static QUESTION: RefCell<Option<Question>> = const { RefCell::new(None) };
-    /// Whether there is a question: a byte that needs no destructor, for checks in short loops.
+    /// Whether there is a question: a byte without a destructor, for checks in short loops.
     static HAS_QUESTION: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Gives this thread a question in place of the one that it had, which is returned.
+/// Sets the question of this thread, and returns the one that it had before.
 pub fn ask(question: Option<Question>) -> Option<Question> {
     HAS_QUESTION.set(question.is_some());
     QUESTION.replace(question)
 }
 
-/// Unwinds to [`catch`] if this thread is to stop; takes a load and a branch where there is no
-/// question.
+/// Unwinds to [`catch`] if the work of this thread is to stop. Without a question, it costs a load
+/// and a branch.
 #[inline]
 pub fn check() {
     if HAS_QUESTION.get() {
@@ -58,20 +60,20 @@ pub fn check() {
 
 #[cold]
 fn check_question() {
-    // The answer may need to run work of this thread, with another question.
+    // The closure may run other work in this thread, with another question.
     let question = QUESTION.with_borrow(Clone::clone);
     if question.is_some_and(|question| question()) {
-        // No panic: there is no message, and no hook is called.
+        // Not a panic: there is no message, and no panic hook is called.
         resume_unwind(Box::new(Stopped));
     }
 }
 
-/// Does work until it is done or stopped. Panics go on.
+/// Runs work until it is done or stopped. Panics are passed on.
 ///
 /// # Errors
-/// [`Stopped`], where the work was.
+/// Returns [`Stopped`] if the work was stopped.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Stopped> {
-    // What the work changed when it was stopped is for its owner to begin anew.
+    // The owner of data that stopped work has changed must reset it.
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| match payload.downcast() {
         Ok(stopped) => *stopped,
         Err(panic) => resume_unwind(panic),

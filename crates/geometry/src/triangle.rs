@@ -1,4 +1,4 @@
-//! Triangles.
+//! [`Triangle`]: a triangle in space, with its area, normal and nearest points.
 
 use crate::{DVec3, predicates};
 
@@ -10,7 +10,7 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// The triangle with the given corners.
+    /// Creates the triangle with the given corners.
     #[inline]
     #[must_use]
     pub const fn new(a: DVec3, b: DVec3, c: DVec3) -> Self {
@@ -19,19 +19,19 @@ impl Triangle {
         }
     }
 
-    /// `(b − a) × (c − a)`: twice the area, along the normal; each component accurate relative to
-    /// itself given the rounded edges.
+    /// Twice the area as a vector along the normal, `(b − a) × (c − a)`. Given the rounded edges,
+    /// each component is accurate relative to itself.
     #[must_use]
     pub fn area_vector(&self) -> DVec3 {
         let [a, b, c] = self.vertices;
         predicates::cross(b - a, c - a)
     }
 
-    /// The point of the triangle, edges and corners included, that is nearest to `p`: within a few
-    /// ε of the sizes involved.
+    /// The point of the triangle, edges and corners included, that is nearest to `p`, with an error
+    /// of a few ε of the sizes involved.
     ///
-    /// By the signs of the projections on the edges at each corner (Ericson 2005, section 5.1.5).
-    /// Of a degenerate triangle, one of its points.
+    /// The signs of the projections on the edges at each corner decide where it is (Ericson 2005,
+    /// section 5.1.5). For a degenerate triangle it is one of its points.
     #[must_use]
     pub fn nearest(&self, p: DVec3) -> DVec3 {
         let [a, b, c] = self.vertices;
@@ -47,12 +47,14 @@ impl Triangle {
             };
             from + edge * t
         };
-        // Weights of the corners in the plane; where all are positive, the foot is inside.
+        // Compute the barycentric weights of the foot in the plane; if all are positive, it is
+        // inside.
         let (wa, wb, wc) = (b1 * c2 - b2 * c1, b2 * c0 - b0 * c2, b0 * c1 - b1 * c0);
         let sum = wa + wb + wc;
         if wa > 0.0 && wb > 0.0 && wc > 0.0 && sum < f64::INFINITY {
             return a + ab * (wb / sum) + ac * (wc / sum);
         }
+        // Otherwise the nearest point is on an edge.
         let edges = [on_edge(a, ab), on_edge(b, c - b), on_edge(c, a - c)];
         let nearer = |x: DVec3, y: DVec3| {
             if p.distance_squared(y) < p.distance_squared(x) {
@@ -64,14 +66,14 @@ impl Triangle {
         nearer(nearer(edges[0], edges[1]), edges[2])
     }
 
-    /// Unit normal by the right-hand rule; zero for a degenerate triangle.
+    /// The unit normal by the right-hand rule; zero for a degenerate triangle.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
         predicates::normalize(self.area_vector()).unwrap_or(DVec3::ZERO)
     }
 
-    /// Area in squared scene units; right for edges from 1e-140 to 1e140, whose products `f64`
-    /// holds with all their digits.
+    /// The area in squared scene units. It is correct for edges of lengths from 1e-140 to 1e140,
+    /// whose products keep all their digits in `f64`.
     #[must_use]
     pub fn area(&self) -> f64 {
         0.5 * predicates::length(self.area_vector())
@@ -84,7 +86,7 @@ impl Triangle {
         a + (b - a) * b1 + (c - a) * b2
     }
 
-    /// Mean of the corners.
+    /// The mean of the corners.
     #[must_use]
     pub fn centroid(&self) -> DVec3 {
         let [a, b, c] = self.vertices;

@@ -1,14 +1,14 @@
-//! Vectors of anyone's.
+//! [`Vector3`]: conversion from the vectors of other libraries.
 
 use crate::DVec3;
 
-/// Anyone's point, direction or colour: what constructors take, so that a renderer keeps the
-/// vectors that it has.
+/// A point, direction or colour of any library. Constructors take it, so that a renderer need not
+/// convert its vectors.
 ///
-/// It is there for [`DVec3`], for `[f64; 3]` and `[f32; 3]` (which any version of glam, nalgebra
-/// or cgmath gives), and with the feature `mint` for the vectors and points of mint. Where a
-/// function takes a [`DVec3`] as it is, [`vector`] makes one; what comes back as one has
-/// `to_array()`.
+/// It is implemented for [`DVec3`], for `[f64; 3]` and `[f32; 3]` (to which vectors of any version
+/// of glam, nalgebra or cgmath can be converted), and, with the feature `mint`, for the vectors and
+/// points of mint. For functions that take a [`DVec3`], [`vector`] converts; to convert a returned
+/// [`DVec3`], use its `to_array()`.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3, Segment, vector};
@@ -19,12 +19,12 @@ use crate::DVec3;
 /// # Ok::<(), linelit_geometry::PolygonError>(())
 /// ```
 pub trait Vector3 {
-    /// Returns the same numbers, exactly.
+    /// Converts to [`DVec3`], exactly.
     #[must_use]
     fn dvec3(self) -> DVec3;
 
-    /// Returns the vectors as they are, if they are `[f32; 3]`: what is stored in single precision
-    /// then needs no copy of them.
+    /// Returns the vectors as they are if their type is `[f32; 3]`, so that storing them in single
+    /// precision needs no copy.
     #[allow(
         clippy::disallowed_types,
         reason = "what is handed in may be single; what is computed is not"
@@ -38,7 +38,7 @@ pub trait Vector3 {
     }
 }
 
-/// Converts a point, direction or colour of any type to ours: [`Vector3::dvec3`].
+/// Converts a point, direction or colour of any library to [`DVec3`], as [`Vector3::dvec3`] does.
 #[inline]
 #[must_use]
 pub fn vector(v: impl Vector3) -> DVec3 {
@@ -75,7 +75,8 @@ impl Vector3 for [f32; 3] {
     }
 }
 
-/// The vectors and points of mint, through which most libraries of vectors can hand theirs on.
+/// Implementations for the vectors and points of mint, to which most libraries of vectors can
+/// convert.
 #[cfg(feature = "mint")]
 mod with_mint {
     use super::{DVec3, Vector3};

@@ -1,4 +1,5 @@
-//! Microseconds per boundary of what random triangles leave of a square.
+//! Measures the microseconds per boundary of the part of a square that random triangles leave
+//! visible.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"
@@ -12,8 +13,8 @@ use std::time::Duration;
 
 const SQUARE: [Point; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-/// Triangles around random places, the smaller the more there are: as many cover about a quarter of
-/// the square.
+/// Triangles at random positions, smaller if there are more, so that together they cover about a
+/// quarter of the square.
 fn triangles(count: u32, rng: &mut SplitMix64) -> Vec<[Point; 3]> {
     let size = f64::from(count).sqrt().recip();
     let mut triangle = || {

@@ -1,17 +1,19 @@
-//! Which of many boxes may meet a given one: sets of numbers, one bit each.
+//! A search structure for boxes: which of many boxes may overlap a given one. Sets of boxes are
+//! stored as bit sets, one bit for each box.
 
 use super::orient::Point;
 
-/// Bins along each axis: a few hundred boxes on a light do not want more.
+/// The number of bins along each axis; a few hundred boxes on a light need no more.
 const BINS: usize = 16;
 
-/// The number of boxes from which there are four times as many bins.
+/// The number of boxes from which on there are four times as many bins.
 const MANY: usize = 256;
 
-/// The number of boxes up to which all are tested: more are rare, and filling bins takes longer.
+/// The number of boxes up to which all are returned: larger numbers are rare, and filling bins
+/// takes longer for few boxes.
 const FEW: usize = 20;
 
-/// A rectangle along the axes.
+/// A rectangle parallel to the axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     pub low: Point,
@@ -44,13 +46,14 @@ impl Bounds {
         Self::of_all(&points)
     }
 
+    /// The bounding box of some points.
     #[inline]
     pub(super) fn of_all(points: &[Point]) -> Self {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for p in points {
             for k in 0..2 {
-                // One instruction each, as `min` and `max` are not; NaN is passed over as there.
+                // One instruction each, unlike `min` and `max`; NaN is ignored, as by these.
                 low[k] = if p[k] < low[k] { p[k] } else { low[k] };
                 high[k] = if p[k] > high[k] { p[k] } else { high[k] };
             }
@@ -58,7 +61,7 @@ impl Bounds {
         Self { low, high }
     }
 
-    /// Wider by `room` on each side.
+    /// The rectangle enlarged by `room` on each side.
     #[inline]
     pub(super) fn wider(&self, room: f64) -> Self {
         let Self { low, high } = self;
@@ -70,7 +73,7 @@ impl Bounds {
 
     #[inline]
     pub(super) fn meets(&self, other: &Self) -> bool {
-        // Without branches: which of the four fails is hard to foresee.
+        // Without branches, since which of the four fails is hard to predict.
         (self.low[0] <= other.high[0])
             & (other.low[0] <= self.high[0])
             & (self.low[1] <= other.high[1])
@@ -78,24 +81,25 @@ impl Bounds {
     }
 }
 
-/// Boxes by bins of their ends: for each axis and bin, which boxes start there or before, and which
-/// end there or after. The boxes that meet another are in all four of its sets.
+/// Boxes sorted into bins by their ends: for each axis and bin, the set of the boxes that start in
+/// that bin or before, and the set of those that end in it or after. The boxes that overlap another
+/// are in all four of the sets at that box's ends.
 ///
-/// Bins are monotone in the coordinate, so that no box that meets is missed.
+/// The bin is a monotone function of the coordinate, so that no overlapping box is missed.
 #[derive(Debug, Default)]
 pub(super) struct Bins {
     words: usize,
-    /// The number of boxes; there are no sets if they are few.
+    /// The number of boxes; if there are few, there are no sets.
     few: usize,
-    /// Bins along each axis, a power of two.
+    /// The number of bins along each axis, a power of two.
     bins: usize,
     low: Point,
     scale: Point,
-    /// The sets of bits in x then y, for starts then ends: `bins` sets of `words` words.
+    /// The bit sets: of x, then y; of starts, then ends; for each, `bins` sets of `words` words.
     sets: Vec<u64>,
 }
 
-/// The four sets that answer for one box, or the one of all if they are few.
+/// The four sets for one box, or, if there are few boxes, the set of all.
 #[derive(Clone, Copy, Debug)]
 struct Query<'a> {
     sets: [&'a [u64]; 4],
@@ -103,13 +107,14 @@ struct Query<'a> {
 }
 
 impl Bins {
-    /// Sorts boxes into bins over `area`; what is beyond it goes to the bins at its rim.
+    /// Sorts boxes into bins over `area`; ends outside of it go to the outermost bins.
     pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
         self.few = boxes.len();
         self.words = 0;
         if self.few <= FEW {
             return;
         }
+        // Choose the number of bins, and the scale from coordinates to bins.
         self.words = self.few.div_ceil(64);
         self.low = area.low;
         self.bins = if self.few < MANY { BINS } else { 4 * BINS };
@@ -119,12 +124,14 @@ impl Bins {
         self.scale = [scale(0), scale(1)];
         self.sets.clear();
         self.sets.resize(4 * self.bins * self.words, 0);
+        // Enter each box at its start and at its end on each axis.
         for (i, b) in boxes.enumerate() {
             let (word, bit) = (i / 64, 1 << (i % 64));
             for row in self.rows(&b.low, &b.high) {
                 self.sets[row * self.words + word] |= bit;
             }
         }
+        // Accumulate the sets: starts upwards, ends downwards.
         let size = self.bins * self.words;
         for axis in self.sets.chunks_exact_mut(2 * size) {
             let (starts, ends) = axis.split_at_mut(size);
@@ -137,7 +144,7 @@ impl Bins {
         }
     }
 
-    /// The numbers from `first` on of those that may meet a box, in ascending order.
+    /// The numbers, from `first` on, of the boxes that may overlap a box, in ascending order.
     #[inline]
     pub(super) fn near(&self, b: &Bounds, first: usize) -> impl Iterator<Item = usize> {
         let query = if self.words == 0 {
@@ -152,16 +159,16 @@ impl Bins {
 
     #[inline(never)]
     fn query(&self, b: &Bounds) -> Query<'_> {
-        // What starts before its end and ends after its start.
+        // Boxes that start before its end, and end after its start.
         let rows = self.rows(&b.high, &b.low);
         let sets = rows.map(|row| &self.sets[row * self.words..(row + 1) * self.words]);
         Query { sets, few: 0 }
     }
 
-    /// Rows of the starts of x, the ends of x, and the same of y.
+    /// The indices of four sets: for starts on x, ends on x, starts on y, ends on y.
     #[inline]
     fn rows(&self, start: &Point, end: &Point) -> [usize; 4] {
-        // Rounded to whole numbers by adding 2⁵²: monotone, and NaN goes to the last bin.
+        // Adding 2⁵² rounds to an integer: monotone, and NaN goes to the last bin.
         let bins = self.bins;
         #[allow(clippy::cast_precision_loss, reason = "a small number")]
         let most = (bins - 1) as f64;
@@ -181,7 +188,7 @@ impl Bins {
 }
 
 impl Query<'_> {
-    /// The numbers from `first` on.
+    /// The numbers in all four sets, from `first` on.
     #[inline]
     fn from(self, first: usize) -> impl Iterator<Item = usize> {
         let [a, b, c, d] = self.sets;

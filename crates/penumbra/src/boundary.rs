@@ -1,7 +1,13 @@
-//! The boundary of what is visible; `docs/decisions/006-exact-by-the-boundary.md` says why.
+//! The boundary of the visible part of a light. `docs/decisions/006-exact-by-the-boundary.md`
+//! explains the method.
 //!
-//! What is not to be inlined is faster by itself (an eighth of all on the grid): together, the
-//! compiler keeps too much on the stack.
+//! The steps, in order: `steps` is the interface; `edges` collects the edges of triangles' images,
+//! each once; `side` finds where they cross; `counts` counts the images next to each; and
+//! `stretches` does the same for surfaces of which only silhouettes are known.
+//!
+//! Some functions are marked as not to be inlined: they are faster by themselves (by an eighth of
+//! the total time on the grid scene), since together they make the compiler keep too much on the
+//! stack.
 
 mod counts;
 mod edges;
@@ -27,8 +33,7 @@ use side::{Event, Extent, Side, are_neighbours, meet};
 pub use steps::{Occluded, Outline};
 use stretches::Stretches;
 
-/// A straight piece of the boundary of the visible part of a light; what is visible lies on its
-/// left.
+/// A straight piece of the boundary of a light's visible part, which is on the left of the piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundaryEdge {
     /// The start of the edge.
@@ -37,23 +42,23 @@ pub struct BoundaryEdge {
     pub to: Point,
 }
 
-/// The distance of a rounded point from a side of a triangle, in units of the light, below which
-/// nothing is concluded from its position.
+/// The distance, in units of the light, from the side of a triangle below which the position of a
+/// rounded point decides nothing.
 const CLOSE: f64 = 1e-9;
 
-/// Finds the boundary of what is visible of a convex polygon behind triangles; one value, kept,
-/// serves any number of polygons with the same buffers.
+/// Finds the boundary of the part of a convex polygon that is visible past triangles. One value can
+/// be used for any number of polygons, and reuses its buffers.
 #[derive(Debug, Default)]
 pub struct Penumbra {
-    /// The light as it was given: often the same again.
+    /// The light as it was given; often the next one is the same.
     given: Vec<Point>,
     light: Vec<Point>,
-    /// The sides of the light, and the boxes in which they may matter.
+    /// The light's own sides, and the boxes in which they may matter.
     around: Vec<Side>,
     around_boxes: Vec<Bounds>,
-    /// The light's largest coordinate.
+    /// The largest absolute coordinate of the light.
     unit: f64,
-    /// A part of the light; what is within it need not be cut.
+    /// A rectangle inside the light; edges within it need not be clipped.
     core: Bounds,
     images: Vec<Image>,
     edges: Edges,
@@ -61,38 +66,42 @@ pub struct Penumbra {
     sides: Vec<Side>,
     /// The hash table of sides by the point where they start.
     starts: Vec<Option<Index>>,
-    /// The box in which each side may matter.
+    /// The box of each side's relevant part.
     boxes: Vec<Bounds>,
     images_at: Grids,
     sides_near: Bins,
     events: Vec<Event>,
     /// The events of one side, in ascending order.
     own: Vec<(f64, Index)>,
-    /// Sides whose counts are known, but not what follows from them.
+    /// Sides whose counts are known but not yet processed, with the counts.
     handed: Vec<(usize, i32)>,
     /// The number of sides outside of `handed` whose counts are not known.
     unknown: usize,
     pieces: Vec<BoundaryEdge>,
-    /// Whether there may be surfaces.
+    /// Whether there are surfaces known by silhouettes.
     past_surfaces: bool,
     stretches: Stretches,
 }
 
 impl Penumbra {
-    /// Finds the boundary past triangles, or, past silhouettes, too, the outline.
+    /// Finds the boundary past triangles; if there are silhouettes, finds the stretches of the
+    /// outline instead.
     fn find(&mut self) {
         self.pieces.clear();
         self.stretches.clear();
         if self.light.len() < 3 {
-            // Sides and events of the last light name stretches that are gone.
+            // Sides and events of the previous light refer to stretches that no longer exist.
             self.sides.clear();
             self.events.clear();
             return;
         }
+        // Sort the images into grids for point queries.
         let on_light = Bounds::of_all(&self.light);
         let room = CLOSE * self.unit;
         let bounds = self.images.iter().map(|i| i.bounds.wider(room));
         self.images_at.fill(&on_light, bounds);
+        // Decide on the light alone; where rounding may decide, start over in the whole plane,
+        // where every decision is exact.
         for extent in [Extent::Light, Extent::All] {
             self.pieces.clear();
             self.stretches.clear();
@@ -104,19 +113,21 @@ impl Penumbra {
         }
     }
 
-    /// Returns the number of edges, of triangles and silhouettes, that the last boundary had to
-    /// follow, which its time is proportional to.
+    /// Returns the number of edges of triangles and silhouettes that the last boundary had to
+    /// follow. The time is proportional to it.
     #[must_use]
     pub fn edge_count(&self) -> usize {
         self.sides.len().saturating_sub(self.light.len())
     }
 
+    /// Sets the light, and everything that depends on it alone.
     fn set_light(&mut self, light: &[Point]) {
         if self.given == light {
             return;
         }
         self.given.clear();
         self.given.extend_from_slice(light);
+        // Orient the light counter-clockwise.
         self.light.clear();
         self.light.extend(light.iter().copied().map(settled));
         let area: f64 = (1..light.len().max(1) - 1)
@@ -128,8 +139,9 @@ impl Penumbra {
         let sizes = self.light.iter().flatten().map(|x| x.abs());
         self.unit = sizes.fold(0.0, f64::max);
         self.collect_around();
-        // A rectangle's bounds, narrowed so that their corners are inside: without that there would
-        // be no core, and all would be cut, which takes time but leaves what is found.
+        // Find a core: the bounding rectangle, narrowed so that the corners of a rectangular light's
+        // bounds are inside the light. Without a core, as for most other shapes, all edges are
+        // clipped, which takes time but changes no result.
         let core = Bounds::of_all(&self.light).wider(-CLOSE * self.unit);
         let Bounds {
             low: [a, b],
@@ -148,7 +160,7 @@ impl Penumbra {
         };
     }
 
-    /// The light's sides, backwards, and how they meet each other.
+    /// Collects the light's sides, in reverse direction, and where they touch each other.
     fn collect_around(&mut self) {
         self.around.clear();
         self.around_boxes.clear();
@@ -160,13 +172,13 @@ impl Penumbra {
             let whole = Some(edge.whole());
             let mut side = Side::new(edge, Layers::default(), whole);
             side.light = true;
-            // The last has the first after it.
+            // The last side is followed by the first.
             let next = if i > 0 { self.around.len() + 1 } else { 0 };
             side.next = Some(Index::new(next));
             self.around.push(side);
             self.around_boxes.push(bounds);
         }
-        // Only that they touch: nothing comes or goes where they do.
+        // Record only that they touch, since the sides add nothing to each other's counts.
         for i in 0..count {
             let (before, after) = self.around.split_at_mut(i + 1);
             let e = &mut before[i];
@@ -179,11 +191,13 @@ impl Penumbra {
         }
     }
 
-    /// The edges where the number of images changes, each once, of the images from `known` on and
-    /// those before.
+    /// Collects the edges at which the number of images changes, each once, after images were added
+    /// from index `known` on.
     fn collect_edges(&mut self, known: usize) {
         let Self { images, edges, .. } = self;
         edges.make_room(3 * (images.len() - known));
+        // Count the image on the left of its edges, and link each edge to the next one around the
+        // image.
         for image in &images[known..] {
             let [a, b, c] = image.corners;
             let (p, q, r) = (hash(a), hash(b), hash(c));
@@ -198,8 +212,8 @@ impl Penumbra {
         }
     }
 
-    /// Collects the sides that take part: of the edges where the number of images changes, those
-    /// that come near the light, or all; and the light's.
+    /// Collects the sides that take part: the edges at which the number of images changes, either
+    /// those close to the light or all, and the light's own sides.
     fn collect_sides(&mut self, on_light: &Bounds, extent: Extent) {
         self.sides.clear();
         self.boxes.clear();
@@ -215,14 +229,17 @@ impl Penumbra {
             if has_none || (!near && extent == Extent::Light) {
                 continue;
             }
+            // Direct the edge so that more images are on its left, and find the part of it on the
+            // light.
             let edge = if *weight < 0 { edge.reversed() } else { *edge };
             let inside = whole.is_within(&self.core);
-            // What lies along an edge of the light is left to the light.
+            // Where an edge runs along an edge of the light, the light's own side represents it.
             let part = match (inside, near) {
                 (true, _) => Some(edge.whole()),
                 (false, true) => edge.within(&self.light),
                 (false, false) => None,
             };
+            // Find the box in which other sides matter to it.
             let bounds = match &part {
                 Some(part) if extent == Extent::Light && !inside => {
                     Bounds::of([part.lo.point, part.hi.point]).wider(room)
@@ -238,6 +255,7 @@ impl Penumbra {
             if *weight > 0 {
                 side.next = shared.next;
             }
+            // If the edge is clipped, counting starts where it enters the light.
             if let Some(part) = part
                 && extent == Extent::Light
                 && let Start::Cut(slack) = part.start
@@ -253,7 +271,7 @@ impl Penumbra {
         self.collect_lights_sides();
     }
 
-    /// Adds the light's sides to the others.
+    /// Appends the light's own sides.
     fn collect_lights_sides(&mut self) {
         let first = self.sides.len();
         self.boxes.extend_from_slice(&self.around_boxes);
@@ -266,12 +284,12 @@ impl Penumbra {
         }
     }
 
-    /// Finds what comes after the sides that have none after them: silhouettes of a mesh go on from
-    /// one triangle to another. Where more of them meet, they touch, so that it does not matter
-    /// which is found.
+    /// Finds the next side for sides that have none: silhouettes of a mesh continue from one
+    /// triangle to the next. Where several meet they touch, so that it does not matter which of
+    /// them is found.
     #[allow(clippy::float_cmp, reason = "the very same corner")]
     fn join_sides(&mut self) {
-        // Around an image, from edges to sides.
+        // Around an image, translate the next edge to its side.
         for side in &mut self.sides {
             if let Some(next) = side.next {
                 let next = &self.edges.all[next.get()];
@@ -281,6 +299,8 @@ impl Penumbra {
         if self.sides.iter().all(|side| side.next.is_some()) {
             return;
         }
+        // Enter all sides in a hash table by their start, then look up the ends of those without a
+        // next side.
         let Self {
             sides,
             starts: table,
@@ -312,7 +332,7 @@ impl Penumbra {
         }
     }
 
-    /// Collects the places where sides cross.
+    /// Collects the events: where sides cross.
     #[inline(never)]
     fn collect_events(&mut self, on_light: &Bounds) {
         let Self {
@@ -325,6 +345,8 @@ impl Penumbra {
             ..
         } = self;
         events.clear();
+        // Test each pair of sides with overlapping boxes, except the light's sides among each
+        // other.
         sides_near.fill(on_light, boxes.iter().copied());
         for i in 0..sides.len() - light.len() {
             let (before, after) = sides.split_at_mut(i + 1);
@@ -344,8 +366,8 @@ impl Penumbra {
     }
 }
 
-/// Replaces −0, which has another hash, and what would underflow in a product by 0; moves a point
-/// by 1e-60 of the light's size.
+/// Replaces minus zero, which has another hash, and numbers that would underflow in products, by
+/// zero; this moves a point by at most 1e-60.
 fn settled(p: Point) -> Point {
     let flush = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
     [flush(p[0]), flush(p[1])]

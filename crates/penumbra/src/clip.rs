@@ -1,22 +1,23 @@
-//! Directed edges in the light's plane: where they cross, and which part of one is on the light.
+//! Directed edges in the light's plane: where two of them cross, and which part of one is on the
+//! light. Decisions are exact; only the positions of crossings are rounded.
 
 use super::orient::{Point, orient};
 
-/// A directed edge; what is of interest lies right next to it on its right.
+/// A directed edge; the searches are about the points right next to it on its right.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub from: Point,
     pub to: Point,
-    /// The square of its length, which is the position of its end; see [`End::at`].
+    /// The square of its length, which is also the position of its end; see [`End::at`].
     pub length: f64,
 }
 
-/// A place on an edge.
+/// A point on an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
-    /// The position along the edge: 0 at its start, its length squared at its end.
+    /// The position along the edge: 0 at its start, and its length squared at its end.
     pub at: f64,
-    /// The point itself: the same bits for both edges that cross there.
+    /// The point itself, with the same bits for both edges that cross there.
     pub point: Point,
 }
 
@@ -25,23 +26,24 @@ pub(crate) struct End {
 pub(crate) struct Span {
     pub lo: End,
     pub hi: End,
-    /// The origin of the lower end.
+    /// How the lower end was determined.
     pub start: Start,
 }
 
-/// The origin of the lower end of a part of an edge.
+/// How the lower end of a part of an edge was determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Start {
     /// The edge's own start.
     Own,
-    /// A corner of what the edge was cut by, or a crossing, known to this much.
+    /// A crossing with a side of the polygon by which the edge was clipped, or a corner of it; with
+    /// a bound of its rounding error.
     Cut(f64),
 }
 
-/// A vertex and how far left of an edge it is.
+/// A vertex, and its distance (times a factor) to the left of an edge.
 type Side = (Point, f64);
 
-/// The relation of two edges, each moved to its right by an infinitesimal in turn.
+/// How two edges meet, each of them in turn moved to its right by an infinitesimal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Meeting {
     /// The edges do not meet.
@@ -56,9 +58,11 @@ pub(crate) enum Meeting {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
     pub point: Point,
-    /// Whether the first, moved, passes the second, and whether it comes to its left.
+    /// Whether the first edge, moved, passes the second: `None` if not, otherwise whether to its
+    /// left.
     pub first: Option<bool>,
-    /// Whether the second, moved, passes the first, and whether it comes to its left.
+    /// Whether the second edge, moved, passes the first: `None` if not, otherwise whether to its
+    /// left.
     pub second: Option<bool>,
     /// Whether an end of one is on the line through the other.
     pub touching: bool,
@@ -84,11 +88,12 @@ impl Edge {
         }
     }
 
-    /// The greater part of how far it runs, and no more than twice that.
+    /// The length along the axes (L₁ norm), which is between its length and √2 times that.
     pub(super) fn extent(&self) -> f64 {
         (self.to[0] - self.from[0]).abs() + (self.to[1] - self.from[1]).abs()
     }
 
+    /// The position of a point along the edge, by its projection.
     #[inline]
     fn place(&self, p: Point) -> f64 {
         let d = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
@@ -109,15 +114,16 @@ impl Edge {
         }
     }
 
-    /// A point on the edge; what rounding moves beyond its ends is put there. (Beyond them it would
-    /// come before or after all else on the edge just as well: no decision hangs on it.)
+    /// A point on the edge. If rounding moves it beyond an end, its position is set to that end.
+    /// (Beyond the end it would also come before or after everything else on the edge, so no
+    /// decision depends on this.)
     #[inline]
     pub(crate) fn end_at(&self, point: Point) -> End {
         let at = self.place(point).max(0.0).min(self.length);
         End { at, point }
     }
 
-    /// The part that this edge shares with another on the same line that runs the same way.
+    /// The part that this edge shares with another one on the same line and in the same direction.
     pub(crate) fn shared(&self, other: &Self) -> Option<Span> {
         let (whole, a, b) = (self.whole(), self.place(other.from), self.place(other.to));
         let lo = if a > 0.0 {
@@ -134,16 +140,17 @@ impl Edge {
         (a < b && lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
-    /// The part of the edge, moved to its right by nothing at all, that is inside of a convex
-    /// polygon given counter-clockwise; none if it lies along one of the polygon's sides.
+    /// The part of the edge, moved to its right by an infinitesimal, that is inside of a convex
+    /// polygon given counter-clockwise; `None` if there is none, or if the edge runs along one of
+    /// the polygon's sides.
     ///
-    /// Every decision is that of exact arithmetic on the given coordinates.
+    /// All decisions are those of exact arithmetic on the given coordinates.
     pub(crate) fn within(&self, polygon: &[Point]) -> Option<Span> {
         let count = polygon.len();
         let side = |i: usize| (polygon[i], orient(self.from, self.to, polygon[i]));
         let mut before = side(count - 1);
-        // Where the polygon's boundary crosses the line to its right and back to its left; points
-        // on the line count as left.
+        // Find where the polygon's boundary crosses the edge's line to its right and back to its
+        // left; points on the line count as left.
         let (mut into, mut out) = (None, None);
         for i in 0..count {
             let here = side(i);
@@ -160,8 +167,11 @@ impl Edge {
         self.between(into?, out?)
     }
 
-    /// The part between the side that is crossed `into` the polygon and the one `out` of it.
+    /// The part between two sides of the polygon: the one where the edge comes `into` the polygon,
+    /// and the one where it goes `out`.
     fn between(&self, into: (Side, Side), out: (Side, Side)) -> Option<Span> {
+        // Find the lower end: the edge's own start if it is inside, otherwise the crossing with the
+        // first side.
         let whole = self.whole();
         let (lo, start) = {
             let ((c, side_c), (d, _)) = into;
@@ -180,6 +190,7 @@ impl Edge {
                 (self.end_at(point), start)
             }
         };
+        // Find the upper end in the same way.
         let ((c, _), (d, side_d)) = out;
         let ends = self.beside(c, d);
         let hi = if ends[1] <= 0.0 {
@@ -196,21 +207,22 @@ impl Edge {
         (lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
-    /// Returns how far the ends are to the right of the line from c to d, as seen from d: the
-    /// polygon's sides are reversed where edges meet.
+    /// Returns how far the ends are to the right of the line from c to d, which is to the left as
+    /// seen from d: where edges meet, the polygon's sides are reversed.
     fn beside(&self, c: Point, d: Point) -> [f64; 2] {
         [orient(d, c, self.from), orient(d, c, self.to)]
     }
 
-    /// Returns the error bound along this edge of its crossing with another edge, whose ends are at
-    /// `ends` beside the other: each of the two is wrong by less than 4 ε of its terms.
+    /// Returns an error bound, along this edge, of its crossing with another edge, from whose line
+    /// its ends have the distances `ends` (times a factor). Each of these is wrong by less than 4 ε
+    /// of its terms.
     fn slack(&self, other: &Self, ends: [f64; 2]) -> f64 {
         let size = |p: Point| p[0].abs() + p[1].abs();
         let far = size(self.from) + size(self.to) + 2.0 * size(other.from);
         4.0 * f64::EPSILON * far * other.extent() * self.extent() / (ends[0] - ends[1]).abs()
     }
 
-    /// Whether rounding may move where two edges cross by more than `room` along either.
+    /// Whether rounding may move the crossing of two edges by more than `room` along either.
     #[inline]
     pub(super) fn crosses_loosely(&self, other: &Self, room: f64) -> bool {
         let size = |p: Point| p[0].abs() + p[1].abs();
@@ -221,7 +233,8 @@ impl Edge {
         turn * room <= 4.0 * f64::EPSILON * far * other.extent() * self.extent()
     }
 
-    /// Returns the proper crossing with another edge, which has its ends at `ends` beside it.
+    /// Returns the proper crossing with another edge, from whose line the ends have the distances
+    /// `ends` (times a factor).
     #[inline]
     fn crossing(&self, [from, to]: [f64; 2]) -> Point {
         let t = from / (from - to);
@@ -229,12 +242,15 @@ impl Edge {
         [self.from[0] + run[0] * t, self.from[1] + run[1] * t]
     }
 
-    /// Finds how two edges meet, exactly; both get one crossing, which is computed along this one.
+    /// Finds how two edges meet, by exact decisions. Both get the same crossing, which is computed
+    /// along this edge.
     ///
-    /// An edge that is moved to its right leaves the corners on its own line on its left. Its ends
-    /// are moved inwards, by more than that: what touches them only is not passed.
+    /// An edge that is moved to its right by an infinitesimal leaves corners on its own line on its
+    /// left. Its ends are moved inwards by a larger infinitesimal, so that what only touches an end
+    /// is not passed.
     #[inline]
     pub(crate) fn meet(&self, other: &Self) -> Meeting {
+        // Reject edges of which one is on one side of the other.
         let c = orient(self.from, self.to, other.from);
         let d = orient(self.from, self.to, other.to);
         if (c > 0.0 && d > 0.0) || (c < 0.0 && d < 0.0) {
@@ -248,6 +264,7 @@ impl Edge {
         if (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0) {
             return Meeting::Apart;
         }
+        // A proper crossing: no end is on the other's line.
         if c * d < 0.0 && a * b < 0.0 {
             return Meeting::Crossing(Crossing {
                 point: self.crossing([a, b]),
@@ -256,6 +273,8 @@ impl Edge {
                 touching: false,
             });
         }
+        // An end is on the other's line: decide for the moved edges, and take the exact point where
+        // there is one.
         let first = passes([c, d], [a, b]);
         let second = passes([a, b], [c, d]);
         let point = if c == 0.0 {
@@ -278,18 +297,20 @@ impl Edge {
     }
 }
 
-/// Whether an edge that is moved to its right passes another, whose ends are at `other` left of it,
-/// and whether it comes to the other's left; its own ends are at `own` left of the other.
+/// Whether an edge that is moved to its right passes another: `None` if not, otherwise whether it
+/// comes to the other's left. `other` are the distances of the other's ends to the left of the
+/// moved edge, `own` those of its own ends to the left of the other.
 fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
     let right = [other[0] < 0.0, other[1] < 0.0];
     if right[0] == right[1] {
         return None;
     }
-    // The other comes from the right to the left: this one then goes from its left to its right.
+    // If the other runs from the right to the left, the moved edge passes from its left to its
+    // right.
     let to_left = !right[0];
-    // Moved inwards from an end on the other's line, this one is on the side it goes to from its
-    // first end and on the side it comes from at its last. (No count hangs on the last: nothing
-    // follows it on this edge, and what is touched hands nothing on.)
+    // If an end is on the other's line, it is moved inwards: its first end is on the side to which
+    // the edge goes, its last end on the side from which it comes. (No count depends on the last
+    // end: nothing follows it on this edge, and a touched edge hands no count on.)
     let starts_left = own[0] > 0.0 || (own[0] == 0.0 && to_left);
     let ends_left = own[1] > 0.0 || (own[1] == 0.0 && !to_left);
     (starts_left != ends_left).then_some(to_left)

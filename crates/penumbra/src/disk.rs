@@ -1,4 +1,4 @@
-//! What of a region lies on a disk.
+//! [`PartOnDisk`]: the part of a region that is on the unit disk, for round lights.
 
 use super::boundary::BoundaryEdge;
 use super::orient::Point;
@@ -6,30 +6,30 @@ use linelit_elementary::{atan2, hypot, sin_cos};
 use linelit_geometry::stop;
 use std::f64::consts::{PI, TAU};
 
-/// A piece of the boundary of a region's part on the unit disk; the region lies on its left.
+/// A piece of the boundary of a region's part on the unit disk; the part is on its left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DiskEdge {
-    /// A straight piece within the disk.
+    /// A straight piece within the disk, from one point to another.
     Straight(Point, Point),
-    /// An arc of the rim, counter-clockwise from one point to another; whether it is more than half
-    /// of the rim.
+    /// An arc of the rim, counter-clockwise from one point to another, and whether it is longer
+    /// than half of the rim.
     Arc(Point, Point, bool),
     /// The whole rim.
     Rim,
 }
 
-/// A crossing of a region's boundary with the rim.
+/// A crossing of a region's boundary with the rim of the disk.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
-    /// The turn, from 0 to 2π.
+    /// The angle on the rim, from 0 to 2π.
     turn: f64,
     at: Point,
-    /// Whether it leaves the disk: the region holds the rim from here on.
+    /// Whether the boundary leaves the disk here, so that the rim is in the region from here on.
     leaves: bool,
 }
 
-/// Finds the part of a region that is on the unit disk; one value, kept, serves any number of
-/// regions with the same buffers.
+/// Finds the part of a region that is on the unit disk. One value can be used for any number of
+/// regions, and reuses its buffers.
 ///
 /// ```
 /// use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk};
@@ -50,13 +50,15 @@ pub struct PartOnDisk {
 }
 
 impl PartOnDisk {
-    /// The boundary of a region's part on the unit disk, of the region's boundary, straight pieces
-    /// with the region on their left.
+    /// Finds the boundary of a region's part on the unit disk. The region is given by its boundary:
+    /// straight pieces with the region on their left.
     ///
-    /// Edges come in no particular order. Where pieces of the region's boundary have the same ends,
-    /// so have edges, to the bit; where they do not, as of a region that is not closed, what is
-    /// left out or held twice is no larger than the gap.
+    /// Edges are returned in no particular order. Where pieces of the region's boundary have equal
+    /// ends, so have the edges, to the bit. Where they have not, because the region is not closed,
+    /// what is left out or counted twice is no larger than the gap.
     pub fn of(&mut self, boundary: impl IntoIterator<Item = BoundaryEdge>) -> &[DiskEdge] {
+        // Cut all sides at the rim. As many crossings have to leave the disk as enter it; otherwise
+        // close the gaps first.
         self.sides.clear();
         self.sides.extend(boundary);
         self.cut_all();
@@ -69,7 +71,8 @@ impl PartOnDisk {
         &self.edges
     }
 
-    /// Closes what does not, with a side from each end where none begins to the nearest start.
+    /// Closes a boundary with gaps, by a side from each end without a continuation to the nearest
+    /// start.
     #[cold]
     #[allow(clippy::float_cmp, reason = "the very same point")]
     fn close(&mut self) {
@@ -97,7 +100,7 @@ impl PartOnDisk {
         }
     }
 
-    /// Takes what of a side is within the disk, and where it crosses the rim.
+    /// Collects the part of a side that is within the disk, and its crossings with the rim.
     fn cut(&mut self, BoundaryEdge { from, to }: BoundaryEdge) {
         let [from_in, to_in] = [from, to].map(|p| p[0] * p[0] + p[1] * p[1] <= 1.0);
         if from_in && to_in {
@@ -106,7 +109,8 @@ impl PartOnDisk {
         }
         let d = [to[0] - from[0], to[1] - from[1]];
         let square = d[0] * d[0] + d[1] * d[1];
-        // The place nearest to the centre, and half the chord, in lengths of the side.
+        // Compute the point nearest to the centre, and half the chord, in units of the side's
+        // length.
         let nearest = -(from[0] * d[0] + from[1] * d[1]) / square;
         let offset = (from[0] * d[1] - from[1] * d[0]) / square.sqrt();
         let half = (((1.0 - offset) * (1.0 + offset)).max(0.0) / square).sqrt();
@@ -119,6 +123,7 @@ impl PartOnDisk {
         if !from_in && !to_in && misses {
             return;
         }
+        // Cut the side at the rim where its ends are outside.
         let start = if from_in {
             from
         } else {
@@ -142,19 +147,21 @@ impl PartOnDisk {
         self.crossings.push(Crossing { turn, at, leaves });
     }
 
-    /// Takes the arcs that are in the region. Where it crosses the rim at the same place to
-    /// rounding, in whichever order, what lies between has no length.
+    /// Collects the arcs of the rim that are in the region. If crossings coincide up to rounding,
+    /// their order does not matter, since the arcs between them have no length.
     fn join(&mut self) {
         self.crossings.sort_by(|a, b| a.turn.total_cmp(&b.turn));
         let Some(last) = self.crossings.last() else {
-            // Not where what touches the rim is likely to.
+            // The rim is in the region wholly or not at all. Test a point where sides are unlikely
+            // to touch the rim.
             let (y, x) = sin_cos(1.0);
             if wind_around(&self.sides, [x, y]) {
                 self.edges.push(DiskEdge::Rim);
             }
             return;
         };
-        // From the middle of the longest gap on, where rounding cannot tell otherwise.
+        // Find the longest gap between crossings, and test its middle, where rounding cannot
+        // decide.
         let (mut before, mut longest, mut first) = (last.turn - TAU, -1.0, 0);
         for (i, crossing) in self.crossings.iter().enumerate() {
             if crossing.turn - before > longest {
@@ -167,6 +174,7 @@ impl PartOnDisk {
             let (y, x) = sin_cos(turn);
             wind_around(sides, [x, y])
         };
+        // From there go around, and collect arcs where the rim is in the region.
         let count = self.crossings.len();
         let mut depth = i32::from(is_in(self.crossings[first].turn - 0.5 * longest));
         for i in first..first + count {
@@ -174,7 +182,7 @@ impl PartOnDisk {
             stop::check();
             depth += if this.leaves { 1 } else { -1 };
             if depth > 0 {
-                // From the last around to the first, also where both are at one place.
+                // The last arc goes around to the first crossing, even if there is only one.
                 let around = if next == 0 { TAU } else { 0.0 };
                 let next = self.crossings[next];
                 let arc = DiskEdge::Arc(this.at, next.at, next.turn + around - this.turn > PI);
@@ -184,8 +192,8 @@ impl PartOnDisk {
     }
 }
 
-/// Whether a region has a point that its boundary does not pass: how often the boundary winds
-/// around it.
+/// Whether a region contains a point that is not on its boundary: whether the boundary winds around
+/// it.
 fn wind_around(sides: &[BoundaryEdge], [x, y]: Point) -> bool {
     let mut turns = 0;
     for BoundaryEdge { from, to } in sides {
@@ -207,7 +215,7 @@ mod tests {
     use crate::Penumbra;
     use linelit_testkit::rng::SplitMix64;
 
-    /// The area, by Green's theorem: of an arc, (y₁ − y₀ …)/2 is half its turn.
+    /// The area, by Green's theorem: for an arc, (y₁ − y₀ …)/2 is half its angle.
     fn area(edges: &[DiskEdge]) -> f64 {
         let of = |edge: &DiskEdge| match *edge {
             DiskEdge::Straight(a, b) => 0.5 * (a[0] * b[1] - a[1] * b[0]),
@@ -232,8 +240,8 @@ mod tests {
         area(part.of(boundary.iter().copied()))
     }
 
-    /// Returns the area by strips, the visible length of each found by sorting: their number is the
-    /// root of the error's inverse at the rim.
+    /// Computes the area by strips, and the visible length of each strip by sorting; the number of
+    /// strips is the square root of the reciprocal of the error at the rim.
     fn by_strips(triangles: &[[Point; 3]]) -> f64 {
         const STRIPS: i32 = 4000;
         let strip = |k| {
@@ -262,7 +270,7 @@ mod tests {
         (0..STRIPS).map(strip).sum::<f64>() * 2.0 / f64::from(STRIPS)
     }
 
-    /// Random triangles, small and large; those that all of the disk is behind or before.
+    /// Random triangles, small and large, some of which leave the whole disk visible, or nothing.
     #[test]
     fn areas_are_those_of_strips() {
         let mut rng = SplitMix64::new(20);
@@ -285,8 +293,8 @@ mod tests {
         assert!(rims > 2 && none > 1, "{rims} {none}");
     }
 
-    /// Corners and edges on the rim, edges that touch it, and triangles of a mesh that meet there:
-    /// halves and quarters of the disk and what is left of them.
+    /// Corners and edges on the rim, edges that touch it, and triangles of a mesh that share a
+    /// corner or an edge there: halves and quarters of the disk, and what is left of them.
     #[test]
     fn what_meets_on_the_rim_is_no_special_case() {
         let far = 3.0;
@@ -295,9 +303,9 @@ mod tests {
             (&[quarter], 0.75 * PI),
             // Corners on the rim.
             (&[[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]], PI - 0.5),
-            // Two that share an edge across it.
+            // Two triangles that share an edge across the rim.
             (&[quarter, [[0.0, 0.0], [far, 0.0], [0.0, -far]]], 0.5 * PI),
-            // Two that meet in a corner on it.
+            // Two triangles that share a corner on the rim.
             (
                 &[
                     [[1.0, 0.0], [far, far], [0.0, far]],
@@ -305,7 +313,7 @@ mod tests {
                 ],
                 visible(&[[[1.0, 0.0], [far, far], [0.0, far]]]) * 2.0 - PI,
             ),
-            // Touches from outside, from inside around.
+            // Triangles that touch the rim from outside, and around the disk from inside.
             (&[[[1.0, -far], [1.0, far], [far, 0.0]]], PI),
             (&[[[-8.0, -1.0], [8.0, -1.0], [0.0, 9.0]]], 0.0),
             (&[[[-8.0, -1.0], [8.0, -1.0], [0.0, -9.0]]], PI),
@@ -323,8 +331,8 @@ mod tests {
         corners.iter().zip(next).map(side).collect()
     }
 
-    /// What is at least so far from the centre in the direction of a turn, and its straight side's
-    /// direction.
+    /// The half-plane at least this far from the centre in the direction of an angle, and the
+    /// direction of its straight side.
     fn half_plane(turn: f64, offset: f64) -> ([Point; 4], [Point; 2]) {
         let (s, c) = turn.sin_cos();
         let at = |along: f64, out: f64| [s * along + c * out, c.mul_add(-along, s * out)];
@@ -335,9 +343,9 @@ mod tests {
         )
     }
 
-    /// The part beyond a chord, from all but all of the disk to all but nothing: its ends are half
-    /// a chord from the chord's middle, its area is acos h − h √(1 − h²), and its arc is more than
-    /// half of the rim where it holds the centre.
+    /// The part of the disk beyond a chord, from almost the whole disk to almost nothing. Its ends
+    /// are half a chord from the chord's middle, its area is acos h − h √(1 − h²), and its arc is
+    /// more than half of the rim if it contains the centre.
     #[test]
     fn what_is_beyond_a_chord_is_a_segment_of_the_disk() {
         for case in 0..200 {
@@ -366,8 +374,8 @@ mod tests {
         }
     }
 
-    /// A wedge of no width to rounding leaves all but its area, from its one end on the rim around
-    /// to the other.
+    /// A wedge that has no width up to rounding leaves everything but its area: an arc from its one
+    /// end on the rim around to the other.
     #[test]
     fn a_slit_leaves_the_disk() {
         for case in 0..60 {
@@ -382,8 +390,8 @@ mod tests {
         }
     }
 
-    /// A boundary with a gap on the rim, at it or anywhere, or that is passed twice there, moves
-    /// the area by no more than the gap.
+    /// If a boundary has a gap, on the rim, close to it or anywhere, or passes there twice, the
+    /// area changes by no more than the gap.
     #[test]
     fn a_gap_costs_no_more_than_itself() {
         let mut rng = SplitMix64::new(21);
@@ -392,13 +400,13 @@ mod tests {
             let (turn, offset) = (rng.in_range(0.0, TAU), rng.in_range(-0.95, 0.95));
             let (mut corners, _) = half_plane(turn, offset);
             if case % 2 == 1 {
-                // A wedge, whose tip is on the disk.
+                // A wedge whose tip is on the disk.
                 let mid = |k: usize| 0.5 * (corners[0][k] + corners[1][k]);
                 corners[0] = [mid(0), mid(1)];
             }
             let whole = sides(&corners);
             let gap = 0.1_f64.powf(rng.in_range(2.0, 17.0)) * [1.0, -1.0][case / 2 % 2];
-            // About where the side leaves the disk, or anywhere along it.
+            // Close to where the side leaves the disk, or anywhere along it.
             let BoundaryEdge { from, to } = whole[0];
             let mut part = PartOnDisk::default();
             let rim = part.of(whole.iter().copied()).iter().find_map(|e| match e {

@@ -1,43 +1,47 @@
-//! Which of many boxes may hold a given point: grids of several sizes.
+//! A search structure for boxes: which of many boxes may contain a given point, by grids of several
+//! resolutions.
 
 use super::bins::Bounds;
 use super::orient::Point;
 
-/// The number of boxes up to which they are tested one by one.
+/// The number of boxes up to which all are tested one by one.
 const FEW: usize = 64;
 
-/// The most cells that a box is in: fewer, and long thin boxes go to grids that are too coarse.
+/// The largest number of cells that a box is entered in. With fewer, long thin boxes would go to
+/// grids that are too coarse.
 const TOUCHED: u32 = 8;
 
-/// The finest grid has at most two to this many cells along each axis.
+/// The finest grid has at most two to this power cells along each axis.
 const FINEST: u32 = 7;
 
 /// Grids over a rectangle, each with half as many cells along an axis as the one before. A box is
-/// in that which is as fine as can be for it to touch no more than a few cells: where many small
-/// ones lie, a point is in few of them, and large ones do not fill all cells.
+/// entered in the finest grid in which it touches no more than a few cells. So a point has few
+/// candidates even among many small boxes, and large boxes do not fill all cells.
 ///
-/// Cells are monotone in the coordinate, so that no box that holds a point is missed.
+/// The cell is a monotone function of the coordinate, so that no box that contains a point is
+/// missed.
 #[derive(Debug, Default)]
 pub(super) struct Grids {
-    /// The number of boxes; there are no grids if they are few.
+    /// The number of boxes; if there are few, there are no grids.
     count: usize,
-    /// Two to this many cells along each axis of the finest.
+    /// The finest grid has two to this power cells along each axis.
     levels: u32,
     low: Point,
     scale: Point,
-    /// The last entry of each cell plus one, grid after grid from the coarsest on.
+    /// For each cell, grid after grid from the coarsest on, the index of its last entry plus one.
     cells: Vec<u32>,
-    /// A box, and the entry of the same cell that was made before, plus one.
+    /// A box, and the index of the previous entry of the same cell plus one.
     entries: Vec<[u32; 2]>,
 }
 
 impl Grids {
-    /// Sorts boxes into grids over `area`; what is beyond it goes to the cells at its rim.
+    /// Enters boxes in grids over `area`; parts outside of it are entered in the outermost cells.
     pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
         self.count = boxes.len();
         if self.count <= FEW {
             return;
         }
+        // Choose the finest grid, with about as many cells as boxes.
         self.levels = (self.count.ilog2() / 2 + 1).min(FINEST);
         let side = f64::from((1_u32 << self.levels) - 1);
         self.low = area.low;
@@ -46,6 +50,7 @@ impl Grids {
         self.cells.clear();
         self.cells.resize(first_cell(self.levels + 1), 0);
         self.entries.clear();
+        // Enter each box in the finest grid in which it touches few cells.
         for (i, b) in (0_u32..).zip(boxes) {
             let (low, high) = (self.place(&b.low), self.place(&b.high));
             let touched = |k: usize, up: u32| (high[k] >> up) - (low[k] >> up) + 1;
@@ -65,8 +70,8 @@ impl Grids {
         }
     }
 
-    /// Calls `f` with the numbers of those that may hold a point, in no particular order, until it
-    /// returns `None`.
+    /// Calls `f` with the numbers of the boxes that may contain a point, in no particular order,
+    /// until it returns `None`.
     #[inline]
     pub(super) fn at(&self, p: &Point, mut f: impl FnMut(usize) -> Option<()>) -> Option<()> {
         if self.count <= FEW {
@@ -86,13 +91,13 @@ impl Grids {
         Some(())
     }
 
-    /// The cell of the finest grid.
+    /// The cell of the finest grid that contains a point.
     #[inline]
     fn place(&self, p: &Point) -> [u32; 2] {
         let most = f64::from((1_u32 << self.levels) - 1);
         [0, 1].map(|k| {
             let place = ((p[k] - self.low[k]) * self.scale[k]).min(most).max(0.0);
-            // Rounded to whole numbers by adding 2⁵²: monotone, and NaN goes to the last cell.
+            // Adding 2⁵² rounds to an integer: monotone, and NaN goes to the last cell.
             #[allow(clippy::cast_possible_truncation, reason = "less than 2^FINEST")]
             let cell = (place + 4_503_599_627_370_496.0).to_bits() as u32 & ((1 << FINEST) - 1);
             cell
@@ -100,12 +105,12 @@ impl Grids {
     }
 }
 
-/// Returns where a grid of 2ˡᵉᵛᵉˡ cells along each axis begins in the list of all.
+/// Returns the index of the first cell of the grid with 2ˡᵉᵛᵉˡ cells along each axis.
 fn first_cell(level: u32) -> usize {
     ((1 << (2 * level)) - 1) / 3
 }
 
-/// A place in a list that holds fewer than 2³² items.
+/// An index into a list of fewer than 2³² items.
 fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }
@@ -125,7 +130,7 @@ mod tests {
         for count in [0, 1, FEW, FEW + 1, 300, 5000_usize] {
             let mut boxes = Vec::new();
             for i in 0..count {
-                // Wide, high, small and all-covering ones.
+                // Wide boxes, high boxes, small ones, and some that cover everything.
                 let sizes = [[0.5, 0.01], [0.01, 0.9], [0.02, 0.02], [3.0, 3.0]];
                 let [w, h] = sizes[i % 4].map(|size| rng.in_range(0.0, size));
                 let [x, y] = [rng.in_range(-1.0, 2.0), rng.in_range(-1.0, 3.0)];

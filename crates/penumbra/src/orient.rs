@@ -1,19 +1,21 @@
-//! On which side of a line a point lies: exactly.
+//! The exact predicate on which all decisions rest: on which side of a line a point is.
 
 use linelit_geometry::predicates::{two_product, two_sum};
 
 /// A point of the light's plane, in any affine coordinates.
 pub type Point = [f64; 2];
 
-/// Below this share of its terms, a determinant is computed again, exactly. The rounding of the
-/// plain form is 4 ε of them (Shewchuk 1997, section 4.1); the rest is for digits that the
-/// crossing of two edges wants to have right.
+/// Below this fraction of its terms, a determinant is computed again, exactly. The rounding of the
+/// plain form is 4 ε of the terms (Shewchuk 1997, section 4.1); the margin above that is for the
+/// digits that crossings of edges need.
 const CLOSE: f64 = 1e-12;
 
-/// Twice the signed area of the triangle a b c: positive where c is left of the way from a to b.
+/// Twice the signed area of the triangle a b c: positive if c is to the left of the line from a to
+/// b.
 ///
-/// The sign is that of the exact value, and the value has at least three digits; zero is returned
-/// only for points exactly on one line. For coordinates between 1e-60 and 1e60 or zero.
+/// The sign is that of the exact value, and the value has at least three correct digits; zero is
+/// returned only for points that are exactly on one line. Coordinates have to be zero or between
+/// 1e-60 and 1e60 in absolute value.
 #[inline]
 pub(crate) fn orient(a: Point, b: Point, c: Point) -> f64 {
     let left = (b[0] - a[0]) * (c[1] - a[1]);
@@ -22,7 +24,7 @@ pub(crate) fn orient(a: Point, b: Point, c: Point) -> f64 {
     if plain.abs() > CLOSE * (left.abs() + right.abs()) {
         return plain;
     }
-    // Neighbours in a mesh share corners to the bit.
+    // Two equal points: frequent, since neighbours in a mesh share corners to the bit.
     #[allow(clippy::float_cmp, reason = "the very same point")]
     let shared = c == a || c == b || a == b;
     if shared {
@@ -31,7 +33,7 @@ pub(crate) fn orient(a: Point, b: Point, c: Point) -> f64 {
     exactly(a, b, c)
 }
 
-/// The determinant as an exact sum of its six products, rounded at the very end.
+/// The determinant as an exact sum of its six products, rounded only at the end.
 #[cold]
 #[inline(never)]
 fn exactly(a: Point, b: Point, c: Point) -> f64 {
@@ -43,7 +45,8 @@ fn exactly(a: Point, b: Point, c: Point) -> f64 {
         (c[0], a[1]),
         (-c[0], b[1]),
     ];
-    // Parts that do not overlap, in ascending order of magnitude (Shewchuk 1997, theorem 10).
+    // Grow an expansion: parts that do not overlap, in ascending order of magnitude (Shewchuk 1997,
+    // theorem 10).
     let mut parts = [0.0; 12];
     let mut count = 0;
     for (x, y) in products {

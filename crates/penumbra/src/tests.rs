@@ -1,10 +1,10 @@
-//! Boundaries against areas found by a sweep over all events.
+//! Boundaries, compared with areas that are found by a sweep over all events.
 
 use super::orient::orient;
 use super::{BoundaryEdge, Penumbra, Point};
 use proptest::prelude::*;
 
-/// The visible area by the boundary: a sum over its pieces.
+/// The visible area, as a sum over the boundary's pieces.
 fn area(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
     let mut penumbra = Penumbra::default();
     area_within(
@@ -51,7 +51,8 @@ fn visible_length(light: &[Point], triangles: &[[Point; 3]], u: f64) -> f64 {
     length + (high - reached).max(0.0)
 }
 
-/// The visible area: the visible length is linear between all corners and crossings.
+/// The visible area by a sweep: the visible length is linear between neighbouring corners and
+/// crossings.
 fn area_by_sweep(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
     let polygons = triangles.iter().map(|t| &t[..]).chain([light]);
     let sides: Vec<[Point; 2]> = polygons
@@ -78,9 +79,9 @@ fn area_by_sweep(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
 
 const SQUARE: [Point; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-/// Rounded crossings move an area by thousands of ε at most: there are some hundred of them, each
-/// wrong by a few ε over the sine of the angle at which the edges cross along the edges, but by a
-/// few ε across them, which is what area is made of.
+/// The tolerance for areas: rounded crossings change an area by thousands of ε at most. There are
+/// some hundred of them; each is off along the edges by a few ε over the sine of the angle at which
+/// the edges cross, but only by a few ε across them, which is what changes the area.
 const AREA: f64 = 4096.0 * f64::EPSILON;
 
 fn assert_area(light: &[Point], triangles: &[[Point; 3]]) {
@@ -99,14 +100,14 @@ fn assert_area(light: &[Point], triangles: &[[Point; 3]]) {
     }
 }
 
-/// The visible area if each second triangle, or every one, is known by its sides alone; `None` if
-/// they are too close to each other to tell.
+/// The visible area if every second triangle, or every one, is known by its sides alone; `None` if
+/// they are too close to each other to decide.
 fn area_past_surfaces(light: &[Point], triangles: &[[Point; 3]], every: bool) -> Option<f64> {
     let mut penumbra = Penumbra::default();
     let is_surface = |i: usize| every || i % 2 == 1;
     let (mut images, mut surfaces) = (Vec::new(), Vec::new());
     for (i, t) in triangles.iter().enumerate() {
-        // What is less is zero to `orient`, too.
+        // Smaller coordinates are zero to `orient`, too.
         let t = t.map(|p| p.map(|x| if x.abs() < 1e-60 { 0.0 } else { x }));
         if is_surface(i) {
             surfaces.push(t);
@@ -126,11 +127,11 @@ fn area_past_surfaces(light: &[Point], triangles: &[[Point; 3]], every: bool) ->
         let holds = |[a, b, c]: &[Point; 3]| {
             let turn = orient(*a, *b, *c).signum();
             let sides = [(a, b), (b, c), (c, a)];
-            // Sides that are shared are no edges.
+            // Sides that two triangles share are not edges.
             orient(*a, *b, *c) != 0.0
                 && sides.iter().all(|(a, b)| orient(**a, **b, p) * turn >= 0.0)
         };
-        // No place is asked about that images hide.
+        // Points behind images are never queried.
         assert!(!images.iter().any(holds), "{p:?}");
         !surfaces.iter().any(holds)
     };
@@ -153,7 +154,7 @@ fn area_within(o: Point, pieces: &[BoundaryEdge]) -> f64 {
 fn simple_cases() {
     let half = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]];
     assert_area(&SQUARE, &[]);
-    // Corner cut off exactly, twice, and with the winding reversed.
+    // A corner cut off exactly, twice, and in the other orientation.
     let corner = [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]];
     assert_area(&SQUARE, &[corner]);
     assert_area(&SQUARE, &[corner, corner]);
@@ -165,9 +166,9 @@ fn simple_cases() {
     assert_area(&SQUARE, &[hole]);
     let inner = [[0.4, 0.3], [0.6, 0.3], [0.5, 0.4]];
     assert_area(&SQUARE, &[hole, inner]);
-    // Beside the light, along its side.
+    // Next to the light, along its side.
     assert_area(&SQUARE, &[[[0.0, 0.0], [1.0, 0.0], [0.5, -1.0]]]);
-    // No area.
+    // Triangles without area.
     assert_area(&SQUARE, &[[[0.1, 0.1], [0.5, 0.5], [0.9, 0.9]]]);
 }
 
@@ -190,8 +191,8 @@ fn meshes_leave_nothing() {
     }
 }
 
-/// A side that ends as far from both long sides of a thin image as rounding moves a crossing: which
-/// of both it crosses first, is not known.
+/// A side whose end is as close to both long sides of a thin image as rounding moves a crossing, so
+/// that it is not known which of them it crosses first.
 #[test]
 fn sides_that_end_at_thin_images() {
     let above = 1.250_000_000_000_000_7;
@@ -199,8 +200,8 @@ fn sides_that_end_at_thin_images() {
     assert_area(&SQUARE, &[thin, [[-0.5, above], [0.25, 0.25], [0.75, 0.0]]]);
 }
 
-/// Silhouettes are passed over to who knows all triangles only where they all but coincide: among
-/// loose ones at random, never.
+/// The boundary past silhouettes is refused only if they nearly coincide; for random triangles this
+/// never happens.
 #[test]
 fn silhouettes_tell_nearly_always() {
     let mut rng = linelit_testkit::cases::rng(10);
@@ -219,7 +220,7 @@ fn any_point(low: f64, high: f64) -> impl Strategy<Value = Point> {
     [low..high, low..high]
 }
 
-/// Points of a coarse grid: corners coincide, edges overlap, everything is in a line.
+/// Points of a coarse grid: corners coincide, edges overlap, and everything is on common lines.
 fn grid_point() -> impl Strategy<Value = Point> {
     [-2i32..7, -2i32..7].prop_map(|p| p.map(|x| 0.25 * f64::from(x)))
 }
@@ -243,8 +244,8 @@ proptest! {
     }
 
     /// Compares areas for so many triangles that counts are handed on: small ones within the light,
-    /// some that share corners, and some that reach as far beyond it as visibility leaves them,
-    /// where a coordinate and so a crossing is known to a thousand times less.
+    /// some that share corners, and some that extend as far beyond the light as visibility leaves
+    /// them, where coordinates, and so crossings, are a thousand times less precise.
     #[test]
     fn area_of_crowds(
         near in prop::collection::vec([any_point(-0.2, 1.2), any_point(-0.3, 0.3), any_point(-0.3, 0.3)], 0..16),
@@ -273,7 +274,7 @@ proptest! {
         prop_assert!(gap(&light, &triangles) < 1e-12);
     }
 
-    /// Corners shared and moved by a few units in the last place: edges all but coincide.
+    /// Shared corners, moved by a few units in the last place, so that edges nearly coincide.
     #[test]
     fn area_of_near_coincidences(
         triangles in prop::collection::vec([grid_point(), grid_point(), grid_point()], 1..6),
@@ -285,7 +286,7 @@ proptest! {
         assert_area(&SQUARE, &triangles);
     }
 
-    /// The order of triangles and of their corners changes rounding only.
+    /// The order of triangles and of their corners changes nothing except rounding.
     #[test]
     fn order_does_not_matter(
         mut triangles in prop::collection::vec([grid_point(), grid_point(), grid_point()], 0..8),
@@ -299,9 +300,10 @@ proptest! {
     }
 }
 
-/// Edges that come onto the light where it meets an image's side, to rounding: on which side of
-/// that they begin, only exact arithmetic tells. So many images are there that grids find those at
-/// a place, whose cells meet there, too: what begins one cell beside an image is to be found.
+/// Edges that enter the light where it meets an image's side, up to rounding: only exact arithmetic
+/// can decide on which side of the image's side they begin. There are so many images that grids are
+/// used, whose cells meet there, too, and edges that begin one cell away from an image have to be
+/// found.
 #[test]
 fn rounding_across_the_cells_of_grids_decides_nothing() {
     let mut rng = linelit_testkit::cases::rng(12);
@@ -337,8 +339,9 @@ fn what_is_kept_of_a_light_serves_no_other() {
     }
 }
 
-/// Hundreds of sides, for which other tables serve than for a few; and a part of the triangles, and
-/// then the others and some of the first again, are as good as all at once.
+/// Hundreds of sides, for which other tables are used than for a few. Adding a part of the
+/// triangles, and then the others and some of the first again, gives the same as adding all at
+/// once.
 #[test]
 fn area_of_many_in_two_goes() {
     let mut rng = linelit_testkit::cases::rng(9);
@@ -349,7 +352,7 @@ fn area_of_many_in_two_goes() {
             let mut any = |low, high| [rng.in_range(low, high), rng.in_range(low, high)];
             let (o, a, b) = (any(-0.1, 1.1), any(-size, size), any(-size, size));
             let [a, b] = [a, b].map(|p| [o[0] + p[0], o[1] + p[1]]);
-            // Two that share a side.
+            // Two triangles that share a side.
             let c = [a[0] + b[0] - o[0], a[1] + b[1] - o[1]];
             triangles.extend([[o, a, b], [a, b, c]]);
         }
@@ -369,8 +372,8 @@ fn area_of_many_in_two_goes() {
     }
 }
 
-/// A light of which nothing is left is asked about after one that was partly hidden, as happens to
-/// whoever does not skip lights below the horizon.
+/// A light of which nothing is left is queried after one that was partly hidden, as callers do that
+/// do not skip lights below the horizon.
 #[test]
 fn nothing_is_visible_of_an_empty_light_after_another() {
     let [a, b, c] = [[0.2, 0.2], [0.8, 0.2], [0.2, 0.8]];

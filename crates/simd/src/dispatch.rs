@@ -1,11 +1,14 @@
-//! Calling a kernel for the instruction set that was chosen at run time.
+//! [`dispatch!`](crate::dispatch!): the macro by which a kernel is called on the instruction set
+//! that was chosen at run time.
 
-/// Instantiates a kernel `#[inline(always)] fn kernel<S: Simd>(s: S, …)` for every instruction set,
-/// behind one function that takes an [`Isa`](crate::Isa) in the place of `s`. Constants of the
-/// function (`fn name<const N: usize> = …`) are handed to the kernel after `S`.
+/// Defines a function that runs a kernel on the instruction set of an [`Isa`](crate::Isa). The
+/// kernel has the form `#[inline(always)] fn kernel<S: Simd>(s: S, …)`, and is compiled once for
+/// every instruction set; the function takes an `Isa` in place of `s`. Constant parameters of the
+/// function (`fn name<const N: usize> = …`) are passed to the kernel after `S`.
 ///
-/// The kernel and all that it calls with its token must be `#[inline(always)]`, and closures do not
-/// do: what is not inlined is compiled without the instructions, and slow.
+/// The kernel, and all functions that it calls with its token, have to be `#[inline(always)]`, and
+/// so have closures, which are not inlined by themselves: code that is not inlined is compiled
+/// without the instructions, and is slow.
 #[macro_export]
 macro_rules! dispatch {
     ($(#[$doc:meta])* $vis:vis fn $name:ident $(<$(const $c:ident: $ct:ty),+>)? =

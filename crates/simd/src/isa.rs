@@ -1,7 +1,7 @@
-//! Which vector instructions kernels may use: found once, at run time.
+//! The choice of vector instructions, made once at run time.
 //!
-//! Kernels for an instruction set are called with its token, [`Avx2`] or [`Avx512`], of which this
-//! module alone makes values: to hold one is proof that the processor has the instructions.
+//! Kernels for an instruction set are called with its token, [`Avx2`] or [`Avx512`]. Only this
+//! module can create tokens, so that having one is proof that the processor has the instructions.
 //!
 //! ```
 //! use linelit_simd::{InstructionSet, Isa};
@@ -13,14 +13,14 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// The instruction sets that kernels exist for, in ascending order.
+/// The instruction sets for which there are kernels, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InstructionSet {
-    /// Plain Rust, on every processor.
+    /// Plain Rust, on any processor.
     Scalar = 1,
     /// x86-64 with AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT.
     Avx2 = 2,
-    /// The instructions of AVX2, and AVX-512 F, VL, DQ and BW.
+    /// The instructions of AVX2, plus AVX-512 F, VL, DQ and BW.
     Avx512 = 3,
 }
 
@@ -28,7 +28,7 @@ impl InstructionSet {
     /// All instruction sets.
     pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Avx512];
 
-    /// Returns the name of the set as it is written.
+    /// The name of the instruction set, as it is parsed and printed.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -38,17 +38,18 @@ impl InstructionSet {
         }
     }
 
-    /// Whether the processor has it, and [`InstructionSet::limit`] allows it.
+    /// Whether the processor has this instruction set, and [`InstructionSet::limit`] allows it.
     #[must_use]
     pub fn is_available(self) -> bool {
         self as u8 <= best()
     }
 
-    /// Keeps the whole process from using more than this, from the next query on; what was built
-    /// with more ([`Isa`] values) keeps it. Can only be lowered.
+    /// Prevents the whole process from using a higher instruction set than this, from the next
+    /// query on. Existing [`Isa`] values keep theirs. The limit can only be lowered.
     ///
-    /// For tests and measurements: no result depends on it, to the bit. It is the one thing that
-    /// this crate remembers, next to what the standard library remembers of the processor.
+    /// This is for tests and measurements: no result depends on the instruction set, to the bit.
+    /// The limit is the only global state of this crate, apart from what the standard library
+    /// caches about the processor.
     pub fn limit(self) {
         best();
         BEST.fetch_min(self as u8, Ordering::Relaxed);
@@ -61,7 +62,7 @@ impl fmt::Display for InstructionSet {
     }
 }
 
-/// Why a text names no instruction set.
+/// The error for text that does not name an instruction set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParseInstructionSetError;
 
@@ -82,10 +83,10 @@ impl FromStr for InstructionSet {
     }
 }
 
-/// The number of the best set that the processor has; zero before that is known.
+/// The number of the best instruction set available; zero before it is known.
 static BEST: AtomicU8 = AtomicU8::new(0);
 
-/// The number of the best that there is.
+/// The number of the best instruction set available.
 #[inline]
 fn best() -> u8 {
     match BEST.load(Ordering::Relaxed) {
@@ -94,17 +95,18 @@ fn best() -> u8 {
     }
 }
 
+/// Detects the best instruction set, and caches it.
 #[cold]
 fn find() -> u8 {
     let found = processor() as u8;
-    // A quicker thread has found the same, or lowered it.
+    // Another thread has detected the same meanwhile, or lowered it.
     match BEST.compare_exchange(0, found, Ordering::Relaxed, Ordering::Relaxed) {
         Ok(_) => found,
         Err(best) => best,
     }
 }
 
-/// The best that the processor has.
+/// The best instruction set of the processor.
 fn processor() -> InstructionSet {
     #[cfg(target_arch = "x86_64")]
     {
@@ -126,44 +128,45 @@ fn processor() -> InstructionSet {
     InstructionSet::Scalar
 }
 
-/// Proof that the processor has what [`InstructionSet::Avx2`] names.
+/// Proof that the processor has the instructions of [`InstructionSet::Avx2`].
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Avx2(());
 
-/// Proof that the processor has what [`InstructionSet::Avx512`] names.
+/// Proof that the processor has the instructions of [`InstructionSet::Avx512`].
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Avx512(());
 
-/// An instruction set with the proof that the processor has it.
+/// An instruction set, with the proof that the processor has it; kernels are
+/// [dispatched](crate::dispatch!) by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Isa {
-    /// [`InstructionSet::Scalar`]
+    /// Plain Rust: [`InstructionSet::Scalar`].
     Scalar,
-    /// [`InstructionSet::Avx2`]
+    /// AVX2: [`InstructionSet::Avx2`].
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
-    /// [`InstructionSet::Avx512`]
+    /// AVX-512: [`InstructionSet::Avx512`].
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
 }
 
 impl Isa {
-    /// The best that there is.
+    /// The best instruction set available.
     #[inline]
     #[must_use]
     pub fn best() -> Self {
         Self::numbered(best())
     }
 
-    /// The best up to `limit`.
+    /// The best instruction set available that is not above `limit`.
     #[must_use]
     pub fn detect(limit: InstructionSet) -> Self {
         Self::numbered(best().min(limit as u8))
     }
 
-    /// The one with a number that is no more than [`best`].
+    /// The instruction set with a number, which must not exceed [`best`].
     #[inline]
     fn numbered(number: u8) -> Self {
         #[cfg(target_arch = "x86_64")]

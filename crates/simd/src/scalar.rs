@@ -1,17 +1,18 @@
-//! The scalar twin: what every other instruction set is held to.
+//! The vector operations in plain Rust, to which all other instruction sets have to agree to the
+//! bit.
 
 use crate::{Lanes, Simd};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
-/// Plain Rust, eight lanes at a time.
+/// The instruction set of plain Rust, for eight numbers at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Scalar;
 
-/// One `f64`.
+/// A single `f64` in place of eight, for formulas that are generic over [`Lanes`].
 #[derive(Clone, Copy, Debug)]
 pub struct One;
 
-/// Eight numbers or truth values.
+/// Eight numbers or truth values, in an array.
 #[derive(Clone, Copy, Debug)]
 pub struct Eight<T>([T; 8]);
 
@@ -20,6 +21,7 @@ fn zip<T: Copy, U: Copy, V>(a: [T; 8], b: [U; 8], f: impl Fn(T, U) -> V) -> [V; 
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
+/// A bit for each true lane, lane 0 in the lowest.
 #[inline(always)]
 fn pack(a: [bool; 8]) -> u8 {
     let mut bits = 0;
@@ -29,20 +31,20 @@ fn pack(a: [bool; 8]) -> u8 {
     bits
 }
 
-/// `a·b + c` rounded once, whether or not the processor has an instruction for it: culling then
-/// keeps the same boxes and triangles everywhere, and counters agree.
+/// `a·b + c`, rounded once, even if the processor has no instruction for it. So culling keeps the
+/// same boxes and triangles on every machine, and counters agree.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "rounded")]
 fn fused(a: f32, b: f32, c: f32) -> f32 {
-    // The product is exact in `f64`; the sum is rounded to odd (Boldo & Melquiond 2008), so that
-    // rounding it once more gives what rounding once would have.
+    // The product is exact in `f64`. The sum is rounded to odd (Boldo & Melquiond 2008): then
+    // rounding it to `f32` gives the same as a single rounding.
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
     let sum = product + c;
     let part = sum - product;
     let lost = (product - (sum - part)) + (c - part);
     let bits = sum.to_bits();
     let even = bits & 1 == 0;
-    // Nothing is lost of what is exact, nor (a NaN) of what is not finite.
+    // If the sum is exact, nothing is changed; nor if it is not finite, where `lost` is NaN.
     let odd = match (lost.abs() > 0.0 && even, (lost > 0.0) == (sum > 0.0)) {
         (false, _) => bits,
         (true, true) => bits + 1,
@@ -51,7 +53,7 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     f64::from_bits(odd) as f32
 }
 
-/// Operators of eight, also with one in the place of the second.
+/// Operators between two vectors of eight, and between a vector and a number.
 macro_rules! operators {
     ($t:ty: $($trait:ident $name:ident,)*) => {$(
         impl $trait for Eight<$t> {
@@ -116,7 +118,7 @@ impl Lanes for One {
     }
     #[inline(always)]
     fn exp2(self, n: f64) -> f64 {
-        // The low bits hold n in two's complement: they go to the exponent.
+        // The low bits hold n in two's complement; shift them to the exponent.
         f64::from_bits((n.to_bits() << 52).wrapping_add(1023 << 52))
     }
     #[cfg(target_arch = "x86_64")]
@@ -171,7 +173,8 @@ impl Simd for Scalar {
 
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
-        // Apart, as code for instructions is: who chooses among them need not save its registers.
+        // In a function of its own, like code for instruction sets, so that the caller that chooses
+        // among them need not save its registers.
         #[inline(never)]
         fn inner<R>(f: impl FnOnce() -> R) -> R {
             f()
@@ -277,7 +280,7 @@ impl Simd for Scalar {
     }
 }
 
-/// Moves the lanes of `m` to the front.
+/// Moves the lanes in the mask `m` to the front.
 #[inline(always)]
 fn squeeze<T: Copy>(m: u8, a: &[T; 8], out: &mut [T]) {
     let mut m = m;
@@ -295,7 +298,8 @@ mod tests {
     use super::fused;
     use proptest::prelude::*;
 
-    /// Numbers of all sizes, and such as cancel nearly or are next to halfway.
+    /// Numbers of all sizes, among them pairs that nearly cancel and sums that are close to halfway
+    /// between two numbers.
     fn numbers() -> impl Strategy<Value = [f32; 3]> {
         let all = prop::array::uniform3(any::<f32>());
         let near =
@@ -304,7 +308,7 @@ mod tests {
                 let c = f32::from_bits(c.to_bits().wrapping_add_signed(off));
                 [a, b, c * 2.0_f32.powi(-down / 2)]
             });
-        // Few digits: sums that end halfway between two numbers.
+        // Numbers with few digits, whose sums are exactly halfway between two numbers.
         let short = prop::array::uniform3((-4096..4096_i16, -30..30_i32))
             .prop_map(|x| x.map(|(m, e)| f32::from(m) * 2.0_f32.powi(e)));
         prop_oneof![all, near, short]

@@ -1,8 +1,9 @@
-//! The operations that kernels are written in.
+//! The traits [`Lanes`] and [`Simd`]: the operations in which kernels are written.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
-/// Numbers side by side: one `T`, or eight; `+ − · /` work on each, with such or with a single `T`.
+/// One `T` or a vector of eight. `+ − · /` work lane by lane; `+ − ·` also accept a single `T` on
+/// the right.
 pub trait Numbers<T>:
     Copy
     + Add<Output = Self>
@@ -27,10 +28,11 @@ impl<T, V> Numbers<T> for V where
 {
 }
 
-/// The number of `f64` that a formula works on at once: [`One`](crate::One), or eight ([`Simd`]).
+/// How many `f64` a formula computes at once: [`One`](crate::One), or eight ([`Simd`]).
 ///
-/// A formula that is generic over it is its own scalar twin: one text, and the same bits. Every
-/// operation rounds the same way everywhere; nothing is fused.
+/// A formula that is generic over this trait is its own scalar version: there is one source for
+/// both, and they give the same bits. Every operation rounds in the same way everywhere, and
+/// operations are never fused.
 ///
 /// ```
 /// use linelit_simd::{Lanes, One};
@@ -40,37 +42,37 @@ impl<T, V> Numbers<T> for V where
 /// assert_eq!(hypotenuse(One, 3.0, 4.0), 5.0);
 /// ```
 pub trait Lanes: Copy {
-    /// The numbers.
+    /// The numbers of all lanes.
     type D: Numbers<f64>;
-    /// A truth value for each.
+    /// A truth value for each lane.
     type M: Copy + BitAnd<Output = Self::M> + BitOr<Output = Self::M> + Not<Output = Self::M>;
 
-    /// One number in all lanes.
+    /// The same number in all lanes.
     fn dsplat(self, a: f64) -> Self::D;
-    /// The lesser of each lane; `b` where either is NaN.
+    /// The minimum in each lane; `b` where either is NaN.
     fn dmin(self, a: Self::D, b: Self::D) -> Self::D;
-    /// The greater of each lane; `b` where either is NaN.
+    /// The maximum in each lane; `b` where either is NaN.
     fn dmax(self, a: Self::D, b: Self::D) -> Self::D;
-    /// √a of each lane.
+    /// The square root in each lane.
     fn dsqrt(self, a: Self::D) -> Self::D;
     /// Compares lanes: `a ≤ b`; false for NaN.
     fn dle(self, a: Self::D, b: Self::D) -> Self::M;
     /// Compares lanes: `a < b`; false for NaN.
     fn dlt(self, a: Self::D, b: Self::D) -> Self::M;
-    /// `b` where `m`, else `a`.
+    /// `b` in lanes where `m` is true, otherwise `a`.
     fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D;
-    /// 2ⁿ for integers −1022 ≤ n ≤ 1023, given as n + 1.5·2⁵².
+    /// 2ⁿ for integers −1022 ≤ n ≤ 1023, which are given as n + 1.5·2⁵².
     fn exp2(self, n: Self::D) -> Self::D;
 
-    /// Returns the same numbers, at one point of the program: chains of operations that end in them
-    /// stay side by side, where a compiler would put one behind the other, further than the
-    /// processor looks ahead.
+    /// Returns the same numbers, but requires all of them at one point of the program. Independent
+    /// chains of operations that end here stay interleaved; otherwise a compiler may put one after
+    /// the other, further apart than the processor looks ahead.
     #[inline(always)]
     fn abreast<const N: usize>(self, a: [Self::D; N]) -> [Self::D; N] {
         a
     }
 
-    /// Two polynomials of degree seven at `s`: the coefficients of sᵏ are `c[k]`.
+    /// Evaluates two polynomials of degree seven at `s`; `c[k]` are their coefficients of sᵏ.
     ///
     /// Four terms are summed at a time, from the lowest: `(c₀ + c₁ s) + (c₂ + c₃ s) s²`.
     #[inline(always)]
@@ -87,67 +89,70 @@ pub trait Lanes: Copy {
     }
 }
 
-/// An instruction set, as the operations it has on eight `f64` ([`Lanes::D`]) and eight `f32`
-/// ([`Simd::F`]); a value of it is proof that the processor has the instructions.
+/// An instruction set, given by its operations on eight `f64` ([`Lanes::D`]) and eight `f32`
+/// ([`Simd::F`]). A value of it is proof that the processor has the instructions.
 ///
-/// Every operation rounds the same way on every set, so kernels give the same bits on every
-/// machine, and do the same work. Masks of `f32` are bits of a byte, lane 0 in the lowest; masks of
-/// `f64` have a type ([`Lanes::M`]), for some sets keep them in registers.
+/// Every operation rounds in the same way on every instruction set, so that kernels give the same
+/// bits on every machine, and do the same work. Masks for `f32` are bits of a byte, with lane 0 in
+/// the lowest; masks for `f64` have a type of their own ([`Lanes::M`]), since some instruction sets
+/// keep them in registers.
 pub trait Simd: Lanes {
-    /// Eight `f32`.
+    /// Eight numbers of type `f32`.
     type F: Numbers<f32>;
 
     /// Calls `f`, compiled with these instructions if it is `#[inline(always)]`.
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R;
 
-    /// Asks for the memory of `a` ahead of time.
+    /// Prefetches the memory of `a`.
     fn prefetch<T>(self, a: &T);
 
-    /// Eight numbers from memory.
+    /// Loads eight numbers from memory.
     fn load(self, a: &[f32; 8]) -> Self::F;
-    /// Eight numbers to memory.
+    /// Stores eight numbers to memory.
     fn store(self, a: Self::F, out: &mut [f32; 8]);
-    /// One number in all lanes.
+    /// The same number in all lanes.
     fn splat(self, a: f32) -> Self::F;
-    /// `a·b + c`, rounded once. Slow without an instruction for it.
+    /// `a·b + c`, rounded once. It is slow if the processor has no instruction for it.
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a·b − c`, rounded once. Slow without an instruction for it.
+    /// `a·b − c`, rounded once. It is slow if the processor has no instruction for it.
     fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// The lesser of each lane; `b` where either is NaN.
+    /// The minimum in each lane; `b` where either is NaN.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The greater of each lane; `b` where either is NaN.
+    /// The maximum in each lane; `b` where either is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `|a|` of each lane.
+    /// The absolute value in each lane.
     fn abs(self, a: Self::F) -> Self::F;
-    /// A bit for each lane with `a ≤ b`; none for NaN.
+    /// A bit for each lane in which `a ≤ b`; zero for NaN.
     fn le(self, a: Self::F, b: Self::F) -> u8;
-    /// A bit for each lane with `a < b`; none for NaN.
+    /// A bit for each lane in which `a < b`; zero for NaN.
     fn lt(self, a: Self::F, b: Self::F) -> u8;
-    /// Writes the lanes of `m` one after the other to `out[at..]`, and anything to the rest of the
-    /// eight places there, which must exist.
+    /// Writes the lanes in the mask `m` consecutively to `out[at..]`, and arbitrary values to the
+    /// rest of the eight entries there, which have to exist.
     fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize);
     /// Packs `u32` lanes as [`Simd::compress`] does.
     fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize);
-    /// Numbers whose bits from `first` to `last` are set; both ends are given as 2²³ plus a number
-    /// below 64.
+    /// Masks with the bits from `first` to `last` set; both are given as 2²³ plus a number below
+    /// 64.
     fn bin_masks(self, first: Self::F, last: Self::F, out: &mut [u64; 8]);
-    /// A bit for each lane that shares a set bit with `b`.
+    /// A bit for each lane that has a set bit in common with `b`.
     fn intersects(self, a: &[u64; 8], b: u64) -> u8;
-    /// A bit for each lane that is in `start .. start + len` (wrapping).
+    /// A bit for each lane that is in the range from `start` to `start + len`, excluding its end,
+    /// in wrapping arithmetic.
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8;
 
-    /// Eight numbers from memory.
+    /// Loads eight numbers from memory.
     fn dload(self, a: &[f64; 8]) -> Self::D;
-    /// Eight numbers to memory.
+    /// Stores eight numbers to memory.
     fn dstore(self, a: Self::D, out: &mut [f64; 8]);
-    /// Converts lanes to `f64`.
+    /// Converts all lanes to `f64`.
     fn widen(self, a: Self::F) -> Self::D;
-    /// Rounded to the nearest `f32`.
+    /// Rounds all lanes to the nearest `f32`.
     fn narrow(self, a: Self::D) -> Self::F;
-    /// A bit for each lane.
+    /// Converts truth values to a bit for each lane.
     fn bits(self, a: Self::M) -> u8;
     /// Packs `f64` lanes as [`Simd::compress`] does.
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
-    /// The sum of all lanes: of those four apart first, then of those one apart, then of the rest.
+    /// The sum of all lanes: lanes that are four apart are added first, then those that are one
+    /// apart, then the rest.
     fn dsum(self, a: Self::D) -> f64;
 }

@@ -1,4 +1,5 @@
-//! AVX-512 and AVX2 with FMA.
+//! The vector operations by intrinsics of AVX-512, and of AVX2 with FMA; all unsafe code of this
+//! crate is here.
 #![allow(
     unsafe_code,
     reason = "vendor intrinsics, behind tokens that prove they exist"
@@ -24,7 +25,7 @@ pub struct F64x4x2([__m256d; 2]);
 #[derive(Clone, Copy, Debug)]
 pub struct M64x4x2([__m256d; 2]);
 
-/// Methods of a token, each one expression of vendor intrinsics.
+/// Defines methods of a token, each of which is one expression of vendor intrinsics.
 macro_rules! methods {
     ($($name:ident($($a:ident: $t:ty),*) $(-> $r:ty)? = $e:expr;)*) => {$(
         #[inline(always)]
@@ -35,7 +36,7 @@ macro_rules! methods {
     )*};
 }
 
-/// An operator of vectors, also with a number in the place of the second.
+/// Defines operators between two vectors, and between a vector and a number.
 macro_rules! operators {
     ($v:ident, $t:ty: $splat:expr; $($trait:ident $name:ident($a:ident, $b:ident) = $e:expr;)*) => {$(
         impl $trait for $v {
@@ -108,7 +109,7 @@ impl Not for M64x4x2 {
     }
 }
 
-/// One number in two registers.
+/// The same number in both registers.
 ///
 /// # Safety
 /// The processor must have AVX2.
@@ -118,7 +119,7 @@ unsafe fn twice(a: f64) -> [__m256d; 2] {
     unsafe { [_mm256_set1_pd(a); 2] }
 }
 
-/// The eight lanes of a move-mask.
+/// The lower eight bits of a move mask.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -129,7 +130,7 @@ fn byte(mask: i32) -> u8 {
     mask as u8
 }
 
-/// Asks for the cache lines of a value.
+/// Prefetches all cache lines of a value.
 #[inline(always)]
 fn prefetch_lines<T>(a: &T) {
     let start = std::ptr::from_ref(a).cast::<i8>();
@@ -141,7 +142,8 @@ fn prefetch_lines<T>(a: &T) {
     }
 }
 
-/// `((0 + 4) + (1 + 5)) + ((2 + 6) + (3 + 7))` of eight lanes, given the sums of those four apart.
+/// The sum `((0 + 4) + (1 + 5)) + ((2 + 6) + (3 + 7))` of eight lanes, given the sums of lanes four
+/// apart.
 ///
 /// # Safety
 /// The processor must have AVX2.
@@ -157,7 +159,7 @@ unsafe fn sum_of_four(fours: __m256d) -> f64 {
     }
 }
 
-/// The operations that both instruction sets do in the same way.
+/// The operations that have the same code for both instruction sets.
 macro_rules! common {
     ($features:literal) => {
         type F = F32x8;
@@ -268,7 +270,7 @@ impl Simd for Avx512 {
     }
 }
 
-/// Both as they are: a step of the program that needs both and has no instructions.
+/// Returns both unchanged, by a step that needs both at the same time and has no instructions.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn pair(mut a: F64x8, mut b: F64x8) -> [F64x8; 2] {
@@ -377,7 +379,7 @@ impl Simd for Avx2 {
             byte(_mm256_movemask_pd(a.0[0]) | (_mm256_movemask_pd(a.0[1]) << 4));
         dcompress(m: u8, a: F64x4x2, out: &mut [f64], at: usize) = {
             let out = &mut out[at..at + 8];
-            // Four places each, the second of which start at most four further on.
+            // Store four entries each; the second four begin at most four entries after the first.
             let (low, high) = (m & 15, m >> 4);
             _mm256_storeu_pd(out.as_mut_ptr(), squeeze_four(low, a.0[0]));
             let second = &mut out[low.count_ones() as usize..];
@@ -387,7 +389,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// The numbers of the lanes of `m`, one after the other.
+/// The indices of the lanes in the mask `m`, moved to the front.
 ///
 /// # Safety
 /// The processor must have AVX2 and BMI2.
@@ -402,7 +404,7 @@ unsafe fn front_lanes(m: u8) -> __m256i {
     }
 }
 
-/// Moves the lanes of `m` to the front.
+/// Moves the lanes in the mask `m` to the front.
 ///
 /// # Safety
 /// The processor must have AVX2 and BMI2.
@@ -418,7 +420,7 @@ unsafe fn squeeze_four(m: u8, a: __m256d) -> __m256d {
     }
 }
 
-/// [`Lanes::polynomials`] of one number, side by side in the halves of a register.
+/// Evaluates [`Lanes::polynomials`] for one number, with both polynomials in one register.
 #[inline(always)]
 pub(crate) fn polynomials_of_one(c: &[[f64; 2]; 8], s: f64) -> [f64; 2] {
     // SAFETY: SSE2 is part of x86-64; two numbers are read where there are two.

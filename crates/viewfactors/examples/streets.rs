@@ -1,11 +1,11 @@
-//! A street canyon or a city of some facets: how many pairs each step settles, and what rows cost.
+//! Measures how many pairs of a street canyon or a city each step settles, and what rows cost.
 //!
 //! ```text
 //! cargo run --release -p linelit-viewfactors --example streets -- canyon 1000 1e-4
 //! cargo run --release -p linelit-viewfactors --example streets -- city 22000 1e-3 30
 //! ```
 //!
-//! The last number turns all by so many degrees.
+//! The last number is an angle in degrees by which everything is rotated.
 
 #![allow(clippy::print_stdout, reason = "a program")]
 

@@ -1,4 +1,5 @@
-//! Facets that coincide: the one with the lowest number is there alone.
+//! Facets that coincide: where facets cover each other, the one with the lowest number stays, and
+//! the others lose what it covers.
 
 use crate::facets::Sides;
 use crate::patches::bounds;
@@ -6,13 +7,15 @@ use crate::tree::Tree;
 use crate::view::{divided, edge_planes};
 use linelit_geometry::{DVec3, stop};
 
-/// The parts of facets without what facets of lower numbers cover: in one plane but for rounding,
-/// and seen from the same side.
+/// Removes from each facet's parts what facets of lower numbers cover. One facet covers another if
+/// both are in one plane, up to rounding (`room`), and are seen from the same side. Parts are
+/// convex polygons with the number of their facet.
 pub(crate) fn without(
     parts: &[(usize, Vec<DVec3>)],
     room: f64,
     sides: Sides,
 ) -> Vec<(usize, Vec<DVec3>)> {
+    // Put the parts in a tree, and prepare the tests for being in one plane.
     let all = (0..parts.len()).collect();
     let tree = Tree::build(all, |k| bounds(&parts[k].1));
     let normal = |k: usize| {

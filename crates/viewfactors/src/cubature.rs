@@ -1,44 +1,55 @@
-//! Adaptive integration over a convex polygon.
+//! Adaptive integration of two functions at once over a convex polygon, with an error estimate: the
+//! cubature behind view factors past blockers.
+//!
+//! The polygon is divided into quadrangles, each the image of a square under a bilinear map. A rule
+//! of degree 7 with 17 points, and 4 more near the corners, evaluates each quadrangle; differences
+//! to rules of lower degrees by the same points estimate its error. The quadrangle with the largest
+//! error is halved along the axis on which the function changes more, until the sum of all errors
+//! is below the tolerance.
 
 use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// An integral, and its error as the rule tells it.
+/// The value of an integral, and the rule's estimate of its error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Integral {
     pub value: f64,
     pub error: f64,
 }
 
-/// A quadrangle, the image of a square under a bilinear map; a triangle where two corners are one.
+/// The corners of a quadrangle, the image of a square under a bilinear map; a triangle if two
+/// corners coincide.
 pub(crate) type Corners = [DVec3; 4];
 
-/// Two functions that are not negative.
+/// Two nonnegative functions to be integrated, with what is known about them in a part of the
+/// polygon.
 pub(crate) trait Integrand {
-    /// Facts about both functions in a quadrangle.
+    /// What is known about both functions in a quadrangle.
     type Known;
-    /// Finds the facts of a quadrangle by those of one around it.
+    /// Finds what is known in a quadrangle, from what is known in a larger one around it.
     fn narrow(&mut self, corners: &Corners, around: &Self::Known) -> Self::Known;
     /// Evaluates both functions at a point.
     fn at(&mut self, x: DVec3, known: &Self::Known) -> [f64; 2];
-    /// A bound of what lies between the points of the rule.
+    /// A bound of what the points of the rule may miss in a quadrangle.
     fn unseen(&self, corners: &Corners, known: &Self::Known) -> f64;
 }
 
-/// A quadrangle with what the rule makes of both functions.
+/// A quadrangle with the integrals of both functions over it.
 #[derive(Clone, Debug)]
 struct Cell<K> {
     corners: Corners,
     known: K,
     sums: [Integral; 2],
-    /// Whether each function differs more along the second axis of the square.
+    /// For each function, whether it changes more along the second axis of the square than along
+    /// the first.
     is_upright: [bool; 2],
-    /// The function whose error counts, and the number among all cells.
+    /// The index of the function whose error counts, and the number of this cell.
     key: (usize, usize),
 }
 
 impl<K> Cell<K> {
+    // Cells are ordered by error, and cells of equal error by age, so that the order is unique.
     fn rank(&self) -> (f64, usize) {
         (self.sums[self.key.0].error, self.key.1)
     }
@@ -65,8 +76,8 @@ impl<K> Ord for Cell<K> {
     }
 }
 
-/// The weights of Genz and Malik's rule of degree 7 on [−1, 1]² for its five orbits, with those of
-/// a rule of degree 5 by the same points.
+/// The weights of Genz and Malik's rule of degree 7 on [−1, 1]², one for each of its five orbits of
+/// points, and the weights of a rule of degree 5 by the same points.
 const WEIGHTS: [[f64; 2]; 5] = [
     [-3816.0 / 19683.0, -971.0 / 729.0],
     [980.0 / 6561.0, 245.0 / 486.0],
@@ -74,10 +85,11 @@ const WEIGHTS: [[f64; 2]; 5] = [
     [200.0 / 19683.0, 25.0 / 729.0],
     [6859.0 / 78732.0, 0.0],
 ];
-/// The factor of the told error over differences of rules.
+/// The factor between differences of rules and the error estimate.
 const SAFETY: f64 = 2.0;
-/// The weights of the first four orbits and the corners in a sum that is zero for all polynomials
-/// of degree 5: it tells where a function is not smooth at a corner, as where polygons touch.
+/// The weights of the first four orbits and of the points near the corners in a sum that is zero
+/// for all polynomials of degree 5. A large sum means that the function is not smooth at a corner,
+/// as where polygons touch.
 const AT_CORNERS: [f64; 5] = [
     -0.133_126_115_579_259_24,
     0.038_562_946_771_884_77,
@@ -85,13 +97,13 @@ const AT_CORNERS: [f64; 5] = [
     -0.024_494_418_963_358_026,
     0.02,
 ];
-/// The places of the orbits after the first, √(9/70), √(9/10) and √(9/19), and those near the
-/// corners, which have no weight in either rule.
+/// The coordinates of the orbits after the first, √(9/70), √(9/10) and √(9/19), and of the points
+/// near the corners, which have no weight in either rule.
 const NEAR: f64 = 0.358_568_582_800_318_1;
 const FAR: f64 = 0.948_683_298_050_513_8;
 const DIAGONAL: f64 = 0.688_247_201_611_685_3;
 const CORNER: f64 = 0.998;
-/// The places of all points after the middle, four of an orbit after another.
+/// The positions of all points except the middle: five orbits of four points each.
 const PLACES: [[[f64; 2]; 4]; 5] = [
     [[-NEAR, 0.0], [NEAR, 0.0], [0.0, -NEAR], [0.0, NEAR]],
     [[-FAR, 0.0], [FAR, 0.0], [0.0, -FAR], [0.0, FAR]],
@@ -104,16 +116,18 @@ const fn diagonals(r: f64) -> [[f64; 2]; 4] {
     [[-r, -r], [r, -r], [r, r], [-r, r]]
 }
 
-/// The integrals of two functions that are not negative over a polygon, until the error of one of
-/// both is below its tolerance: the quadrangle with the largest error is halved, until then or
-/// until there are `most`. The function is the one whose error is smaller at first, and so is the
-/// answer.
+/// Integrates two nonnegative functions over a polygon until the error of one of them is below the
+/// tolerance, or until there are `most` quadrangles. Returns the index of the function whose error
+/// was smaller at first, which alone is refined, and its integral. The quadrangle with the largest
+/// error is halved in each step.
 ///
-/// The error of a quadrangle is the larger of differences: between rules of degree 7 and 5, and of
-/// 3 where they tell that it is not smooth; and half of that between the quadrangle it was cut from
-/// and both halves. Where one corner has or lacks a part unlike all points, it is a quarter of that
-/// part. To it comes the bound of what lies between the points. Rules agree by chance now and then:
-/// unless a function is `smooth`, every quadrangle is halved once where it is not zero.
+/// The error of a quadrangle is the largest of these differences: between the rules of degree 7 and
+/// 5; between these and rules of degree 3 where they show that the function is not smooth; and half
+/// of that between the quadrangle it was cut from and both halves. Where a corner alone has a
+/// nonzero value, or alone has zero, the error is at least a quarter of that corner's part. The
+/// bound of what the rule's points may miss is added. Rules agree by chance now and then, so unless
+/// the functions are smooth (`is_smooth`), every quadrangle where they are not zero is halved at
+/// least once.
 pub(crate) fn integrate<I: Integrand>(
     polygon: &ConvexPolygon,
     tolerance: f64,
@@ -122,6 +136,8 @@ pub(crate) fn integrate<I: Integrand>(
     integrand: &mut I,
     known: &I::Known,
 ) -> (usize, Integral) {
+    // Evaluates one quadrangle. Where the bound of what is missed exceeds the error, the longer
+    // side is halved.
     let mut cell = |corners, around: &I::Known| {
         let known = integrand.narrow(&corners, around);
         let missed = integrand.unseen(&corners, &known);
@@ -134,6 +150,7 @@ pub(crate) fn integrate<I: Integrand>(
         }
         cell
     };
+    // Evaluate the first quadrangles, and choose the function with the smaller error.
     let quadrangles = quadrangles(polygon);
     let mut cells: Vec<Cell<I::Known>> = quadrangles.map(|corners| cell(corners, known)).collect();
     let total = |k: usize| cells.iter().map(|c| c.sums[k].error).sum::<f64>();
@@ -145,6 +162,7 @@ pub(crate) fn integrate<I: Integrand>(
             sum.error = sum.error.max(f64::MAX.sqrt());
         }
     }
+    // Halve the quadrangle with the largest error until the sum of errors is below the tolerance.
     let mut error = cells.iter().map(|c| c.sums[k].error).sum::<f64>();
     let mut cells = BinaryHeap::from(cells);
     while error > tolerance && cells.len() < most {
@@ -152,6 +170,7 @@ pub(crate) fn integrate<I: Integrand>(
         let Some(whole) = cells.pop() else { break };
         let halves = halves(&whole.corners, whole.is_upright[k]);
         let mut halves = halves.map(|corners| cell(corners, &whole.known));
+        // If the halves differ from the whole, their errors are at least half of the difference.
         for j in 0..2 {
             let sum = halves[0].sums[j].value + halves[1].sums[j].value;
             let differs = 0.5 * (sum - whole.sums[j].value).abs();
@@ -167,7 +186,7 @@ pub(crate) fn integrate<I: Integrand>(
             cells.push(half);
         }
         if error <= tolerance || before > 1e6 * error {
-            // Differences of sums are rounded: the sum itself decides.
+            // Subtraction has accumulated rounding errors, so the sum is computed again.
             error = cells.iter().map(|c| c.sums[k].error).sum();
         }
     }
@@ -175,12 +194,13 @@ pub(crate) fn integrate<I: Integrand>(
     (k, Integral { value, error })
 }
 
-/// The integrals over a quadrangle and their errors.
+/// Evaluates the rules for a quadrangle: the integrals of both functions, and their errors.
 fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) -> Cell<I::Known> {
+    // The bilinear map from the square: the middle, the vectors along the axes, and the twist.
     let [a, b, c, d] = corners;
     let [middle, u, v, twist] =
         [a + b + c + d, b + c - a - d, c + d - a - b, a + c - b - d].map(|sum| 0.25 * sum);
-    // The functions at a place, and the area there.
+    // Evaluates the functions at a point of the square, and the area element there.
     let mut at = |[s, t]: [f64; 2]| {
         let area = (u + twist * t).cross(v + twist * s).length();
         let x = middle + u * s + v * t + twist * (s * t);
@@ -190,6 +210,7 @@ fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) 
     let points = PLACES.map(|orbit| orbit.map(&mut at));
     let one = |k: usize| {
         let value = |(found, area): ([f64; 2], f64)| found[k] * area;
+        // Sum up each orbit, and apply both rules and the test of the corners.
         let center = value(center);
         let values = points.map(|orbit| orbit.map(value));
         let [near, far, outer, diagonal, ends] = values.map(|orbit| orbit.iter().sum::<f64>());
@@ -203,7 +224,7 @@ fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) 
         let sums = [center, near, far, outer, diagonal];
         let [value, low] = [0, 1].map(|j| rule(WEIGHTS.map(|w| w[j]), sums));
         let bent = rule(AT_CORNERS, [center, near, far, outer, ends]);
-        // A part that one corner alone has, or lacks.
+        // Find a value that one corner alone has or lacks.
         let inner = || std::iter::once(center).chain(values[..4].iter().flatten().copied());
         let (most, least) = (
             inner().fold(0.0, f64::max),
@@ -214,7 +235,8 @@ fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) 
             (true, true) if values[4].contains(&0.0) => least,
             (true, _) => 0.0,
         };
-        // The fourth difference along each axis; alike, the longer side is halved.
+        // Compute the fourth difference along each axis, to halve the axis with the larger one; if
+        // they are alike, the longer side.
         let bend = |axis: usize| {
             let second = |orbit: usize| {
                 let ends: [f64; 4] = values[orbit];
@@ -228,7 +250,7 @@ fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) 
             false => is_longer_upright(&corners),
         };
         let third = 2.0 * third_degree(value, center, [near, far, outer, diagonal]);
-        // Kinks make rules agree by chance: twice the differences are above all but one error in a
+        // At kinks, rules agree by chance: twice the difference exceeds all but one error in a
         // thousand.
         let differs = (value - low).abs().max(bent.abs()).max(third);
         let error = (SAFETY * differs).max(missed);
@@ -244,8 +266,8 @@ fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) 
     }
 }
 
-/// The error of degree 5 by those of rules of degree 3, of the middle and one orbit each: where a
-/// function is smooth, about the power 3/2 of theirs, relative to its integral.
+/// An error estimate from rules of degree 3, each of the middle and one orbit: where a function is
+/// smooth, the error of degree 5 is about the power 3/2 of theirs, relative to its integral.
 fn third_degree(value: f64, center: f64, orbits: [f64; 4]) -> f64 {
     let squares = [
         2.0 * NEAR * NEAR,
@@ -254,7 +276,7 @@ fn third_degree(value: f64, center: f64, orbits: [f64; 4]) -> f64 {
         4.0 * DIAGONAL * DIAGONAL,
     ];
     let differs = orbits.iter().zip(squares).map(|(sum, square)| {
-        // The weight by which the integral of x² is exact.
+        // The weight for which the rule integrates x² exactly.
         let weight = 1.0 / (3.0 * square);
         (4.0 * ((1.0 - 4.0 * weight) * center + weight * sum) - value).abs()
     });
@@ -268,7 +290,8 @@ fn is_longer_upright(&[a, b, c, d]: &Corners) -> bool {
     (c + d - a - b).length_squared() > (b + c - a - d).length_squared()
 }
 
-/// The points of the rule, for each quadrangle first those at corners and farthest from the middle.
+/// The points of the rule in all quadrangles of a polygon; in each, the points near corners and far
+/// from the middle come first.
 pub(crate) fn places(polygon: &ConvexPolygon) -> impl Iterator<Item = DVec3> {
     quadrangles(polygon).flat_map(|[a, b, c, d]| {
         let around = PLACES.iter().rev().flatten().copied();
@@ -279,7 +302,7 @@ pub(crate) fn places(polygon: &ConvexPolygon) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// A polygon in quadrangles with a corner in common.
+/// Divides a polygon into quadrangles that share a corner.
 fn quadrangles(polygon: &ConvexPolygon) -> impl Iterator<Item = Corners> {
     let v = polygon.vertices();
     (1..v.len() - 1)
@@ -287,7 +310,7 @@ fn quadrangles(polygon: &ConvexPolygon) -> impl Iterator<Item = Corners> {
         .map(move |k| [v[0], v[k], v[k + 1], v[(k + 2) % v.len()]])
 }
 
-/// The halves of a quadrangle, cut across the first axis of its square, or the second.
+/// The halves of a quadrangle, divided across the first axis of its square, or across the second.
 fn halves(&[a, b, c, d]: &Corners, is_upright: bool) -> [Corners; 2] {
     let middle = |p: DVec3, q: DVec3| 0.5 * (p + q);
     if is_upright {
@@ -303,7 +326,7 @@ fn halves(&[a, b, c, d]: &Corners, is_upright: bool) -> [Corners; 2] {
 mod tests {
     use super::*;
 
-    /// A function, and nothing besides.
+    /// An integrand of one function, about which nothing is known.
     struct Function<F>(F);
 
     impl<F: Fn(DVec3) -> f64> Integrand for Function<F> {
@@ -335,7 +358,7 @@ mod tests {
             (found.value - 0.05).abs() < 1e-15 && found.error > 1e-4,
             "{found:?}"
         );
-        // The rules that tell the error have degree 5 and 3.
+        // The rules that the error estimate compares have degrees 5 and 3.
         let third = |p: DVec3| p.x * p.y.powi(2);
         let found = integral(&SQUARE, f64::INFINITY, third);
         assert!(
@@ -380,7 +403,7 @@ mod tests {
 
     #[test]
     fn what_one_corner_alone_has_or_lacks_is_told() {
-        // Along two sides of the square lie strips that no other point of the rule is in.
+        // There are strips along two sides of the square that no other point of the rule is in.
         let is_in = |p: DVec3| {
             let strip = |s: f64, t: f64| s > 0.976 && t > 0.003;
             strip(p.x, p.y) || strip(p.y, p.x)
@@ -399,7 +422,7 @@ mod tests {
 
     #[test]
     fn what_is_high_at_a_corner_alone_is_told() {
-        // Of 1 + 10 exp(−k (x + y)) the rules see a constant, but for the points at the corner.
+        // Of 1 + 10 exp(−k (x + y)), all points except those near the corner see only the constant.
         for k in [150.0, 300.0, 600.0] {
             let steep = |p: DVec3| 1.0 + 10.0 * linelit_elementary::exp(-k * (p.x + p.y));
             let found = integral(&SQUARE, f64::INFINITY, steep);

@@ -1,4 +1,7 @@
-//! Facets: what sends and receives, and what stands in the way.
+//! [`Facets`], the scene of view factors: planar polygons that send, receive and hide. Building it
+//! cuts them into convex parts, removes what coincides, and prepares two representations: parts and
+//! patches in `f64`, for view factors between facets, and pieces rounded to `f32`, for view factors
+//! from points.
 
 use crate::covered;
 use crate::layers::stacks;
@@ -11,7 +14,7 @@ use linelit_visibility::Occluders;
 use std::fmt;
 use std::ops::Range;
 
-/// The sides of a facet that send and receive. Either side hides others.
+/// Which sides of facets send and receive. Both sides hide others in any case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
     /// The side from which the corners run counter-clockwise.
@@ -21,16 +24,16 @@ pub enum Sides {
     Two,
 }
 
-/// The reason why facets are refused: the number of the facet or vertex.
+/// The reason why facets are refused, with the number of the facet or vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FacetError {
-    /// The vertex is NaN, infinite or beyond 2⁶⁰.
+    /// A coordinate of the vertex is NaN, infinite or beyond 2⁶⁰.
     Vertex(usize),
-    /// The facet names a vertex that does not exist.
+    /// The facet refers to a vertex that does not exist.
     NoVertex {
         /// The number of the facet.
         facet: usize,
-        /// The vertex that it names.
+        /// The number of the vertex that it refers to.
         vertex: u32,
     },
     /// The facet has fewer than 3 corners, or no area, or none after rounding to `f32`.
@@ -60,38 +63,42 @@ impl fmt::Display for FacetError {
 
 impl std::error::Error for FacetError {}
 
-/// A part of facets that is exactly flat after rounding.
+/// A convex polygon that is exactly flat after rounding to `f32`, with the facets that are seen on
+/// its two sides.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub polygon: ConvexPolygon,
-    /// The facet that is seen from the side to which the normal points, and from the other one.
+    /// The facet that is seen from the side to which the normal points, and the one from the other
+    /// side.
     pub seen: [Option<usize>; 2],
-    /// The piece's triangles among the occluders.
+    /// The range of the piece's triangles among the occluders.
     pub triangles: Range<u32>,
 }
 
-/// A convex part of a facet, before rounding.
+/// A convex part of a facet, before rounding, with the number of its facet and of the patch that it
+/// belongs to.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     pub polygon: ConvexPolygon,
     pub facet: usize,
     pub patch: usize,
-    /// The height above its plane within which corners that it shares with others lie.
+    /// The tolerance for flatness: corners that it shares with other parts are within this height
+    /// of its plane.
     pub flatness: f64,
 }
 
-/// A facet.
+/// The range of a facet's parts, and their area.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Facet {
     pub parts: Range<usize>,
     pub area: f64,
 }
 
-/// Planar facets that see each other, and hide each other.
+/// Planar facets between which view factors are computed, and which hide each other.
 ///
 /// Facets in one plane do not hide each other. Where facets coincide in one plane and are seen from
-/// the same side, that with the lowest number is there alone: what it covers of others neither
-/// sends nor receives.
+/// the same side, only the one with the lowest number counts: the parts of others that it covers
+/// neither send nor receive.
 #[derive(Clone, Debug)]
 pub struct Facets {
     pub(crate) parts: Vec<Part>,
@@ -107,15 +114,15 @@ pub struct Facets {
     rounding: Rounding,
 }
 
-/// The largest coordinate.
+/// The largest absolute coordinate of vertices.
 const LARGEST: f64 = (1_u64 << 60) as f64;
 
 impl Facets {
-    /// Facets from vertices and the vertices' numbers of each polygon, which is flat and whose
-    /// outline does not cross itself.
+    /// Creates facets from vertices and, for each facet, a polygon of vertex numbers. Each polygon
+    /// has to be flat, and its outline must not cross itself.
     ///
     /// # Errors
-    /// The first vertex or facet that is not valid.
+    /// Returns an error for the first vertex or facet that is not valid.
     pub fn new<P: AsRef<[u32]>>(
         vertices: &[[f64; 3]],
         polygons: &[P],
@@ -128,8 +135,8 @@ impl Facets {
         if polygons.len() >= 1 << 31 {
             return Err(FacetError::TooMany);
         }
-        // Find the middle of the vertices that facets use, and what of their coordinates is
-        // rounding: those as given, which are larger.
+        // Find the middle of the vertices that facets use, and the tolerance for flatness, which
+        // follows from the rounding of the coordinates as given, since these are larger.
         let numbers = polygons.iter().flat_map(|polygon| polygon.as_ref());
         let used = numbers.filter_map(|v| vertices.get(*v as usize));
         let used: Vec<DVec3> = used.map(|v| v.dvec3()).collect();
@@ -153,13 +160,14 @@ impl Facets {
             middle,
             rounding: Rounding::default(),
         };
+        // Make the parts; what coincident facets leave of others may be a sliver that is only
+        // rounding.
         let mut corners = Vec::new();
         for (facet, outline) in outlines {
-            // What coincident facets leave may be a sliver that is rounding.
             if let Ok(polygon) = ConvexPolygon::new(&outline) {
                 built.facets[facet].area += polygon.area();
                 built.facets[facet].parts.end += 1;
-                // Corners are moved onto the plane, here and where another part shares them.
+                // Corners were moved onto the plane, here and in other parts that share them.
                 let moved = outline.iter().zip(polygon.vertices());
                 let moved = moved.fold(0.0_f64, |most, (v, w)| most.max(v.distance(*w)));
                 corners.push(outline);
@@ -175,9 +183,10 @@ impl Facets {
         Ok(built)
     }
 
-    /// Finds pieces, the ranges of facets, occluders and patches.
+    /// Prepares what is derived from the parts: pieces and occluders, the ranges of facets, and
+    /// patches.
     fn index(&mut self, corners: &[Vec<DVec3>]) {
-        // Round the facets to what points see, and say how far that moved corners.
+        // Round the facets for view factors from points, and measure how far that moved corners.
         let mut rounder = Rounder::default();
         for (corners, seen) in stacks(&self.parts, corners, self.sides) {
             rounder.add(seen, &corners);
@@ -216,7 +225,7 @@ impl Facets {
         self.facets.is_empty()
     }
 
-    /// The area of a facet, less what facets of lower numbers cover.
+    /// The area of a facet, without what facets of lower numbers cover.
     ///
     /// # Panics
     /// If there is no facet of this number.
@@ -225,23 +234,23 @@ impl Facets {
         self.facets[facet].area
     }
 
-    /// The distance by which rounding to `f32` moved a vertex, at most: what view factors from
-    /// points may be off by, relative to their distance. A facet that is not much wider than this
-    /// has no digits there; those between facets are in `f64`.
+    /// A bound of the distance by which rounding to `f32` moved vertices. View factors from points
+    /// may be off by this distance over the distance of the facet. A facet that is not much wider
+    /// than this has no correct digits there; view factors between facets are computed in `f64`.
     #[must_use]
     pub const fn displacement(&self) -> f64 {
         self.rounding.displacement
     }
 
-    /// What rounding to `f32` did to the vertices that facets use; its text is a warning where that
-    /// [is much](Rounding::is_coarse) for the facets' size.
+    /// How rounding to `f32` moved the vertices that facets use. Its text is a warning if the
+    /// displacement [is large](Rounding::is_coarse) for the facets' size.
     #[must_use]
     pub const fn rounding(&self) -> Rounding {
         self.rounding
     }
 }
 
-/// The convex parts of all polygons, each with the number of its facet.
+/// Cuts all polygons into convex parts, each with the number of its facet.
 fn outlines<P: AsRef<[u32]>>(
     vertices: &[[f64; 3]],
     polygons: &[P],
@@ -263,6 +272,7 @@ fn outlines<P: AsRef<[u32]>>(
             Refused::NotFlat => FacetError::NotFlat(facet),
             Refused::Crossing => FacetError::Crossing(facet),
         })?;
+        // Refuse facets that have no area after rounding.
         let has_area = |corners: &Vec<DVec3>| {
             let rounded: Vec<DVec3> = corners.iter().map(rounded).collect();
             !flat_pieces(&rounded).is_empty()

@@ -1,10 +1,10 @@
-//! The space between two convex polygons.
+//! The convex hull of two convex polygons: what is outside of it cannot hide one from the other.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 
-/// The relative rounding error of a height: products and sums of differences of coordinates. What
-/// reaches into a hull by less hides a part of the same size, which no value shows; a larger margin
-/// would lose what is thin.
+/// The relative rounding error of a height over a plane: products and sums of coordinate
+/// differences. Something that extends into a hull by less hides a part of the same size, which no
+/// result shows; a larger margin would lose thin blockers.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 /// The convex hull of two convex polygons.
@@ -12,15 +12,19 @@ const ROOM: f64 = 32.0 * f64::EPSILON;
 pub(crate) struct Hull {
     low: DVec3,
     high: DVec3,
-    /// Unit normals inwards, and the heights of planes along them.
+    /// Unit normals that point inwards, and the heights of the planes along them.
     planes: Vec<(DVec3, f64)>,
-    /// The height above a plane that is rounding.
+    /// The height above a plane below which a point counts as on it.
     room: f64,
 }
 
 impl Hull {
-    /// The hull of two polygons, each given by its corners, which lie in their planes up to a
+    /// Creates the hull of two polygons, given by their corners, which are in their planes up to a
     /// tolerance.
+    ///
+    /// Each face of the hull contains an edge of one polygon and a corner of the other, or is one
+    /// of the polygons. So all such planes are tried, and those with all corners on one side are
+    /// kept.
     pub(crate) fn new(first: &[DVec3], second: &[DVec3], tolerance: f64) -> Self {
         let all = || first.iter().chain(second).copied();
         let start = first.first().copied().unwrap_or_default();
@@ -45,7 +49,7 @@ impl Hull {
         hull
     }
 
-    /// Adds a plane if all points are on one side of it, but for rounding.
+    /// Adds a plane if all points are on one side of it, up to rounding.
     fn add_if_outside(
         &mut self,
         normal: DVec3,
@@ -55,6 +59,7 @@ impl Hull {
         let Some(normal) = normal.try_normalize() else {
             return;
         };
+        // Find the points' heights; give up when there are points on both sides.
         let at = normal.dot(origin);
         let (mut low, mut high) = (0.0_f64, 0.0_f64);
         for point in points {
@@ -64,6 +69,7 @@ impl Hull {
                 return;
             }
         }
+        // Orient the plane inwards, and add it unless it is there already.
         let plane = match (low >= -self.room, high <= self.room) {
             (true, false) => (normal, at),
             (false, true) => (-normal, -at),
@@ -77,7 +83,7 @@ impl Hull {
         }
     }
 
-    /// Whether a box may hold a part of the hull.
+    /// Whether a box may overlap the hull.
     pub(crate) fn may_hold(&self, low: DVec3, high: DVec3) -> bool {
         let apart = high.cmplt(self.low) | low.cmpgt(self.high);
         !apart.any()
@@ -88,7 +94,8 @@ impl Hull {
             })
     }
 
-    /// Whether a polygon meets the inside of the hull, or with `or_touches` its surface.
+    /// Whether a polygon overlaps the inside of the hull, or, with `or_touches`, touches its
+    /// surface. `memory` is for buffers.
     pub(crate) fn meets(
         &self,
         polygon: &ConvexPolygon,
@@ -98,6 +105,7 @@ impl Hull {
         let room = if or_touches { -self.room } else { self.room };
         let mut is_cut = false;
         let [part, next] = memory;
+        // Clip the polygon by each plane; the first cut copies it.
         for (normal, at) in &self.planes {
             let height = |p: &DVec3| normal.dot(*p) - at - room;
             let corners = if is_cut {
@@ -105,6 +113,7 @@ impl Hull {
             } else {
                 polygon.vertices()
             };
+            // End if nothing is inside of the plane; clip if only a part is.
             let inside = corners.iter().filter(|p| height(p) > 0.0).count();
             if inside == 0 {
                 return false;
@@ -128,8 +137,8 @@ impl Hull {
     }
 }
 
-/// Whether all segments between two polygons pass a third, which neither touches: nor comes closer
-/// to its plane than a tolerance.
+/// Whether every segment between two polygons passes through a third polygon, the blocker, and both
+/// are farther from its plane than a tolerance. It suffices to test the segments between corners.
 pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3], tolerance: f64) -> bool {
     let (n, v) = (blocker.normal(), blocker.vertices());
     let height = |x: &DVec3| n.dot(*x - v[0]);
@@ -139,7 +148,7 @@ pub(crate) fn hides_all(blocker: &ConvexPolygon, p: &[DVec3], q: &[DVec3], toler
         let edges = v.iter().zip(v.iter().cycle().skip(1));
         { edges }.all(|(c, d)| n.dot((*d - *c).cross(x - *c)) >= 0.0)
     };
-    // All of one polygon on one side, all of the other on the other.
+    // One polygon has to be wholly on one side of the blocker, the other on the other side.
     let side = p.first().map_or(0.0, &height).signum();
     let all = p.iter().chain(q).map(|x| x.abs().max_element());
     let room = tolerance.max(ROOM * all.fold(0.0, f64::max));
@@ -173,7 +182,7 @@ mod tests {
                 "{depth}"
             );
         }
-        // What touches it is rounding, or within the tolerance of its corners.
+        // Touching it is rounding, or within the tolerance of its corners.
         for depth in [0.0, 1e-15, -1e-15] {
             assert!(
                 !meets(&hull, depth, false) && meets(&hull, depth, true),

@@ -1,8 +1,9 @@
-//! Facets that are closer together than rounding to `f32`: which of them is in front.
+//! Facets that are closer together than the rounding to `f32`: which of them is in front.
 //!
-//! Where two facets are that close and nearly in one plane, their rounded corners do not say which
-//! hides the other. So they become a *stack* before they are rounded: one polygon for the part that
-//! they have in common, with the facet that is seen from either side, by corners as given.
+//! If two facets are that close and nearly in one plane, their rounded corners do not say which
+//! hides the other. So before rounding, their common part becomes one polygon, a *stack*, with the
+//! facet that is seen from either side according to the corners as given. The parts that they do
+//! not share stay by themselves.
 //!
 //! ```text
 //!   ────────── A                A    A above, B below      B
@@ -16,23 +17,25 @@ use crate::tree::Tree;
 use crate::view::{Plane, divided, edge_planes};
 use linelit_geometry::DVec3;
 
-/// The sine of the angle between planes up to which facets become stacks. Steeper ones cross: their
-/// rounded corners say which is in front, but for a strip that is no wider than a thousand times
-/// what rounding moves, and cuts along it would be rounded themselves.
+/// The largest sine of the angle between the planes of facets that become stacks. Facets at steeper
+/// angles cross: their rounded corners say which is in front, except in a strip that is at most a
+/// thousand times as wide as the displacement by rounding; cuts along such a strip would be rounded
+/// themselves.
 const STEEPEST: f64 = 1e-3;
 
-/// A polygon, and the facets that are seen from the side of its normal and from the other one.
+/// A polygon, the facet that is seen from the side of its normal, and the one from the other side.
 pub(crate) type Seen = (Vec<DVec3>, [Option<usize>; 2]);
 
-/// The common part of some facets' parts, which are closer together than rounding.
+/// The common polygon of some parts of facets that are closer together than the rounding.
 #[derive(Clone, Debug)]
 struct Stack {
     corners: Vec<DVec3>,
-    /// The numbers of the parts, of which the first gave the corners.
+    /// The numbers of the parts; the corners are those of the first.
     parts: Vec<usize>,
 }
 
-/// All parts in stacks: most are alone in theirs, with their corners to the bit.
+/// Puts all parts on stacks. Most are the only part of their stack, whose corners are theirs to the
+/// bit.
 pub(crate) fn stacks(parts: &[Part], corners: &[Vec<DVec3>], sides: Sides) -> Vec<Seen> {
     let mut stacker = Stacker {
         parts,
@@ -40,13 +43,15 @@ pub(crate) fn stacks(parts: &[Part], corners: &[Vec<DVec3>], sides: Sides) -> Ve
         of: vec![Vec::new(); parts.len()],
     };
     let tree = Tree::build((0..parts.len()).collect(), |k| bounds(&corners[k]));
-    // No displacement is larger than half a unit in the last digit of three coordinates.
+    // Find the margin: no displacement is larger than half a unit in the last digit of three
+    // coordinates.
     let [low, high] = tree
         .nodes
         .first()
         .map_or_else(Default::default, |n| [n.low, n.high]);
     let largest = low.abs().max(high.abs()).max_element();
     let margin = 4.0 * largest * f64::from(f32::EPSILON);
+    // Add each part to the stacks near it, then divide stacks where their parts cross.
     for (k, corners) in corners.iter().enumerate() {
         let [low, high] = bounds(corners);
         let meets = |l: DVec3, h: DVec3| !(h.cmplt(low - margin) | l.cmpgt(high + margin)).any();
@@ -65,11 +70,11 @@ pub(crate) fn stacks(parts: &[Part], corners: &[Vec<DVec3>], sides: Sides) -> Ve
     uncrossed.map(|stack| stacker.seen(stack, sides)).collect()
 }
 
-/// Puts parts on stacks.
+/// The stacks made so far, while parts are added.
 struct Stacker<'a> {
     parts: &'a [Part],
     stacks: Vec<Stack>,
-    /// The stacks of each part.
+    /// For each part, the stacks that it is on.
     of: Vec<Vec<usize>>,
 }
 
@@ -80,7 +85,8 @@ impl Stacker<'_> {
         a.cross(b).length()
     }
 
-    /// Adds a part, of which some may be on stacks that are near it.
+    /// Adds a part: what it shares with the stacks `near` it goes on these, and what is left on new
+    /// stacks.
     fn add(&mut self, part: usize, corners: &[DVec3], mut near: Vec<usize>) {
         let mut left = vec![corners.to_vec()];
         near.sort_unstable();
@@ -89,7 +95,8 @@ impl Stacker<'_> {
             for piece in std::mem::take(&mut left) {
                 match self.shared(stack, part, &piece) {
                     None => left.push(piece),
-                    // The rest of the stack is another one, with which others share parts.
+                    // The rest of the stack becomes another stack, which later pieces may share,
+                    // too.
                     Some([shared, others, rest]) => {
                         left.extend(rest);
                         let below = self.stacks[stack].parts.clone();
@@ -110,7 +117,7 @@ impl Stacker<'_> {
         }
     }
 
-    /// Begins a stack.
+    /// Adds a new stack.
     fn push(&mut self, corners: Vec<DVec3>, parts: Vec<usize>) {
         for &part in &parts {
             self.of[part].push(self.stacks.len());
@@ -118,15 +125,16 @@ impl Stacker<'_> {
         self.stacks.push(Stack { corners, parts });
     }
 
-    /// What a stack and a piece of a part share, and what is left of either, if they are closer
-    /// than rounding may tell apart.
+    /// If a stack and a piece of a part are closer together than the rounding can tell apart: the
+    /// polygon that they share, what is left of the stack, and what is left of the piece.
     fn shared(&self, stack: usize, part: usize, piece: &[DVec3]) -> Option<[Vec<Vec<DVec3>>; 3]> {
         let Stack { corners, parts } = &self.stacks[stack];
         if parts.contains(&part) {
             return None;
         }
         let n = self.parts[parts[0]].polygon.normal();
-        // Twice what rounding moves both, and what is flat.
+        // They are close if they are within twice the displacement of both, plus the tolerance for
+        // flatness.
         let flatness = self.flatness(parts[0], part);
         let near = 2.0 * (displacement(corners) + displacement(piece)) + flatness;
         let mut planes = edge_planes(n, corners, near);
@@ -143,18 +151,19 @@ impl Stacker<'_> {
         Some([vec![shared], others, rest])
     }
 
-    /// The height within which two parts are in one plane.
+    /// The height within which two parts count as in one plane.
     fn flatness(&self, a: usize, b: usize) -> f64 {
         self.parts[a].flatness.max(self.parts[b].flatness)
     }
 
-    /// The height of a part's plane above a point along a normal.
+    /// The height of a part's plane above the point `x`, along the normal `n`.
     fn height(&self, part: usize, n: DVec3, x: DVec3) -> f64 {
         let plane = &self.parts[part].polygon;
         plane.normal().dot(plane.vertices()[0] - x) / plane.normal().dot(n)
     }
 
-    /// Divides a stack where planes of its parts cross.
+    /// Divides a stack along the lines where planes of its parts cross, so that in each piece one
+    /// order holds.
     fn uncrossed(&self, stack: &Stack) -> Vec<Stack> {
         let parts = &stack.parts;
         let n = self.parts[parts[0]].polygon.normal();
@@ -165,7 +174,7 @@ impl Stacker<'_> {
                     let normal = self.parts[part].polygon.normal();
                     normal / normal.dot(n)
                 };
-                // The height of one above the other grows along this.
+                // The height of one plane above the other grows in this direction.
                 let slope = along(b) - along(a);
                 let Some(normal) = slope.try_normalize() else {
                     continue;
@@ -175,7 +184,7 @@ impl Stacker<'_> {
                 let plane = Plane {
                     normal,
                     at: normal.dot(x) - height / slope.length(),
-                    // Where heights differ by less, neither is above the other.
+                    // Where the heights differ by less, neither is above the other.
                     room: self.flatness(a, b) / slope.length(),
                 };
                 let halves = |piece: Vec<DVec3>| match divided(&piece, &[plane]) {
@@ -192,7 +201,7 @@ impl Stacker<'_> {
         pieces.into_iter().map(with).collect()
     }
 
-    /// The facets that are seen of a stack from either side.
+    /// Finds which facets are seen of a stack from either side: the highest that faces that side.
     fn seen(&self, Stack { corners, parts }: Stack, sides: Sides) -> Seen {
         let n = self.parts[parts[0]].polygon.normal();
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
@@ -205,7 +214,8 @@ impl Stacker<'_> {
                 let facing = side * self.parts[part].polygon.normal().dot(n);
                 sides == Sides::Two || facing > 0.0
             };
-            // Of those in one plane that which faces this side is seen.
+            // Among parts that are in one plane with the highest, the one that faces this side is
+            // seen.
             let is_top = |part: &&usize| height(top) - height(part) <= self.flatness(*top, **part);
             let tops = parts.iter().filter(is_top);
             tops.copied()

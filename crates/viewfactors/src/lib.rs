@@ -1,4 +1,5 @@
-//! View factors: which share of what leaves a surface reaches another, past any obstruction.
+//! View factors: the fraction of the radiation that leaves one surface, evenly and diffusely, and
+//! reaches another, past any obstruction.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! Flat polygons in convex parts.
+//! Division of flat polygons into convex parts, and the checks that refuse invalid outlines.
 
 use crate::patches::FLAT;
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -11,12 +11,13 @@ pub(crate) enum Refused {
     Crossing,
 }
 
-/// The distance of corners from the plane of a polygon, relative to its size and coordinates: what
-/// rounding to `f32` in a file leaves, as `ConvexPolygon::new` has it.
+/// The largest distance of corners from the plane of their polygon, relative to its size and
+/// coordinates: what rounding to `f32` in a file leaves, and what `ConvexPolygon::new` accepts.
 const FILE_PRECISION: f64 = 1e-6;
 
-/// The convex parts of a flat polygon: itself, or triangles. The corners are relative to a point
-/// near them, the largest coordinate is that as given, whose rounding they have.
+/// Divides a flat polygon into convex parts: itself if it is convex, or triangles. The corners are
+/// relative to a point near them; `largest` is the largest coordinate as given, to whose rounding
+/// they are precise.
 pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DVec3>>, Refused> {
     if corners.len() < 3 {
         return Err(Refused::NoArea);
@@ -24,7 +25,7 @@ pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DV
     if corners.len() <= 16 && ConvexPolygon::new(corners).is_ok() {
         return Ok(vec![corners.to_vec()]);
     }
-    // Newell's normal, of twice the area.
+    // Compute Newell's normal; its length is twice the area.
     let first = corners[0];
     let fan = corners.windows(2);
     let normal: DVec3 = fan.map(|w| (w[0] - first).cross(w[1] - first)).sum();
@@ -37,6 +38,7 @@ pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DV
         return Err(Refused::NoArea);
     }
     let normal = normal / area;
+    // Check that the polygon is flat and does not cross itself.
     let bend = corners
         .iter()
         .map(|v| normal.dot(*v - first).abs())
@@ -53,7 +55,8 @@ pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DV
     }
     let room = FLAT * largest * size;
     let triangles = ears(corners, normal, room);
-    // Each ear has an area, and all of them that of the whole, but for rounding.
+    // Cut off ears. Each has a positive area, and together they have the area of the whole, up to
+    // rounding.
     let sum: f64 = triangles
         .iter()
         .map(|t| turn(t[0], t[1], t[2], normal))
@@ -64,12 +67,13 @@ pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DV
     Ok(triangles)
 }
 
-/// Twice the area of a triangle along a normal.
+/// Twice the signed area of a triangle, positive if it is counter-clockwise as seen against a
+/// normal.
 fn turn(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
     normal.dot((b - a).cross(c - a))
 }
 
-/// Whether two edges of an outline meet, other than neighbours at their corner.
+/// Whether two edges of an outline meet, except for neighbours at their common corner.
 fn crosses_itself(corners: &[DVec3], normal: DVec3) -> bool {
     let n = corners.len();
     let edge = |k: usize| (corners[k], corners[(k + 1) % n]);
@@ -87,7 +91,8 @@ fn crosses_itself(corners: &[DVec3], normal: DVec3) -> bool {
     })
 }
 
-/// The triangles of a simple polygon, by cutting off one corner after another.
+/// Divides a simple polygon into triangles by cutting off ears: corners whose triangle contains no
+/// other corner.
 fn ears(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<Vec<DVec3>> {
     let mut left = corners.to_vec();
     let mut triangles = Vec::new();
@@ -105,7 +110,8 @@ fn ears(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<Vec<DVec3>> {
             turn(a, b, c, normal) > 0.0 && { others }
                 .all(|p| triangle.contains(&p) || !is_inside(p, triangle))
         };
-        // Of all ears the one whose least angle is largest: slivers hide and send badly.
+        // Of all ears, cut off the one with the largest least angle, since slivers are numerically
+        // poor.
         let quality = |k: usize| {
             let [a, b, c] = [at(k + n - 1), at(k), at(k + 1)];
             let longest = (b - a).length_squared().max((c - b).length_squared());
@@ -114,7 +120,8 @@ fn ears(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<Vec<DVec3>> {
         let best = (0..n)
             .filter(is_ear)
             .max_by(|i, j| quality(*i).total_cmp(&quality(*j)));
-        // A simple polygon has two ears, or corners in the middle of a side.
+        // A simple polygon has at least two ears; otherwise there are corners in the middle of a
+        // side, which are dropped.
         let flat = || {
             let is_flat = |k: &usize| turn(at(k + n - 1), at(*k), at(k + 1), normal).abs() <= room;
             (0..n).find(is_flat)

@@ -1,4 +1,5 @@
-//! View factors between two facets.
+//! View factors between two facets, past all others: how the sides of both are paired, and how the
+//! visible part of an exchange is integrated.
 
 use crate::cubature::{Corners, Integral, Integrand, integrate};
 use crate::facets::{Facets, Sides};
@@ -13,12 +14,12 @@ use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
 
-/// A value, and a bound of its error.
+/// A value with an error estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The value.
     pub value: f64,
-    /// The told error, absolute.
+    /// The estimate of its absolute error.
     pub error: f64,
 }
 
@@ -28,8 +29,9 @@ impl Estimate {
         self.error += other.error;
     }
 
+    /// Divides an exchange by the area of the facet that sends, which gives a view factor.
     pub(crate) fn over(self, area: f64) -> Self {
-        // What is covered wholly sends nothing.
+        // A facet that is wholly covered sends nothing.
         if area <= 0.0 {
             return Self::default();
         }
@@ -40,18 +42,18 @@ impl Estimate {
     }
 }
 
-/// The most quadrangles of the adaptive rule.
+/// The largest number of quadrangles of the adaptive rule.
 pub(crate) const MOST: usize = 20_000;
-/// The most quadrangles of the rule where nothing is in between: the contour integral takes longer
-/// than a few.
+/// The largest number of quadrangles where there is no blocker; with more, the contour integral is
+/// faster.
 const FEW: usize = 8;
 
 impl Facets {
-    /// The view factor from one facet to another: the share of what leaves the first, evenly and
-    /// diffusely, that reaches the second, with an error that is at most the tolerance wherever
-    /// 20,000 quadrangles of the adaptive rule are enough.
+    /// The view factor from one facet to another: the fraction of the radiation that leaves the
+    /// first, evenly and diffusely, and reaches the second. The error is at most the tolerance
+    /// wherever 20,000 quadrangles of the adaptive rule are enough.
     ///
-    /// The other way round it is this times the quotient of the areas.
+    /// The view factor in the opposite direction is this one times the quotient of the areas.
     ///
     /// # Panics
     /// If there is no facet of this number.
@@ -61,7 +63,7 @@ impl Facets {
         exchange.over(area)
     }
 
-    /// The area of all sides of a facet that send.
+    /// The total area of all sides of a facet that send.
     pub(crate) fn sending_area(&self, facet: usize) -> f64 {
         let sides = match self.sides {
             Sides::One => 1.0,
@@ -70,8 +72,9 @@ impl Facets {
         self.facets[facet].area * sides
     }
 
-    /// The exchange of two facets, the area of one times its view factor to the other: to the bit
-    /// the same both ways. The tolerance has the unit of an area.
+    /// The exchange of two facets: the area of one times its view factor to the other, which is the
+    /// same in both directions, to the bit. The tolerance has the unit of an area. Also returns the
+    /// costliest of the steps that settled it.
     pub fn exchange(
         &self,
         a: usize,
@@ -83,7 +86,7 @@ impl Facets {
         if a == b {
             return (sum, settled);
         }
-        // Pair the sides of both facets, each cut to the part before the other.
+        // Pair the sides of both facets, each clipped to the part before the other's plane.
         let (first, second) = (a.min(b), a.max(b));
         let mut pairs = Vec::new();
         for p in self.sides_of(first) {
@@ -94,8 +97,8 @@ impl Facets {
                 pairs.extend(polygons.map(|polygons| (polygons, own)));
             }
         }
-        // Integrate what the pairs see of each other, past what is between, each to its part of the
-        // tolerance.
+        // Integrate what the sides of each pair see of each other past blockers, each pair to an
+        // equal part of the tolerance.
         let share = tolerance / pairs.len() as f64;
         for (polygons, own) in pairs {
             let sight = self.sight(polygons, own, &Candidates::All, memory);
@@ -113,7 +116,11 @@ impl Facets {
     }
 }
 
-/// The exchange of two polygons past others.
+/// The exchange of two polygons past blockers.
+///
+/// The integral over points of one polygon is computed twice at once: of the part of the other that
+/// is visible, and of the part that is hidden. The one with the smaller error is refined; from the
+/// hidden part, the exchange follows as the unobstructed exchange minus the hidden.
 pub(crate) fn past(
     polygons: &[ConvexPolygon; 2],
     blockers: &[ConvexPolygon],
@@ -121,7 +128,8 @@ pub(crate) fn past(
     memory: &mut Memory,
 ) -> Estimate {
     let [small, large] = by_area(polygons);
-    // Through a slit only the other may be seen.
+    // Integrate over the smaller polygon, unless none of its points sees the other, as through a
+    // slit.
     let [p, q] = match sees(small, large, blockers, memory) {
         true => [small, large],
         false => [large, small],
@@ -134,7 +142,7 @@ pub(crate) fn past(
         memory,
     };
     let all = Known::Between((0..blockers.len()).collect());
-    // What is hidden is taken from what is open, whose tolerance is the rest.
+    // If the hidden part is integrated, the unobstructed exchange takes the rest of the tolerance.
     let most = 0.95 * tolerance;
     let (visible, found) = integrate(p, most, MOST, are_apart(p, q), &mut past, &all);
     if visible == 1 && found.error <= found.value {
@@ -154,27 +162,27 @@ pub(crate) fn past(
     }
 }
 
-/// Two polygons: first the smaller, which is integrated over.
+/// Two polygons, first the smaller one, over whose points is integrated.
 pub(crate) fn by_area([p, q]: &[ConvexPolygon; 2]) -> [&ConvexPolygon; 2] {
     if p.area() <= q.area() { [p, q] } else { [q, p] }
 }
 
-/// The view factors from points of a polygon to another past blockers: the hidden part, and the
-/// visible one.
+/// The integrand: view factors from points of a polygon to another past blockers, of the hidden
+/// part and of the visible one.
 struct Past<'a> {
     p: &'a ConvexPolygon,
     q: &'a ConvexPolygon,
     blockers: &'a [ConvexPolygon],
-    /// The least width of the shadow of each.
+    /// For each blocker, the least width of its shadow.
     widths: Vec<f64>,
     memory: &'a mut Memory,
 }
 
-/// The blockers between a part of one polygon and another.
+/// Which blockers are between a part of one polygon and the other polygon.
 enum Known {
-    /// A blocker hides all.
+    /// A single blocker hides everything.
     Hidden,
-    /// The numbers of the blockers.
+    /// The numbers of the blockers between them.
     Between(Vec<usize>),
 }
 
@@ -208,7 +216,7 @@ impl Integrand for Past<'_> {
                 view.factors(x, n, self.q, polygons)
             }
         };
-        // What is visible or hidden by less than rounding is nothing.
+        // Parts that are smaller than rounding count as zero.
         let least = unseen_below(open);
         let part = |x: f64| if x > least { x } else { 0.0 };
         [part(open - visible), part(visible)]
@@ -227,7 +235,8 @@ impl Integrand for Past<'_> {
     }
 }
 
-/// The view factor from points of a polygon to another with nothing in between, twice.
+/// The integrand without blockers: the view factor from points of a polygon to another, for both
+/// functions.
 struct Open<'a> {
     n: DVec3,
     q: &'a ConvexPolygon,
@@ -250,7 +259,7 @@ impl Integrand for Open<'_> {
 }
 
 /// The least width of the shadows that a blocker casts on the first of two polygons, as seen from
-/// the second.
+/// points of the second.
 fn shadow_width(blocker: &ConvexPolygon, [p, q]: [&ConvexPolygon; 2]) -> f64 {
     let heights = |of: &ConvexPolygon| {
         let (n, origin) = (of.normal(), of.vertices()[0]);
@@ -259,21 +268,21 @@ fn shadow_width(blocker: &ConvexPolygon, [p, q]: [&ConvexPolygon; 2]) -> f64 {
             [h.min(low), h.max(high)]
         })
     };
-    // Between parallel planes a shadow is as wide as the blocker and the image of what is seen
-    // through a point of it, which are smallest where it is nearest.
+    // Between parallel planes, a shadow is as wide as the blocker plus the image of the other
+    // polygon through a point of the blocker; both are smallest where the blocker is nearest.
     let (near, far) = (heights(p)[0].max(0.0), heights(q)[1].max(f64::MIN_POSITIVE));
     width(blocker) + (width(q) * near / far).min(width(p))
 }
 
-/// A bound of what a blocker hides from a quadrangle, where that is so coarse that no point may see
-/// its shadow.
+/// A bound of what a blocker hides from a quadrangle, if the quadrangle is so large that the points
+/// of the rule may all miss the shadow; zero otherwise.
 fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
     let [a, b, c, d] = *corners;
     let middle = 0.25 * (a + b + c + d);
     let radius = corners
         .iter()
         .fold(0.0_f64, |r, v| r.max(v.distance(middle)));
-    // Points of the rule are no farther apart than the radius.
+    // Points of the rule are at most the radius apart.
     if radius <= width {
         return 0.0;
     }
@@ -282,12 +291,13 @@ fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
         true => (FRAC_1_PI * blocker.area() / (distance * distance)).min(1.0),
         false => 1.0,
     };
-    // By reciprocity it hides no more than its own area: what it sends to a plane, by both sides.
+    // By reciprocity, a blocker hides no more than its own area: what it sends to a plane by both
+    // of its sides.
     (0.5 * (c - a).cross(d - b).length() * factor).min(blocker.area())
 }
 
-/// The least width of a polygon: the least distance between an edge and the corner farthest from
-/// it.
+/// The least width of a polygon: the least, over all edges, of the distance from the edge's line to
+/// the corner farthest from it.
 fn width(polygon: &ConvexPolygon) -> f64 {
     let v = polygon.vertices();
     let next = v.iter().cycle().skip(1);
@@ -314,8 +324,8 @@ fn distance(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     edges().map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether one polygon is so far from another, for its size, that what points of it see of the
-/// other is smooth.
+/// Whether one polygon is so far from another, for its size, that the view factor from its points
+/// is a smooth function.
 fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
     let middle = p.centroid();
     let radius = p
@@ -325,10 +335,11 @@ fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
     distance(q, middle) > 1.5 * radius
 }
 
-/// The exchange of two polygons with nothing in between, to a relative tolerance.
+/// The exchange of two polygons without blockers, to a relative tolerance.
 pub(crate) fn open_exchange(polygons: &[ConvexPolygon; 2], tolerance: f64) -> Estimate {
     let [p, q] = by_area(polygons);
-    // A few points do where the polygons are far from each other.
+    // For polygons far from each other, a few points are enough; otherwise use the contour
+    // integral.
     if are_apart(p, q) {
         let goal = 0.5 * tolerance * coarse(polygons);
         let mut open = Open { n: p.normal(), q };

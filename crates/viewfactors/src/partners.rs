@@ -1,27 +1,27 @@
-//! The partners of a part of a facet: all parts in other patches, each with what both see of each
-//! other.
+//! The search for the partners of a part of a facet: all parts in other patches, each with what the
+//! two see of each other.
 //!
-//! Pairs are many, and most see nothing of each other. So partners are looked for by patches
-//! (neighbours in one plane), each of which has a tree of its parts with a rectangle around those
+//! There are many pairs, and most do not see each other. So partners are searched for by patches
+//! (neighbours in one plane). Each patch has a tree of its parts, with a rectangle around the parts
 //! of each node:
 //!
 //! ```text
 //!        a patch of 8 parts               its tree
 //!        ┌────┬────┬────┬────┐
-//!        │    │    │    │    │                  ○            what the root's rectangle does not
-//!        ├────┼────┼────┼────┤               ╱     ╲         see, none of the 8 parts sees
+//!        │    │    │    │    │                  ○         if the root's rectangle is not visible,
+//!        ├────┼────┼────┼────┤               ╱     ╲      none of the 8 parts is
 //!        │    │    │    │    │              ○       ○
 //!        └────┴────┴────┴────┘             ╱ ╲     ╱ ╲
 //!                                         ○   ○   ○   ○      …
 //! ```
 //!
-//! The search goes down from the root. Where the rectangle around a node is facing away, or hidden,
-//! all parts of the node are one partner. Else it goes on in both children, and the only patches
-//! that may be between are those that are between the part and the node's rectangle
-//! ([`Candidates`]). At a leaf, the pair of parts is settled ([`sight`](crate::sight)).
+//! The search descends from the root. If the rectangle around a node faces away or is hidden, all
+//! parts of the node are one partner. Otherwise it goes on in both children, for which only those
+//! patches may be blockers that are between the part and the node's rectangle ([`Candidates`]). At
+//! a leaf, the pair of parts is examined by itself ([`sight`](crate::sight)).
 //!
-//! Each side of each part in another patch is in exactly one partner, but for parts of facets that
-//! are skipped.
+//! Each side of each part in another patch is in exactly one partner, except for parts of facets
+//! that are skipped.
 
 use crate::facets::{Facets, Sides};
 use crate::patches::Patch;
@@ -30,13 +30,14 @@ use crate::sight::{Candidates, Sight, before_each_other};
 use linelit_geometry::{ConvexPolygon, stop};
 use std::ops::{Range, RangeInclusive};
 
-/// Parts of one patch, seen from one side, for which the search gives one answer.
+/// Parts of one patch, seen from one side, about which the search has one result.
 pub(crate) struct Partner {
-    /// One of the parts: the only one if anything of it is visible, else the first.
+    /// The index of one of the parts: the only one if anything of it is visible, otherwise the
+    /// first.
     pub part: usize,
-    /// Whether they are seen from the back.
+    /// Whether the parts are seen from their back.
     pub back: bool,
-    /// The number of the parts that are not skipped.
+    /// The number of the parts whose facets are not skipped.
     pub count: u64,
     pub sight: Sight,
 }
@@ -50,7 +51,7 @@ pub(crate) struct Side {
 }
 
 impl Sides {
-    /// For each side whether it is the back.
+    /// For each side that sends and receives, whether it is the back.
     const fn are_backs(self) -> &'static [bool] {
         match self {
             Self::One => &[false],
@@ -72,7 +73,7 @@ impl Facets {
         self.facets[facet].parts.clone().flat_map(sides)
     }
 
-    /// A search for the partners of a part's side, but for parts of the `skipped` facets.
+    /// Begins a search for the partners of a part's side, without parts of the `skipped` facets.
     pub(crate) fn partners<'a>(&'a self, of: &'a Side, skipped: Range<usize>) -> PartnerSearch<'a> {
         PartnerSearch {
             facets: self,
@@ -89,13 +90,13 @@ pub(crate) struct PartnerSearch<'a> {
     facets: &'a Facets,
     of: &'a Side,
     skipped: Range<usize>,
-    /// The patches that are to come.
+    /// The patches that have not been searched yet.
     patches: Range<usize>,
-    /// The stack of the search: nodes of the tree that are not yet visited for the patch at hand.
+    /// The stack of the search: nodes of the current patch's tree that have not been visited yet.
     waiting: Vec<WaitingNode>,
 }
 
-/// A node of a patch's tree, which is to be visited.
+/// A node of a patch's tree that waits to be visited.
 struct WaitingNode {
     patch: usize,
     /// Whether the patch is seen from its back.
@@ -105,7 +106,7 @@ struct WaitingNode {
 }
 
 impl PartnerSearch<'_> {
-    /// The next partner; none if there are no more.
+    /// Returns the next partner; `None` when there are no more.
     pub(crate) fn next(&mut self, memory: &mut Memory) -> Option<Partner> {
         loop {
             let partner = match self.waiting.pop() {
@@ -122,8 +123,8 @@ impl PartnerSearch<'_> {
         }
     }
 
-    /// Puts the root of a patch on the stack, once for each side, the front on top; nothing of the
-    /// own patch, and of one whose facets are all skipped.
+    /// Puts the root of a patch on the stack, once for each side, the front on top; does nothing
+    /// for the part's own patch and for patches whose facets are all skipped.
     fn begin(&mut self, patch: usize) {
         stop::check();
         let own = self.facets.parts[self.of.part].patch;
@@ -144,7 +145,7 @@ impl PartnerSearch<'_> {
         self.skipped.start <= *facets.start() && *facets.end() < self.skipped.end
     }
 
-    /// The number of parts among some of a patch whose facets are not skipped.
+    /// Counts the parts in a range of a patch's tree whose facets are not skipped.
     fn count(&self, patch: &Patch, items: Range<usize>) -> u64 {
         let is_left = |part: &&usize| {
             let facet = self.facets.parts[**part].facet;
@@ -157,8 +158,8 @@ impl PartnerSearch<'_> {
         patch.tree.order[items].iter().filter(is_left).count() as u64
     }
 
-    /// The partner that the parts of a node are; none if they are skipped, or if its children wait
-    /// in its place.
+    /// Visits a node: returns the partner that its parts are, or `None` if they are skipped, or if
+    /// its children were put on the stack in its place.
     fn visit(&mut self, at: &WaitingNode, memory: &mut Memory) -> Option<Partner> {
         let all = self.facets;
         let patch = &all.patches[at.patch];
@@ -174,22 +175,23 @@ impl PartnerSearch<'_> {
             count: self.count(patch, node.items.clone()),
             sight,
         };
-        // Cut the part and the rectangle around the node where they lie before each other.
+        // Clip the part and the rectangle around the node, each to what is before the other's
+        // plane.
         let around = seen_from(&patch.around[at.node], at.back);
         let patches = [all.parts[self.of.part].patch, at.patch];
         let flatness = all.flatness(patches);
         let Some(pair) = before_each_other(&self.of.polygon, &around, flatness) else {
             return Some(partner(Sight::FacingAway));
         };
-        // Settle the pair at a leaf, whose rectangle is its part.
+        // At a leaf, whose rectangle is its part, find what the pair sees.
         let Some(children) = node.children else {
             let [p, q] = pair;
             let polygons = if own < facet { [p, q] } else { [q, p] };
             let sight = all.sight(polygons, patches, &at.candidates, memory);
             return Some(partner(sight));
         };
-        // Go on in the children unless all is hidden. Patches that only touch this hull are kept:
-        // through rounding they may meet that of a child.
+        // Go on in the children unless everything is hidden. Patches that only touch this hull stay
+        // candidates, since through rounding they may overlap the hull of a child.
         let between = all.patches_between(&pair, patches, &at.candidates, true);
         if all.is_hidden(&pair, patches, &between) {
             return Some(partner(Sight::Hidden));

@@ -1,4 +1,5 @@
-//! Patches: neighbours in one plane, which hide as one.
+//! Patches: neighbouring parts in one plane that form a convex polygon, and so hide others as one
+//! polygon. Fewer and larger polygons make view factors past them cheaper.
 
 use crate::facets::Part;
 use crate::tree::Tree;
@@ -6,28 +7,29 @@ use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
-/// A convex polygon of parts in one plane.
+/// A convex polygon made of parts in one plane, with a tree of the parts.
 #[derive(Clone, Debug)]
 pub(crate) struct Patch {
     pub polygon: ConvexPolygon,
-    /// The first and the last facet that it has parts of.
+    /// The first and the last of the facets to which its parts belong.
     pub facets: RangeInclusive<usize>,
     /// A tree of the parts.
     pub tree: Tree,
-    /// A rectangle around the parts of each node, that of a leaf being its part.
+    /// For each node of the tree, a rectangle around its parts; for a leaf, the part itself.
     pub around: Vec<ConvexPolygon>,
-    /// The height above its plane within which corners that it shares with others lie.
+    /// The tolerance for flatness: corners that it shares with others are within this height of its
+    /// plane.
     pub flatness: f64,
 }
 
-/// The distance from a plane or a line that is rounding, relative to the largest coordinate as
-/// given: corners are differences and sums of coordinates.
+/// The tolerance for the distance of a corner from a plane or a line, relative to the largest
+/// coordinate as given; corners are differences and sums of coordinates.
 pub(crate) const FLAT: f64 = 16.0 * f64::EPSILON;
 
 /// Joins polygons in one plane that share edges, wherever the result is convex. The outlines are
-/// their corners to the last bit, by which neighbours know each other.
+/// the corners as given, so that neighbours have the same bits at shared corners.
 pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
-    // Join neighbours, two by two, until nothing changes.
+    // Join neighbours in pairs until there is nothing to join.
     let polygons: Vec<ConvexPolygon> = parts.iter().map(|part| part.polygon).collect();
     let flatness = parts.iter().map(|part| part.flatness).collect();
     let mut joiner = Joiner::new(&polygons, outlines, flatness);
@@ -71,7 +73,7 @@ pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
     patches
 }
 
-/// The box of some points.
+/// The bounding box of some points, as its lowest and its highest corner.
 pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
     let start = points.first().copied().unwrap_or_default();
     points
@@ -79,7 +81,8 @@ pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
         .fold([start; 2], |[low, high], p| [low.min(*p), high.max(*p)])
 }
 
-/// A rectangle around more than one polygon in one plane.
+/// A rectangle around two or more polygons in one plane, along an edge of the first; `None` for a
+/// single polygon.
 fn rectangle<'a>(
     polygons: impl Iterator<Item = &'a ConvexPolygon> + Clone,
 ) -> Option<ConvexPolygon> {
@@ -104,23 +107,25 @@ fn rectangle<'a>(
     ConvexPolygon::new(&corners).ok()
 }
 
-/// Outlines of polygons, which become fewer.
+/// Outlines of polygons, which are joined in pairs.
 struct Joiner {
     points: Vec<DVec3>,
-    /// The corners of each, those in the middle of a side too; none where it was joined.
+    /// The corners of each outline, including corners in the middle of a side; empty where an
+    /// outline was joined to another.
     loops: Vec<Vec<u32>>,
     normals: Vec<DVec3>,
     members: Vec<Vec<usize>>,
-    /// The polygon on the left of each edge.
+    /// The outline on the left of each directed edge.
     left: HashMap<[u32; 2], usize>,
     flatness: Vec<f64>,
 }
 
 impl Joiner {
+    /// Numbers the corners, equal ones alike, and enters all edges in the table.
     fn new(polygons: &[ConvexPolygon], outlines: &[Vec<DVec3>], flatness: Vec<f64>) -> Self {
         let (mut points, mut numbers) = (Vec::new(), HashMap::new());
         let mut number = |p: &DVec3| {
-            // Zeros of both signs are one.
+            // Zeros of both signs are the same.
             let key = (*p + DVec3::ZERO).to_array().map(f64::to_bits);
             *numbers.entry(key).or_insert_with(|| {
                 points.push(*p);
@@ -143,7 +148,8 @@ impl Joiner {
         }
     }
 
-    /// Joins each with one neighbour at most, so that outlines grow alike; whether any has one.
+    /// Joins each outline with at most one neighbour, so that all outlines grow evenly; returns
+    /// whether any was joined.
     fn pass(&mut self) -> bool {
         let mut is_joined = vec![false; self.loops.len()];
         for k in 0..self.loops.len() {
@@ -166,7 +172,7 @@ impl Joiner {
         is_joined.contains(&true)
     }
 
-    /// A neighbour that may be joined, and the outline of both.
+    /// Finds a neighbour that an outline may be joined with, and the outline of both together.
     fn neighbour(&self, k: usize, is_joined: &[bool]) -> Option<(usize, Vec<u32>)> {
         let own = &self.loops[k];
         let mut tried = None;
@@ -185,7 +191,8 @@ impl Joiner {
         None
     }
 
-    /// The outline of two polygons that share an edge, if both are in one plane and it is convex.
+    /// The outline of two polygons that share an edge, if both are in one plane and the outline is
+    /// convex; `place` is the index of the shared edge in the first.
     fn joined(&self, own: &[u32], place: usize, k: usize, other: usize) -> Option<Vec<u32>> {
         let theirs = &self.loops[other];
         let (n, m) = (own.len(), theirs.len());
@@ -194,7 +201,7 @@ impl Joiner {
         if normal.dot(self.normals[other]) <= 0.0 {
             return None;
         }
-        // The chain of corners that both share, in the order of the first.
+        // Find the chain of edges that both share, backwards and forwards from the shared edge.
         let there = theirs.iter().position(|v| *v == own[(place + 1) % n])?;
         let (mut before, mut after) = (0, 1);
         while before < n && own[(place + n - before) % n] == theirs[(there + 1 + before) % m] {
@@ -203,7 +210,7 @@ impl Joiner {
         while after < n && own[(place + after) % n] == theirs[(there + m + 1 - after) % m] {
             after += 1;
         }
-        // Edges: `after` counts the first twice.
+        // Count the shared edges; `after` counts the first one twice.
         let shared = before + after - 2;
         if before == 0 || shared >= n.min(m) {
             return None;
@@ -211,7 +218,7 @@ impl Joiner {
         let rest = |j: usize| own[(place + after - 1 + j) % n];
         let add = |j: usize| theirs[(there + before + j) % m];
         let point = |v: u32| self.points[v as usize];
-        // Only where both meet may a corner turn the wrong way.
+        // Make the common outline. Only where the two meet may a corner turn the wrong way.
         let (last, end) = (n - shared, m - shared - 1);
         let outline: Vec<u32> = (0..=last).map(rest).chain((1..=end).map(add)).collect();
         let ends = [
@@ -221,6 +228,7 @@ impl Joiner {
         let turns_right = |[a, b, c]: &[usize; 3]| {
             turn([a, b, c].map(|k| point(outline[*k])), normal, flatness) < 0.0
         };
+        // The other polygon has to be in the plane of the first.
         let origin = point(own[0]);
         let is_off = |v: &u32| normal.dot(point(*v) - origin).abs() > flatness;
         if ends.iter().any(turns_right) || theirs.iter().any(is_off) {
@@ -238,8 +246,8 @@ fn edges(outline: &[u32]) -> impl Iterator<Item = [u32; 2]> {
     outline.iter().zip(next).map(|(&a, &b)| [a, b])
 }
 
-/// Twice the area of a corner and those beside it, positive where the outline turns left: zero
-/// where that is rounding.
+/// Twice the signed area of the triangle at a corner, positive where the outline turns left; zero
+/// where it is only rounding.
 fn turn([a, b, c]: [DVec3; 3], normal: DVec3, room: f64) -> f64 {
     let turn = normal.dot((b - a).cross(c - b));
     let length = (b - a).length() + (c - b).length();
@@ -250,7 +258,7 @@ fn turn([a, b, c]: [DVec3; 3], normal: DVec3, room: f64) -> f64 {
     }
 }
 
-/// Corners without those in the middle of a side.
+/// The corners without those in the middle of a side.
 fn without_flat(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<DVec3> {
     let n = corners.len();
     let turns = |k: &usize| {

@@ -1,4 +1,5 @@
-//! View factors from a point.
+//! View factors from a point to all facets, and the sunlit part of a facet: both past all
+//! obstructions, and without quadrature.
 
 use crate::facets::{Facets, Piece};
 use crate::hull::Hull;
@@ -9,8 +10,8 @@ use linelit_geometry::{DVec3, Margins, Vector3, predicates, stop};
 use linelit_visibility::{Scratch, ShaftQuery};
 use std::f64::consts::FRAC_1_PI;
 
-/// The margin at the point: of a facet on which it lies but for rounding, directions are rounding:
-/// in this fraction of the way it hides nothing.
+/// The margin at the point. If the point is on a facet up to rounding, directions to that facet are
+/// only rounding, so the facet hides nothing within this fraction of the way.
 const NEAR: Margins = Margins {
     point: 1e-12,
     light: 0.0,
@@ -19,13 +20,13 @@ const NEAR: Margins = Margins {
 /// The view factors from a point to all facets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// The factor to each facet.
+    /// The view factor to each facet.
     pub facets: Vec<f64>,
-    /// The rest to one: what no facet takes.
+    /// The view factor to the sky: one minus the sum of all others.
     pub sky: f64,
 }
 
-/// The memory of queries, which any number of points use one after the other.
+/// Buffers for queries, to be reused from one query to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
     pub(crate) view: View,
@@ -34,7 +35,8 @@ pub struct Memory {
 }
 
 impl Piece {
-    /// The facet that is seen from the side of the piece on which a point lies.
+    /// The facet that is seen from the side of the piece on which a point is; `None` in the piece's
+    /// plane, or if that side sends nothing.
     fn seen_from(&self, x: DVec3) -> Option<usize> {
         let corners = self.polygon.vertices();
         let [a, b, c] = [corners[0], corners[1], corners[2]];
@@ -48,19 +50,19 @@ impl Piece {
 }
 
 impl Facets {
-    /// The view factors from a point with a normal to all facets:
+    /// Computes the view factors from a point with a normal to all facets:
     ///
     /// ```text
     /// F(x, n → j) = 1/π ∫ V cos θ dω over facet j
     /// ```
     ///
-    /// exact but for rounding: Lambert's sum over the boundary of the visible part. A point that is
-    /// not finite, or a normal without direction, sees the sky alone.
+    /// They are exact up to rounding: Lambert's sum over the boundary of the visible part. A point
+    /// that is not finite, or a normal without direction, sees only the sky.
     ///
-    /// Of facets that are closer together than rounding to `f32`, and nearly in one plane, that
-    /// hides the others which is in front by its corners as given. The point is lifted along the
-    /// normal by twice [`Facets::displacement`], so that one on a facet is not below it when that
-    /// was rounded: factors, whatever their size, are off by up to about that over the distance.
+    /// Among facets that are nearly in one plane, and closer together than the rounding to `f32`,
+    /// the corners as given decide which hides the others. The point is lifted along the normal by
+    /// twice [`Facets::displacement`], so that a point on a facet is not below the rounded facet;
+    /// factors are off by up to about that length over the distance, no matter how large they are.
     pub fn from_point(
         &self,
         point: impl Vector3,
@@ -85,7 +87,7 @@ impl Facets {
         row
     }
 
-    /// The view factor to a piece.
+    /// The view factor from a point to a piece.
     fn piece(&self, x: DVec3, n: DVec3, piece: &Piece, memory: &mut Memory) -> f64 {
         stop::check();
         let corners = piece.polygon.vertices();
@@ -103,9 +105,9 @@ impl Facets {
         FRAC_1_PI * region.measure(Measure::Cosine(n))
     }
 
-    /// The share of a facet that light from one direction reaches, such as that of the sun, towards
-    /// which the direction points: exact but for rounding. It is 0 where the facet faces away, and
-    /// that of the lit side where facets have two.
+    /// The fraction of a facet that light from one direction reaches, such as sunlight; the
+    /// direction points towards the sun. It is exact up to rounding, 0 where the facet faces away,
+    /// and the fraction of the lit side if facets have two.
     ///
     /// # Panics
     /// If there is no facet of this number.
@@ -118,7 +120,8 @@ impl Facets {
             .filter(|side| side.polygon.normal().dot(direction) > 0.0);
         let area = lit.map(|side| {
             let p = side.polygon.vertices();
-            // Beyond all facets.
+            // Extend the facet towards the sun, beyond all facets, and find the patches in that
+            // space.
             let far: Vec<DVec3> = p.iter().map(|v| *v + 4.0 * self.size * direction).collect();
             let own = self.parts[side.part].patch;
             let hull = Hull::new(p, &far, self.patches[own].flatness);
@@ -134,7 +137,7 @@ impl Facets {
             memory.view.lit(direction, &side.polygon, &blockers)
         });
         let lit = area.fold(0.0, |sum, lit| sum + lit);
-        // Nothing of a facet that others cover is lit.
+        // A facet that is wholly covered has no lit part.
         if self.area(facet) > 0.0 {
             lit / self.area(facet)
         } else {

@@ -1,12 +1,14 @@
-//! What rounding to `f32` leaves of polygons: pieces that are exactly flat.
+//! Rounding of polygons to `f32`, with corners that are exactly in one plane: the pieces that view
+//! factors from points use.
 
 use crate::facets::Piece;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use linelit_visibility::Occluders;
 
-/// The pieces of a polygon with rounded corners, and their triangles by the numbers of corners: one
-/// where all lie in one plane, else triangles. The fan begins at the least corner, so that facets
-/// back to back are cut alike. What has no area is not among them.
+/// Cuts a polygon with rounded corners into pieces that are exactly flat, and returns their
+/// triangles by corner numbers: one piece if all corners are in one plane, otherwise a triangle
+/// each. The fan of triangles begins at the least corner, so that facets back to back are cut
+/// alike. Triangles without area are left out.
 pub(crate) fn flat_pieces(corners: &[DVec3]) -> Vec<(ConvexPolygon, Vec<[usize; 3]>)> {
     let n = corners.len();
     let key = |k: &usize| corners[*k].to_array();
@@ -32,18 +34,18 @@ pub(crate) fn flat_pieces(corners: &[DVec3]) -> Vec<(ConvexPolygon, Vec<[usize; 
     fan.filter_map(one).collect()
 }
 
-/// Collects pieces and the triangles that hide others.
+/// Collects rounded pieces, and the triangles that hide others.
 #[derive(Default)]
 pub(crate) struct Rounder {
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     pieces: Vec<Piece>,
-    /// The largest distance of a corner from where it was.
+    /// The largest distance by which a corner was moved.
     pub displacement: f64,
 }
 
 impl Rounder {
-    /// Adds a convex polygon, and the facets that are seen from either side of it.
+    /// Adds a convex polygon with the facets that are seen on its two sides.
     pub(crate) fn add(&mut self, seen: [Option<usize>; 2], corners: &[DVec3]) {
         let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
         let start = self.vertices.len();
@@ -63,7 +65,7 @@ impl Rounder {
         }
     }
 
-    /// The pieces, and the occluders.
+    /// Returns the pieces and the occluders made of their triangles.
     pub(crate) fn finish(self) -> (Vec<Piece>, Occluders) {
         (
             self.pieces,
@@ -72,7 +74,7 @@ impl Rounder {
     }
 }
 
-/// The place of a corner when it is rounded.
+/// The position of a corner after rounding to `f32`.
 pub(crate) fn rounded(corner: &DVec3) -> DVec3 {
     corner.as_vec3().as_dvec3()
 }

@@ -1,4 +1,5 @@
-//! Rows of the matrix of view factors, each to a tolerance.
+//! Rows of the matrix of view factors, each to a tolerance: how the tolerance is divided among
+//! pairs, and how rows are computed in parallel and in order.
 
 use crate::facets::Facets;
 use crate::pair::{Estimate, open_exchange, past};
@@ -10,7 +11,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// The view factors from a facet to others: those that are not zero.
+/// The view factors from one facet to all others that are not zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseRow {
     /// The facet that sends.
@@ -19,22 +20,22 @@ pub struct SparseRow {
     pub columns: Vec<u32>,
     /// The factor to each.
     pub values: Vec<f64>,
-    /// The told error of each, absolute.
+    /// The estimate of the absolute error of each factor.
     pub errors: Vec<f64>,
-    /// The factor to the sky, which no facet receives: one less the sum of all.
+    /// The factor to the sky, which no facet receives: one minus the sum of all factors.
     pub sky: f64,
 }
 
-/// The matrix of view factors by compressed rows, as `scipy.sparse.csr_matrix` takes it.
+/// The matrix of view factors in compressed rows, as `scipy.sparse.csr_matrix` expects it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matrix {
     /// The factors that are not zero, row after row.
     pub data: Vec<f64>,
-    /// The column of each.
+    /// The column of each factor.
     pub indices: Vec<u32>,
-    /// The place in `data` at which each row begins, and the end of the last.
+    /// The index in `data` at which each row begins, and the end of the last row.
     pub indptr: Vec<usize>,
-    /// The told error of each factor.
+    /// The estimate of the absolute error of each factor.
     pub error: Vec<f64>,
     /// The factor from each facet to the sky.
     pub sky: Vec<f64>,
@@ -54,7 +55,7 @@ impl Default for Matrix {
 }
 
 impl Matrix {
-    /// Adds the row of the next facet.
+    /// Appends the row of the next facet.
     pub fn push(&mut self, row: SparseRow) {
         self.data.extend(row.values);
         self.indices.extend(row.columns);
@@ -64,42 +65,43 @@ impl Matrix {
     }
 }
 
-/// Facts about all pairs that are found before any is integrated.
+/// What is found out about all pairs before any is integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
-    /// The sum, for each facet, of the weights by which pairs that are partly hidden share its
-    /// tolerance.
+    /// For each facet, the sum of the weights of its pairs that are partly hidden; these divide the
+    /// facet's tolerance in proportion to their weights.
     pub weights: Vec<f64>,
-    /// The numbers of unordered pairs of sides of flat parts by [`Settled`](crate::Settled): facing
-    /// away, hidden, clear, and partly hidden.
+    /// The numbers of pairs by [`Settled`](crate::Settled): facing away, hidden, clear, and partly
+    /// hidden. A pair is two sides of convex parts, in either order.
     pub pairs: [u64; 4],
 }
 
-/// Rows that threads compute before they are handed on.
+/// The number of rows that are computed in parallel before they are handed to the caller.
 const BLOCK: usize = 64;
-/// The most exchanges that are kept for rows to come, 24 bytes each; others are computed again.
+/// The largest number of exchanges that are stored for later rows, 24 bytes each; further ones are
+/// computed again.
 const KEPT: usize = 4 << 20;
-/// The share of a row's tolerance that pairs with nothing in between have.
+/// The fraction of a row's tolerance for pairs without blockers.
 const OPEN: f64 = 0.1;
 
-/// Exchanges that rows to come need, by the row and the column.
+/// Exchanges that later rows need, each stored in its row with its column.
 #[derive(Default)]
 struct Kept {
     rows: BTreeMap<usize, Vec<(u32, Estimate)>>,
     count: usize,
-    /// The end of the rows that handed on what they computed.
+    /// The end of the range of rows whose exchanges were stored for later rows.
     end: usize,
 }
 
 impl Facets {
-    /// Looks at all pairs: which are settled without an integral over what is hidden. Rows share
-    /// their tolerance among the others.
+    /// Examines all pairs before the integration: which of them need no integral over what is
+    /// hidden. The other pairs share the tolerance of their rows.
     #[must_use]
     pub fn plan(&self) -> Plan {
         let one = |memory: &mut Memory, i: usize| {
             let (mut weights, mut pairs) = (Vec::new(), [0; 4]);
             for side in self.sides_of(i) {
-                // Each pair once, by the lower number.
+                // Examine each pair once, from the facet with the lower number.
                 let mut search = self.partners(&side, 0..i + 1);
                 while let Some(partner) = search.next(memory) {
                     let settled = partner.sight.settled();
@@ -116,6 +118,7 @@ impl Facets {
             weights: vec![0.0; self.len()],
             pairs: [0; 4],
         };
+        // Add up the results block by block, in the order of facets.
         for first in (0..self.len()).step_by(BLOCK) {
             let block = first..self.len().min(first + BLOCK);
             let all: Vec<_> = block
@@ -134,7 +137,7 @@ impl Facets {
         plan
     }
 
-    /// The exchanges of a facet with others, but for those that are known.
+    /// Computes the exchanges of a facet with all others except those in the range `known`.
     fn exchanges(
         &self,
         facet: usize,
@@ -143,7 +146,8 @@ impl Facets {
         known: Range<usize>,
         memory: &mut Memory,
     ) -> Vec<(u32, Estimate)> {
-        // By the other facet and both sides, so that sums do not depend on the way round.
+        // Collect terms by the other facet and both sides, so that sums do not depend on the
+        // direction.
         let mut found = BTreeMap::<(u32, [(usize, bool); 2]), Estimate>::new();
         let share = |k: usize| self.sending_area(k) / plan.weights[k].max(f64::MIN_POSITIVE);
         for side in self.sides_of(facet) {
@@ -154,7 +158,7 @@ impl Facets {
                 };
                 let (other, polygons) = (self.parts[partner.part].facet, &pair.polygons);
                 let part = if pair.blockers.is_empty() {
-                    // Factors with nothing in between add up to one at most.
+                    // Factors without blockers add up to at most one, so the tolerance is relative.
                     open_exchange(polygons, OPEN * tolerance)
                 } else {
                     let share = (1.0 - OPEN) * tolerance * share(facet).min(share(other));
@@ -168,6 +172,7 @@ impl Facets {
                 }
             }
         }
+        // Add up the terms of each facet.
         let mut sums = BTreeMap::<u32, Estimate>::new();
         for ((other, _), part) in found {
             sums.entry(other).or_default().add(part);
@@ -175,13 +180,14 @@ impl Facets {
         sums.into_iter().collect()
     }
 
-    /// Computes the rows of a range of facets on all threads of the rayon pool, and hands them on
-    /// in their order. The sum of a row's told errors is at most the tolerance wherever
-    /// [`Facets::between`] keeps to its own. A row depends neither on threads nor on the range, and
-    /// both ways between two facets are one exchange, divided by the area of each.
+    /// Computes the rows of a range of facets on all threads of the rayon pool, and passes them to
+    /// `each` in order. The sum of a row's error estimates is at most the tolerance wherever
+    /// [`Facets::between`] meets its own. A row depends neither on the threads nor on the range,
+    /// and both directions between two facets are one exchange, divided by the area of each.
     ///
-    /// Each exchange within the range is computed once, those with other facets besides. Four
-    /// million exchanges are kept, 100 MB; beyond that they are computed again.
+    /// An exchange within the range is computed once, and exchanges with facets outside of it in
+    /// addition. Four million exchanges are stored, in 100 MB; beyond that, they are computed
+    /// again.
     ///
     /// # Errors
     /// The first error of `each`, which ends the work.
@@ -201,12 +207,13 @@ impl Facets {
         };
         for first in range.clone().step_by(BLOCK) {
             let block = first..range.end.min(first + BLOCK);
-            // Once there is no room, rows compute all that was not handed on before.
+            // Once the store is full, rows compute everything that was not stored before.
             let hands = kept.end == first && kept.count < KEPT;
             if hands {
                 kept.end = block.end;
             }
             let (start, end) = (range.start, kept.end);
+            // Compute the block's exchanges, except those that earlier rows have stored.
             let found: Vec<Vec<(u32, Estimate)>> = block
                 .clone()
                 .into_par_iter()
@@ -214,6 +221,7 @@ impl Facets {
                     self.exchanges(i, tolerance, plan, start..i.min(end), memory)
                 })
                 .collect();
+            // Complete each row, store what later rows need, and pass the row on.
             for (i, found) in block.zip(found) {
                 let mut all = kept.rows.remove(&i).unwrap_or_default();
                 kept.count -= all.len();
@@ -233,7 +241,7 @@ impl Facets {
         Ok(())
     }
 
-    /// A row by what its facet exchanges.
+    /// Makes a row from the exchanges of its facet.
     fn sparse(&self, facet: usize, exchanges: &[(u32, Estimate)]) -> SparseRow {
         let area = self.sending_area(facet);
         let factors = || exchanges.iter().map(|(_, exchange)| exchange.over(area));
@@ -263,7 +271,7 @@ impl Facets {
         Ok(plan)
     }
 
-    /// The whole matrix in memory: for the small.
+    /// Computes the whole matrix in memory, for scenes that are small enough.
     #[must_use]
     pub fn matrix(&self, tolerance: f64) -> Matrix {
         let mut matrix = Matrix::default();
@@ -278,12 +286,13 @@ impl Facets {
     }
 }
 
-/// A facet's number: there are fewer than 2³².
+/// A facet's number in 32 bits; there are fewer than 2³² facets.
 fn number(facet: usize) -> u32 {
     u32::try_from(facet).unwrap_or(u32::MAX)
 }
 
-/// The exchange of two polygons, roughly: that of a disk of the same area on the axis.
+/// A coarse approximation of the exchange of two polygons: that of disks of the same area, with
+/// limited cosines.
 pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
     let between = q.centroid() - p.centroid();
     let square = between.length_squared();
@@ -292,8 +301,8 @@ pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
     small * large * cosines.clamp(0.01, 1.0) / (PI * square + large)
 }
 
-/// The weight of a pair that is partly hidden: the cost grows as the inverse of the tolerance, so
-/// that roots share it best.
+/// The weight of a pair that is partly hidden. The cost grows as the inverse of the tolerance, so
+/// the total cost is least if tolerances are in proportion to square roots.
 fn weight(polygons: &[ConvexPolygon; 2]) -> f64 {
     coarse(polygons).sqrt()
 }

@@ -1,22 +1,22 @@
-//! Whether two polygons see each other, past all patches.
+//! Whether two polygons see each other past all patches, and what is between them.
 //!
 //! ```text
 //!           p               patches              q
 //!           │ ╲ ─ ─ ─ ─ ─ ─ ─ ─│─ ─ ─ ─ ─ ─ ─ ╱ │
-//!           │            │     │             │   │         between: what meets the hull of p and q
-//!           │            │                       │         blockers: what of it lies before both
+//!           │            │     │             │   │   between: patches that meet the hull of p, q
+//!           │            │                       │   blockers: their parts that lie before both
 //!           │ ╱ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ╲ │
 //! ```
 //!
-//! What is cheap is tried first, and each step leaves less to the next:
+//! Cheap tests come first, and each step leaves less to the next:
 //!
-//! 1. The parts of both that lie before the plane of the other ([`before_each_other`]): without
-//!    them they are facing away.
-//! 2. The patches that meet the convex hull of these parts: no other is between them.
-//! 3. If one of these patches hides all, they are hidden.
-//! 4. The parts of patches that lie before both. Without any, the view is clear.
-//! 5. If no point of the adaptive rule sees a part past these blockers, they are hidden, too. Else
-//!    an integral is needed.
+//! 1. Clip both polygons to the parts before the plane of the other ([`before_each_other`]). If a
+//!    part is empty, they are facing away.
+//! 2. Find the patches that meet the convex hull of these parts: no other patch is between them.
+//! 3. If one of these patches hides everything, they are hidden.
+//! 4. Clip the patches to the parts that lie before both. If there are none, the view is clear.
+//! 5. If no point of the adaptive rule sees a part past these blockers, they are hidden, too.
+//!    Otherwise an integral is needed.
 
 use crate::cubature::places;
 use crate::facets::Facets;
@@ -27,41 +27,42 @@ use crate::view::unseen_below;
 use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::rc::Rc;
 
-/// The step that settled what two facets exchange.
+/// The step that determined the exchange of two facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Settled {
-    /// Neither has a part before the other that faces it.
+    /// Neither facet has a part before the other's plane on a side that faces it.
     #[default]
     Facing,
-    /// A patch between them hides all, or no point of the adaptive rule on either sees the other.
+    /// A single patch hides everything, or no point of the adaptive rule on either sees the other.
     Hidden,
-    /// Nothing is between them.
+    /// No patch is between them.
     Clear,
-    /// A part is hidden, which an adaptive rule integrated.
+    /// A part is hidden, so the exchange was integrated by an adaptive rule.
     Partly,
 }
 
 /// What two polygons see of each other.
 pub(crate) enum Sight {
-    /// Nothing, since neither has a part before the other.
+    /// They do not see each other, since neither has a part before the other.
     FacingAway,
-    /// Nothing, since something between them hides all.
+    /// They do not see each other, since everything is hidden.
     Hidden,
-    /// Something.
+    /// They see at least a part of each other.
     Visible(Box<VisiblePair>),
 }
 
-/// Two polygons that see something of each other.
+/// Two polygons that see at least a part of each other.
 pub(crate) struct VisiblePair {
-    /// The parts of both that lie before each other, first that of the facet with the lower number.
+    /// The parts of both that lie before each other; first the part of the facet with the lower
+    /// number.
     pub polygons: [ConvexPolygon; 2],
-    /// The parts of patches that hide some of one from the other, first those that hide most; empty
-    /// where the view is clear.
+    /// The parts of patches that hide some of one polygon from the other; the parts that hide most
+    /// come first. Empty where the view is clear.
     pub blockers: Vec<ConvexPolygon>,
 }
 
 impl Sight {
-    /// The step that settled it.
+    /// The step that determined it.
     pub(crate) fn settled(&self) -> Settled {
         match self {
             Self::FacingAway => Settled::Facing,
@@ -77,15 +78,17 @@ impl Sight {
 pub(crate) enum Candidates {
     /// Any patch.
     All,
-    /// Those with these numbers: all that are between polygons around both parts. Inner nodes may
-    /// lack some, since a child's rectangle may stick out of its parent's, and then look further
-    /// down than they need; leaves lack none.
+    /// The patches with these numbers, among which are all patches between the two polygons. For
+    /// inner nodes of a patch's tree some may be missing, since a child's rectangle may extend
+    /// beyond its parent's; then the search only goes further down than necessary. For leaves none
+    /// is missing.
     These(Rc<[usize]>),
 }
 
 impl Facets {
-    /// Finds what two polygons that lie before each other see of each other. They are in the
-    /// order of their facets' numbers, and parts of the patches `own`, which are in either order.
+    /// Finds what two polygons see of each other, each clipped to the part before the other. They
+    /// are in the order of their facets' numbers, and are parts of the patches `own`, which may be
+    /// in either order.
     pub(crate) fn sight(
         &self,
         polygons: [ConvexPolygon; 2],
@@ -99,7 +102,7 @@ impl Facets {
         }
         let blockers = self.blockers(&polygons, own, &between);
         if !blockers.is_empty() {
-            // Points of the smaller one are closer to each other.
+            // Try the smaller polygon first, since its points are closer to each other.
             let [small, large] = by_area(&polygons);
             let is_seen =
                 sees(small, large, &blockers, memory) || sees(large, small, &blockers, memory);
@@ -110,8 +113,8 @@ impl Facets {
         Sight::Visible(Box::new(VisiblePair { polygons, blockers }))
     }
 
-    /// The candidates that meet the inside of the hull of two polygons, or with `or_touches` its
-    /// surface.
+    /// The candidates that overlap the inside of the hull of two polygons, or, with `or_touches`,
+    /// touch its surface.
     pub(crate) fn patches_between(
         &self,
         [p, q]: &[ConvexPolygon; 2],
@@ -123,7 +126,7 @@ impl Facets {
         if matches!(candidates, Candidates::These(none) if none.is_empty()) {
             return between;
         }
-        // Test patches against the hull; not the two themselves.
+        // Test patches against the hull, except for the two patches themselves.
         let hull = Hull::new(p.vertices(), q.vertices(), self.flatness(own));
         let mut room = [Vec::new(), Vec::new()];
         let mut meet = |k: usize| {
@@ -132,7 +135,7 @@ impl Facets {
                 between.push(k);
             }
         };
-        // Look at the candidates, or at those whose boxes the hull may meet.
+        // Test the candidates, or all patches whose boxes the hull may overlap.
         match candidates {
             Candidates::These(numbers) => numbers.iter().for_each(|&k| meet(k)),
             Candidates::All => {
@@ -149,7 +152,7 @@ impl Facets {
         self.patches[a].flatness.max(self.patches[b].flatness)
     }
 
-    /// Whether one of some patches hides all of two polygons of others from each other.
+    /// Whether a single patch hides two polygons from each other completely.
     pub(crate) fn is_hidden(
         &self,
         [p, q]: &[ConvexPolygon; 2],
@@ -167,7 +170,7 @@ impl Facets {
         })
     }
 
-    /// The parts of patches that lie before two polygons, first those that hide most.
+    /// The parts of patches that lie before both polygons; the parts that hide most come first.
     fn blockers(
         &self,
         [p, q]: &[ConvexPolygon; 2],
@@ -175,11 +178,13 @@ impl Facets {
         between: &[usize],
     ) -> Vec<ConvexPolygon> {
         let middle = p.centroid();
+        // Estimate how much each hides by its solid angle from the middle of the first.
         let size = |polygon: &ConvexPolygon| {
             let to = polygon.centroid() - middle;
             let square = to.length_squared();
             polygon.area() * polygon.normal().dot(to).abs() / (square * square.sqrt())
         };
+        // Clip the patches, and sort what is left.
         let flatness = |k: usize| self.flatness(own).max(self.patches[k].flatness);
         let cut = |&k: &usize| before_all(&self.patches[k].polygon, &[p, q], flatness(k));
         let cut = between.iter().filter_map(cut);
@@ -189,7 +194,7 @@ impl Facets {
     }
 }
 
-/// Whether any point of the adaptive rule sees a part of a polygon.
+/// Whether any point of the adaptive rule in a polygon sees a part of another.
 pub(crate) fn sees(
     p: &ConvexPolygon,
     q: &ConvexPolygon,
@@ -202,7 +207,8 @@ pub(crate) fn sees(
     })
 }
 
-/// The parts of two polygons that lie before the plane of the other, by more than some room.
+/// The parts of two polygons that lie before the plane of the other, if each has a corner at least
+/// `room` before it.
 pub(crate) fn before_each_other(
     p: &ConvexPolygon,
     q: &ConvexPolygon,
@@ -213,7 +219,7 @@ pub(crate) fn before_each_other(
         let heights = a.vertices().iter().map(|v| n.dot(*v - origin));
         heights.filter(|height| *height > room).count()
     };
-    // What faces away is told without a cut.
+    // Polygons that face away need no clipping.
     if above(q, p, room) == 0 || above(p, q, room) == 0 {
         return None;
     }
@@ -226,7 +232,7 @@ pub(crate) fn before_each_other(
     Some([part(p, q)?, part(q, p)?])
 }
 
-/// The part of a patch that lies before some polygons.
+/// The part of a patch that lies before all of some polygons.
 pub(crate) fn before_all(
     patch: &ConvexPolygon,
     polygons: &[&ConvexPolygon],

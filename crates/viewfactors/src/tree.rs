@@ -1,4 +1,4 @@
-//! A binary tree of boxes.
+//! A binary tree of boxes over any items with boxes: parts and patches are searched by it.
 
 use linelit_geometry::{DVec3, stop};
 use std::ops::Range;
@@ -8,23 +8,23 @@ use std::ops::Range;
 pub(crate) struct Node {
     pub low: DVec3,
     pub high: DVec3,
-    /// Places in the tree's order.
+    /// The range of its items in the tree's order.
     pub items: Range<usize>,
-    /// Both halves, unless it holds one item.
+    /// The two halves, unless the node holds one item.
     pub children: Option<[usize; 2]>,
 }
 
-/// A binary tree of boxes with one item in each leaf, halved across the longest side.
+/// A binary tree of boxes with one item in each leaf; nodes are halved across their longest side.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
-    /// The first is the root.
+    /// The nodes; the first is the root.
     pub nodes: Vec<Node>,
-    /// The items, those of each node side by side.
+    /// The items, sorted such that the items of each node are consecutive.
     pub order: Vec<usize>,
 }
 
 impl Tree {
-    /// A tree of some items, by their boxes.
+    /// Builds the tree of some items, given their boxes.
     pub(crate) fn build(items: Vec<usize>, bounds: impl Fn(usize) -> [DVec3; 2]) -> Self {
         let mut tree = Self {
             nodes: Vec::new(),
@@ -36,9 +36,11 @@ impl Tree {
         tree
     }
 
-    /// Adds a node and those below it; its number. The depth is the logarithm of the count.
+    /// Adds the node of some items and all nodes below it, and returns its index. The depth is the
+    /// logarithm of the number of items.
     fn add(&mut self, items: Range<usize>, bounds: &impl Fn(usize) -> [DVec3; 2]) -> usize {
         stop::check();
+        // Find the box around the items.
         let all = self.order[items.clone()].iter().map(|&i| bounds(i));
         let whole = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);
         let [low, high] = whole.unwrap_or_default();
@@ -50,6 +52,7 @@ impl Tree {
             children: None,
         });
         if items.len() > 1 {
+            // Halve the items at the median of their middles along the longest side.
             let sides = (high - low).to_array();
             let axis = (0..3).fold(0, |a, b| if sides[b] > sides[a] { b } else { a });
             let place = |&i: &usize| bounds(i).map(|x| x[axis]).iter().sum::<f64>();
@@ -64,7 +67,8 @@ impl Tree {
         number
     }
 
-    /// Hands on all items whose boxes may hold something.
+    /// Calls `each` for all items in leaves whose boxes `holds` accepts, as it accepts all boxes
+    /// above.
     pub(crate) fn find(&self, holds: impl Fn(DVec3, DVec3) -> bool, mut each: impl FnMut(usize)) {
         let mut waiting = vec![0];
         while let Some(node) = waiting.pop().and_then(|k: usize| self.nodes.get(k)) {

@@ -1,20 +1,21 @@
-//! The exchange between two convex polygons with nothing in between.
+//! The exchange between two convex polygons without obstruction: a contour integral by edges.
 
 use linelit_elementary::{atan, exp, ln};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// `∫∫ cos θ₁ cos θ₂ / (π r²)` over two polygons, each of which lies before the plane of the other:
-/// the area of one times its view factor to the other; and a bound of the rounding error.
+/// Computes `∫∫ cos θ₁ cos θ₂ / (π r²)` over two polygons, each of which is before the plane of the
+/// other: the area of one times its view factor to the other; and a bound of the rounding error.
 ///
-/// **Formula**: by Stokes' theorem (Sparrow 1963) `1/(2π) |∮∮ ln r dx₁·dx₂|` over both boundaries.
-/// The integral along an edge of the second is in closed form; that along an edge of the first is
-/// by tanh-sinh quadrature, since edges may meet, in pieces where they pass each other closely.
+/// **Formula**: by Stokes' theorem (Sparrow 1963), `1/(2π) |∮∮ ln r dx₁·dx₂|` over both boundaries.
+/// The integral along an edge of the second polygon has a closed form. The integral along an edge
+/// of the first is computed by tanh-sinh quadrature, since edges may touch each other, in pieces
+/// where edges pass each other closely.
 pub(crate) fn exchange(first: &ConvexPolygon, second: &ConvexPolygon) -> (f64, f64) {
     let edges = |polygon: &ConvexPolygon| -> Vec<[DVec3; 2]> {
         let v = polygon.vertices();
         let next = v.iter().cycle().skip(1);
-        // Cuts may leave corners in one place.
+        // Clipping may leave two corners at the same position.
         let edges = v.iter().zip(next).map(|(a, b)| [*a, *b]);
         edges.filter(|[a, b]| a != b).collect()
     };
@@ -22,6 +23,7 @@ pub(crate) fn exchange(first: &ConvexPolygon, second: &ConvexPolygon) -> (f64, f
     let corners = || first.vertices().iter().chain(second.vertices());
     let middle = first.centroid();
     let unit = corners().fold(0.0_f64, |most, v| most.max(v.distance(middle)));
+    // Sum over all pairs of edges, with the cosine between them.
     let (mut sum, mut size, mut error) = (0.0, 0.0, 0.0);
     for [a, b] in edges(first) {
         for [c, d] in edges(second) {
@@ -36,13 +38,14 @@ pub(crate) fn exchange(first: &ConvexPolygon, second: &ConvexPolygon) -> (f64, f
     (scale * sum.abs(), scale * (size * ROUNDING + error))
 }
 
-/// The relative error of the integral of two edges: that of tanh-sinh quadrature with this step.
+/// The relative error of the integral of two edges by tanh-sinh quadrature with this step size.
 const ROUNDING: f64 = 1e-14;
 
-/// `∫∫ ln r ds dt` over the edges from `a` to `b` and from `c` to `d`, and what its quadrature
-/// lacks.
+/// Computes `∫∫ ln r ds dt` over the edges from `a` to `b` and from `c` to `d`, and the error of
+/// the quadrature.
 fn edge_pair([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
-    // The integrand has kinks where the first edge passes the ends of the second, and the second.
+    // Cut the first edge at the kinks of the integrand: where the first edge passes the ends of the
+    // second, and where it passes the second most closely.
     let along = b - a;
     let square = along.length_squared();
     let (across, from) = (along.cross(d - c), (c - a).cross(d - c));
@@ -56,6 +59,7 @@ fn edge_pair([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
     }
     cuts.sort_by(f64::total_cmp);
     cuts.dedup_by(|next, cut| *next - *cut <= 1e-12);
+    // Integrate the pieces.
     let length = square.sqrt();
     let integral = |t: f64| along_edge(a + along * t, c, d);
     let pieces = cuts.windows(2);
@@ -64,7 +68,7 @@ fn edge_pair([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
     (length * value, length * error)
 }
 
-/// `∫ ln r dt` from a place along the edge from `c` to `d`, in closed form.
+/// Computes `∫ ln r dt` from a point along the edge from `c` to `d`, in closed form.
 fn along_edge(x: DVec3, c: DVec3, d: DVec3) -> f64 {
     let length = d.distance(c);
     let unit = (d - c) / length;
@@ -86,10 +90,12 @@ fn along_edge(x: DVec3, c: DVec3, d: DVec3) -> f64 {
     antiderivative(start + length) - antiderivative(start)
 }
 
-/// The most halvings of a piece: a kink in the last is `2⁻⁴⁰` of its length.
+/// The largest number of halvings of a piece: a kink in the last piece is within `2⁻⁴⁰` of its
+/// length.
 const HALVINGS: u32 = 40;
 
-/// `∫ f` from `low` to `high`, and its error: halves where two steps differ by more than rounding.
+/// Computes `∫ f` from `low` to `high`, and its error; halves the interval where two step sizes
+/// differ by more than rounding.
 fn halved(low: f64, high: f64, halvings: u32, f: &impl Fn(f64) -> f64) -> (f64, f64) {
     let (whole, error) = tanh_sinh(low, high, f);
     if error <= ROUNDING || halvings == 0 {
@@ -101,11 +107,12 @@ fn halved(low: f64, high: f64, halvings: u32, f: &impl Fn(f64) -> f64) -> (f64, 
     (first.0 + second.0, first.1 + second.1)
 }
 
-/// `∫ f` from `low` to `high`, where `f` may have logarithmic singularities at both ends, and how
-/// much that with twice the step differs.
+/// Computes `∫ f` from `low` to `high`, where `f` may have logarithmic singularities at both ends,
+/// and the difference from the result with twice the step size.
 fn tanh_sinh(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     const STEP: f64 = 0.1;
     const NODES: i32 = 34;
+    // Map the interval such that the integrand decays doubly exponentially towards both ends.
     let half = 0.5 * (high - low);
     let mut sums = [0.0; 2];
     for k in -NODES..=NODES {
@@ -113,7 +120,7 @@ fn tanh_sinh(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
         let (up, down) = (exp(t), exp(-t));
         let (sinh, cosh) = (FRAC_PI_2 * 0.5 * (up - down), 0.5 * (up + down));
         let (up, down) = (exp(sinh), exp(-sinh));
-        // The distance from the nearer end, without cancellation.
+        // Compute the distance from the nearer end, without cancellation.
         let inner = 2.0 / (up + down);
         let weight = FRAC_PI_2 * cosh * inner * inner;
         let from_end = half * inner * if k > 0 { down } else { up };
@@ -149,7 +156,7 @@ mod tests {
         let (adjacent, _) = exchange(&low, &wall);
         assert!((adjacent - 0.200_043_776_075).abs() < 1e-12, "{adjacent}");
         assert!((parallel + 4.0 * adjacent - 1.0).abs() < 1e-13);
-        // Of a smaller square, by reciprocity the same both ways.
+        // From a smaller square: by reciprocity, the same in both directions.
         let small = polygon(&[[2., 3., 2.], [2., 3.5, 2.5], [2.5, 3.5, 2.5], [2.5, 3., 2.]]);
         let (there, back) = (exchange(&low, &small).0, exchange(&small, &low).0);
         assert!((there / back - 1.0).abs() < 1e-11, "{there} {back}");
@@ -157,7 +164,8 @@ mod tests {
 
     #[test]
     fn edges_that_pass_each_other_closely() {
-        // A turned square close above another is as much as its nine parts.
+        // The exchange with a rotated square close above another is the sum of the exchanges with
+        // its nine parts.
         let low = polygon(&[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
         for height in [0.1, 1e-2, 1e-4, 1e-8] {
             let at = |x: f64, y: f64| [0.6 + 0.8 * x - 0.6 * y, 0.1 + 0.6 * x + 0.8 * y, height];
@@ -181,7 +189,7 @@ mod tests {
 
     #[test]
     fn edges_at_right_angles_in_any_direction() {
-        // Both ends of an edge are beside one place of the other, but for rounding.
+        // Both ends of an edge are close to one point of the other, up to rounding.
         for k in 0..200 {
             let (sin, cos) = linelit_elementary::sin_cos(0.01 * f64::from(k));
             let turned = |[x, y, z]: [f64; 3]| {

@@ -1,14 +1,15 @@
-//! What a point sees of a polygon past a few convex others.
+//! What a point sees of a polygon past a few convex blockers: the shadow of one blocker after the
+//! other is subtracted, and the view factor of the remaining convex pieces is summed.
 
 use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
 
-/// Convex polygons, corner after corner.
+/// A list of convex polygons, stored corner after corner.
 #[derive(Debug, Default)]
 struct Pieces {
     corners: Vec<DVec3>,
-    /// The end of each.
+    /// The end of each polygon in `corners`.
     ends: Vec<usize>,
 }
 
@@ -31,18 +32,19 @@ impl Pieces {
     }
 }
 
-/// A plane that bounds a shadow, or a part of a polygon.
+/// A plane that bounds a shadow or a part of a polygon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
-    /// Points inwards.
+    /// The normal, which points inwards.
     pub normal: DVec3,
     /// The height of the plane along its normal.
     pub at: f64,
-    /// The height above it that is rounding.
+    /// The height above the plane below which a point counts as on it.
     pub room: f64,
 }
 
-/// The planes through the edges of a convex polygon, across the plane of a normal.
+/// The planes through the edges of a convex polygon, perpendicular to its plane, which has the
+/// normal `n`.
 pub(crate) fn edge_planes(n: DVec3, corners: &[DVec3], room: f64) -> Vec<Plane> {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     let plane = |(a, b): (&DVec3, &DVec3)| {
@@ -53,8 +55,8 @@ pub(crate) fn edge_planes(n: DVec3, corners: &[DVec3], room: f64) -> Vec<Plane> 
     edges.filter_map(plane).collect()
 }
 
-/// Divides a convex polygon into the part above some planes and the rest in convex pieces; `None`
-/// where nothing of it is above all of them.
+/// Divides a convex polygon into the part above all of some planes, and the rest in convex pieces;
+/// `None` if no part of it is above all planes.
 pub(crate) fn divided(
     polygon: &[DVec3],
     planes: &[Plane],
@@ -69,7 +71,7 @@ pub(crate) fn divided(
     Some((inside, rest.iter().map(<[DVec3]>::to_vec).collect()))
 }
 
-/// Memory for views, which any number of points use one after the other.
+/// Buffers for views, to be reused from one point to the next.
 #[derive(Debug, Default)]
 pub(crate) struct View {
     pieces: Pieces,
@@ -79,19 +81,20 @@ pub(crate) struct View {
     cut: Vec<DVec3>,
 }
 
-/// Heights below this, relative to the distance, are on the plane: products and sums of differences
-/// of coordinates are rounded to less. A larger margin would close slits.
+/// Heights below this fraction of the distance count as on the plane: products and sums of
+/// coordinate differences have smaller rounding errors. A larger margin would close slits.
 const ON_PLANE: f64 = 64.0 * f64::EPSILON;
 
-/// The view factor below which what is seen of a polygon is rounding, of which a few ε are those of
-/// Lambert's sum.
+/// The view factor below which what is seen of a polygon counts as rounding, given its unobstructed
+/// view factor; a few ε are rounding errors of Lambert's sum.
 pub(crate) fn unseen_below(open: f64) -> f64 {
     1e-12 * open + 8.0 * f64::EPSILON
 }
 
 impl View {
     /// The view factors from a point with a normal to a polygon: without blockers, and past them.
-    /// All lies before the point's plane, and blockers before the polygon's.
+    /// The polygon and the blockers are before the point's plane, and the blockers are before the
+    /// polygon's.
     pub(crate) fn factors<'a>(
         &mut self,
         x: DVec3,
@@ -105,9 +108,10 @@ impl View {
         self.pieces.clear();
         self.pieces.push(whole);
         let mut is_cut = false;
+        // Subtract the shadow of each blocker: the cone from the point through its edges.
         for blocker in blockers {
             let height = blocker.normal().dot(blocker.vertices()[0] - x);
-            // Of an edge in whose line the point is, the plane bounds nothing.
+            // If the point is on an edge's line, the edge's plane bounds nothing.
             let plane = |a: DVec3, b: DVec3| ((a - x).cross(b - x) * height.signum(), 0.0);
             is_cut |= self.subtract(blocker, height.abs(), plane);
             if self.pieces.ends.is_empty() {
@@ -117,6 +121,7 @@ impl View {
         if !is_cut {
             return [open, open];
         }
+        // Sum the view factors of what is left.
         let each = self
             .pieces
             .iter()
@@ -124,8 +129,8 @@ impl View {
         [open, FRAC_1_PI * each.sum::<f64>()]
     }
 
-    /// The area of what light of one direction, towards which the polygon's normal is, reaches of
-    /// it past blockers before its plane.
+    /// The area of the part of a polygon that light from one direction reaches past blockers. The
+    /// polygon faces the direction, and the blockers are before its plane.
     pub(crate) fn lit(
         &mut self,
         direction: DVec3,
@@ -136,6 +141,7 @@ impl View {
         let mut room = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         self.pieces.clear();
         self.pieces.push(polygon.relative_to(origin, &mut room));
+        // Subtract the shadow of each blocker: the prism along the direction through its edges.
         for blocker in blockers {
             let height = blocker.normal().dot(direction);
             let plane = |a: DVec3, b: DVec3| {
@@ -146,6 +152,7 @@ impl View {
             let size = corners.map(|v| v.distance(origin)).fold(0.0, f64::max);
             self.subtract(blocker, height.abs() * size, plane);
         }
+        // Sum the areas of what is left.
         let n = polygon.normal();
         let area = |piece: &[DVec3]| {
             let fan = piece
@@ -157,8 +164,9 @@ impl View {
         self.pieces.iter().map(area).sum()
     }
 
-    /// Takes away from all pieces the shadow of a blocker, which planes through its edges bound,
-    /// their normals inwards; whether there was any. The height is that of the eye above it.
+    /// Subtracts from all pieces the shadow of a blocker. `plane` returns the plane through one of
+    /// the blocker's edges that bounds the shadow, with its normal inwards. `height` is the height
+    /// of the eye above the blocker's plane. Returns whether anything was subtracted.
     fn subtract(
         &mut self,
         blocker: &ConvexPolygon,
@@ -171,10 +179,12 @@ impl View {
             * all
                 .iter()
                 .fold(0.0_f64, |most, v| most.max(v.abs().max_element()));
-        // Edge-on, it hides nothing.
+        // A blocker seen edge on hides nothing.
         if height <= room {
             return false;
         }
+        // Compute the planes around the shadow; if all pieces are outside of one, the blocker hides
+        // nothing.
         self.planes.clear();
         let corners = blocker.vertices();
         for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
@@ -185,6 +195,8 @@ impl View {
             }
             self.planes.push(Plane { normal, at, room });
         }
+        // Divide each piece by the planes: what is inside of all is hidden, and the rest stays. A
+        // piece of which nothing is hidden stays in one piece.
         self.next.clear();
         let mut is_cut = false;
         let Self {
@@ -219,7 +231,7 @@ impl View {
     }
 }
 
-/// Leaves of a polygon what is above a plane, and adds what is below to others.
+/// Reduces the polygon `inside` to the part above a plane, and adds the part below to `others`.
 fn split(
     inside: &mut Vec<DVec3>,
     cut: &mut Vec<DVec3>,
@@ -227,6 +239,7 @@ fn split(
     Plane { normal, at, room }: Plane,
 ) {
     let height = |v: &DVec3| normal.dot(*v) - at;
+    // If the polygon is on one side, up to rounding, it is not cut.
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
     for h in inside.iter().map(height) {
         (low, high) = (low.min(h), high.max(h));
@@ -242,6 +255,7 @@ fn split(
         inside.clear();
         return;
     }
+    // Distribute corners and crossings to both sides.
     cut.clear();
     for (p, q) in inside.iter().zip(inside.iter().cycle().skip(1)) {
         let (from, to) = (height(p), height(q));

@@ -1,4 +1,4 @@
-//! What a point sees of a closed room adds up to one.
+//! View factors in closed rooms add up to one.
 #![allow(clippy::float_cmp, reason = "answers are compared bit by bit")]
 
 use linelit_testkit::rng::SplitMix64;
@@ -65,7 +65,7 @@ fn random_room(rng: &mut SplitMix64, fins: u32, boxes: u32, n: u32) -> Room {
     room
 }
 
-/// The largest |Σ − 1| of points in random rooms of some sizes, with fins and boxes through each
+/// The largest |Σ − 1| over points in random rooms of some sizes, with fins and boxes through each
 /// other.
 fn worst_closure(rooms: &[[u32; 3]], points: u32, seed: u64) -> f64 {
     let mut rng = linelit_testkit::cases::rng(seed);
@@ -92,7 +92,7 @@ fn small_rooms(count: u32) -> Vec<[u32; 3]> {
 
 #[test]
 fn rows_of_points_in_closed_rooms_add_up_to_one() {
-    // Each of a hundred facets is right to 1e-12 of its own factor.
+    // Each of a hundred facets has an error of 1e-12 of its own factor.
     let worst = worst_closure(&small_rooms(16), 100, 31);
     assert!(worst <= 1e-11, "{worst:e}");
 }
@@ -125,7 +125,7 @@ fn true_errors_of_rows_of_twenty_rooms_are_below_told_ones() {
     true_errors_of_rows(20, 35);
 }
 
-/// Compares the rows of rooms with fins and boxes through each other with those to a hundredth of
+/// Compares the rows of rooms, with fins and boxes through each other, with rows at a hundredth of
 /// their tolerance.
 fn true_errors_of_rows(rooms: u32, seed: u64) {
     let mut rng = linelit_testkit::cases::rng(seed);

@@ -5,12 +5,12 @@ use linelit_testkit::rng::SplitMix64;
 use linelit_viewfactors::geometry::DVec3;
 use linelit_viewfactors::{FacetError, Facets, Memory, Sides};
 
-/// The numbers of so many corners.
+/// The vertex numbers of a polygon with this many corners.
 fn numbers(count: usize) -> std::ops::Range<u32> {
     0..u32::try_from(count).unwrap()
 }
 
-/// A square of side 4 at height 2, seen from below, in front of which others lie in one plane.
+/// A square of side 4 at height 2, seen from below, with others in one plane in front of it.
 fn ceiling(others: &[[f64; 4]], sides: Sides) -> Facets {
     let square = |[x, y, w, d]: [f64; 4]| {
         [
@@ -41,7 +41,7 @@ fn facets_that_coincide_are_there_once() {
     let none = ceiling(&[], Sides::One);
     let up = [0.0, 0.0, 1.0];
     for sides in [Sides::One, Sides::Two] {
-        // The same again, one inside, one across the corner.
+        // The same square again, one inside of it, and one across its corner.
         let others = [
             [-2.0, -2.0, 4.0, 4.0],
             [-1.0, -1.0, 0.5, 0.5],
@@ -65,7 +65,7 @@ fn facets_that_coincide_are_there_once() {
             let told: f64 = matrix.error[place].iter().sum();
             assert!(sum <= 1.0 + told + 1e-12 && matrix.sky[row] >= -told - 1e-12);
         }
-        // The order decides which is there: the large one is what the small ones leave.
+        // Numbers decide which one stays: the large square loses what the small one covers.
         let before = ceiling(&[[-1.0, -1.0, 0.5, 0.5]], sides);
         let value = before.between(0, 1, 1e-9, &mut memory).value;
         let want = none.between(0, 1, 1e-9, &mut memory).value;
@@ -76,7 +76,8 @@ fn facets_that_coincide_are_there_once() {
 
 #[test]
 fn covered_facets_keep_the_rest() {
-    // A floor with a number above that of a plate in it: what is left is a frame.
+    // A floor whose number is higher than that of a plate in it: what is left of the floor is a
+    // frame.
     let vertices = [
         [0.2, 0.2, 0.0],
         [0.6, 0.2, 0.0],
@@ -101,7 +102,7 @@ fn covered_facets_keep_the_rest() {
     };
     let parts = to(&both, 2, 0) + to(&both, 2, 1);
     assert!((parts - to(&alone, 1, 0)).abs() < 1e-9);
-    // Each way to its tolerance.
+    // Both directions are within their tolerances.
     assert!((0.8 * to(&both, 1, 2) - to(&both, 2, 1)).abs() < 2e-10);
 }
 
@@ -131,7 +132,7 @@ fn facets_back_to_back_do_not_hide_each_other() {
 
 #[test]
 fn outlines_that_are_not_convex_are_the_sum_of_their_parts() {
-    // A comb of 2 n + 1 teeth, and beside it the same as rectangles.
+    // A comb, and the same shape as rectangles.
     let mut memory = Memory::default();
     let teeth = 12;
     let mut comb = vec![[0.0, 0.0, 0.0]];
@@ -147,7 +148,7 @@ fn outlines_that_are_not_convex_are_the_sum_of_their_parts() {
         }
     }
     comb.remove(2);
-    // A corner in the middle of each side, and one more.
+    // The same comb with two more corners on each side, at thirds.
     let thirds = |k: usize| {
         let (a, b) = (comb[k], comb[(k + 1) % comb.len()]);
         [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|t| [0, 1, 2].map(|j| a[j] + t * (b[j] - a[j])))
@@ -174,7 +175,7 @@ fn outlines_that_are_not_convex_are_the_sum_of_their_parts() {
     let parts = Facets::new(&corners, &polygons, Sides::One).unwrap();
     let polygon: Vec<u32> = numbers(fine.len()).collect();
     let fine = Facets::new(&fine, &[polygon], Sides::One).unwrap();
-    // Sums of some hundred areas of up to 23, rounded.
+    // Sums of some hundred areas of up to 23, with rounding.
     for facets in [&whole, &fine] {
         assert!((facets.area(0) - (width + 24.0)).abs() < 1e-12);
     }
@@ -182,9 +183,10 @@ fn outlines_that_are_not_convex_are_the_sum_of_their_parts() {
         let n = [0.1, 0.2, -1.0];
         let want: f64 = parts.from_point(x, n, &mut memory).facets.iter().sum();
         let found = whole.from_point(x, n, &mut memory).facets[0];
-        // Lambert's sums of some tens of parts.
+        // Sums over some tens of parts (Lambert's formula).
         assert!((found - want).abs() < 1e-13, "{found} {want}");
-        // Thirds are rounded, and the point is lifted by twice as much, .1 from the comb.
+        // Corners at thirds are rounded, and the point is lifted by twice the displacement, at .1
+        // from the comb.
         let found = fine.from_point(x, n, &mut memory).facets[0];
         let room = 20.0 * fine.displacement() / 0.1;
         assert!((found - want).abs() < room, "{found} {want}");
@@ -219,8 +221,8 @@ fn wrong_outlines_are_refused() {
 
 #[test]
 fn points_on_a_facet_are_above_it() {
-    // A floor and a wall at right angles, turned in any way: points of the floor see as much of the
-    // wall as they do where nothing is rounded.
+    // A floor and a wall at right angles, in any rotation: points of the floor see as much of the
+    // wall as without rounding.
     let mut rng = linelit_testkit::cases::rng(52);
     let mut memory = Memory::default();
     let floor = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
@@ -272,8 +274,9 @@ impl Pane {
     }
 }
 
-/// What a point sees of panes that are so close that no parallax counts, and the least distance to
-/// them: in each cell between the lines of all edges and crossings that pane which is nearest.
+/// The view factors from a point to panes so close together that parallax does not matter, and the
+/// least distance to a pane: in each cell between the lines of all edges and crossings, the nearest
+/// pane is seen.
 fn seen_of_panes(panes: &[Pane], x: [f64; 3], n: [f64; 3], sides: Sides) -> Vec<f64> {
     let mut cuts = [Vec::new(), Vec::new()];
     for pane in panes {
@@ -297,7 +300,7 @@ fn seen_of_panes(panes: &[Pane], x: [f64; 3], n: [f64; 3], sides: Sides) -> Vec<
             };
             let covering = (0..panes.len()).filter(|&k| covers(&panes[k]));
             let faces = |k: usize| sides == Sides::Two || panes[k].is_up == (x[2] > 0.0);
-            // Of two in one place that which faces the point is seen.
+            // Of two panes at the same height, the one that faces the point is seen.
             let order = |k: &usize| ((x[2] - panes[*k].height(s)).abs(), !faces(*k));
             let nearest = |a: &usize, b: &usize| {
                 let (a, b) = (order(a), order(b));
@@ -317,9 +320,10 @@ fn seen_of_panes(panes: &[Pane], x: [f64; 3], n: [f64; 3], sides: Sides) -> Vec<
     seen
 }
 
-/// Compares what points see of panes with closed values, at some size and turned in any way.
+/// Compares view factors from points to panes with closed forms, at some size and in some rotation.
 fn compare_panes(panes: &[Pane], sides: Sides, scale: f64, rng: &mut SplitMix64) {
-    // Some are as they are, with their middle at zero, where the least heights have all digits.
+    // Some are not rotated, and have their middle at zero, where the smallest heights keep all
+    // digits.
     let most = if rng.in_range(0.0, 1.0) < 0.3 {
         0.0
     } else {
@@ -331,7 +335,8 @@ fn compare_panes(panes: &[Pane], sides: Sides, scale: f64, rng: &mut SplitMix64)
         let (x, y) = (cos * x - sin * y, sin * x + cos * y);
         [x, c * y - s * z, s * y + c * z].map(|v| scale * v)
     };
-    // A lid on either side: where one is farther away, heights are rounded.
+    // A lid on either side; if one is farther away, the middle is not at zero and heights are
+    // rounded.
     let below = if most > 0.0 { -0.8 } else { -1.0 };
     let lid = |z: f64| [[-3., -3., z], [3., -3., z], [3., 3., z], [-3., 3., z]];
     let corners = panes
@@ -353,8 +358,8 @@ fn compare_panes(panes: &[Pane], sides: Sides, scale: f64, rng: &mut SplitMix64)
         let n = [rng.in_range(-0.3, 0.3), rng.in_range(-0.3, 0.3), -side];
         let want = seen_of_panes(panes, x, n, sides);
         let row = facets.from_point(turned(x), turned(n), &mut memory);
-        // Heights, and twice the displacement of both, move lines: the four of each pane and those
-        // where two cross, each up to 2 long, at a distance of .3.
+        // Heights, and twice the displacement of both, move lines: the four of each pane, and those
+        // where two panes cross, each up to 2 long, at a distance of .3.
         let heights = panes
             .iter()
             .flat_map(|pane| pane.corners().map(|v| v[2].abs()));
@@ -382,12 +387,12 @@ fn of_facets_closer_than_rounding_that_in_front_is_seen() {
         let mut panes = Vec::new();
         for layer in 0..count {
             let [x, y] = [(); 2].map(|()| rng.in_range(-1.0, 0.2));
-            // Half of them as party walls are, with one outline.
+            // Every third set of panes has one outline, like party walls.
             let rectangle = match k % 3 {
                 0 => [-0.5, -0.6, 0.7, 0.4],
                 _ => [x, y, x + rng.in_range(0.3, 1.0), y + rng.in_range(0.3, 1.0)],
             };
-            // Facets in one plane that face one way are there once, which is another test.
+            // Facets in one plane that face the same way are merged, which another test is about.
             let is_exact = apart <= 0.0;
             let height = apart * (layer as f64 - rng.in_range(0.2, 0.4));
             panes.push(Pane {
@@ -452,7 +457,8 @@ fn a_vertex_that_no_facet_uses_changes_nothing() {
     });
     assert_eq!(rows[0], rows[1]);
 }
-/// A vertex that no facet uses, wherever it is, and one that is far away on a map change nothing.
+/// A vertex that no facet uses changes nothing, wherever it is, and neither does one far away on a
+/// map.
 #[test]
 fn stray_vertices_are_not_in_the_middle() {
     let square = [[0.0, 0.0], [1.7, 0.0], [1.7, 1.7], [0.0, 1.7]];

@@ -1,4 +1,4 @@
-//! Files of facets: what is read, what is refused and where, and that nothing panics.
+//! Files of facets: what is read, what is refused and at which position, and that nothing panics.
 
 use linelit_viewfactors::files::{FileError, Mesh, Place, stl, vs3};
 use linelit_viewfactors::{Facets, Sides};
@@ -67,7 +67,7 @@ fn stl_files_join_equal_corners() {
     assert_eq!(bytes.places, [84, 134].map(Place::Byte));
 }
 
-/// The fourth line of a file, and what is said of it.
+/// Fourth lines of a file that are wrong, each with the beginning of the message that it causes.
 const WRONG: &str = "\
 S 1 1 2 4 0 0 0 .9 => there is no vertex 4: 3 stand before this line
 S 1 1 2 0 3 0 0 .9 => there is no vertex 0

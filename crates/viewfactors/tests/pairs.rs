@@ -1,16 +1,17 @@
-//! View factors between two facets: right values.
+//! View factors between two facets, compared with published values and closed forms.
 
 use linelit_testkit::rng::SplitMix64;
 use linelit_viewfactors::{FacetError, Facets, Memory, Settled, Sides};
 
 const LOW: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 const HIGH: [[f64; 3]; 4] = [[0., 0., 1.], [0., 1., 1.], [1., 1., 1.], [1., 0., 1.]];
-/// The factor between both squares with nothing in between.
+/// The view factor between two squares without blockers.
 const OPEN: f64 = 0.199_824_895_698;
 
 #[test]
 fn a_quarter_blocker_half_way_hides_a_quarter() {
-    // By symmetry: flipped in x and in y, half of the pairs are hidden in each axis.
+    // By symmetry under reflection in x and in y, half of the pairs of points are hidden on each
+    // axis.
     let blocker = LOW.map(|[x, y, _]| [0.5 * x, 0.5 * y, 0.5]);
     let vertices: Vec<[f64; 3]> = [LOW, HIGH, blocker].concat();
     let polygons: [[u32; 4]; 3] = [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]];
@@ -33,7 +34,7 @@ fn a_quarter_blocker_half_way_hides_a_quarter() {
         "{found:?}"
     );
     assert_eq!(open.exchange(0, 1, 1e-3, &mut memory).1, Settled::Clear);
-    // A blocker that is larger than both hides all; seen from behind, nothing is exchanged.
+    // A blocker larger than both facets hides everything; facets seen from behind exchange nothing.
     let wall = LOW.map(|[x, y, _]| [3.0 * x - 1.0, 3.0 * y - 1.0, 0.5]);
     let vertices: Vec<[f64; 3]> = [LOW, HIGH, wall].concat();
     let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
@@ -44,13 +45,14 @@ fn a_quarter_blocker_half_way_hides_a_quarter() {
 
 #[test]
 fn a_divided_blocker_hides_as_much_as_a_whole_one() {
-    // Two halves share one edge in the middle, which their joined outline loses on both sides.
+    // The two halves of the blocker share an edge in the middle, which disappears from their joined
+    // outline on both sides.
     let at = |x: f64, y: f64| [0.5 * x, 0.5 * y, 0.5];
     let blocker = [[0., 0.], [0.5, 0.], [1., 0.], [1., 1.], [0.5, 1.], [0., 1.]];
     let vertices: Vec<[f64; 3]> = [&LOW[..], &HIGH, &blocker.map(|[x, y]| at(x, y))].concat();
     let mut memory = Memory::default();
     for first in 0..4 {
-        // The edge they share is at any place of the first.
+        // The shared edge is at any index of the first half.
         let turned = [8, 9, 12, 13].iter().cycle().skip(first).take(4);
         let half: Vec<u32> = turned.copied().collect();
         let polygons = [
@@ -93,7 +95,7 @@ fn triangles_with_an_obstruction_that_touches_both() {
     let open = Facets::new(&vertices, &polygons[..2], Sides::Two).unwrap();
     assert!(facets.displacement() < 1e-6);
     let found = facets.between(0, 1, 1e-7, &mut memory);
-    // Both sides send: a half of each is what the published factor says.
+    // Both sides send, so each factor is half of the published one.
     assert!(
         (2.0 * found.value - 0.753_768).abs() < 2e-6 + 2.0 * found.error,
         "{found:?}"
@@ -104,7 +106,7 @@ fn triangles_with_an_obstruction_that_touches_both() {
         "{back:?}"
     );
     let open = open.between(0, 1, 1e-9, &mut memory);
-    // Corners were moved by 4e-7 of half a metre, the extent of the smaller triangle.
+    // Corners were moved by 4e-7, for a smaller triangle half a metre wide.
     assert!((2.0 * open.value - 0.763_956_3).abs() < 1e-6, "{open:?}");
 }
 
@@ -133,7 +135,8 @@ fn obstructed(rng: &mut SplitMix64) -> Vec<[f64; 3]> {
     all
 }
 
-/// Of random pairs, how many were partly hidden, and of how many the true error is above the told.
+/// Counts, over random pairs, how many are partly hidden, and for how many of these the true error
+/// exceeds the estimate.
 fn told_errors(count: u32, tolerance: f64, truth: f64, seed: u64) -> [u32; 2] {
     let mut rng = linelit_testkit::cases::rng(seed);
     let mut memory = Memory::default();
@@ -238,7 +241,8 @@ fn rows_add_up_within_their_tolerance_on_any_number_of_threads() {
     for row in &want {
         let told: f64 = row.errors.iter().sum();
         assert!(told <= 3e-2, "{row:?}");
-        // The slit around the plate, 1e-4 of 1.2, is open to the sky from inside it alone.
+        // The slit around the plate, 1e-4 wide at a width of 1.2, is open to the sky only from
+        // inside of it.
         assert!(row.sky.abs() <= told + 1e-12, "{told} {row:?}");
         for (&j, value) in row.columns.iter().zip(&row.values) {
             let back = &want[j as usize];
@@ -248,14 +252,14 @@ fn rows_add_up_within_their_tolerance_on_any_number_of_threads() {
                 .position(|&i| i as usize == row.facet)
                 .unwrap();
             let areas = facets.area(row.facet) / facets.area(j as usize);
-            // Both come from one exchange, each by one division.
+            // Both directions come from one exchange, each by one division.
             assert!((value * areas / back.values[k] - 1.0).abs() <= 4.0 * f64::EPSILON);
         }
     }
     for threads in [2, 7] {
         assert_eq!(rows(threads), want);
     }
-    // Shards compute exchanges with each other twice, to the same bits.
+    // Shards compute the exchanges between them twice, with the same bits.
     let plan = facets.plan();
     let mut shards = Vec::new();
     for range in [0..5, 5..6, 6..14] {
@@ -351,7 +355,7 @@ fn crossed_strings_of_long_strips() {
     let left = length(1.5, 1.0) + length(0.3, 0.6) - length(0.7, 0.6) - length(0.5, 1.0);
     let want = 0.5 * (right + left);
     let found = facets.between(0, 1, 1e-9, &mut Memory::default());
-    // The told error has that of a contour of 4e5, rounded.
+    // The error estimate includes the rounding of a contour that is 4e5 long.
     assert!(
         found.error <= 2e-9 && (found.value - want).abs() < 1e-9,
         "{found:?} {want}"
@@ -360,7 +364,8 @@ fn crossed_strings_of_long_strips() {
 
 #[test]
 fn rows_of_overlapping_facets_do_not_depend_on_the_range() {
-    // One facet of a divided wall is there twice, before another wall, in no plane of the axes.
+    // A divided wall with one of its facets twice, before another wall, in planes not parallel to
+    // the axes.
     for k in 0..40 {
         let (sin, cos) = linelit_elementary::sin_cos(0.3 + 0.1 * f64::from(k));
         let turned = |[x, y, z]: [f64; 3]| {
@@ -398,15 +403,15 @@ fn rows_of_overlapping_facets_do_not_depend_on_the_range() {
         };
         let all = rows(0..51);
         assert_eq!([rows(0..4), rows(4..51)].concat(), all, "{k}");
-        // The second of two in one place is not there.
+        // The second of two coinciding facets has no factors.
         assert!(all[1].columns.is_empty() && !all[0].columns.is_empty());
     }
 }
 
 #[test]
 fn a_slit_that_few_points_see_through_is_not_hidden() {
-    // A small facet above a slit of .01 between two plates: one in fifty points of the large one
-    // sees it, but each of its own sees the large one.
+    // A small facet above a slit of width .01 between two plates: one in fifty points of the large
+    // facet sees it, but each point of the small one sees the large one.
     let plate = |x: f64, w: f64| {
         [
             [x, -5., 0.5],
@@ -528,9 +533,9 @@ fn a_room_that_is_turned_far_from_the_origin_takes_the_same_steps() {
 
 #[test]
 fn a_plate_close_to_a_facet_hides_what_it_sends_itself() {
-    // All light from the floor to the ceiling that a plate hides passes the plate, and back from
-    // there the floor: so much is hidden as the plate sends. Few points of the rule are below it,
-    // or none: then the error has to say so.
+    // All light from the floor to the ceiling that a plate hides arrives at the plate; so what is
+    // hidden is as much as the plate sends to the ceiling. Few points of the rule are below the
+    // plate, or none: then the error estimate has to include it.
     let mut memory = Memory::default();
     let polygons: [[u32; 4]; 3] = [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]];
     for [x, y] in [[0.825, 0.65], [0.4, 0.65], [0.66, 0.82]] {
@@ -556,9 +561,9 @@ fn a_plate_close_to_a_facet_hides_what_it_sends_itself() {
 
 #[test]
 fn a_facet_behind_a_hole_that_only_the_other_sees_through_is_not_hidden() {
-    // A small facet closely above plates with a hole of .003 x .2 that is next to no point of the
-    // rule on it; but each point of the large one sees a part of it. What passes the hole is what
-    // the hole would send.
+    // A small facet close above plates with a hole of .003 x .2, which is not close to any point of
+    // the rule on the small facet; but each point of the large facet sees a part of it. What passes
+    // the hole is as much as the hole itself would send.
     let small = [
         [0.3, 0.3, 1.],
         [0.3, 0.7, 1.],
@@ -612,8 +617,8 @@ fn a_slit_is_open_however_narrow() {
 
 #[test]
 fn each_pair_is_counted_once_however_facets_are_numbered() {
-    // Two grids of nine squares in planes that face away from each other, before a wall: pairs
-    // within one plane are none.
+    // Two grids of nine squares in planes that face away from each other, before a wall; pairs
+    // within one plane are not counted.
     let square = |[x, y, z]: [f64; 3], up: bool| {
         let corners = [
             [x, y, z],

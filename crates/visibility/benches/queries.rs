@@ -1,5 +1,5 @@
-//! Lines and rays from shading points of built-in scenes: ordinary points, grazing points, no
-//! occluder.
+//! Measures queries for lines and rays from shading points of built-in scenes: ordinary points,
+//! grazing points, and points without occluders.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use linelit_geometry::{DVec3, Margins};
@@ -9,7 +9,7 @@ use linelit_visibility::{
 };
 use std::{hint::black_box, sync::Arc};
 
-/// Where the camera's rays first meet the scene, off the surface towards the eye.
+/// Where the camera's rays hit the scene, offset from the surface towards the eye.
 fn shading_points(occluders: &Occluders, scene: &VisibilityScene) -> Vec<DVec3> {
     let mut scratch = Scratch::new();
     let meet = |&[origin, direction]: &[DVec3; 2]| {
@@ -70,7 +70,8 @@ fn lines(c: &mut Criterion) {
     }
 }
 
-/// Rays towards a light: one by one, and as fans of several sizes; and camera rays of neighbours.
+/// Measures rays towards a light, one by one and as fans of several sizes; and camera rays of
+/// neighbours.
 fn rays(c: &mut Criterion) {
     for name in [
         "cornell-box-large",
@@ -126,7 +127,7 @@ fn rays(c: &mut Criterion) {
     }
 }
 
-/// What holes cost: the same triangles solid, and with a mask.
+/// Measures what holes cost: the same triangles, solid and with a mask.
 fn holes(c: &mut Criterion) {
     let scene = VisibilityScene::load(&Library::default(), "triangle-soup-large").unwrap();
     let own = Occluders::build(&scene.positions, &scene.triangles);

@@ -1,16 +1,16 @@
-//! How long the hierarchy of a scene takes to build on some numbers of threads, and whether it is
-//! the same on all of them.
+//! Measures how long building the hierarchy of a scene takes on different numbers of threads, and
+//! checks that it is the same on all of them.
 //!
 //! ```text
 //! cargo run --release -p linelit-visibility --example build -- SCENE [THREADS,…] [ROUNDS]
 //! ```
 //!
-//! SCENE is a scene file or the name of a built-in scene; 1,2 threads and 5 rounds unless told. The
-//! program that cargo leaves in `target/release/examples/build` needs nothing but the scene. For
-//! each number of threads, for rays alone and with what shafts need, with the feature `obvhs` over
-//! either tree, it prints the least and the
-//! median of the seconds that building takes on the wall, the same of the processor's seconds
-//! (Linux), the bytes of a triangle, and a hash of the whole hierarchy.
+//! SCENE is a scene file or the name of a built-in scene; by default, the numbers of threads are 1
+//! and 2, and there are 5 rounds. The program that cargo leaves in `target/release/examples/build`
+//! needs no other file than the scene. For each number of threads, for rays alone and with the data
+//! for shafts, and with the feature `obvhs` over either tree, it prints the least and the median of
+//! the seconds of wall-clock time that building takes, the same of processor time (Linux), the
+//! bytes per triangle, and a hash of the whole hierarchy.
 
 #![allow(clippy::print_stdout, reason = "what it is for")]
 
@@ -19,7 +19,7 @@ use linelit_visibility::{BuildOptions, Builder, Occluders};
 use std::fmt::{self, Write as _};
 use std::time::Instant;
 
-/// A hash of what is written.
+/// A hash of everything that is written to it.
 struct Hash(u64);
 
 impl fmt::Write for Hash {
@@ -31,7 +31,8 @@ impl fmt::Write for Hash {
     }
 }
 
-/// Seconds of the processor that this process has taken, in hundredths; zero where nobody tells.
+/// The processor time of this process so far, in hundredths of a second; zero where it is not
+/// available.
 fn cpu_seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let ticks = text.split(' ').skip(13).take(2);
@@ -41,7 +42,7 @@ fn cpu_seconds() -> f64 {
         * 0.01
 }
 
-/// The least and the median.
+/// The least and the median of some numbers.
 fn spread(mut seconds: Vec<f64>) -> [f64; 2] {
     seconds.sort_by(f64::total_cmp);
     [seconds[0], seconds[seconds.len() / 2]]

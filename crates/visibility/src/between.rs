@@ -1,12 +1,13 @@
-//! The space between a point and a light: for hierarchies of others, and the triangles in it.
+//! The space between a point and a light, for callers that search it themselves: renderers with a
+//! hierarchy of their own, and everybody who wants the triangles there and not their shadows.
 
 use crate::node::Child;
 use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
 use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 
-/// The space between a shading point and a light, their convex hull: what a
-/// renderer asks its own hierarchy for, to build [`Occluders`](crate::Occluders) of the triangles
+/// The space between a shading point and a light: their convex hull. A renderer with a hierarchy of
+/// its own asks it which boxes to open, and builds [`Occluders`](crate::Occluders) of the triangles
 /// that it finds there.
 ///
 /// ```
@@ -36,26 +37,28 @@ use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Between {
-    /// The box around it.
+    /// The box around the space.
     lo: DVec3,
     hi: DVec3,
-    /// Planes that it lies on one side of, n·(p − o) ≥ 0: through the shading point and an edge of
-    /// the light, and the light's own.
+    /// Planes that bound the space, as normal n and a point o of the plane, n·(p − o) ≥ 0 inside:
+    /// the planes through the shading point and each edge of the light, and the light's own plane.
     planes: [(DVec3, DVec3); PLANES],
     count: usize,
-    /// The largest coordinate.
+    /// The largest absolute coordinate of the box.
     largest: f64,
 }
 
-/// One for each edge, and the light's; of a line two that face each other and three sides.
+/// The largest number of planes: one for each edge of the light, and the light's own. A linear
+/// light needs five: two that face each other, and one for each side of the triangle that it spans
+/// with the point.
 const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 
-/// The relative rounding error of a side: the coordinates that it is found from are products and
-/// sums of differences, each rounded to ε/2, of which there are fewer than 64.
+/// The relative rounding error of a point's height over a plane: it is computed with fewer than 64
+/// products and sums of coordinate differences, each rounded to ε/2.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 impl Between {
-    /// Creates the region between a point and the corners of a light.
+    /// Creates the space between a point and the corners of a light.
     #[must_use]
     pub fn new<'a>(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
         let (x, light) = (point.dvec3(), light.into().corners());
@@ -68,6 +71,7 @@ impl Between {
             count: 0,
             largest: lo.abs().max(hi.abs()).max_element(),
         };
+        // A linear light: the triangle with the point, as a prism without thickness.
         if let [a, b] = *light {
             let normal = (a - x).cross(b - x);
             all.add(normal, x);
@@ -78,8 +82,8 @@ impl Between {
             return all;
         }
         let last = light[light.len() - 1];
-        // A corner in whose direction the light lies, from the edge: the farthest, so that its side
-        // is not rounding.
+        // For each edge, the plane through it and the point. Its inner side is where the corner of
+        // the light farthest from it is, so that rounding cannot decide it.
         for (a, b) in std::iter::once(&last).chain(light).zip(light) {
             let normal = (*a - x).cross(*b - x);
             let side = |v: &DVec3| normal.dot(*v - x);
@@ -89,6 +93,7 @@ impl Between {
                 .fold(0.0_f64, |far, s| if s.abs() > far.abs() { s } else { far });
             all.add(normal * far.signum(), x);
         }
+        // The light's own plane, with the point on its inner side.
         let first = light[0];
         let pairs = light[1..].windows(2);
         let normal: DVec3 = pairs
@@ -103,15 +108,17 @@ impl Between {
         self.count += 1;
     }
 
-    /// Whether a box may hold something that hides a part of the light: no false negatives, few
-    /// false positives (boxes beside an edge of the space that none of its faces separates).
+    /// Whether a box, given by its lowest and highest corner, may hold something that hides a part
+    /// of the light. There are no false negatives; there are a few false positives, for boxes close
+    /// to an edge of the space that no face of it separates from the space.
     ///
-    /// True of what is no number.
+    /// Returns true if a coordinate is not a number.
     #[must_use]
     pub fn may_meet(&self, low: [f32; 3], high: [f32; 3]) -> bool {
         self.may_hold(low.dvec3(), high.dvec3())
     }
 
+    /// The test of [`Self::may_meet`] in `f64`.
     fn may_hold(&self, low: DVec3, high: DVec3) -> bool {
         let apart = high.cmplt(self.lo) | low.cmpgt(self.hi);
         if apart.any() {

@@ -1,6 +1,6 @@
-//! The oracle: every triangle against every line in `f64`, without a hierarchy.
-//!
-//! Slow and plain, for tests, and for what kernels cannot hold in their numbers.
+//! The oracle: every triangle against every line in `f64`, without a hierarchy. It is slow and
+//! plain. Tests compare with it, and queries fall back on it for lines whose coordinates the
+//! kernels cannot represent.
 
 use crate::bvh::{Bvh, FAR};
 use linelit_elementary::{exp2, log2};
@@ -11,8 +11,8 @@ use linelit_geometry::{
 use std::ops::Range;
 
 /// The visible intervals of a line from a point, past all triangles but those in `exclude`.
-///
-/// `margins` say how near to the point or to the line a triangle hides nothing.
+/// `margins` say how close to the point and to the line a triangle hides nothing, as fractions of
+/// the way between the two.
 #[must_use]
 pub fn visible(
     positions: &[[f32; 3]],
@@ -23,9 +23,11 @@ pub fn visible(
     margins: Margins,
 ) -> Vec<Interval> {
     let mut set = IntervalTree::full();
+    // Find the distance beyond which lights count as far.
     let corner = |c: &u32| DVec3::from(positions[*c as usize].map(f64::from));
     let farthest = |reach: f64, c| reach.max((corner(c) - point).length());
     let reach = FAR * triangles.as_flattened().iter().fold(0.0, farthest);
+    // Subtract the interval that each triangle hides.
     if let Some(shadow) = ShadowTriangle::new(point, line) {
         let shadow = shadow.with_margins(margins, reach);
         for (id, corners) in (0_u32..).zip(triangles) {
@@ -46,19 +48,20 @@ fn pieces(set: &IntervalTree) -> Vec<Interval> {
     out
 }
 
-/// A line shorter than this for its distance: coordinates along its shadow triangle cancel to more
-/// than 1e-10.
+/// A line shorter than this fraction of its distance is seen as a point: coordinates along its
+/// shadow triangle lose more than 1e-10 to cancellation.
 const POINT_LIKE: f64 = 1e-6;
 
 /// The visible parts of a line past all triangles.
 pub(crate) struct PastAll {
     pub(crate) parts: Vec<Interval>,
-    /// Whether the line is seen as [a point](POINT_LIKE), and the parts are rough.
+    /// Whether the line is so short for its distance that it is seen as [a point](POINT_LIKE); the
+    /// parts are rough then.
     pub(crate) point_like: bool,
 }
 
-/// The visible parts of a line past all triangles of a hierarchy, wherever it is; `None` for a line
-/// that the point lies on, or sees end on.
+/// The visible parts of a line past all triangles of a hierarchy, at any distance and scale; `None`
+/// for a line that the point lies on, or sees end on.
 pub(crate) fn past_all(
     bvh: &Bvh,
     point: DVec3,
@@ -66,6 +69,7 @@ pub(crate) fn past_all(
     exclude: &Range<u32>,
     margins: Margins,
 ) -> Option<PastAll> {
+    // Subtract what each triangle hides.
     let view = LineView::new(bvh, point, line, margins)?;
     let mut set = IntervalTree::full();
     for (leaf, triangles) in bvh.hierarchy.leaves.iter().enumerate() {
@@ -87,20 +91,22 @@ pub(crate) fn past_all(
     })
 }
 
-/// A line seen from a point past triangles of a hierarchy, one by one.
+/// A line as seen from a point, to be tested against triangles of a hierarchy one by one.
 pub(crate) struct LineView<'a> {
     bvh: &'a Bvh,
     point: DVec3,
     shadow: ShadowTriangle,
-    /// A factor of all lengths: a power of two, so that nothing is rounded, and nothing near
-    /// one overflows.
+    /// The factor by which all lengths are scaled: a power of two, so that the scaling rounds
+    /// nothing, chosen so that the line's coordinates are near one and products of them cannot
+    /// overflow.
     unit: f64,
-    /// The line is seen as a point: see [`PastAll`].
+    /// Whether the line is seen as a point: see [`PastAll`].
     pub(crate) point_like: bool,
 }
 
 impl<'a> LineView<'a> {
-    /// `None` for a line that the point lies on, or sees end on.
+    /// Scales the line to a size near one; `None` for a line that the point lies on, or sees end
+    /// on.
     pub(crate) fn new(
         bvh: &'a Bvh,
         point: DVec3,
@@ -121,7 +127,7 @@ impl<'a> LineView<'a> {
         })
     }
 
-    /// The cut of the triangle at leaf × 8 + lane through the view of the line.
+    /// Where the triangle in slot leaf × 8 + lane crosses the plane of the point and the line.
     #[inline]
     pub(crate) fn chord(&self, slot: usize) -> Option<Chord> {
         let leaf = &self.bvh.hierarchy.leaves[slot / 8];

@@ -1,11 +1,12 @@
-//! A hierarchy and where it stands in the world: what every query walks.
+//! What all queries need of a hierarchy: the tree itself, the origin of its coordinates, and bounds
+//! that follow from its size.
 
 use crate::build::Hierarchy;
 use linelit_geometry::DVec3;
 use linelit_simd::Isa;
 use std::sync::Arc;
 
-/// A hierarchy of boxes, shared by clones, with what queries on it need to know.
+/// A hierarchy of boxes, which clones share, with the numbers that queries on it need.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     pub(crate) hierarchy: Arc<Hierarchy>,
@@ -13,15 +14,15 @@ pub(crate) struct Bvh {
     pub(crate) origin: DVec3,
     /// Largest absolute coordinate relative to the origin.
     pub(crate) extent: f64,
-    /// [`largest_inverse_at`] that.
+    /// The value of [`largest_inverse_at`] for that extent.
     pub(crate) largest_inverse: f64,
-    /// Room that a depth-first walk needs on its stack.
+    /// The number of entries that a depth-first walk may need on its stack.
     pub(crate) stack_size: usize,
     pub(crate) isa: Isa,
 }
 
 impl Default for Bvh {
-    /// Empty.
+    /// A hierarchy without triangles.
     fn default() -> Self {
         Self {
             hierarchy: Arc::default(),
@@ -35,14 +36,14 @@ impl Default for Bvh {
 }
 
 impl Bvh {
-    /// The distance from a point of the world beyond which lights are far from all triangles, for
-    /// [`Margins::near`](linelit_geometry::Margins::near).
+    /// The distance from `point`, a point in world coordinates, beyond which a light counts as far
+    /// away from all triangles; for [`Margins::near`](linelit_geometry::Margins::near).
     #[inline(always)]
     pub(crate) fn reach(&self, point: DVec3) -> f64 {
         FAR * (self.extent + (point - self.origin).abs().max_element())
     }
 
-    /// Makes room on a stack for a walk in any order.
+    /// Grows a stack so that it suffices for a walk in any order.
     #[inline(always)]
     pub(crate) fn make_room(&self, stack: &mut Vec<u32>) {
         if stack.len() < self.stack_size {
@@ -51,13 +52,15 @@ impl Bvh {
     }
 }
 
-/// Lights are far where they are so many times as far away as the farthest triangle. Up to there
-/// the margin near a point is one fraction of the way for rays, lines and polygons, though the ways
-/// to them differ: what stands on the point hides the light for all of them, or for none.
+/// A light counts as far away when its distance is this multiple of the farthest triangle's
+/// distance. For lights up to there, the margin near a shading point is the same fraction of the
+/// way for rays, lines and polygons, though the lengths of their ways differ: what is on the point
+/// hides the light for all of them, or for none.
 pub(crate) const FAR: f64 = 1024.0;
 
-/// The largest reciprocal of a direction's component that boxes are tested with in a scene of this
-/// size: smaller components move the ray by less than the room over any distance in `f32`.
+/// The largest absolute reciprocal of a direction's component that boxes are tested with in a scene
+/// of this size. Smaller components are treated as if they had it: over any distance in `f32` they
+/// move the ray by less than the tests' margin.
 pub(crate) fn largest_inverse_at(size: f64) -> f64 {
     (1e36 / size).min(1e37)
 }

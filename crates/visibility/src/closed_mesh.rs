@@ -1,13 +1,19 @@
-//! Back-face culling for shadows: the triangles of one orientation of a closed mesh hide as much as
-//! all of them.
+//! Closed meshes, and back-face culling for shadows: the triangles of one orientation of a closed
+//! mesh hide as much as all of them.
 //!
-//! Where a segment runs from outside a closed surface to outside of it, it goes in as often as it
-//! comes out, so whatever a triangle facing one way hides, one facing the other way hides too. A
+//! Where a segment runs from outside a closed surface to outside of it, it enters as often as it
+//! leaves, so whatever a triangle facing one way hides, one facing the other way hides too. A
 //! *closed mesh* is a set of triangles, connected by their edges, in which every edge belongs to
-//! two and which can be turned so that the two run along it in opposite directions: the signs of
-//! its triangles' images then add up to zero over every place of the light's plane, whatever the
-//! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
-//! left out, once neither the shading point nor the light is in the mesh's box.
+//! exactly two, and which can be oriented so that the two run along it in opposite directions. Then
+//! the signs of its triangles' images add up to zero over every point of the light's plane,
+//! whatever the mesh's shape, even if it intersects itself or is inside out. So the images of one
+//! sign may be left out, provided that neither the shading point nor the light is in the mesh's
+//! box.
+//!
+//! Meshes are found in four parallel steps: [`weld`] gives corners at one position one number;
+//! [`by_corners`] sorts the triangles' sides by their lesser corner; [`connect`] joins the two
+//! triangles of each side in a union–find structure that also stores relative orientations; and
+//! [`sets`] counts triangles and edges of each connected set.
 
 use crate::{
     build::{Bounds, Geometry, index},
@@ -19,7 +25,7 @@ use linelit_simd::Simd;
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// A connected closed mesh: its box, and which triangles are its own.
+/// A connected closed mesh: its box, and the range of its triangles' numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClosedMesh {
     bounds: Bounds,
@@ -32,37 +38,39 @@ pub(crate) struct ClosedMesh {
 #[derive(Debug, Default)]
 pub(crate) struct ClosedMeshes {
     pub(crate) meshes: Vec<ClosedMesh>,
-    /// The mesh of each triangle in the caller's list: zero or its mesh's index plus one, with
-    /// [`TURNED`] if it is turned; empty without meshes.
+    /// For each triangle in the caller's list zero, or the index of its mesh plus one, with the bit
+    /// [`TURNED`] if its orientation is opposite to the first triangle's; empty if there are no
+    /// meshes.
     pub(crate) of: Vec<u16>,
     /// The triangles that belong to [fine surfaces](crate::surfaces).
     pub(crate) fine: FineTriangles,
 }
 
-/// The triangles of surfaces that are fine.
+/// The triangles that belong to fine surfaces.
 #[derive(Debug, Default)]
 pub(crate) struct FineTriangles {
     /// The neighbours of each triangle in the caller's list, beyond its sides from corner 0 to 1, 1
-    /// to 2 and 2 to 0, with a last bit that says whether both run along the side in the same
-    /// direction; [`EDGE`] for no neighbour or several; [`NONE`] for triangles of no fine surface.
-    /// Empty if there is none.
+    /// to 2 and 2 to 0: twice the neighbour's number, plus one if both run along the side in the
+    /// same direction. [`EDGE`] for no neighbour or several; [`NONE`] for triangles of no fine
+    /// surface. Empty if there are no fine surfaces.
     pub(crate) sides: Vec<[u32; 3]>,
-    /// The triangles that are turned against the first of their surface.
+    /// Whether each triangle's orientation is opposite to that of its surface's first triangle.
     pub(crate) turned: Vec<bool>,
 }
 
-/// The properties of a set of connected triangles, stored at the number of the first.
+/// The totals of a set of connected triangles, stored at the number of its first triangle.
 #[derive(Debug, Default)]
 struct Set {
-    /// The number of the triangles.
+    /// The number of triangles.
     count: AtomicU32,
-    /// The number of sides that no other triangle shares, or several do, and [`ONE_SIDED`] if the
-    /// triangles cannot be turned so that neighbours run along their sides in opposite directions.
+    /// The number of sides that no other triangle shares, or that several do; with the bit
+    /// [`ONE_SIDED`] if the triangles cannot be oriented so that neighbours run along their sides
+    /// in opposite directions.
     edges: AtomicU32,
 }
 
 impl Set {
-    /// Takes in some triangles.
+    /// Adds the totals of some triangles.
     fn add(&self, count: u32, edges: u32) {
         self.count.fetch_add(count, Ordering::Relaxed);
         self.edges.fetch_add(edges & !ONE_SIDED, Ordering::Relaxed);
@@ -73,7 +81,8 @@ impl Set {
         self.count.load(Ordering::Relaxed)
     }
 
-    /// Returns the number of such sides; with [`ONE_SIDED`], it exceeds every limit.
+    /// Returns the number of sides without exactly one neighbour. For a one-sided set it includes
+    /// [`ONE_SIDED`], and so exceeds every limit.
     fn edges(&self) -> u32 {
         self.edges.load(Ordering::Relaxed)
     }
@@ -88,22 +97,25 @@ impl Set {
     }
 }
 
-/// The bit of a triangle that is turned against the first of its mesh.
+/// The bit of a triangle with the orientation opposite to that of its mesh's first triangle.
 const TURNED: u16 = 1 << 15;
 
-/// The bit of a side where two ways of turning triangles meet.
+/// The bit of a side where two orientations of one set meet, as on a Möbius strip.
 const ONE_SIDED: u32 = 1 << 31;
 
-/// Positions or triangles that are looked at in one go.
+/// The number of positions or triangles that one parallel task handles.
 const AT_ONCE: usize = 1 << 14;
 
-/// Triangles that are connected, each with an earlier one, and in the last bit whether it is turned
-/// against that. Threads may connect them at once: the first of those that are connected, and how
-/// others are turned against it, do not depend on the order.
+/// A union–find forest over triangles that several threads may extend at once. Each triangle refers
+/// to an earlier triangle of its set, or to itself if it is the root; the last bit says whether its
+/// orientation is opposite to the one that it refers to.
+///
+/// Since references only lead to earlier triangles, the root of a set is always its first triangle.
+/// So the result does not depend on the order in which threads join triangles.
 struct Connected(Vec<AtomicU32>);
 
 impl Connected {
-    /// The first triangle connected to `i`, and whether `i` is turned against it.
+    /// Returns the root of the set of triangle `i`, and whether `i` is oriented opposite to it.
     fn root(&self, i: u32) -> (u32, bool) {
         let (mut at, mut turned) = (i, 0);
         loop {
@@ -112,7 +124,8 @@ impl Connected {
             if next == at {
                 return (at, turned != 0);
             }
-            // Halves the way for those who come later.
+            // Path halving: refer to the triangle after the next, to shorten the path for later
+            // searches.
             let after = self.0[next as usize].load(Ordering::Relaxed) ^ step & 1;
             if after != step {
                 self.0[at as usize].store(after, Ordering::Relaxed);
@@ -122,7 +135,8 @@ impl Connected {
         }
     }
 
-    /// Connects two triangles; false if they were, but turned otherwise.
+    /// Joins the sets of two triangles; `turned` says whether their orientations are opposite.
+    /// Returns false if they were in one set already, with the other relative orientation.
     fn join(&self, i: u32, j: u32, turned: bool) -> bool {
         loop {
             let ((i, ti), (j, tj)) = (self.root(i), self.root(j));
@@ -133,7 +147,7 @@ impl Connected {
             let step = first << 1 | u32::from(ti ^ tj ^ turned);
             let last_step = &self.0[last as usize];
             let (now, then) = (Ordering::Relaxed, Ordering::Relaxed);
-            // Another thread may have connected it meanwhile.
+            // The later root refers to the earlier, unless another thread has changed it meanwhile.
             if (last_step.compare_exchange(last << 1, step, now, then)).is_ok() {
                 return true;
             }
@@ -141,22 +155,22 @@ impl Connected {
     }
 }
 
-/// The bits of a position; zero has two signs.
+/// The bits of a position; minus zero counts as zero.
 fn bits(position: [f32; 3]) -> [u32; 3] {
     position.map(|x| (x + 0.0).to_bits())
 }
 
-/// One number for each place: the least index of a position there.
+/// Maps each position to the least index of an equal position.
 ///
-/// A table takes two looks or so for each position. It is keyed at random, so that no input can be
-/// aimed at it; what is found does not depend on the key.
+/// The hash table takes about two probes for each position. Its key is random, so that no input can
+/// be constructed to be slow; the result does not depend on the key.
 fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     const FREE: u32 = u32::MAX;
     let slots = (positions.len() + positions.len() / 2 + 1).next_power_of_two();
     let table = pool::collect(slots, AT_ONCE, &|_| AtomicU32::new(FREE));
     let key = RandomState::new().build_hasher().finish() | 1;
     let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(key);
-    // Where the place of a position stands, which now is there.
+    // Find the slot of a position's entry, and make the entry its least index seen so far.
     let slot_of = |i: u32| {
         let here = bits(positions[i as usize]);
         let [x, y, z] = here;
@@ -166,6 +180,7 @@ fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
             let entry = &table[slot];
             let mut first = entry.load(Ordering::Relaxed);
             if first == FREE {
+                // Claim a free slot, or go on with the entry of the thread that was faster.
                 let put = entry.compare_exchange(FREE, i, Ordering::Relaxed, Ordering::Relaxed);
                 first = put.err().unwrap_or(i);
             }
@@ -178,19 +193,21 @@ fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
             slot = (slot + 1) % slots;
         }
     };
+    // Read the entries only when all positions are in the table.
     let slots = pool::collect(positions.len(), AT_ONCE, &|i| slot_of(index(i)));
     pool::collect(slots.len(), AT_ONCE, &|i| {
         table[slots[i] as usize].load(Ordering::Relaxed)
     })
 }
 
-/// A side of a triangle, by the lesser corner: the other corner, the direction in the next bit, the
-/// triangle, and which of its sides it is in the last two.
+/// A side of a triangle, packed for sorting: the greater corner in the upper half, then a bit for
+/// the direction; in the lower half the triangle's number, and in the last two bits which of its
+/// sides it is. Sides are stored with their lesser corner.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side(u64);
 
 impl Side {
-    /// The sides of a triangle, with the lesser corners.
+    /// The three sides of a triangle, each after its lesser corner.
     fn all(id: u32, [a, b, c]: [u32; 3]) -> [(u32, Self); 3] {
         let side = |k: u32, v: u32, w: u32| {
             let other = v.max(w) << 1 | u32::from(v > w);
@@ -202,18 +219,21 @@ impl Side {
         [side(0, a, b), side(1, b, c), side(2, c, a)]
     }
 
+    // The number of the triangle.
     #[allow(clippy::cast_possible_truncation, reason = "the lower half")]
     fn id(self) -> u32 {
         self.0 as u32 >> 2
     }
 
+    // Which of the triangle's sides it is.
     fn number(self) -> usize {
         (self.0 & 3) as usize
     }
 }
 
-/// The sides of triangles, by their lesser corners, those of each in any order, and where each
-/// corner's end.
+/// Sorts the sides of triangles by their lesser corners: a counting sort in parallel. Returns for
+/// each corner where its sides end in the list, and the list; the order of one corner's sides is
+/// arbitrary.
 fn by_corners(
     sides: &(impl Fn(usize) -> Option<[(u32, Side); 3]> + Sync),
     triangles: usize,
@@ -221,7 +241,7 @@ fn by_corners(
 ) -> (Vec<AtomicU32>, Vec<AtomicU64>) {
     let alone = pool::is_alone();
     let next = |count: &AtomicU32| match alone {
-        // Without waiting for other threads, of which there are none.
+        // Avoid an atomic read-modify-write where there is no other thread.
         true => {
             let next = count.load(Ordering::Relaxed);
             count.store(next + 1, Ordering::Relaxed);
@@ -229,34 +249,40 @@ fn by_corners(
         }
         false => count.fetch_add(1, Ordering::Relaxed),
     };
+    // Count the sides of each corner.
     let mut ends = pool::collect(places, AT_ONCE, &|_| AtomicU32::new(0));
     pool::collect(triangles, AT_ONCE, &|id| {
         for (corner, _) in sides(id).into_iter().flatten() {
             next(&ends[corner as usize]);
         }
     });
+    // Turn counts into where each corner's sides begin.
     let mut sum = 0;
     for end in &mut ends {
         let count = std::mem::replace(end.get_mut(), sum);
         sum += count;
     }
+    // Place the sides; each entry of `ends` advances from the beginning of a corner's sides to
+    // their end.
     let list = pool::collect(sum as usize, AT_ONCE, &|_| AtomicU64::new(0));
     pool::collect(triangles, AT_ONCE, &|id| {
         for (corner, side) in sides(id).into_iter().flatten() {
             list[next(&ends[corner as usize]) as usize].store(side.0, Ordering::Relaxed);
         }
     });
-    // Each has moved from where a corner's sides begin to where they end.
+    // By now each entry is where the corner's sides end.
     (ends, list)
 }
 
-/// Connects triangles by the sides that belong to two, and returns the neighbours, as in
-/// [`FineTriangles::sides`], with [`ONE_SIDED`] where a mesh meets itself turned.
+/// Joins triangles along the sides that belong to exactly two, and returns each triangle's
+/// neighbours, as in [`FineTriangles::sides`], with [`ONE_SIDED`] where a set meets itself in the
+/// other orientation.
 fn connect(
     ends: &[AtomicU32],
     list: &[AtomicU64],
     triangles: usize,
 ) -> (Connected, Vec<[AtomicU32; 3]>) {
+    // At first, each triangle is a set of its own, and all of its sides are edges.
     let alone = |id| AtomicU32::new(index(id) << 1);
     let connected = Connected(pool::collect(triangles, AT_ONCE, &alone));
     let edges = |_| [EDGE; 3].map(AtomicU32::new);
@@ -270,7 +296,7 @@ fn connect(
             let all = list[begin..end(corner)].iter();
             here.extend(all.map(|side| Side(side.load(Ordering::Relaxed))));
             here.sort_unstable();
-            // Between the same corners.
+            // Sides with the same two corners; only pairs of them connect.
             for same in here.chunk_by(|a, b| a.0 >> 33 == b.0 >> 33) {
                 let &[a, b] = same else { continue };
                 let alike = (a.0 ^ b.0) >> 32 & 1 == 0;
@@ -286,11 +312,11 @@ fn connect(
     (connected, beyond)
 }
 
-/// The sets of connected triangles, by the first of each.
+/// Computes the totals of each set of connected triangles, at the number of its first triangle.
 fn sets(connected: &Connected, beyond: &[[AtomicU32; 3]], kept: &[bool]) -> Vec<Set> {
     let sets = pool::collect(kept.len(), AT_ONCE, &|_| Set::default());
     pool::stretches(kept.len(), AT_ONCE, &|ids| {
-        // Those in a row that belong together.
+        // Add up consecutive triangles of one set before the atomic additions.
         let (mut of, mut count, mut edges) = (0, 0, 0);
         for id in ids.filter(|id| kept[*id]) {
             let (root, _) = connected.root(index(id));
@@ -312,13 +338,14 @@ fn sets(connected: &Connected, beyond: &[[AtomicU32; 3]], kept: &[bool]) -> Vec<
 }
 
 impl ClosedMeshes {
-    /// Finds the closed meshes among the triangles that `kept` has.
+    /// Finds the closed meshes and the fine surfaces among the triangles for which `kept` is true.
     pub(crate) fn find(geometry: &Geometry<'_>, kept: &[bool]) -> Self {
         let (places, triangles) = (geometry.positions.len(), kept.len());
-        // Numbers take bits with them, and sides are counted in 32 bits.
+        // Numbers share 32 bits with flags, and sides are counted in 32 bits.
         if places >= 1 << 31 || triangles >= 1 << 29 || triangles == 0 {
             return Self::default();
         }
+        // Connect triangles along their sides, and total the sets.
         let place = weld(geometry.positions);
         let sides = |id: usize| {
             let corners = || geometry.triangles[id].map(|c| place[c as usize]);
@@ -330,13 +357,13 @@ impl ClosedMeshes {
         drop((ends, list));
         let sets = sets(&connected, &beyond, kept);
         let mut found = Self::default();
-        // For the first triangle of a closed mesh, its index plus one.
+        // For the first triangle of each closed mesh, the mesh's index plus one.
         let mut numbers = vec![0_u16; triangles];
         let (mut all, mut fine) = (0, 0);
         for (set, number) in sets.iter().zip(&mut numbers) {
             all += set.count();
             fine += if set.is_fine() { set.count() } else { 0 };
-            // Those beyond the numbers' end count as open.
+            // Meshes beyond the largest index of 15 bits count as open.
             let next = u16::try_from(found.meshes.len() + 1).unwrap_or(u16::MAX);
             if next < TURNED && set.is_closed() {
                 found.meshes.push(ClosedMesh::NONE);
@@ -353,6 +380,7 @@ impl ClosedMeshes {
             found.of = pool::collect(triangles, AT_ONCE, &of);
             found.measure(geometry);
         }
+        // Store the neighbours of fine surfaces, if few triangles are outside of them.
         let loose = all - fine;
         if fine > 0 && loose <= all / LOOSE {
             let is_fine = |id| sets[connected.root(index(id)).0 as usize].is_fine();
@@ -368,7 +396,7 @@ impl ClosedMeshes {
         found
     }
 
-    /// Finds the meshes' boxes, and their least and largest triangles.
+    /// Finds the box and the range of triangle numbers of each mesh.
     fn measure(&mut self, geometry: &Geometry<'_>) {
         let of = &self.of;
         let runs = pool::stretches(of.len(), AT_ONCE, &|ids| {
@@ -400,7 +428,7 @@ impl ClosedMesh {
         last: 0,
     };
 
-    /// Takes in others.
+    /// Extends this by another part of the mesh.
     fn take(&mut self, other: &Self) {
         self.bounds.extend(&other.bounds);
         self.first = self.first.min(other.first);
@@ -408,23 +436,24 @@ impl ClosedMesh {
     }
 }
 
-/// The closed meshes that stand clear of both ends of a shaft, as far as that has been tested.
+/// Cached answers to whether a closed mesh is clear of both ends of the current shaft.
 #[derive(Debug, Default)]
 pub(crate) struct ClearOfMesh {
-    /// Twice the number of the shaft they were asked for, and whether they do.
+    /// For each mesh, twice the number of the shaft that the answer is for, plus one if it is
+    /// clear.
     known: Vec<u32>,
     shaft: u32,
 }
 
-/// A filter for triangles of closed meshes that a shaft can do without, since others hide as much.
+/// Finds the triangles of closed meshes that a shaft can leave out, since others hide as much.
 #[derive(Debug)]
 pub(crate) struct BackfaceFilter<'a> {
     meshes: &'a [ClosedMesh],
-    /// The meshes of the triangles in each leaf.
+    /// The mesh codes of the triangles in each leaf, as in [`ClosedMeshes::of`].
     of: &'a [[u16; 8]],
     clear_of: &'a mut ClearOfMesh,
     point: DVec3,
-    /// The light's box, and how far from both a mesh has to be.
+    /// The light's box, and how far a mesh has to be from the box and from the point.
     lo: DVec3,
     hi: DVec3,
     margin: f64,
@@ -451,7 +480,7 @@ impl<'a> BackfaceFilter<'a> {
                 clear_of.shaft = 0;
             }
             clear_of.shaft += 1;
-            // What is this near to an end of a segment may be beyond its margins.
+            // Whatever is this close to an end of a segment may be beyond its margins.
             let reach = (hi.max(point) - lo.min(point)).element_sum();
             margin = 2.0 * margins.point.max(margins.light) * reach;
         }
@@ -473,7 +502,8 @@ impl<'a> BackfaceFilter<'a> {
         !self.meshes.is_empty()
     }
 
-    /// The meshes of a leaf's triangles, as [`Self::left_out`] takes them; zero for none.
+    /// The meshes of a leaf's triangles in the form that [`Self::left_out`] expects: the mesh's
+    /// index plus one, with the highest bit set for turned triangles; zero for none.
     #[inline(always)]
     pub(crate) fn codes(&self, leaf: usize) -> [u32; 8] {
         let mut codes = [0; 8];
@@ -486,8 +516,9 @@ impl<'a> BackfaceFilter<'a> {
         codes
     }
 
-    /// Returns the triangles to leave out, a bit each: those that belong to a mesh clear of the
-    /// shaft's ends and face the one way, given which of them face either way for sure.
+    /// Returns a bit for each triangle to leave out: triangles whose mesh is clear of the shaft's
+    /// ends, and whose image, in the mesh's orientation, is negative. `negative` and `positive` are
+    /// the triangles whose images, in their own orientation, surely have that sign.
     #[inline(always)]
     pub(crate) fn left_out<S: Simd>(
         &mut self,
@@ -496,8 +527,10 @@ impl<'a> BackfaceFilter<'a> {
         negative: u8,
         positive: u8,
     ) -> u8 {
+        // Back faces are negative images, or positive ones of turned triangles.
         let turned = s.in_range(codes, 1 << 31, 1 << 31);
         let closed = s.in_range(codes, 1, u32::MAX);
+        // Leave out those whose mesh is clear.
         let mut back = closed & (turned & positive | !turned & negative);
         let mut out = 0;
         while back != 0 {
@@ -515,15 +548,15 @@ impl<'a> BackfaceFilter<'a> {
         out
     }
 
-    /// Whether neither end of the shaft is in the mesh's box, and no triangle of it is excluded;
-    /// remembered for this shaft.
+    /// Computes and caches whether neither end of the shaft is in the mesh's box, and no triangle
+    /// of it is excluded.
     #[inline(never)]
     fn stands_clear(&mut self, index: usize) -> bool {
         let mesh = &self.meshes[index];
         let lo = DVec3::from(mesh.bounds.lo.map(f64::from)) - self.margin;
         let hi = DVec3::from(mesh.bounds.hi.map(f64::from)) + self.margin;
         let is_clear = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
-        // A mesh of which triangles are excluded is not closed.
+        // A mesh of which triangles are excluded is not closed any more.
         let (start, count) = self.exclude;
         let whole = count == 0 || mesh.last < start || mesh.first >= start.saturating_add(count);
         let clear = whole && is_clear(self.point, self.point) && is_clear(self.lo, self.hi);
@@ -540,7 +573,7 @@ mod tests {
     #[test]
     fn places_are_told_apart() {
         for count in [0, 1, 2, 100, 5000_u32] {
-            // Three numbers of few, zero with either sign.
+            // Coordinates are one of three numbers, with zeros of either sign.
             let random = |k: u32| k.wrapping_mul(2_654_435_769) >> 20;
             let positions: Vec<[f32; 3]> = (0..count)
                 .map(|k| [k, k + 1, 7 * k].map(|k| [0.0, -0.0, 1.0, 1e30][random(k) as usize % 4]))
@@ -552,8 +585,8 @@ mod tests {
         }
     }
 
-    /// The triangles of a cube, or all but the last of them, some turned; every triangle with
-    /// corners of its own.
+    /// The triangles of a cube, or all except the last, some of them reversed; no two triangles
+    /// share corner indices.
     fn cube(count: usize, turned: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let mut positions = Vec::new();
         for axis in 0..3 {
@@ -562,7 +595,7 @@ mod tests {
                     let mut v = [side; 3];
                     v[(axis + 1) % 3] = a;
                     v[(axis + 2) % 3] = b;
-                    // Zero with either sign.
+                    // Zeros of either sign.
                     if side > 0.0 {
                         v
                     } else {
@@ -632,8 +665,8 @@ mod tests {
         assert!(find(&positions, &triangles).meshes.is_empty());
     }
 
-    /// A strip of `columns` × 8 quads, open or closed to a ring, which may be twisted, and loose
-    /// triangles.
+    /// A strip of `columns` × 8 quads, open or closed to a ring, which may be twisted, and
+    /// triangles that belong to no mesh.
     fn strip(columns: u32, ring: bool, twisted: bool, loose: u32) -> ClosedMeshes {
         let row = columns + 1;
         let mut positions: Vec<[f32; 3]> = (0..9 * row)
@@ -677,8 +710,8 @@ mod tests {
         assert!(strip(70, false, false, 161).fine.sides.is_empty());
     }
 
-    /// The projective plane of six corners: every edge belongs to two, but they cannot all
-    /// be turned alike.
+    /// The projective plane with six corners: every edge belongs to two triangles, but they cannot
+    /// all be oriented alike.
     #[test]
     fn one_sided_surfaces_are_none() {
         let positions: Vec<[f32; 3]> = (0..6_u8).map(|i| [f32::from(i), 1.0, 0.0]).collect();

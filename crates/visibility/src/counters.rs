@@ -1,26 +1,28 @@
-//! Work counters, as in Billen & Dutré's Table 1.
+//! [`Counters`] of the work that queries do, as in Table 1 of Billen & Dutré.
 
 use std::ops::AddAssign;
 
 /// The work that the queries through one `Scratch` have done.
 ///
-/// A box test is one child of one node, a triangle test one triangle of one leaf, so the figures
-/// compare with those of a tracer that tests one at a time.
+/// Testing one child of one node counts as one box test, testing one triangle of one leaf as one
+/// triangle test, so that the figures can be compared with those of a tracer that tests one at a
+/// time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Shadow and camera rays.
     pub rays: u64,
     /// Shafts set up: one per shading point and light.
     pub shafts: u64,
-    /// Shafts that nothing enters.
+    /// Shafts that no triangle enters.
     pub empty_shafts: u64,
     /// Shafts whose light is hidden from the shading point as a whole.
     pub blocked_shafts: u64,
     /// Shafts whose light occluders hide in part.
     pub partial_shafts: u64,
-    /// Shafts too dense to keep their candidates: their lines walk the hierarchy themselves.
+    /// Shafts that were dense: too many triangles were found to store them, and lines walked the
+    /// hierarchy themselves.
     pub dense_shafts: u64,
-    /// Line samples whose visible part was asked for.
+    /// Line samples whose visible part was queried.
     pub line_queries: u64,
     /// Points of a light tested against a shaft's candidates.
     pub shaft_points: u64,
@@ -28,11 +30,11 @@ pub struct Counters {
     pub node_tests: u64,
     /// Triangles tested.
     pub triangle_tests: u64,
-    /// Triangles found inside shafts, and where lines cross the silhouettes of fine meshes.
+    /// Triangles found inside shafts, plus crossings of lines with the silhouettes of fine meshes.
     pub candidates: u64,
     /// Visible intervals returned.
     pub intervals: u64,
-    /// Questions to filters: of rays, and of lines that cut a triangle.
+    /// Calls of filters, by rays and by lines that cross a triangle with holes.
     pub filtered: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Numbers side by side, and sums of their products.
+//! Small helpers for eight numbers side by side.
 
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
@@ -24,7 +24,7 @@ impl<T> std::ops::DerefMut for Lanes<T> {
     }
 }
 
-/// `n·(x, y, z)`, in the order of `DVec3::dot`.
+/// Computes `n·(x, y, z)`, in the order of additions of `DVec3::dot`.
 #[inline(always)]
 pub(crate) fn ddot<S: Simd>(n: DVec3, x: S::D, y: S::D, z: S::D) -> S::D {
     x * n.x + y * n.y + z * n.z

@@ -5,39 +5,45 @@
 //!
 //! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight; for many from one
 //!   point [`Occluders::closest_hits`] and [`Occluders::any_hits`];
-//! - *shafts*: [`Occluders::shaft`] finds with **one** walk all that is between a shading point and
-//!   a polygonal or linear light. The [`Shaft`] then tells for all line samples of the point at
-//!   once which intervals of each are visible ([`Shaft::visible`]), for single points of the light
-//!   whether they are ([`Shaft::point_visible`]), and beforehand whether there is anything to ask
-//!   ([`Shaft::class`]).
+//! - *shafts*: with **one** walk of the hierarchy, [`Occluders::shaft`] finds all triangles between
+//!   a shading point and a polygonal or linear light. The [`Shaft`] then returns the visible
+//!   intervals of all line samples of the point at once ([`Shaft::visible`]), says whether single
+//!   points of the light are visible ([`Shaft::point_visible`]), and beforehand whether occluders
+//!   hide none, some or all of the light ([`Shaft::class`]).
 //!
 //! With a [`Filter`], as of an [`AlphaMask`], triangles have holes, for rays and lines
 //! ([`Occluders::with_holes`]).
 //!
-//! Renderers that have a hierarchy of their own keep it: [`Between`] says which of its boxes may
-//! hold triangles between a point and a light, and [`Occluders::from_triangles`] takes these.
+//! Renderers that have a hierarchy of their own can go on using it: [`Between`] says which of its
+//! boxes may hold triangles between a point and a light, and [`Occluders::from_triangles`] takes
+//! the triangles that are found there.
 //!
 //! # How a shaft works
 //!
-//! In the light's projective frame, (P, Q, W) are linear in position, W is zero at the shading
-//! point and one on the light, and (P/W, Q/W) is the place on the light that a point hides. Boxes
-//! and triangles are sorted out in `f32`, with room for every rounding; what may be in the shaft
-//! is projected once, in `f64`, to the plane of the light. Lines of one direction are numbers u
-//! there; a triangle hides an interval whose ends are linear in u, evaluated for eight lines at a
-//! time. Of closed meshes, half of the triangles will do. Shafts with more than a few hundred
-//! triangles are walked anew for every few lines, from front to back, past what is hidden already.
-//! Fine meshes are not looked at triangle by triangle there: what they hide of a line lies between
-//! its crossings of their silhouettes, as many for a finer mesh of the same shape; and of the whole
-//! light, between silhouettes ([`MeshesInFront::silhouettes`]).
+//! In the light's projective frame, a position has coordinates (P, Q, W) that are linear in it. W
+//! is zero at the shading point and one on the light, and (P/W, Q/W) is the point of the light's
+//! plane that the position hides from the shading point. Boxes and triangles outside the shaft are
+//! rejected in `f32`, with a margin for every rounding; the triangles that may be inside are
+//! projected once, in `f64`, to the plane of the light. There, lines of one direction are numbers
+//! u, and a triangle hides an interval whose ends are linear in u; eight lines are evaluated at a
+//! time. Half of a closed mesh's triangles suffice, since those that face the other way hide the
+//! same.
+//!
+//! Shafts with more than a few hundred triangles are *dense*: their lines walk the hierarchy again,
+//! a few at a time, from front to back, and skip what is hidden already. Fine meshes are not tested
+//! triangle by triangle there. What they hide of a line lies between the crossings of the line with
+//! their silhouettes, and the number of crossings does not grow as a mesh of the same shape is made
+//! finer. What they hide of a whole light lies between their silhouettes
+//! ([`MeshesInFront::silhouettes`]).
 //!
 //! # Accuracy
 //!
-//! Interval ends are computed in `f64` throughout; what `f32` decides is only what cannot matter.
-//! Against a brute-force oracle ([`brute::visible`]) they agree to 1e-9 of the line, typically
-//! 1e-12, and the tests hold them to it. A line through a closed surface is hidden wholly: two
-//! triangles evaluate the edge they share by the same expression, to the bit. Geometry within
-//! the query's [`Margins`](linelit_geometry::Margins) of the shading point or the light hides
-//! nothing; they may be zero.
+//! Interval ends are computed in `f64` throughout; `f32` only rejects what cannot change a result.
+//! The ends agree with a brute-force oracle ([`brute::visible`]) to 1e-9 of the line, typically to
+//! 1e-12, and the tests check this. A line through a closed surface is hidden wholly: two triangles
+//! evaluate the edge that they share by the same expression, to the bit. Geometry within the
+//! query's [`Margins`](linelit_geometry::Margins) of the shading point or of the light hides
+//! nothing; the margins may be zero.
 //!
 //! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time ([`InstructionSet`]).
 //! Intervals, hits, classes and work [`Counters`] are the same on all of them, to the bit. There

@@ -1,4 +1,5 @@
-//! The visible parts of a shading point's line samples.
+//! [`VisibleLines`], the result of visibility queries with lines: the visible intervals of each
+//! line sample of a shading point.
 
 use linelit_geometry::intervals::{Interval, VisibleSet};
 
@@ -8,15 +9,15 @@ use linelit_geometry::intervals::{Interval, VisibleSet};
 /// intervals are disjoint and ascend.
 #[derive(Clone, Debug, Default)]
 pub struct VisibleLines {
-    /// The first `filled` are in use.
+    /// The first `filled` entries are in use.
     intervals: Vec<Interval>,
     filled: usize,
-    /// The first and the end of each line's intervals.
+    /// The range in `intervals` of each line.
     spans: Vec<(usize, usize)>,
 }
 
 impl VisibleLines {
-    /// No lines.
+    /// Creates a set without lines.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -50,18 +51,18 @@ impl VisibleLines {
         self.line(i).iter().map(Interval::length).sum()
     }
 
-    /// The number of intervals of all lines.
+    /// The total number of intervals over all lines.
     #[must_use]
     pub fn interval_count(&self) -> usize {
         self.filled
     }
 
-    /// Forgets all lines.
+    /// Removes all lines.
     pub fn clear(&mut self) {
         self.reset(0);
     }
 
-    /// Adds the lines of another set behind these.
+    /// Appends the lines of another set.
     pub fn append(&mut self, other: &Self) {
         for line in 0..other.len() {
             self.spans.push((self.filled, self.filled));
@@ -70,14 +71,15 @@ impl VisibleLines {
         }
     }
 
-    /// `count` lines, all hidden so far.
+    /// Starts over with `count` lines, all of them hidden.
     pub(crate) fn reset(&mut self, count: usize) {
         self.filled = 0;
         self.spans.clear();
         self.spans.resize(count, (0, 0));
     }
 
-    /// Sets the visible intervals of a line: lower ends, upper ends, and which of them count.
+    /// Sets the visible intervals of a line. The iterator yields lower ends, upper ends, and
+    /// whether the interval counts.
     #[inline(always)]
     pub(crate) fn put(
         &mut self,
@@ -89,7 +91,7 @@ impl VisibleLines {
             self.grow(start + intervals.len());
         }
         let mut end = start;
-        // Without a branch: what does not count is overwritten.
+        // Without a branch: an interval that does not count is overwritten by the next.
         for (lo, hi, counts) in intervals {
             self.intervals[end] = Interval { lo, hi };
             end += usize::from(counts);
@@ -103,7 +105,8 @@ impl VisibleLines {
         self.intervals.resize(2 * least + 16, Interval::UNIT);
     }
 
-    /// Makes those of all lines that count visible as a whole; after [`VisibleLines::reset`].
+    /// Makes those lines wholly visible for which `counts` is true; all lines must be hidden
+    /// before, as [`VisibleLines::reset`] leaves them.
     #[inline]
     pub(crate) fn put_all_whole(&mut self, counts: impl Iterator<Item = bool>) {
         let most = self.spans.len();

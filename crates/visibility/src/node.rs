@@ -1,9 +1,11 @@
-//! Memory layout of the hierarchy: nodes of eight boxes, leaves of up to eight triangles.
+//! The memory layout of the hierarchy: nodes of eight boxes, and leaves of up to eight triangles,
+//! both as structures of arrays so that one vector instruction handles all eight.
 
 use crate::build::Bounds;
 
-/// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
-/// a time. Depends on the geometry alone; `docs/decisions/010-dense-shafts.md`.
+/// The largest number of triangles in a shaft that is not dense. In a dense shaft, lines walk the
+/// hierarchy themselves, a few at a time. Whether a shaft is dense depends on the geometry alone,
+/// so that results do not depend on the machine; see `docs/decisions/010-dense-shafts.md`.
 pub(crate) const DENSE: usize = 224;
 
 /// Eight boxes side by side, and what is in them.
@@ -21,17 +23,17 @@ pub(crate) struct Node {
     pub(crate) valid: u8,
     /// A bit for each box that holds a leaf.
     pub(crate) leaf: u8,
-    /// A bit for each box with so many triangles that a shaft around it is
-    /// [dense](DENSE).
+    /// A bit for each box that holds more than [`DENSE`] triangles, so that a shaft around it is
+    /// dense.
     pub(crate) dense: u8,
-    /// A bit for each box with a triangle of a fine surface.
+    /// A bit for each box that holds a triangle of a fine surface.
     pub(crate) fine: u8,
-    /// A bit for each box with no other triangles.
+    /// A bit for each box in which all triangles belong to fine surfaces.
     pub(crate) all_fine: u8,
 }
 
 impl Node {
-    /// Returns one of its boxes.
+    /// Returns the box in `lane`.
     pub(crate) fn bounds_of(&self, lane: usize) -> Bounds {
         Bounds {
             lo: [0, 1, 2].map(|axis| self.bounds[axis][lane]),
@@ -39,7 +41,7 @@ impl Node {
         }
     }
 
-    /// Puts another box in the place of one.
+    /// Replaces the box in `lane`.
     pub(crate) fn set_bounds(&mut self, lane: usize, bounds: &Bounds) {
         let rows = bounds.lo.iter().chain(&bounds.hi);
         for (row, x) in self.bounds.iter_mut().zip(rows) {
@@ -53,7 +55,8 @@ impl Node {
         (0..8).filter(move |lane| valid >> lane & 1 != 0)
     }
 
-    /// Returns the node for a list in which `nodes` nodes and `leaves` leaves precede those in it.
+    /// Returns the node with its children's indices shifted, for a list in which `nodes` nodes and
+    /// `leaves` leaves precede the ones that this node refers to.
     pub(crate) fn renumbered(mut self, nodes: usize, leaves: usize) -> Self {
         for lane in self.lanes() {
             let old = Child(self.child[lane]);
@@ -67,12 +70,14 @@ impl Node {
     }
 }
 
-/// A node or a leaf.
+/// A reference to a node or a leaf, in 32 bits: for a node its index; for a leaf a high bit, the
+/// leaf's index, and in the last three bits the number of its triangles minus one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Child(pub(crate) u32);
 
 impl Child {
+    /// The bit of a reference to a leaf.
     const LEAF: u32 = 1 << 31;
 
     pub(crate) fn node(index: usize) -> Self {
@@ -94,7 +99,7 @@ impl Child {
         self.0 & Self::LEAF != 0
     }
 
-    /// Index of the node, or of the leaf.
+    /// The index of the node or of the leaf in its list.
     #[inline(always)]
     pub(crate) fn index(self) -> usize {
         if self.is_leaf() {
@@ -104,13 +109,13 @@ impl Child {
         }
     }
 
-    /// Index of what is known to be a leaf.
+    /// The index of a reference that is known to be to a leaf.
     #[inline(always)]
     pub(crate) fn leaf_index(self) -> usize {
         ((self.0 & !Self::LEAF) >> 3) as usize
     }
 
-    /// The names of a leaf's triangles: leaf × 8 + lane.
+    /// The slots of a leaf's triangles, by which they are known in this crate: leaf × 8 + lane.
     #[inline(always)]
     pub(crate) fn slots(self) -> [u32; 8] {
         let first = self.0 & !Self::LEAF & !7;
@@ -121,13 +126,13 @@ impl Child {
         slots
     }
 
-    /// A bit for each triangle in use.
+    /// For a leaf, a bit for each lane that holds a triangle.
     #[inline(always)]
     pub(crate) fn mask(self) -> u8 {
         0xff >> (7 - (self.0 & 7))
     }
 
-    /// Number of triangles.
+    /// The number of a leaf's triangles.
     #[inline(always)]
     pub(crate) fn count(self) -> u32 {
         (self.0 & 7) + 1
@@ -138,8 +143,8 @@ impl Child {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
-    /// x, y, z of vertex 0, then of 1 and 2, relative to the hierarchy's origin. Lanes that are
-    /// not in use repeat the first.
+    /// The rows x, y, z of vertex 0, then of vertices 1 and 2, relative to the hierarchy's origin.
+    /// Lanes that are not in use repeat the first.
     pub(crate) vertices: [[f32; 8]; 9],
     /// The triangles' numbers in the caller's list.
     pub(crate) id: [u32; 8],

@@ -1,4 +1,6 @@
-//! The occluders of a scene: triangles under a hierarchy of boxes.
+//! [`Occluders`], the public entry to this crate: how the hierarchy over a scene's triangles is
+//! built, refitted and configured. The queries are methods of it in the modules of rays, shafts and
+//! holes.
 
 use crate::{
     build::{self, Bounds, BuildOptions, Geometry},
@@ -14,17 +16,17 @@ use std::sync::Arc;
 
 /// The triangles of a scene, ready for ray and line queries.
 ///
-/// Vertices are stored as `f32`. Those given as `f32` are stored exactly: no query moves or rounds
-/// them. Those given as `f64` ([`Occluders::build_with`], [`Occluders::refit`]) are rounded once,
-/// relative to an [origin](Occluders::origin) in their middle; points and lights stay `f64`, and
-/// are in the coordinates that vertices were given in. Triangles that can hide nothing (a vertex
-/// that is not finite, an index out of range, two vertices in one place) are left out and counted.
-/// Three distinct vertices on a line stay: they hide next to nothing, but keep the seam between
-/// their neighbours closed.
+/// Vertices are stored as `f32`. Vertices given as `f32` are stored exactly: no query moves or
+/// rounds them. Vertices given as `f64` ([`Occluders::build_with`], [`Occluders::refit`]) are
+/// rounded once, relative to an [origin](Occluders::origin) in their middle; points and lights stay
+/// `f64`, and are in the coordinates that the vertices were given in. Triangles that can hide
+/// nothing (a vertex that is not finite, an index out of range, two vertices at the same position)
+/// are left out and counted. Triangles with three distinct vertices on one line stay: they hide
+/// next to nothing, but keep the seam between their neighbours closed.
 ///
-/// Beside solid triangles they may have others, into which a filter cuts holes
-/// ([`Occluders::with_holes`]). Where there are none, no query costs more than a branch. A clone
-/// shares the hierarchies.
+/// In addition to solid triangles, there may be triangles into which a filter cuts holes
+/// ([`Occluders::with_holes`]). Without them, queries pay no more than a branch for the feature. A
+/// clone shares the hierarchies.
 #[derive(Clone, Debug, Default)]
 pub struct Occluders {
     pub(crate) bvh: Bvh,
@@ -39,10 +41,11 @@ pub struct Occluders {
 impl Occluders {
     /// Builds the hierarchy over triangles given by their corners' positions.
     ///
-    /// Triangles that can hide nothing are left out: those with two corners in one place, those
-    /// with a coordinate that is not finite, and those with a corner of which there is no position.
-    /// The last are a mistake, which no answer shows: [`Occluders::out_of_range`] counts them, and
-    /// [`Occluders::left_out`] all.
+    /// Triangles that can hide nothing are left out: those with two corners at the same position,
+    /// with a coordinate that is not finite, or with a corner index that has no position. An index
+    /// without a position is a mistake of the caller that no query reports:
+    /// [`Occluders::out_of_range`] counts such triangles, and [`Occluders::left_out`] counts all
+    /// that were left out.
     ///
     /// ```
     /// use linelit_visibility::Occluders;
@@ -54,25 +57,25 @@ impl Occluders {
     /// ```
     ///
     /// Called in a thread of a rayon pool, it uses that pool's threads; the result is the same to
-    /// the bit. Time is expected to be n log n for any input, and memory at the peak 97 bytes a
-    /// triangle beside what is passed, about 125 on several threads, and some 40 more where closed
-    /// meshes are fine enough to be seen by their silhouettes. Building works for all finite
-    /// corners; answers are right for coordinates up to 2⁶⁰, which are all that scene files may
-    /// have, and those of rays up to 1e30 along them.
+    /// the bit. The expected time is n log n for any input. At its peak it needs 97 bytes of memory
+    /// per triangle in addition to the arguments, about 125 on several threads, and some 40 more
+    /// where closed meshes are fine enough that queries use their silhouettes. Building works for
+    /// all finite corners; answers of queries are right for coordinates up to 2⁶⁰, which is the
+    /// limit for scene files too, and answers of rays up to a distance of 1e30 along them.
     ///
     /// # Panics
-    /// If there are more than 2²⁸ leaves, which takes as many triangles at least.
+    /// If there are more than 2²⁸ leaves, which takes at least as many triangles.
     #[must_use]
     pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         Self::build_with(positions, triangles, BuildOptions::default())
     }
 
-    /// Builds the hierarchy for rays alone, without what shafts know of closed and fine meshes: a
-    /// third of the memory, and more of the time.
+    /// Builds a hierarchy for rays alone, without the data about closed and fine meshes that only
+    /// shafts use: these are a third of the memory, and take more than a third of the time.
     ///
-    /// Rays get the same answers, to the bit. Shafts are answered, too, but look at more triangles:
-    /// those that hide nothing which others do not hide are not told apart, there are no
-    /// silhouettes, and interval ends past more than 224 triangles agree up to rounding.
+    /// Rays get the same answers, to the bit. Shafts can be queried too, but test more triangles:
+    /// back faces of closed meshes are not left out, there are no silhouettes, and the ends of
+    /// intervals past more than 224 triangles agree up to rounding.
     #[must_use]
     pub fn build_for_rays(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let options = BuildOptions {
@@ -82,7 +85,7 @@ impl Occluders {
         Self::build_with(positions, triangles, options)
     }
 
-    /// Builds the hierarchy as `options` tell, over vertices of any type.
+    /// Builds the hierarchy with `options`, over vertices of any type that has three coordinates.
     ///
     /// ```
     /// use linelit_visibility::{BuildOptions, Occluders};
@@ -106,18 +109,21 @@ impl Occluders {
         occluders
     }
 
-    /// Moves the triangles to new positions of their corners, with those in the same order as when
-    /// they were built. Triangles are left out as in [`Occluders::build`].
+    /// Moves the triangles to new positions of their corners, and keeps the structure of the tree.
     ///
-    /// Answers are those of a fresh [`Occluders::build`], to the bit, but that of a shaft with
-    /// nothing hidden it may depend on the tree whether it is known to be empty; where more than
-    /// 224 triangles are between a point and a light, to the rounding of interval ends, for what is
-    /// looked at one by one there depends on the tree. Boxes are made anew under the tree that
-    /// stands. This takes less than half of the time of building, most of it to find closed meshes
-    /// again; the farther triangles go from their neighbours, the more boxes overlap, and the
-    /// longer queries take. Where other triangles than before can hide something (a vertex has
-    /// become finite, or two have met), or a clone shares the hierarchy, it is built anew.
+    /// `triangles` must be in the same order as when the hierarchy was built. Triangles are left
+    /// out as in [`Occluders::build`]. If other triangles than before can hide something (a vertex
+    /// has become finite, or two have met), or if a clone shares the hierarchy, it is built anew.
     /// Triangles with holes stay as they are.
+    ///
+    /// Answers are those of a fresh [`Occluders::build`], to the bit, with two exceptions: whether
+    /// a shaft in which nothing is hidden is known to be empty may depend on the tree; and where
+    /// more than 224 triangles are between a point and a light, the ends of intervals agree up to
+    /// rounding, since the tree determines which triangles are tested one by one there.
+    ///
+    /// Refitting takes less than half of the time of building, most of it to find closed meshes
+    /// again. The farther triangles move from their neighbours, the more boxes overlap, and the
+    /// longer queries take.
     pub fn refit<V: Vector3 + Copy + Sync>(&mut self, positions: &[V], triangles: &[[u32; 3]]) {
         let Rounded {
             positions,
@@ -129,7 +135,11 @@ impl Occluders {
         self.bvh.origin += origin;
     }
 
+    /// Does the work of [`Self::refit`] for vertices that are `f32`, relative to the origin that
+    /// [`Rounded`] has chosen.
     fn refit_singles(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
+        // Find the triangles that can hide something; the tree can stay if they are the ones in its
+        // leaves.
         let (kept, found) = Kept::find_all(positions, triangles);
         let bvh = &mut self.bvh;
         let leaves = &bvh.hierarchy.leaves;
@@ -138,6 +148,7 @@ impl Occluders {
             && found.count == self.triangle_count
             && used.all(|id| kept.get(id as usize) == Some(&true));
         let (count, Bounds { lo, hi }) = (found.count, found.bounds);
+        // Choose the origin, and measure how far coordinates are from it.
         let origin = exact_origin(lo, hi);
         let mut extent = 0.0_f32;
         for (x, origin) in [lo, hi].into_iter().flat_map(|v| v.into_iter().zip(origin)) {
@@ -151,6 +162,7 @@ impl Occluders {
             origin,
             extent,
         };
+        // Refit the tree, or build a new one; a hierarchy that clones share is not touched.
         if Arc::get_mut(&mut bvh.hierarchy).is_none() {
             bvh.hierarchy = Arc::default();
         }
@@ -164,15 +176,16 @@ impl Occluders {
         bvh.origin = DVec3::from(origin.map(f64::from));
         bvh.extent = extent.into();
         bvh.largest_inverse = largest_inverse_at(extent.into());
-        // Eight more places, as packed stores write eight at a time.
+        // Eight more entries, as packed stores write eight at a time.
         bvh.stack_size = 16 * depth(&bvh.hierarchy.nodes) + 32;
         self.triangle_count = count;
         self.left_out = triangles.len() - count;
         self.out_of_range = found.out_of_range;
     }
 
-    /// Builds the hierarchy over triangles that another has found, such as those
-    /// `Between` a point and a light, in the order in which they come.
+    /// Builds the hierarchy over triangles that another hierarchy has found, such as those
+    /// [`Between`](crate::Between) a point and a light. Their numbers are their positions in the
+    /// iterator.
     #[must_use]
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
         let positions: Vec<_> = triangles.into_iter().flatten().collect();
@@ -181,15 +194,16 @@ impl Occluders {
         Self::build(&positions, &triangles)
     }
 
-    /// Moves all triangles, without rounding what is stored: `by` is added to the
-    /// [origin](Occluders::origin). For those with holes, before [`Occluders::with_holes`].
+    /// Moves all triangles without rounding what is stored: `by` is added to the
+    /// [origin](Occluders::origin). Triangles with holes do not move; move them by themselves
+    /// before passing them to [`Occluders::with_holes`].
     #[must_use]
     pub fn moved(mut self, by: DVec3) -> Self {
         self.bvh.origin += by;
         self
     }
 
-    /// The number of triangles of their own that can hide something.
+    /// The number of solid triangles that can hide something; triangles with holes are not counted.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
@@ -201,8 +215,8 @@ impl Occluders {
         self.left_out
     }
 
-    /// The number of triangles that were left out because there is no position of one of their
-    /// corners: more than zero says that the indices belong to other positions.
+    /// The number of triangles that were left out because one of their corner indices has no
+    /// position. If it is not zero, the indices probably belong to other positions.
     #[must_use]
     pub fn out_of_range(&self) -> usize {
         self.out_of_range
@@ -216,14 +230,15 @@ impl Occluders {
         self.bvh.origin
     }
 
-    /// What rounding did to the vertices that triangles use: nothing, if they were `f32`.
+    /// How far rounding to `f32` moved the vertices that triangles use; zero if they were given as
+    /// `f32`.
     #[must_use]
     pub const fn rounding(&self) -> Rounding {
         self.rounding
     }
 
-    /// Bytes that the hierarchy and its copy of the triangles take, with those of triangles with
-    /// holes; filters have their own.
+    /// The bytes of memory that the hierarchies take, copies of the triangles and triangles with
+    /// holes included; the memory of filters is not counted.
     #[must_use]
     pub fn memory(&self) -> usize {
         let own = self.bvh.hierarchy.memory();
@@ -239,8 +254,8 @@ impl Occluders {
         self.bvh.isa.name()
     }
 
-    /// Uses no instruction set beyond `limit`, which is for tests and measurements: results do
-    /// not depend on it.
+    /// Restricts queries to instruction sets up to `limit`. This is for tests and measurements:
+    /// results do not depend on the instruction set.
     #[must_use]
     pub fn limited_to(mut self, limit: InstructionSet) -> Self {
         self.bvh.isa = Isa::detect(limit);
@@ -252,11 +267,13 @@ impl Occluders {
         self
     }
 
-    /// Replaces the triangles with holes by these, into which a filter cuts holes. Those of
-    /// `triangles` that have holes themselves are left out. The numbers that
-    /// [`Hit::triangle`](crate::Hit::triangle) and the filter get are those of the list that
-    /// `triangles` were built from: to tell both kinds apart, build both from one list, with unused
-    /// corner indices (without a position) in place of the triangles that are not meant.
+    /// Sets the triangles into which `filter` cuts holes, in place of any that were set before. If
+    /// `triangles` has triangles with holes itself, those are left out.
+    ///
+    /// [`Hit::triangle`](crate::Hit::triangle) and the filter get the numbers of the list that
+    /// `triangles` was built from. To be able to tell solid triangles from those with holes, build
+    /// both hierarchies from one list, and replace in each the triangles of the other kind by ones
+    /// with a corner index that has no position: these are left out, and numbers stay.
     #[must_use]
     pub fn with_holes(mut self, triangles: Self, filter: SharedFilter) -> Self {
         let bvh = triangles.bvh;
@@ -265,11 +282,11 @@ impl Occluders {
     }
 }
 
-/// Triangles that are looked at in one go.
+/// The number of triangles that one parallel task handles.
 const AT_ONCE: usize = 1 << 14;
 
-/// The triangles that can hide something: their number and their box, and the number of those with
-/// a corner that has no position.
+/// Totals over the triangles that can hide something: their number and their box; and the number of
+/// triangles with a corner index that has no position.
 struct Kept {
     count: usize,
     out_of_range: usize,
@@ -283,7 +300,7 @@ impl Kept {
         bounds: Bounds::EMPTY,
     };
 
-    /// Finds which of all triangles can hide something, and their totals.
+    /// Finds which triangles can hide something (true in the list), and the totals.
     fn find_all(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> (Vec<bool>, Self) {
         let mut kept = vec![false; triangles.len()];
         let parts = pool::stretches_of(&mut kept, AT_ONCE, &|first, kept| {
@@ -292,7 +309,7 @@ impl Kept {
         (kept, parts.into_iter().fold(Self::NONE, Self::and))
     }
 
-    /// Finds which of the first triangles can hide something, as many as `kept` has room for.
+    /// Finds which of the first `kept.len()` triangles can hide something, and their totals.
     fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]], kept: &mut [bool]) -> Self {
         let mut found = Self::NONE;
         for (corners, kept) in triangles.iter().zip(kept) {
@@ -319,7 +336,7 @@ impl Kept {
     }
 }
 
-/// The vertices of a triangle that can hide something.
+/// The vertices of a triangle, or `None` if it can hide nothing (see [`Occluders::build`]).
 #[inline(always)]
 fn occludes(positions: &[[f32; 3]], &[a, b, c]: &[u32; 3]) -> Option<[[f32; 3]; 3]> {
     let vertex = |corner: u32| positions.get(corner as usize).copied();
@@ -330,9 +347,10 @@ fn occludes(positions: &[[f32; 3]], &[a, b, c]: &[u32; 3]) -> Option<[[f32; 3]; 
     (finite && distinct).then_some(t)
 }
 
-/// A point near the middle of the scene from which every coordinate has an `f32` difference
-/// without rounding: on an axis where all coordinates are within a factor of two of each other
-/// (Sterbenz), their middle; else zero. Keeps boxes tight far from the world's origin.
+/// A point near the middle of the scene from which every coordinate differs by an `f32` without
+/// rounding: on an axis where all coordinates are within a factor of two of each other, their
+/// middle (by Sterbenz' lemma the difference is exact); on other axes zero. This keeps boxes tight
+/// far from the world's origin.
 fn exact_origin(lo: [f32; 3], hi: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| {
         let (lo, hi) = (lo[axis], hi[axis]);
@@ -345,10 +363,10 @@ fn exact_origin(lo: [f32; 3], hi: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// The number of nodes on the longest way down.
+/// The number of nodes on the longest path from the root to a leaf.
 fn depth(nodes: &[Node]) -> usize {
     let mut below = vec![1; nodes.len()];
-    // Children stand behind their parents.
+    // Children come after their parents in the list.
     for (at, node) in nodes.iter().enumerate().rev() {
         for child in node.lanes().map(|lane| Child(node.child[lane])) {
             if !child.is_leaf() {

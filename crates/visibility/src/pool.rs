@@ -1,21 +1,21 @@
-//! Sharing out work among the threads of the pool that the caller runs in.
+//! Distribution of work among the threads of the rayon pool that the caller runs in.
 //!
 //! A library starts no thread: called from a thread of a rayon pool it uses that pool's threads,
-//! and called from any other thread it runs everything there. (Asked outside of a pool, rayon
-//! itself would start one for all processors.) What is shared out here gives the same bits however
-//! it is shared out.
+//! and called from any other thread it runs everything there. (Rayon itself, called from outside of
+//! a pool, would start one for all processors.) Results have the same bits however the work is
+//! distributed.
 
 use linelit_geometry::stop;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 use std::ops::Range;
 
-/// Whether the caller has no other threads.
+/// Whether there are no other threads to use.
 pub(crate) fn is_alone() -> bool {
     rayon::current_thread_index().is_none() || rayon::current_num_threads() == 1
 }
 
-/// Runs both, at once if there are threads for it.
+/// Runs both closures, in parallel if there are threads for it.
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
@@ -28,7 +28,7 @@ pub(crate) fn join<A: Send, B: Send>(
     }
 }
 
-/// Items made by `f` of their numbers, in order; by each thread no fewer than `least` at a time.
+/// Collects `f(k)` for all `k < count`, in order; each task computes at least `least` items.
 pub(crate) fn collect<T: Send>(
     count: usize,
     least: usize,
@@ -48,7 +48,8 @@ pub(crate) fn collect<T: Send>(
     }
 }
 
-/// Applies `f` to stretches of at most `size` numbers below `count`; results are in order.
+/// Applies `f` to consecutive ranges of at most `size` numbers that together cover `0..count`;
+/// results are in order.
 pub(crate) fn stretches<T: Send>(
     count: usize,
     size: usize,
@@ -58,8 +59,8 @@ pub(crate) fn stretches<T: Send>(
     collect(count.div_ceil(size), 1, &stretch)
 }
 
-/// Applies `f` to stretches of at most `size` items, with the index of the first of each, and
-/// returns the results in order.
+/// Applies `f` to consecutive parts of `items` of at most `size` items, with the index of the first
+/// item of each, and returns the results in order.
 pub(crate) fn stretches_of<T: Send, R: Send>(
     items: &mut [T],
     size: usize,

@@ -1,25 +1,25 @@
-//! Vertices of any kind, as the hierarchy stores them: in single precision, relative to an origin.
+//! Conversion of vertices of any type to what the hierarchy stores: `f32` relative to an origin.
 
 use crate::pool;
 use linelit_geometry::{DVec3, Rounding, Vector3, origin_of_box};
 use std::borrow::Cow;
 
-/// Vertices relative to their origin.
+/// Vertices in `f32` relative to an origin, and how far rounding moved them.
 pub(crate) struct Rounded<'a> {
     pub(crate) positions: Cow<'a, [[f32; 3]]>,
     pub(crate) origin: DVec3,
     pub(crate) rounding: Rounding,
 }
 
-/// Triangles or vertices that are looked at in one go.
+/// The number of triangles or vertices that one parallel task handles.
 const AT_ONCE: usize = 1 << 14;
 
-/// The most triangles whose edges the median is of.
+/// The number of triangles, at most, whose sides the median length is taken from.
 const MEASURED: usize = 1 << 12;
 
 impl<'a> Rounded<'a> {
-    /// Rounds vertices; those that are single are taken as they are. The origin is that of the box
-    /// around the vertices that triangles use.
+    /// Rounds the vertices; vertices that are `f32` already are borrowed as they are. The origin is
+    /// that of the box around the vertices that triangles use ([`origin_of_box`]).
     pub(crate) fn new<V: Vector3 + Copy + Sync>(
         positions: &'a [V],
         triangles: &[[u32; 3]],
@@ -51,6 +51,7 @@ impl<'a> Rounded<'a> {
             all.map(moved).fold(0.0, f64::max)
         });
         let displacement = moved.into_iter().fold(0.0, f64::max);
+        // Compare the displacement with the sides of a sample of triangles.
         let every = triangles.len().div_ceil(MEASURED).max(1);
         let measured = triangles.iter().step_by(every).filter_map(used);
         let sides = measured.flat_map(|[a, b, c]| [a.distance(b), b.distance(c), c.distance(a)]);
@@ -62,7 +63,7 @@ impl<'a> Rounded<'a> {
     }
 }
 
-/// A box with nothing in it.
+/// The box around no points, as its lowest and highest corner.
 const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 /// The corners of a triangle that can hide something, before rounding.

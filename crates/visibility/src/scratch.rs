@@ -1,4 +1,4 @@
-//! Buffers that queries reuse, so that none allocates once they have grown.
+//! [`Scratch`]: the buffers that queries reuse, so that none allocates once the buffers have grown.
 
 use crate::counters::Counters;
 use crate::holes::filtered::PastScratch;
@@ -10,7 +10,7 @@ use crate::shaft::seen::Seen;
 use crate::shaft::sweep::LineScratch;
 use crate::silhouettes::outline::OutlineScratch;
 
-/// Working memory and work counters of one thread's queries.
+/// The working memory and work counters of one thread's queries.
 #[derive(Debug, Default)]
 pub struct Scratch {
     /// The work that the queries through this scratch have done so far.
@@ -26,16 +26,18 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Empty buffers.
+    /// Creates empty buffers.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Forgets which triangles met the latest ray: rays from the same point try those first.
+    /// Forgets which triangles met the latest ray. Rays from the same point try those triangles
+    /// first.
     ///
-    /// Answers are the same with and without it. [`Scratch::counters`] are not: called before each
-    /// estimate, they depend on that estimate alone, and not on what the thread did before.
+    /// Answers are the same with and without it, but [`Scratch::counters`] are not: if it is called
+    /// before each estimate, the counters depend on that estimate alone, and not on what the thread
+    /// did before.
     pub const fn forget_latest(&mut self) {
         self.rays.last = None;
     }

@@ -1,11 +1,21 @@
-//! Fine meshes as surfaces: which triangles are neighbours, and which way they all face.
+//! Fine meshes as surfaces: which triangles are neighbours, and which way the triangles under each
+//! node face. Shafts use this to find silhouettes without a visit to every triangle.
 //!
-//! What a triangle hides of a line begins at one of its sides and ends at another. Where two
-//! neighbours lie on either side of the side they share, as nearly everywhere, one goes on where
-//! the other ends; the number of layers over a line changes only at the sides of which both lie on
-//! one side, the surface's *silhouette* as seen from the shading point, and at its edges. A node
-//! keeps bounds of the planes of all triangles in it and next to it: where they all face the
-//! shading point, or all face away, and none has an edge, nothing changes.
+//! The part of a line that a triangle hides begins at one of the triangle's sides and ends at
+//! another. Nearly everywhere, two neighbours lie on either side of the side that they share, so
+//! that the one's part ends where the other's begins. The number of layers over a line changes only
+//! at sides with both neighbours on one side of them, which are the surface's *silhouette* as seen
+//! from the shading point, and at the surface's edges:
+//!
+//! ```text
+//!       goes on: no event             silhouette: two layers begin
+//!      ─────────┬─────────                   ┌─────────
+//!        A      │     B                      │ A over B
+//!      ─────────┴─────────                   └─────────
+//! ```
+//!
+//! Each node stores bounds of the planes of all triangles in it and next to it: where they all face
+//! the shading point, or all face away, and none has an edge, the number of layers changes nowhere.
 
 use crate::{
     build::{Bounds, Geometry, index, least, most},
@@ -17,62 +27,70 @@ use linelit_geometry::{DVec3, glam::Vec3};
 use linelit_simd::Simd;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The least number of triangles in a fine surface: smaller ones are tested one by one.
-/// `docs/decisions/015-silhouettes-of-fine-meshes.md`.
+/// The least number of triangles in a fine surface; triangles of smaller surfaces are tested one by
+/// one. See `docs/decisions/015-silhouettes-of-fine-meshes.md`.
 pub(crate) const FINE: u32 = 1024;
 
-/// The largest part, one in so many, of triangles that may belong to no fine surface: with more,
-/// all are tested one by one, since these have to be in any case and hide most silhouettes.
+/// Surfaces are used only if at most one in `LOOSE` triangles belongs to no fine surface. With
+/// more, all triangles are tested one by one, since the others have to be tested in any case and
+/// hide most silhouettes.
 pub(crate) const LOOSE: u32 = 8;
 
-/// The least number of triangles per edge in a fine surface: others are tested one by one.
+/// The least number of triangles per edge (a side without exactly one neighbour) in a fine surface;
+/// triangles of surfaces with more edges are tested one by one.
 pub(crate) const MOSTLY: u32 = 4;
 
-/// A side of a triangle that belongs to no surface.
+/// The code of the sides of a triangle that belongs to no fine surface.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// A side of a surface's triangle that has no other triangle beyond it, or several.
+/// The code of a side with no other triangle beyond it, or with several.
 pub(crate) const EDGE: u32 = u32::MAX - 2;
 
-/// Height of a triangle, as a fraction of its longest side and of the scene, from which the way it
-/// faces is known in `f64` where [`FACING_ROOM`] says so.
+/// The least height of a triangle, as a fraction of its longest side and of a tenth of the scene,
+/// from which the sign of its facing in `f64` is right wherever [`FACING_ROOM`] says that it is
+/// known.
 const LEAST_HEIGHT: f64 = 1e-6;
 
-/// Rounding of how far a place is before a triangle's plane, in units of the scene: in `f32`, six
-/// roundings of normals, places and offsets and of products of them, each at most 6e-8 of two
-/// scenes, three axes each, are 4e-6; what `f64` may get wrong of the sign is under 1e-6.
+/// A bound of the rounding error of the distance of a point from a triangle's plane, as a fraction
+/// of the scene's size. In `f32`, six roundings (of normals, points and offsets, and of their
+/// products), each at most 6e-8 of two scenes, on three axes each, are 4e-6; what `f64` may get
+/// wrong of the sign is under 1e-6.
 pub(crate) const FACING_ROOM: f64 = 1e-5;
 
-/// Leaves that are looked at in one go.
+/// The number of leaves that one parallel task handles.
 const AT_ONCE: usize = 1 << 11;
 
-/// The surfaces of a hierarchy.
+/// The fine surfaces of a hierarchy: for each leaf the neighbours of its triangles, for each node
+/// the bounds of the planes below.
 #[derive(Debug, Default)]
 pub(crate) struct Surfaces {
-    /// The neighbours of each leaf's triangles beyond their sides from corner 0 to 1, 1 to 2 and 2
-    /// to 0: the neighbour's leaf × 8 + lane, and in the last bit whether it runs along the side in
-    /// the same direction; [`NONE`] for a triangle of no surface.
+    /// For each leaf, the neighbours of its triangles beyond the sides from corner 0 to 1, 1 to 2
+    /// and 2 to 0: twice the neighbour's slot (leaf × 8 + lane), plus one if the neighbour runs
+    /// along the side in the same direction. [`EDGE`] where there is no neighbour or several;
+    /// [`NONE`] for a triangle of no fine surface.
     pub(crate) sides: Vec<[[u32; 8]; 3]>,
-    /// The angles, for each leaf, by which its triangles' neighbours are bent away: [`bend`].
+    /// For each leaf, how its triangles' neighbours are bent away from the triangles: [`bend`].
     pub(crate) bends: Vec<Bends>,
-    /// The facing of each node's children.
+    /// For each node, the facing of its children.
     pub(crate) facing: Vec<Facing>,
-    /// The stretches of the caller's numbers that are triangles of surfaces: first, and beyond.
+    /// The ranges of the caller's triangle numbers that belong to surfaces: the first number, and
+    /// the one after the last.
     ranges: Vec<[u32; 2]>,
 }
 
-/// Bounds of the planes of the triangles in each child of a node and next to them.
+/// Bounds of the planes of the triangles in each child of a node and of their neighbours.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Facing {
-    /// Unit normals, all of a mesh turned alike: least x, y, z, then greatest.
+    /// Bounds of the unit normals, all of one mesh oriented alike: least x, y, z, then greatest.
     pub(crate) normal: [[f32; 8]; 6],
-    /// The distances from the planes to the middle of the child's box, before it, at least and at
-    /// most; infinite where nothing is known.
+    /// The least and the greatest signed distance from the middle of the child's box to the planes,
+    /// along their normals; infinite where it is not known.
     pub(crate) offset: [[f32; 8]; 2],
 }
 
 impl Facing {
+    /// The facing of children below which there are no triangles of surfaces.
     const NOTHING: Self = Self {
         normal: [
             [2.0; 8], [2.0; 8], [2.0; 8], [-2.0; 8], [-2.0; 8], [-2.0; 8],
@@ -80,7 +98,7 @@ impl Facing {
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
     };
 
-    /// Extends the facing of a child by that of some leaves.
+    /// Extends the facing of the child in `lane` by what some leaves below it contribute.
     fn add(&mut self, lane: usize, way: &Way) {
         for axis in 0..3 {
             let [x, y] = way.normals[axis];
@@ -92,13 +110,13 @@ impl Facing {
     }
 }
 
-/// The facing of a child of a node, as some of the leaves in it determine it.
+/// The facing of one child of a node, accumulated over some of the leaves below it.
 struct Way {
-    /// The node × 8 + lane.
+    /// The child's slot: node × 8 + lane.
     slot: u32,
-    /// The middle of its box.
+    /// The middle of the child's box.
     middle: DVec3,
-    /// Whether it is a leaf of nothing but triangles of surfaces.
+    /// Whether the child is a leaf in which all triangles belong to surfaces.
     is_all_fine: bool,
     /// The bounds of the normals and offsets, as in [`Planes`] and [`Facing`].
     normals: [[f32; 2]; 3],
@@ -106,6 +124,7 @@ struct Way {
 }
 
 impl Way {
+    /// Begins with the facing of a child below which no planes have been seen yet.
     fn new(slot: u32, nodes: &[Node]) -> Self {
         let Bounds { lo, hi } = nodes[slot as usize / 8].bounds_of(slot as usize % 8);
         // The same bits as for eight at a time.
@@ -119,7 +138,7 @@ impl Way {
         }
     }
 
-    /// Takes in planes; `None` faces any way.
+    /// Extends the bounds by the planes of a leaf; `None` means that their facing is not known.
     fn add(&mut self, planes: Option<&Planes>) {
         let Some(planes) = planes else {
             self.offset = [f32::NEG_INFINITY, f32::INFINITY];
@@ -137,8 +156,8 @@ impl Way {
     }
 }
 
-/// A normal as a triangle's corners run, of unit length; not a number where rounding may decide
-/// which way it faces.
+/// The unit normal of a triangle in the orientation of its corners; not a number where the triangle
+/// is so thin, for the scene's `size`, that rounding may decide which way it faces.
 fn normal([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
     let normal = (b - a).cross(c - a);
     let squared = normal.length_squared();
@@ -151,12 +170,12 @@ fn normal([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
     }
 }
 
-/// The planes of a leaf's triangles and those next to them.
+/// The planes of a leaf's triangles and of their neighbours.
 #[derive(Debug)]
 struct Planes {
     count: usize,
-    /// x, y and z of the normals, and the offsets; a whole number of fours, of which the last
-    /// repeat the first.
+    /// The rows x, y and z of the normals, and the offsets. Their number is rounded up to a
+    /// multiple of four; the padding repeats the first.
     rows: [[f64; Self::MOST]; 4],
     /// The least and the greatest component of the normals on each axis.
     normals: [[f32; 2]; 3],
@@ -176,7 +195,8 @@ impl Planes {
         (self.count, self.normals) = (0, Self::NONE.normals);
     }
 
-    /// Adds that with a normal through a place, and tells whether it is known.
+    /// Adds the plane with `normal` through `place`, and returns whether the plane is known (its
+    /// normal is a number).
     fn add(&mut self, normal: Vec3, place: DVec3) -> bool {
         let own = normal.to_array();
         for ((bounds, row), x) in self.normals.iter_mut().zip(&mut self.rows).zip(own) {
@@ -189,7 +209,7 @@ impl Planes {
         !offset.is_nan()
     }
 
-    /// Fills up to a whole number of fours.
+    /// Pads the rows to a multiple of four, with copies of the first plane.
     fn fill_up(&mut self) {
         let rest = self.count..self.count.next_multiple_of(4);
         for row in &mut self.rows {
@@ -198,12 +218,13 @@ impl Planes {
         }
     }
 
-    /// Returns how far the planes are before a place, at least and at most.
+    /// Returns the least and the greatest signed distance from the point `place` to the planes,
+    /// along their normals.
     #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
     fn offsets(&self, place: DVec3) -> [f32; 2] {
         let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
         let [x, y, z, offset] = &self.rows;
-        // Four side by side, which one after the other would not be taken for.
+        // Four independent minima and maxima, so that the compiler vectorizes the loop.
         for first in (0..self.count).step_by(4) {
             for lane in 0..4 {
                 let k = first + lane;
@@ -221,24 +242,25 @@ impl Planes {
 /// The [bends](bend) of the neighbours beyond the sides of a leaf's triangles.
 pub(crate) type Bends = [[u16; 8]; 3];
 
-/// The bend of a neighbour for which it is not known: not a number.
+/// The bend where it is not known: not a number.
 const UNKNOWN: u16 = 0x7fc0;
 
-/// The bit of a bend that tells whether the neighbour lies within the box of the leaf made three
-/// times as large.
+/// The last bit of a bend, set if the neighbour lies within the leaf's box enlarged threefold.
 pub(crate) const NEAR: u16 = 1;
 
-/// The relative error of a bend at most, from the lower half of the `f32` and the last bit.
+/// The largest relative error of a bend: it has only the upper half of an `f32`, and the last bit
+/// is not part of the value.
 pub(crate) const BEND_ROOM: f32 = 1.0 / 64.0;
 
-/// Returns how a neighbour is bent away from a triangle's plane beyond one of its sides, as its
-/// corners run: the tangent of the angle over the side's length, as the upper half of an `f32`; not
-/// a number if that angle is over 45° or a unit normal is missing.
+/// Returns how a neighbour is bent away from a triangle's plane beyond one of its sides: the
+/// tangent of the angle between the planes over the side's length, as the upper half of an `f32`.
+/// Not a number if the angle is over 45° or a unit normal is missing. The sign follows the
+/// orientation of the corners.
 ///
-/// With N the normal of the triangle as its corners run, e the side, and A the way to it from a
-/// place: N·A tells how far that place is behind the triangle's plane, and N·A + bend N·(A × e) how
-/// far it is behind the neighbour's, each up to a factor. Unit normals that are rounded to `f32`
-/// turn by ε = 2⁻²⁴ each: the tangent is off by 4 ε.
+/// With N the triangle's normal, e the side's vector, and A the vector from a shading point to the
+/// side, N·A says how far the point is behind the triangle's plane, and N·A + bend N·(A × e) how
+/// far it is behind the neighbour's, each up to a positive factor. Unit normals that are rounded to
+/// `f32` turn by ε = 2⁻²⁴ each, so the tangent is off by 4 ε.
 #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
 pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
     let (own, other) = (own.as_dvec3(), other.as_dvec3());
@@ -251,8 +273,9 @@ pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
 }
 
 impl Surfaces {
-    /// Finds how the fine meshes lie in a hierarchy. The data of their triangles are freed as soon
-    /// as leaves have them: the hierarchy is at its largest then.
+    /// Collects what queries need of the fine meshes in a finished hierarchy, and marks its nodes.
+    /// The lists of the triangles are freed as soon as the leaves have their data, since memory is
+    /// at its peak then.
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         FineTriangles { sides, turned }: FineTriangles,
@@ -265,6 +288,7 @@ impl Surfaces {
         if sides.is_empty() {
             return Self::default();
         }
+        // Collect the ranges of triangle numbers that belong to surfaces.
         let is_fine = (0_u32..).zip(sides.iter().map(|sides| sides[0] != NONE));
         let mut ranges: Vec<[u32; 2]> = Vec::new();
         for (id, _) in is_fine.filter(|(_, is_fine)| *is_fine) {
@@ -273,6 +297,8 @@ impl Surfaces {
                 _ => ranges.push([id, id + 1]),
             }
         }
+        // Bring neighbours and normals into the order of leaves, all normals of a surface oriented
+        // alike.
         let sides = sides_by_leaves(leaves, sides);
         let size = f64::from(geometry.extent);
         let normals = pool::collect(leaves.len(), AT_ONCE, &|at| {
@@ -284,6 +310,8 @@ impl Surfaces {
             })
         });
         drop(turned);
+        // Compute the bends in parallel, and for each stretch of leaves how the nodes above them
+        // face.
         let mut bends = vec![[[UNKNOWN; 8]; 3]; leaves.len()];
         let around = Around {
             leaves,
@@ -294,6 +322,7 @@ impl Surfaces {
         let ways = pool::stretches_of(&mut bends, AT_ONCE, &|first, bends| {
             around.ways(first, bends, nodes, [&above_nodes, &above_leaves])
         });
+        // Combine the facings, and mark the children that hold triangles of surfaces, or only such.
         let mut facing = vec![Facing::NOTHING; nodes.len()];
         for way in ways.iter().flatten() {
             let (at, lane) = (way.slot as usize / 8, way.slot as usize % 8);
@@ -301,6 +330,8 @@ impl Surfaces {
             nodes[at].fine |= 1 << lane;
             nodes[at].all_fine |= u8::from(way.is_all_fine) << lane;
         }
+        // A node is all fine if all its children are; from the leaves up, as children follow their
+        // parents.
         for at in (1..nodes.len()).rev() {
             let slot = above_nodes[at] as usize;
             let all = nodes[at].all_fine == nodes[at].valid;
@@ -314,8 +345,8 @@ impl Surfaces {
         }
     }
 
-    /// Whether lines past them may be answered by their silhouettes: there are some, and none of
-    /// their triangles may be excluded.
+    /// Whether lines may be answered with the silhouettes of surfaces: there are surfaces, and no
+    /// triangle of one is among the `excluded` (the first number, and how many).
     #[inline]
     pub(crate) fn serve(&self, excluded: (u32, u32)) -> bool {
         let (start, count) = excluded;
@@ -327,30 +358,31 @@ impl Surfaces {
         first.is_none_or(|first| start.saturating_add(count) <= first)
     }
 
-    /// Asks for what is known of a leaf's triangles ahead of time.
+    /// Prefetches the data of a leaf's triangles.
     #[inline(always)]
     pub(crate) fn prefetch_leaf<S: Simd>(&self, s: S, index: usize) {
         s.prefetch(&self.bends[index]);
         s.prefetch(&self.sides[index]);
     }
 
-    /// Bytes that they take.
+    /// The bytes of memory that the surfaces take.
     pub(crate) fn memory(&self) -> usize {
         size_of_val(&self.sides[..]) + size_of_val(&self.bends[..]) + size_of_val(&self.facing[..])
     }
 }
 
-/// The hierarchy around the leaves.
+/// The leaves with the neighbours and normals of their triangles.
 struct Around<'a> {
     leaves: &'a [Leaf],
     sides: &'a [[[u32; 8]; 3]],
-    /// The normals of surfaces' triangles, of a surface all turned alike.
+    /// The normals of surfaces' triangles, all of one surface oriented alike.
     normals: Vec<[Vec3; 8]>,
 }
 
 impl Around<'_> {
-    /// Fills in how the neighbours of some leaves' triangles are bent away, and tells how the
-    /// children face that these leaves are in, given where nodes and leaves hang.
+    /// Computes the bends of a stretch of leaves that begins at `first`, and returns the facing of
+    /// all children that these leaves are in; a child that several stretches share is returned by
+    /// each. `above_nodes` and `above_leaves` are the parent slots of nodes and leaves.
     fn ways(
         &self,
         first: usize,
@@ -359,7 +391,8 @@ impl Around<'_> {
         [above_nodes, above_leaves]: [&[u32]; 2],
     ) -> Vec<Way> {
         let mut done: Vec<Way> = Vec::new();
-        // From the root down to the leaf; in the tree's order, few of them change.
+        // The children on the path from the root to the current leaf. Since leaves are in the
+        // tree's order, only the end of the path changes from one to the next.
         let (mut open, mut path): (Vec<Way>, Vec<u32>) = Default::default();
         let mut planes = Planes::NONE;
         for (at, bends) in (first..).zip(bends) {
@@ -367,6 +400,7 @@ impl Around<'_> {
             if fine == 0 {
                 continue;
             }
+            // Find the path to this leaf, and keep the part that it shares with the one before.
             path.clear();
             let mut slot = above_leaves[at];
             while slot != NONE {
@@ -377,6 +411,7 @@ impl Around<'_> {
             let same = same.take_while(|(way, slot)| way.slot == **slot).count();
             done.extend(open.drain(same..));
             open.extend((path.iter().rev().skip(same)).map(|slot| Way::new(*slot, nodes)));
+            // Add the leaf's planes to all children on the path.
             let slot = above_leaves[at] as usize;
             let is_known = self.look(at, &nodes[slot / 8], slot % 8, bends, &mut planes);
             planes.fill_up();
@@ -384,7 +419,7 @@ impl Around<'_> {
             if let Some(own) = open.last_mut() {
                 own.is_all_fine = fine == lanes(&self.leaves[at]).count();
             }
-            // Above what is not known nothing is.
+            // Everything above a child whose facing is not known is not known either.
             for way in open.iter_mut().rev().take_while(|way| !way.is_unknown()) {
                 way.add(planes);
             }
@@ -393,8 +428,9 @@ impl Around<'_> {
         done
     }
 
-    /// Fills in how the neighbours of a leaf's triangles are bent away; collects their planes and
-    /// those of the triangles, and tells whether all are known.
+    /// Computes the bends of one leaf, collects in `around` the planes of its triangles and of
+    /// their neighbours, and returns whether all of these are known. `node` and `lane` are where
+    /// the leaf's box is.
     fn look(
         &self,
         at: usize,
@@ -405,6 +441,7 @@ impl Around<'_> {
     ) -> bool {
         let (leaves, normals, sides) = (self.leaves, &self.normals, &self.sides[at]);
         let Bounds { lo, hi } = node.bounds_of(lane);
+        // A neighbour is near if it lies within the leaf's box enlarged threefold.
         let room = [0, 1, 2].map(|axis| {
             let (low, high) = (f64::from(lo[axis]), f64::from(hi[axis]));
             [low - (high - low), high + (high - low)]
@@ -424,7 +461,8 @@ impl Around<'_> {
             for (k, (from, e)) in [(a, b - a), (b, c - b), (c, a - c)].into_iter().enumerate() {
                 let side = sides[k][own];
                 if side == EDGE {
-                    // It may be crossed however it faces.
+                    // The number of layers changes at an edge no matter which way the triangle
+                    // faces.
                     is_known = false;
                     continue;
                 }
@@ -437,7 +475,7 @@ impl Around<'_> {
                 }
                 *bend_away |= NEAR * u16::from(is_within || is_near(slot));
                 if !is_within {
-                    // Both have the side's corners.
+                    // The plane goes through the corners that both triangles have.
                     is_known &= around.add(other, from);
                 }
             }
@@ -467,13 +505,14 @@ fn corners(leaf: &Leaf, lane: usize) -> [DVec3; 3] {
     leaf.triangle(lane).map(|v| DVec3::from(v.map(f64::from)))
 }
 
-/// The lanes of a leaf that are in use; others repeat the first.
+/// The lanes of a leaf that are in use; the others repeat the first.
 fn lanes(leaf: &Leaf) -> impl Iterator<Item = usize> {
     let id = leaf.id;
     (0..8).filter(move |lane| *lane == 0 || id[*lane] != id[0])
 }
 
-/// [`Surfaces::sides`], of those of triangles in the caller's order.
+/// Converts neighbours from the caller's order, with triangle numbers, to the order of leaves, with
+/// slots, as [`Surfaces::sides`] has them. The atomics only let threads fill the table together.
 fn sides_by_leaves(leaves: &[Leaf], of: Vec<[u32; 3]>) -> Vec<[[u32; 8]; 3]> {
     let slot_of = pool::collect(of.len(), AT_ONCE, &|_| AtomicU32::new(NONE));
     pool::collect(leaves.len(), AT_ONCE, &|at| {

@@ -1,11 +1,12 @@
-//! Walks through the hierarchy: which nodes are opened in which order, for every query.
+//! Walks through the hierarchy: for each kind of query, the order in which nodes are opened.
 //!
-//! A query says which children of a node matter and what it makes of leaves; the walk keeps what is
-//! still to be visited. Where the nearest child should come first, children wait with their depths
-//! ([`nearest_first`]); else they are packed on a stack by one instruction ([`in_any_order`]). Two
-//! searches have loops of their own: the one for triangles in a shaft ([`crate::shaft::find`])
-//! opens two nodes at a time, since it always visits all that it finds, and the one for silhouettes
-//! goes breadth first, so that it knows all nodes ahead.
+//! A query decides which children of a node matter and what to do with leaves; the walk stores what
+//! is still to be visited. Where the nearest child should come first, children wait with their
+//! depths ([`nearest_first`]); otherwise they are packed on a stack by one instruction
+//! ([`in_any_order`]). Two searches have loops of their own: the search for triangles in a shaft
+//! ([`crate::shaft::find`]) opens two nodes at a time, since it always visits everything that it
+//! finds; the search for silhouettes goes breadth first, so that it knows all nodes ahead and can
+//! prefetch them.
 
 use crate::{
     build::Hierarchy,
@@ -16,29 +17,31 @@ use crate::{
 use linelit_simd::Simd;
 use std::ops::ControlFlow;
 
-/// A query that opens what is near before what is far.
+/// A query that visits near nodes and leaves before far ones.
 pub(crate) trait NearestFirst<S: Simd> {
-    /// The knowledge of a node or leaf that is kept while it waits.
+    /// What the query remembers about a node or leaf while that waits.
     type Entry: Copy;
 
-    /// Whether a child that has waited, entered at some depth, still matters.
+    /// Whether a child that was entered at `depth` still matters when its turn comes.
     fn wants(&self, s: S, depth: f32, entry: Self::Entry) -> bool;
 
-    /// The children of a node that may matter, a bit for each, and their depths.
+    /// Opens a node: returns a bit for each child that may matter, and the children's depths.
     fn open(&mut self, s: S, node: &Node, entry: Self::Entry) -> (u8, S::F);
 
-    /// The entry of a child of the node that was opened; nothing if the child does not matter.
+    /// What to remember about a child of the node that was opened; `None` if the child does not
+    /// matter.
     fn entry(&self, s: S, node: &Node, lane: usize) -> Option<Self::Entry>;
 
-    /// Looks into a leaf; [`ControlFlow::Break`] ends the walk.
+    /// Tests the triangles of a leaf; [`ControlFlow::Break`] ends the walk.
     fn leaf(&mut self, s: S, child: Child, leaf: &Leaf, entry: Self::Entry) -> ControlFlow<()>;
 }
 
-/// Nodes and leaves that wait, with their depths and what a query knows of them.
+/// Nodes and leaves that wait, with their depths and what the query remembers about them; the next
+/// is last.
 pub(crate) type Waiting<E> = Vec<(Child, f32, E)>;
 
-/// Visits what `waiting` holds and all that matters in it, the nearest child of each node first.
-/// True if a leaf ended the walk.
+/// Visits what `waiting` holds and everything below that matters, the nearest child of each node
+/// first. Returns true if a leaf ended the walk.
 #[inline(always)]
 pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
     s: S,
@@ -51,6 +54,7 @@ pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
         if !visitor.wants(s, depth, entry) {
             continue;
         }
+        // Test the triangles of a leaf.
         if child.is_leaf() {
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.leaf_index()];
@@ -59,6 +63,7 @@ pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
             }
             continue;
         }
+        // Open a node, and let its children wait, sorted by depth.
         let node = &hierarchy.nodes[child.index()];
         counters.node_tests += u64::from(node.valid.count_ones());
         let (mut found, near) = visitor.open(s, node, entry);
@@ -72,7 +77,7 @@ pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
             let Some(entry) = visitor.entry(s, node, lane) else {
                 continue;
             };
-            // Insertion keeps the farthest lowest on the stack.
+            // Insertion sort: the farthest is lowest on the stack.
             waiting.push((Child(node.child[lane]), depths[lane], entry));
             let mut k = waiting.len() - 1;
             while k > base && waiting[k - 1].1 < depths[lane] {
@@ -84,9 +89,10 @@ pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
     false
 }
 
-/// Opens the nodes of a hierarchy that is not empty, in any order, with a stack that has room.
-/// `open` looks into those leaves of a node that matter, and tells which of its nodes do, a bit for
-/// each; [`ControlFlow::Break`] ends the walk, and so does this return true.
+/// Opens the nodes of a hierarchy that is not empty, in any order. `stack` must be large enough for
+/// the whole walk ([`crate::bvh::Bvh::make_room`]). `open` handles the leaves of a node itself and
+/// returns a bit for each child node to visit; if it returns [`ControlFlow::Break`], the walk ends
+/// and returns true.
 #[inline(always)]
 pub(crate) fn in_any_order<S: Simd>(
     s: S,
@@ -101,7 +107,8 @@ pub(crate) fn in_any_order<S: Simd>(
             return true;
         };
         if inner != 0 {
-            // The next one, which is expected to meet most, does not wait for the stack.
+            // One child, expected to meet the most, is opened next without a detour through the
+            // stack.
             let lane = highest(inner);
             at = node.child[lane];
             let others = inner & !(1 << lane);

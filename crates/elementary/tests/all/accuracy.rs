@@ -1,4 +1,4 @@
-//! Errors in units of the last digit, against double-double evaluation.
+//! Errors of all functions in units of the last digit, against evaluation in double-double numbers.
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
 use linelit_elementary as own;
@@ -6,11 +6,11 @@ use linelit_testkit::cases::rng;
 use linelit_testkit::dd::Dd;
 use linelit_testkit::rng::SplitMix64;
 
-/// Inputs of each kind.
+/// The number of inputs of each kind.
 const COUNT: u32 = 40_000;
 
-/// The error of `got` in units of the last digit of what it should be. The digits of `Dd` beyond it
-/// are 40 bits and more.
+/// The error of `got` in units of the last digit of the correct value, which `Dd` has to 40 bits
+/// more.
 fn ulps(got: f64, want: Dd) -> f64 {
     let size = want.hi().abs().max(f64::MIN_POSITIVE);
     let ulp = size.next_up() - size;
@@ -23,7 +23,8 @@ const UP: f64 = 200.0;
 /// What is too small for `Dd`, and what it should be times 2²⁰⁰, as numbers whose last digits are
 /// as much above it as that of the smallest numbers: [`ulps`] of it.
 fn moved_up(got: f64, want_up: Dd) -> (f64, Dd) {
-    // To units of the smallest number times 2²⁰⁰, in which ordinary numbers of 53 bits are counted.
+    // Round to units of the smallest number times 2²⁰⁰, in which ordinary numbers of 53 bits are
+    // counted.
     let unit = Dd::from(2f64.powi(200 - 1074));
     let count = |x: Dd| x / unit;
     // 2⁵² more has a last digit of one.
@@ -32,7 +33,8 @@ fn moved_up(got: f64, want_up: Dd) -> (f64, Dd) {
     ((got + whole).hi(), count(want_up) + whole)
 }
 
-/// That the largest error over many inputs is within a bound: that of the function's text.
+/// Checks that the largest error over many inputs is within the bound that the function's doc
+/// states.
 fn check(
     name: &str,
     bound: f64,
@@ -53,7 +55,7 @@ fn check(
     assert!(worst.0 <= bound, "{name}: {worst:?}, more than {bound}");
 }
 
-/// Numbers of both signs whose sizes are spread evenly over powers of ten.
+/// Numbers of both signs whose magnitudes are spread evenly over powers of ten.
 fn sizes(from: f64, to: f64) -> impl Fn(&mut SplitMix64) -> [f64; 2] {
     move |random| {
         [(); 2].map(|()| {
@@ -124,7 +126,7 @@ fn powers() {
     let lobe = |random: &mut SplitMix64| {
         let [x, y] = [random.next_f64(), random.in_range(-2.0, 5.0)];
         let power = 10f64.powf(y);
-        // Where the power is a normal number.
+        // Only where the power is a normal number.
         [x.max((-700.0 / power).exp()), power]
     };
     check("pow of lobes", 0.52, lobe, pow);
@@ -149,7 +151,7 @@ fn powers() {
     check("pow, subnormal", 1.02, small, subnormal);
     let cube = |[x, _]: [f64; 2]| {
         let root = own::cbrt(x);
-        // One Newton step from the result.
+        // Improve the result by one Newton step.
         let start = Dd::from(root);
         let rest = (start * start * start - Dd::from(x)) / (start * start * Dd::from(3.0));
         (root, start - rest)
@@ -206,7 +208,7 @@ fn sine_and_cosine_are_those() {
     }
 }
 
-/// A digest of results, by FNV: what a change of any bit is seen by.
+/// A digest of results (FNV), in which a change of any bit shows.
 fn digest(of: impl Fn([f64; 2]) -> f64) -> u64 {
     let mut random = SplitMix64::new(1);
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
@@ -219,8 +221,8 @@ fn digest(of: impl Fn([f64; 2]) -> f64) -> u64 {
     hash
 }
 
-/// The bits that pictures are made of, on whatever machine and with whatever release of libm: if
-/// one of these changes, so does the version of what is computed by it.
+/// The bits that pictures depend on, on any machine and with any release of libm. If one of these
+/// digests changes, the version of everything computed with the function has to change.
 #[test]
 fn bits_are_frozen() {
     let found = [

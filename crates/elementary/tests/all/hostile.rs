@@ -1,4 +1,4 @@
-//! Floats that attack every function: none panics, and results are where they belong.
+//! Extreme arguments for every function: none panics, and results are in their ranges.
 
 use linelit_elementary::{
     acos, asin, atan, atan2, atanh, cbrt, cos, exp, exp_m1, exp2, hypot, ln, ln_1p, log2, log10,
@@ -17,7 +17,7 @@ fn every_public_function_is_called_here() {
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
-/// Within bounds, or no number where the argument is none or `without` a value.
+/// Whether a result is within bounds, or is NaN where the argument is NaN or `without` a value.
 fn within(value: f64, [low, high]: [f64; 2], without: bool) -> bool {
     if without {
         value.is_nan()

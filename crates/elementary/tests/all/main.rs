@@ -1,4 +1,4 @@
-//! The functions against 31 digits, in their special cases, and bit for bit.
+//! Tests of the functions: against 31 digits, in their special cases, and bit for bit.
 
 mod accuracy;
 mod hostile;

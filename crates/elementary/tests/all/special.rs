@@ -1,11 +1,11 @@
-//! Zeros, infinities, what is no number, and where results leave the numbers.
+//! Special cases: zeros, infinities, NaN, and where results overflow or underflow.
 
 use linelit_elementary::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const INF: f64 = f64::INFINITY;
 
-/// Equal as bits, or both no number.
+/// Whether two results have the same bits, or are both NaN.
 #[track_caller]
 fn same(got: f64, want: f64) {
     let both = got.is_nan() && want.is_nan();

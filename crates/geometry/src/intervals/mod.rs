@@ -1,11 +1,11 @@
-//! The visible parts of a line: two forms, one interface.
+//! The visible parts of a line, in two representations with one interface, [`VisibleSet`].
 //!
-//! A line starts fully visible, as the interval [0, 1]; every occluder clips a closed interval
-//! off. [`IntervalSet`] keeps the rest in a flat sorted list, which wins for the handful of pieces
-//! that occur in practice; [`IntervalTree`] in a balanced tree that clips in logarithmic time
-//! (Billen & Dutré 2016, section 5.2), for thousands of pieces.
+//! A line is fully visible at first, as the interval [0, 1]; every occluder clips off an
+//! interval. [`IntervalSet`] stores what is left in a sorted list, which is faster for the handful
+//! of pieces that occur in practice; [`IntervalTree`] stores it in a balanced tree that clips in
+//! logarithmic time (Billen & Dutré 2016, section 5.2), for thousands of pieces.
 //!
-//! The result does not depend on the order of clips, and both forms agree to the bit.
+//! The result does not depend on the order of clips, and both representations agree to the bit.
 
 mod set;
 mod tree;
@@ -13,16 +13,16 @@ mod tree;
 pub use set::IntervalSet;
 pub use tree::IntervalTree;
 
-/// Visible pieces shorter than this fraction of the line are dropped: that is the rounding of the
-/// parameters themselves.
+/// Visible pieces shorter than this fraction of the line are dropped: they are as short as the
+/// rounding errors of the parameters.
 pub const MIN_LENGTH: f64 = 4.0 * f64::EPSILON;
 
 /// A closed interval of line parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Interval {
-    /// Lower end.
+    /// The lower end.
     pub lo: f64,
-    /// Upper end.
+    /// The upper end.
     pub hi: f64,
 }
 
@@ -30,14 +30,14 @@ impl Interval {
     /// The whole line.
     pub const UNIT: Self = Self { lo: 0.0, hi: 1.0 };
 
-    /// The interval between two parameters.
+    /// Creates the interval between two parameters.
     #[inline]
     #[must_use]
     pub const fn new(lo: f64, hi: f64) -> Self {
         Self { lo, hi }
     }
 
-    /// `hi − lo`.
+    /// The length `hi − lo`.
     #[inline]
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -49,19 +49,19 @@ impl Interval {
     }
 }
 
-/// The visible part of a line: a set of disjoint closed intervals in [0, 1].
+/// The visible part of a line, as a set of disjoint closed intervals in [0, 1].
 pub trait VisibleSet {
-    /// The whole line is visible.
+    /// Creates the set for a line that is wholly visible.
     fn full() -> Self;
 
-    /// Makes the whole line visible again, keeping the memory.
+    /// Makes the whole line visible again, and keeps the allocated memory.
     fn reset(&mut self);
 
-    /// Removes the open interval between `lo` and `hi`; pieces below [`MIN_LENGTH`] go with it.
-    /// Nothing happens unless `lo < hi`.
+    /// Removes the open interval between `lo` and `hi`, and pieces shorter than [`MIN_LENGTH`] that
+    /// this leaves. Does nothing unless `lo < hi`.
     fn clip(&mut self, lo: f64, hi: f64);
 
-    /// Whether nothing is visible.
+    /// Whether no part of the line is visible.
     fn is_empty(&self) -> bool;
 
     /// The number of visible pieces.

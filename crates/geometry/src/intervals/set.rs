@@ -1,20 +1,20 @@
-//! The flat form: a sorted list.
+//! [`IntervalSet`]: visible pieces in a sorted list.
 
 use super::{Interval, VisibleSet};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 
-/// Visible pieces in a sorted list, in place up to eight.
+/// Visible pieces in a sorted list, up to eight of them without allocation.
 ///
-/// A clip finds its place by bisection and moves what lies behind it: O(log n + n) with a tiny
-/// constant. Allocates only beyond eight pieces.
+/// A clip finds its position by bisection and moves the pieces after it: O(log n + n) with a very
+/// small constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntervalSet {
     pieces: SmallVec<[Interval; 8]>,
 }
 
 impl IntervalSet {
-    /// The visible pieces, ascending.
+    /// The visible pieces in ascending order.
     #[inline]
     #[must_use]
     pub fn as_slice(&self) -> &[Interval] {
@@ -44,12 +44,13 @@ impl VisibleSet for IntervalSet {
         if lo.partial_cmp(&hi) != Some(Ordering::Less) {
             return;
         }
-        // Pieces [first, last) overlap the clipped interval.
+        // Find the pieces [first, last) that overlap the clipped interval.
         let first = self.pieces.partition_point(|p| p.hi <= lo);
         let last = first + self.pieces[first..].partition_point(|p| p.lo < hi);
         if first == last {
             return;
         }
+        // Replace them by what is left of the first and of the last.
         let left = Interval::new(self.pieces[first].lo, lo);
         let right = Interval::new(hi, self.pieces[last - 1].hi);
         let keep: SmallVec<[Interval; 2]> = [left, right]

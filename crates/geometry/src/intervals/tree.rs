@@ -1,13 +1,16 @@
-//! The tree form: a height-balanced search tree that clips in logarithmic time.
+//! [`IntervalTree`]: visible pieces in a height-balanced search tree, which clips in logarithmic
+//! time.
 #![allow(clippy::disallowed_types, reason = "nodes are kept for the next query")]
 
 use super::{Interval, VisibleSet};
 use std::cmp::Ordering;
 
-/// Index of a node; `NIL` is the empty tree.
+/// The index of a node; `NIL` is the empty tree.
 type Link = u32;
 const NIL: Link = u32::MAX;
 
+/// A node of the tree: a visible piece, with the pieces before it on the left and those after it on
+/// the right.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     piece: Interval,
@@ -16,10 +19,11 @@ struct Node {
     height: u8,
 }
 
-/// Visible pieces in an AVL tree ordered by position.
+/// Visible pieces in an AVL tree, ordered by position.
 ///
-/// A clip splits the tree at both ends, drops the middle and joins the rest: O(log n) for n
-/// pieces, amortised over the nodes dropped. Nodes live in one arena that is reused.
+/// A clip splits the tree at both ends of the clipped interval, drops the middle, and joins the
+/// rest: O(log n) for n pieces, amortised over the dropped nodes. Nodes are stored in one arena
+/// that is reused.
 ///
 /// **Source**: Billen & Dutré 2016, section 5.2 ("binary tree over the visible intervals");
 /// join-based balancing after Blelloch, Ferizovic & Sun 2016.
@@ -46,6 +50,7 @@ impl IntervalTree {
         if t == NIL { 0 } else { self.node(t).height }
     }
 
+    /// Makes a node without children, in a free place of the arena if there is one.
     fn create(&mut self, piece: Interval) -> Link {
         self.count += 1;
         let node = Node {
@@ -62,6 +67,7 @@ impl IntervalTree {
         Link::try_from(self.nodes.len() - 1).unwrap_or(NIL)
     }
 
+    /// Makes `middle` the parent of two subtrees, and updates its height.
     fn link(&mut self, left: Link, middle: Link, right: Link) -> Link {
         let height = 1 + self.height(left).max(self.height(right));
         let node = &mut self.nodes[middle as usize];
@@ -83,7 +89,7 @@ impl IntervalTree {
         self.link(ll, l, t)
     }
 
-    /// One tree of `left`, `middle` and `right`, in this order, in O(difference of heights).
+    /// Joins `left`, `middle` and `right`, in this order, to one tree, in O(difference of heights).
     fn join(&mut self, left: Link, middle: Link, right: Link) -> Link {
         let (hl, hr) = (self.height(left), self.height(right));
         if hl > hr + 1 {
@@ -101,7 +107,7 @@ impl IntervalTree {
         }
     }
 
-    /// Restores the balance where the right subtree has grown by one.
+    /// Restores the balance after the right subtree has grown by one level.
     fn mend_right(&mut self, t: Link) -> Link {
         let (l, r) = (self.node(t).left, self.node(t).right);
         if self.height(r) <= self.height(l) + 1 {
@@ -114,7 +120,7 @@ impl IntervalTree {
         self.rotate_left(t)
     }
 
-    /// Restores the balance where the left subtree has grown by one.
+    /// Restores the balance after the left subtree has grown by one level.
     fn mend_left(&mut self, t: Link) -> Link {
         let (l, r) = (self.node(t).left, self.node(t).right);
         if self.height(l) <= self.height(r) + 1 {
@@ -127,6 +133,7 @@ impl IntervalTree {
         self.rotate_right(t)
     }
 
+    /// Splits a tree into the pieces for which `goes_left` is true, and those after them.
     fn split(&mut self, t: Link, goes_left: &impl Fn(&Interval) -> bool) -> (Link, Link) {
         if t == NIL {
             return (NIL, NIL);
@@ -143,7 +150,7 @@ impl IntervalTree {
         }
     }
 
-    /// Takes the last node off: the rest, and the node.
+    /// Removes the last node; returns the rest, and the node.
     fn split_last(&mut self, t: Link) -> (Link, Link) {
         let Node { left, right, .. } = *self.node(t);
         if right == NIL {
@@ -153,6 +160,7 @@ impl IntervalTree {
         (self.join(left, t, rest), last)
     }
 
+    /// Joins two trees without a node between them.
     fn join2(&mut self, left: Link, right: Link) -> Link {
         if left == NIL {
             return right;
@@ -161,6 +169,7 @@ impl IntervalTree {
         self.join(rest, last, right)
     }
 
+    /// The piece at one end of a tree: the last on the path that `next` leads.
     fn edge(&self, mut t: Link, next: impl Fn(&Node) -> Link) -> Option<Interval> {
         let mut piece = None;
         while t != NIL {
@@ -170,6 +179,7 @@ impl IntervalTree {
         piece
     }
 
+    /// Returns the nodes of a tree to the arena.
     fn drop_tree(&mut self, t: Link) {
         if t != NIL {
             let Node { left, right, .. } = *self.node(t);
@@ -180,6 +190,7 @@ impl IntervalTree {
         }
     }
 
+    /// Calls `f` with the pieces of a subtree in ascending order.
     fn visit(&self, t: Link, f: &mut impl FnMut(Interval)) {
         if t != NIL {
             let Node {
@@ -191,7 +202,7 @@ impl IntervalTree {
         }
     }
 
-    /// Height of the tree: at most 1.45 log₂(n + 2).
+    /// The height of the tree: at most 1.45 log₂(n + 2).
     #[must_use]
     pub fn depth(&self) -> usize {
         usize::from(self.height(self.root))
@@ -221,8 +232,10 @@ impl VisibleSet for IntervalTree {
         if lo.partial_cmp(&hi) != Some(Ordering::Less) {
             return;
         }
+        // Cut out the pieces that overlap the clipped interval.
         let (before, rest) = self.split(self.root, &|p| p.hi <= lo);
         let (middle, after) = self.split(rest, &|p| p.lo < hi);
+        // Insert what is left of the first and of the last of them.
         let left = self
             .edge(middle, |n| n.left)
             .map(|p| Interval::new(p.lo, lo));

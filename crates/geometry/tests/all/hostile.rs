@@ -1,5 +1,5 @@
-//! Every public function with floats that attack it in any argument: none panics, and what is
-//! promised to be finite, positive or inside is.
+//! Extreme floats in any argument of every public function: none panics, and results are finite,
+//! positive or inside where that is promised.
 
 use linelit_geometry::double::{self, Double};
 use linelit_geometry::finite::{
@@ -44,7 +44,7 @@ fn every_public_function_is_called_here() {
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
-/// Unit to a few ε; orthogonal to 4 ε over the least angle, 1e-3, of the plain cross product.
+/// Whether a frame is orthonormal: to 4 ε over the least angle, 1e-3, of the plain cross product.
 fn is_orthonormal(f: &Frame) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() < 4e3 * f64::EPSILON;
     [f.x, f.y, f.z].iter().all(|a| near(a.length(), 1.0))
@@ -68,7 +68,7 @@ proptest! {
         let points = points.map(vector);
         let _ = ConvexPolygon::parallelogram(points[0], points[1], points[2]).map(|p| sound(&p));
         let _ = ConvexPolygon::triangle(points[0], points[1], points[2]).map(|p| sound(&p));
-        // Anyone's vectors are the same numbers.
+        // Vectors of other types give the same numbers.
         let three = [points[0], points[1], points[2]];
         prop_assert_eq!(ConvexPolygon::try_from(three.map(|p| p.to_array())), ConvexPolygon::new(&three));
         let ends = Segment::from([three[0], three[1]]);
@@ -109,13 +109,13 @@ proptest! {
             prop_assert!(is_orthonormal(&frame), "{frame:?} {x}");
         }
         let frame = plane.axes;
-        // Unit as its domain wants it.
+        // A unit vector, as the function requires.
         if let Some(z) = predicates::normalize(z) {
             prop_assert!((z.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
             prop_assert!(is_orthonormal(&Frame::from_normal(z)));
         }
         let _ = Frame::from_normal(z);
-        // Sums of products of what may be anything.
+        // Sums of products of any numbers.
         let _ = (frame.to_local(p), frame.to_world(p), plane.to_plane(x), plane.height(x));
         let _ = plane.from_plane(DVec2::new(p.x, p.y));
     }
@@ -220,7 +220,7 @@ proptest! {
         }
     }
 
-    /// Both sets stay sorted, disjoint, within [0, 1] and equal.
+    /// Checks that both sets stay sorted, disjoint, within [0, 1], and equal to each other.
     #[test]
     fn intervals(clips in prop::collection::vec([hostile_unit(), hostile_unit()], 0..12)) {
         let (mut set, mut tree) = (IntervalSet::full(), IntervalTree::full());
@@ -251,7 +251,8 @@ proptest! {
         let [x, y, z] = v.map(vector);
         let _ = (predicates::cross(x, y), predicates::dot(x, y), predicates::determinant(x, y, z));
         if x.is_finite() {
-            // Scaled to where squares are safe; the length of what is below 1e307 is finite.
+            // Scaled to where squares are safe; the length is finite for vectors shorter than
+            // 1e307.
             let largest = x.abs().max_element();
             let length = predicates::length(x);
             prop_assert!(length >= largest && (length.is_finite() || largest > 1e307), "{x} {length}");
@@ -265,7 +266,7 @@ proptest! {
     }
 }
 
-/// What a polygon promises.
+/// Checks what a polygon promises.
 fn sound(p: &ConvexPolygon) -> Result<(), TestCaseError> {
     prop_assert!(p.area() > 0.0 && p.area().is_finite());
     prop_assert!((p.normal().length() - 1.0).abs() <= 4.0 * f64::EPSILON);
@@ -299,7 +300,7 @@ fn is_inside(p: &ConvexPolygon, point: DVec3) -> bool {
     (0..3).all(|k| point[k] >= lo[k] - slack && point[k] <= hi[k] + slack)
 }
 
-/// What the lines of a polygon promise at any angle and offset.
+/// Checks what the lines of a polygon promise, at any angle and offset.
 fn lines(
     p: &ConvexPolygon,
     [angle, offset, v]: [f64; 3],
@@ -356,7 +357,7 @@ fn x_scale(p: &ConvexPolygon) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Points computed to lie on one line, at any distance from the origin: no polygon.
+/// Points that were computed to be on one line are no polygon, at any distance from the origin.
 #[test]
 fn rounding_gives_no_area() {
     let mut rng = SplitMix64::new(12);
@@ -376,8 +377,8 @@ fn rounding_gives_no_area() {
     }
 }
 
-/// A corner cut off within the rounding of what it is a corner of: no polygon, though rounding
-/// gives one in twelve an area, with edges along its normal.
+/// A corner that is cut off within the rounding of the corner itself is no polygon, although
+/// rounding gives one in twelve of them an area, with edges along its normal.
 #[test]
 fn cuts_within_rounding_leave_nothing() {
     let (mut rng, mut cuts) = (SplitMix64::new(14), 0);
@@ -402,7 +403,7 @@ fn cuts_within_rounding_leave_nothing() {
     assert!(cuts > 4_000);
 }
 
-/// A quad bent by a part of its size, wherever it is, and one rounded to `f32`.
+/// A quadrilateral that is bent by a part of its size, anywhere in space, and one rounded to `f32`.
 #[test]
 fn bends_are_told_from_rounding() {
     for scale in [1e-40, 1e-3, 1.0, 1e5, 1e40] {
@@ -427,7 +428,7 @@ fn bends_are_told_from_rounding() {
                 );
             }
             assert!(ConvexPolygon::new(&quad(0.0)).is_ok());
-            // As a model file holds it, up to a thousand sizes from the origin.
+            // Rounded as in a model file, up to a thousand sizes from the origin.
             #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
             let rounded = quad(0.0).map(|p| vector(p.to_array().map(|c| f64::from(c as f32))));
             if offset < 1e3 && (1e-30..1e30).contains(&scale) {
@@ -437,7 +438,7 @@ fn bends_are_told_from_rounding() {
     }
 }
 
-/// The same polygon at every scale to the last bit, or the reason why not.
+/// A polygon is the same at every scale, to the last bit, or is refused for the same reason.
 #[test]
 fn scales_are_right_or_refused_with_the_reason() {
     let points = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.0, 0.5, 2.0]].map(vector);

@@ -1,4 +1,4 @@
-//! Both interval sets, held to each other and to a dense grid.
+//! Both interval sets, compared with each other and with a dense grid.
 
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, VisibleSet};
 use proptest::prelude::*;
@@ -9,7 +9,7 @@ fn pieces(set: &impl VisibleSet) -> Vec<Interval> {
     out
 }
 
-/// Clips on a coarse lattice meet end to end often; others are a few ulps apart.
+/// Random clips. Those on a coarse lattice often meet end to end; others are a few ulps apart.
 fn clips() -> impl Strategy<Value = Vec<(f64, f64)>> {
     let end = prop_oneof![
         (0u32..33).prop_map(|k| f64::from(k) / 32.0),

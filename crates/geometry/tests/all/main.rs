@@ -1,4 +1,5 @@
-//! What holds for every shape and every number, in one program: linking takes longer than testing.
+//! Properties that hold for every shape and every number. All are in one program, since linking
+//! takes longer than testing.
 
 mod hostile;
 mod intervals;

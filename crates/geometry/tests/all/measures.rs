@@ -1,4 +1,4 @@
-//! Lengths, areas and places against their definitions, to a few roundings: identities that hold
+//! Lengths, areas and points against their definitions, up to a few roundings: identities that hold
 //! for every shape.
 
 use linelit_geometry::{
@@ -15,7 +15,7 @@ fn vector() -> impl Strategy<Value = DVec3> {
     prop::array::uniform3(-2.0..2.0f64).prop_map(DVec3::from_array)
 }
 
-/// Whether two points are the same but for `k` roundings of coordinates of up to `size`.
+/// Whether two points are equal up to `k` roundings of coordinates of up to `size`.
 fn assert_same(a: DVec3, b: DVec3, k: f64, size: f64) {
     assert!(
         (a - b).length() <= k * EPS * size,
@@ -53,9 +53,9 @@ proptest! {
         assert_same(triangle.at(s, t), a * (1.0 - s - t) + b * s + c * t, 8.0, 8.0);
     }
 
-    /// The nearest point q of what is convex: no corner x is farther towards p than q is,
-    /// (p − q)·(x − q) ≤ 0, and q itself is on it. Weights are quotients by the square of the
-    /// doubled area.
+    /// The condition for the nearest point q of a convex set: no corner x is farther in the
+    /// direction of p than q is, (p − q)·(x − q) ≤ 0, and q itself is in the set. Weights are
+    /// quotients by the square of the doubled area.
     #[test]
     fn no_corner_is_beyond_the_nearest_point(a in vector(), b in vector(), c in vector(), p in vector()) {
         let triangle = Triangle::new(a, b, c);
@@ -78,7 +78,7 @@ proptest! {
     fn frames_of_a_plane_measure_it(origin in vector(), normal in vector(), tangent in vector(), p in vector(), angle in -3.0..3.0f64) {
         prop_assume!(normal.cross(tangent).length() > 0.05);
         let frame = PlaneFrame::new(origin, normal, tangent);
-        // Coordinates and the height say where a point is.
+        // The plane coordinates and the height determine a point.
         let there = frame.from_plane(frame.to_plane(p)) + frame.axes.z * frame.height(p);
         assert_same(there, p, 16.0, 8.0);
         assert_close!(frame.height(p), normal.dot(p - origin) / normal.length(), 16.0 * EPS * 8.0, "{frame:?}");
@@ -87,7 +87,7 @@ proptest! {
         assert_same(turned.from_plane(DVec2::X), frame.from_plane(DVec2::new(angle.cos(), angle.sin())), 16.0, 4.0);
     }
 
-    /// What is clipped keeps its corners on the right side, and new ones are on the border.
+    /// A clipped polygon keeps its corners on the right side, and has new ones on the border.
     #[test]
     fn clipped_polygons_end_at_the_border(angle in 0.0..6.3f64, at in -0.9..0.9f64, tilt in -1.0..1.0f64) {
         let corners: Vec<DVec3> = (0..7).map(|k| { let (s, c) = (0.9 * f64::from(k)).sin_cos(); DVec3::new(c, s, 1.0) }).collect();
@@ -102,9 +102,9 @@ proptest! {
         }
     }
 
-    /// A point of the line stands behind the place of the cut that is told for it: both and the
-    /// shading point are on one line, to the rounding of the cut's ends over the sine of the angle
-    /// between the triangle and the shadow triangle.
+    /// The point of the line that a chord reports for one of its own points is the projection of
+    /// that point: both are on one line with the shading point, up to the rounding of the chord's
+    /// ends over the sine of the angle between the triangle and the shadow triangle.
     #[test]
     fn places_of_a_cut_are_before_their_points(x in vector(), p0 in vector(), p1 in vector(), t in prop::array::uniform3(vector()), s in 0.0..1.0f64) {
         let line = Segment::new(p0, p1);
@@ -118,7 +118,7 @@ proptest! {
         let place = ends[0] * (1.0 - s) + ends[1] * s;
         let behind = line.at(chord.t(s)) - x;
         let off = behind.cross(place - x).length() / behind.length();
-        // Places are quotients by heights of corners over the plane of the line.
+        // Positions are quotients by heights of corners over the plane of the line.
         prop_assume!(ends.iter().all(|e| e.distance(x) > 0.1));
         let lowest = t.iter().map(|p| shadow.vertex(*p).sigma.abs()).fold(f64::INFINITY, f64::min);
         prop_assert!(off <= 1e3 * EPS / lowest.min(1.0), "{off:e} {lowest}");

@@ -1,4 +1,4 @@
-//! Shadow triangles against exact rays, and the laws of line visibility.
+//! Shadow triangles, compared with exact rays, and the laws of visibility along lines.
 
 use linelit_geometry::intervals::{IntervalSet, VisibleSet};
 use linelit_geometry::{DVec3, Margins, Segment, ShadowTriangle, predicates::determinant};
@@ -112,7 +112,7 @@ proptest! {
         prop_assert_eq!(a, b);
     }
 
-    /// A closed surface round the shading point hides the whole line, whatever its triangulation.
+    /// A closed surface around the shading point hides the whole line, for any triangulation of it.
     #[test]
     fn closed_surfaces_do_not_leak(
         seed in any::<u64>(), x in vector(-0.3..0.3), flip in any::<u64>(),

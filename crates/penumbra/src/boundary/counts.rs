@@ -1,4 +1,8 @@
-//! How many images are right of each side.
+//! Counting images: how many images of triangles are right of each side. Where it is zero, the side
+//! is boundary.
+//!
+//! The count right of one point is determined by a query; from there it changes by a known number
+//! at each event along the side, and is handed on to sides that cross it or continue it.
 
 use super::index::Index;
 use super::side::{Event, Extent, Side};
@@ -7,20 +11,24 @@ use crate::bins::Bounds;
 use crate::clip::Start;
 use linelit_geometry::stop;
 
-/// Up to as many images, those of surfaces that have to be cut, are asked sooner than handed on.
+/// If there are at most this many images next to surfaces, querying them is faster than handing
+/// counts on.
 const FEW: usize = 32;
 
 impl Penumbra {
-    /// Finds for each side how many images are right of where counting starts; `false` if what is
-    /// on the light does not tell.
+    /// Finds for each side how many images are right of the point where counting starts; false if
+    /// what is on the light does not determine it.
     pub(super) fn count(&mut self, extent: Extent) -> bool {
         let lights = self.sides.len() - self.light.len();
         self.unknown = self.sides.iter().filter(|side| side.part.is_some()).count();
+        // Begin with the light's own sides, since counts are handed on from these.
         for i in (lights..self.sides.len()).chain(0..lights) {
             let side = &self.sides[i];
             if side.part.is_none() || side.count.is_some() {
                 continue;
             }
+            // Take the count from where the side enters the light, or query the images around its
+            // start.
             let entry = match (extent, side.entry) {
                 (Extent::Light, Some(entry)) if !side.touched[0] => self.events[entry.get()].right,
                 _ => None,
@@ -34,8 +42,8 @@ impl Penumbra {
         true
     }
 
-    /// Takes in the count of a side, and hands it on: to what comes after each side, and to what
-    /// crosses it.
+    /// Sets the count of a side, and hands counts on: to the side that continues each side, and to
+    /// sides that cross it.
     fn follow(&mut self, i: usize, count: i32, extent: Extent) {
         self.handed.clear();
         self.handed.push((i, count));
@@ -47,6 +55,7 @@ impl Penumbra {
             self.sides[i].count = Some(count);
             self.sort_own(i);
             if self.past_surfaces {
+                // Collect the parts of the side that are boundary.
                 self.collect_stretches(i, count);
             } else {
                 self.collect_pieces(i, count);
@@ -55,6 +64,7 @@ impl Penumbra {
                 return;
             }
             self.hand(i);
+            // Hand counts on to the sides that cross it, and to the one after it.
             if self.unknown == 0 || self.past_surfaces && self.images.len() <= FEW {
                 continue;
             }
@@ -72,14 +82,14 @@ impl Penumbra {
         }
     }
 
-    /// Notes that the count of a side is known, or will be.
+    /// Marks that the count of a side is known or waits in `handed`.
     fn hand(&mut self, i: usize) {
         let side = &mut self.sides[i];
         self.unknown -= usize::from(!side.is_handed);
         side.is_handed = true;
     }
 
-    /// The parts of a side with no image right of it.
+    /// Collects the parts of a side without an image right of them.
     #[inline]
     fn collect_pieces(&mut self, i: usize, mut count: i32) {
         let Some(part) = self.sides[i].part else {
@@ -91,7 +101,8 @@ impl Penumbra {
         for (hi, change) in changes.chain([(part.hi, 0)]) {
             if hi.at > reached.at {
                 if count == 0 {
-                    // Backwards: what is visible is right of the edge.
+                    // Reverse the direction: what is visible is right of the side, and has to be
+                    // left of the boundary.
                     self.pieces.push(BoundaryEdge {
                         from: hi.point,
                         to: reached.point,
@@ -103,7 +114,8 @@ impl Penumbra {
         }
     }
 
-    /// Counts the images right of the sides that cross one, where both are on the other's right.
+    /// Hands counts on to the sides that cross a side. At a crossing, the sector that is right of
+    /// both has one count, from which the count of the other follows.
     fn count_crossing(&mut self, i: usize, mut count: i32) {
         let side = &self.sides[i];
         let Some(part) = side.part.filter(|_| !side.is_loose) else {
@@ -112,11 +124,14 @@ impl Penumbra {
         let room = CLOSE * self.unit * side.edge.extent();
         let mut before = part.lo.at;
         for k in 0..self.own.len() {
+            // The count in the sector right of both is the smaller of those before and after the
+            // crossing.
             let (at, event) = self.own[k];
             let after = self.own.get(k + 1).map_or(part.hi.at, |next| next.0);
             let event = &self.events[event.get()];
             let right = count.min(count + event.change.images);
             count += event.change.images;
+            // Use the crossing only if no other is so close that rounding may decide their order.
             if let Some(twin) = event.twin
                 && (at - before).min(after - at) > room
                 && let Some((j, start)) = self.count_start(twin, right)
@@ -128,8 +143,9 @@ impl Penumbra {
         }
     }
 
-    /// The side of an event, and the images right of where counting starts on it, given those right
-    /// of both sides where the event is; none if that is known, or rounding may decide.
+    /// Finds how many images are right of the point where counting starts on the side of an event,
+    /// given the number right of both sides at the event. Also returns the side's index; `None` if
+    /// the count is known already, or rounding may decide.
     fn count_start(&self, event: Index, right: i32) -> Option<(usize, i32)> {
         let Event {
             change, end, side, ..
@@ -139,12 +155,13 @@ impl Penumbra {
         let side = &self.sides[i];
         let room = CLOSE * self.unit * side.edge.extent();
         let (start, last) = side.part.map(|part| (part.lo.at, part.hi.at))?;
-        // Beyond its end no events are kept.
+        // Beyond its end, events are not stored.
         let is_near_end = end.at - start <= room || last - end.at <= room;
         if side.is_handed || side.count.is_some() || side.is_loose || is_near_end {
             return None;
         }
-        // What is right of both comes before where the other is passed to its left.
+        // The sector right of both comes before the event if the other side is crossed to its left;
+        // then subtract all changes up to the event.
         let mut count = if change > 0 { right } else { right - change };
         let mut next = side.events;
         while let Some(place) = next {
@@ -162,7 +179,8 @@ impl Penumbra {
         Some((i, count))
     }
 
-    /// Counts the images right of the edges that cross a side of the light.
+    /// Stores the number of images right of the edges that cross a side of the light, in the events
+    /// of the crossings.
     fn count_beside(&mut self, i: usize, mut count: i32) {
         let edge = &self.sides[i].edge;
         let room = CLOSE * self.unit * edge.extent();
@@ -178,7 +196,7 @@ impl Penumbra {
         }
     }
 
-    /// Puts the events of a side in order.
+    /// Sorts the events of a side.
     #[inline]
     pub(super) fn sort_own(&mut self, i: usize) {
         self.own.clear();
@@ -198,11 +216,13 @@ impl Penumbra {
         self.own.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     }
 
-    /// Counts the images just right of where counting starts on a side by asking all that are
-    /// near; `None` if rounding may decide.
+    /// Counts the images just right of the point where counting starts on a side, by testing all
+    /// images near it; `None` if rounding may decide.
     #[inline(never)]
     fn ask(&self, side: &Side) -> Option<i32> {
         let part = side.part.as_ref()?;
+        // The point is where the side was clipped, which is rounded, or its own start, which is
+        // exact.
         let cut = side.counted >= 0.0;
         let (start, room) = if cut {
             (part.lo.point, CLOSE * self.unit)

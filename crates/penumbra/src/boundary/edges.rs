@@ -1,26 +1,27 @@
-//! Edges, each once for all that share it.
+//! Edges of images and silhouettes, each stored once for all images that share it, with the number
+//! of images by which its sides differ.
 
 use super::index::Index;
 use crate::clip::Edge;
 use crate::orient::Point;
 
-/// An edge of images or of surfaces, once for all that share it.
+/// An edge of images or of surfaces, stored once for all that share it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shared {
     pub(super) edge: Edge,
-    /// Images, or layers of surfaces, on its left less those on its right.
+    /// The number of images, or layers of surfaces, on its left, minus the number on its right.
     pub(super) weight: i32,
-    /// The edge after it around an image, if both run that way.
+    /// The next edge around an image, if both are stored in that image's direction.
     pub(super) next: Option<Index>,
-    /// The side that it is, if it takes part.
+    /// The index of its side, if it takes part.
     pub(super) side: Option<Index>,
 }
 
-/// Edges by their ends.
+/// A list of edges with a hash table by their ends.
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     pub(super) all: Vec<Shared>,
-    /// Indices into that, by a hash of the ends.
+    /// Indices into the list, by a hash of the ends.
     table: Vec<Option<Index>>,
 }
 
@@ -30,7 +31,7 @@ impl Edges {
         self.table.clear();
     }
 
-    /// Makes room for more.
+    /// Ensures capacity for more edges.
     pub(super) fn make_room(&mut self, more: usize) {
         let all = self.all.len() + more;
         if 3 * self.table.len() >= 4 * all {
@@ -39,6 +40,7 @@ impl Edges {
         let room = (2 * all).next_power_of_two();
         self.table.clear();
         self.table.resize(room, None);
+        // Enter all edges anew in the larger table.
         for (place, Shared { edge, .. }) in self.all.iter().enumerate() {
             let mut slot = spread(hash(edge.from).wrapping_add(hash(edge.to))) & (room - 1);
             while self.table[slot].is_some() {
@@ -48,11 +50,12 @@ impl Edges {
         }
     }
 
-    /// Counts `more` on the left of an edge, for which there is room, given the sum of the hashes
-    /// of its ends; where it is, if it is kept the same way.
+    /// Adds `more` images on the left of an edge; the capacity has to be ensured before. `hash` is
+    /// the sum of the hashes of its ends. Returns the edge's index if it is stored in this
+    /// direction.
     #[allow(clippy::float_cmp, reason = "the very same corners")]
     pub(super) fn count(&mut self, from: Point, to: Point, hash: u64, more: i32) -> Option<usize> {
-        // Find the edge, in either direction, and count there.
+        // Find the edge in either direction, and count there.
         let mask = self.table.len() - 1;
         let mut slot = spread(hash) & mask;
         while let Some(place) = self.table[slot].map(Index::get) {
@@ -67,7 +70,7 @@ impl Edges {
             }
             slot = (slot + 1) & mask;
         }
-        // Or keep it as a new one.
+        // Otherwise store it as a new one.
         self.all.push(Shared {
             edge: Edge::new(from, to),
             weight: more,
@@ -80,12 +83,13 @@ impl Edges {
     }
 }
 
-/// Returns the hash of a corner; its sum over both ends is the same for an edge reversed.
+/// Returns the hash of a corner; the sum over both ends is the same for the reversed edge.
 pub(super) fn hash(p: Point) -> u64 {
     let bits = p[0].to_bits() ^ p[1].to_bits().rotate_left(23);
     bits.wrapping_mul(0x9E37_79B9_7F4A_7C15)
 }
 
+/// Mixes the sum of two hashes to a position in a table.
 pub(super) fn spread(sum: u64) -> usize {
     #[allow(clippy::cast_possible_truncation, reason = "the high bits of a hash")]
     {

@@ -1,11 +1,12 @@
-//! Images of triangles, and whether they hold a point.
+//! Images of triangles on the light's plane, and the tests whether one contains a point next to an
+//! edge.
 
 use super::settled;
 use crate::bins::Bounds;
 use crate::clip::Edge;
 use crate::orient::{Point, orient};
 
-/// A triangle's image, counter-clockwise, and its bounds.
+/// The image of a triangle, counter-clockwise, with its bounds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Image {
     pub(super) corners: [Point; 3],
@@ -13,7 +14,7 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// `None` if it has no area: then it hides nothing.
+    /// Creates an image; `None` if it has no area, and so hides nothing.
     pub(super) fn new(corners: [Point; 3]) -> Option<Self> {
         let [a, b, c] = [
             settled(corners[0]),
@@ -32,7 +33,7 @@ impl Image {
     }
 
     /// Whether a rounded point of an edge, moved to the edge's right, is inside; `None` if it is
-    /// too close to tell.
+    /// too close to a side to decide.
     #[allow(clippy::float_cmp, reason = "the very same edge")]
     pub(super) fn holds_on(&self, point: Point, edge: &Edge, room: f64) -> Option<bool> {
         let mut close = false;
@@ -47,11 +48,13 @@ impl Image {
         (!close).then_some(true)
     }
 
-    /// Whether the start of an edge, moved along it and then, by much less, to its right, is
-    /// inside.
+    /// Whether the start of an edge is inside, if it is moved along the edge by an infinitesimal,
+    /// and then to its right by a much smaller one. The decision is exact.
     #[inline(never)]
     pub(super) fn holds_start(&self, edge: &Edge) -> bool {
         self.sides().into_iter().all(|(c, d)| {
+            // The position itself decides; if it is on a side, the move along the edge does, and
+            // then the move to the right.
             let side = orient(c, d, edge.from);
             if side != 0.0 {
                 return side > 0.0;
@@ -60,7 +63,8 @@ impl Image {
             if along != 0.0 {
                 return along > 0.0;
             }
-            // On one line: right of the edge is left of a side that runs against it.
+            // On one line, the right of the edge is the left of a side that runs in the opposite
+            // direction.
             (d[0] - c[0]) * (edge.to[0] - edge.from[0])
                 + (d[1] - c[1]) * (edge.to[1] - edge.from[1])
                 < 0.0
@@ -68,12 +72,12 @@ impl Image {
     }
 }
 
-/// Returns the distance of a point left of the line from c to d, times |d − c|; rounded.
+/// Returns the distance of a point to the left of the line from c to d, times |d − c|; rounded.
 fn height(c: Point, d: Point, p: Point) -> f64 {
     (d[0] - c[0]) * (p[1] - c[1]) - (d[1] - c[1]) * (p[0] - c[0])
 }
 
-/// The length of the way from c to d along the axes.
+/// The length from c to d along the axes (L₁ norm).
 fn length(c: Point, d: Point) -> f64 {
     (d[0] - c[0]).abs() + (d[1] - c[1]).abs()
 }

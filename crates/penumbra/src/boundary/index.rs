@@ -1,4 +1,4 @@
-//! Indices into the lists of a boundary.
+//! [`Index`]: compact indices into the lists of a boundary.
 
 use std::num::NonZeroU32;
 
@@ -18,7 +18,7 @@ impl Index {
         self.0.get() as usize - 1
     }
 
-    /// Whether an index is there and is `i`, without a branch.
+    /// Whether an index is present and equal to `i`, without a branch.
     #[inline]
     pub(super) fn is(index: Option<Self>, i: usize) -> bool {
         index.map_or(0, |index| index.0.get()) as usize == i + 1

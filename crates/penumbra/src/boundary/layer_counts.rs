@@ -1,9 +1,10 @@
-//! Numbers of layers of which only differences are known: a system of equations x + 2 = y − 1,
-//! solved by a union–find with weights.
+//! Numbers of layers of which only the differences are known: a system of equations such as x + 2 =
+//! y − 1, solved by a union–find structure with weights.
 //!
-//! A silhouette says by how much the number of layers changes across it, not what it is. So a count
-//! is an unknown integer x plus a known one, and two counts over the same point give an equation.
-//! Unknowns that equations connect form a tree, in which each has its difference from its parent:
+//! A silhouette says by how much the number of layers changes across it, not what the number is. So
+//! a count is an unknown integer x plus a known one, and two counts over the same point make an
+//! equation. Unknowns that are connected by equations form a tree, in which each stores its
+//! difference from its parent:
 //!
 //! ```text
 //!                x₀                x₁ = x₀ + 2
@@ -13,14 +14,16 @@
 //!                     x₃
 //! ```
 //!
-//! The root represents all of them: sums on the way up express each count by the root, so that
-//! counts of one tree can be compared. An equation between two trees hangs one root below the
-//! other; one within a tree is right or wrong by what is known. Searches split their way for the
-//! next (Tarjan and van Leeuwen, *Worst-case analysis of set union algorithms*, 1984).
+//! The root represents all of them: adding the differences on the way up expresses each count by
+//! the root, so that counts of one tree can be compared. An equation between two trees makes one
+//! root a child of the other; an equation within a tree is true or contradicts the others. Searches
+//! shorten the paths for later searches, by path splitting (Tarjan and van Leeuwen, *Worst-case
+//! analysis of set union algorithms*, 1984).
 
 use super::index::Index;
 
-/// A number of layers: an unknown one, which only the [`LayerEquations`] know, plus a known one.
+/// A number of layers: an unknown integer, about which [`LayerEquations`] has equations, plus a
+/// known one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LayerCount {
     pub(super) unknown: Index,
@@ -28,7 +31,7 @@ pub(super) struct LayerCount {
 }
 
 impl LayerCount {
-    /// The number of layers where there are more by a known number.
+    /// The count where there are `more` layers than here.
     pub(super) fn plus(self, more: i32) -> Self {
         Self {
             plus: self.plus + more,
@@ -37,10 +40,10 @@ impl LayerCount {
     }
 }
 
-/// The equations between counts that were found so far.
+/// The equations between counts that have been found so far.
 #[derive(Debug, Default)]
 pub(super) struct LayerEquations {
-    /// For each unknown its parent plus their difference; of a root, itself.
+    /// For each unknown, its parent plus the difference from it; a root is its own parent.
     parents: Vec<LayerCount>,
 }
 
@@ -54,7 +57,7 @@ impl LayerEquations {
         self.parents.len()
     }
 
-    /// A count of which nothing is known.
+    /// A new count about which there are no equations.
     pub(super) fn new_unknown(&mut self) -> LayerCount {
         let unknown = Index::new(self.parents.len());
         let count = LayerCount { unknown, plus: 0 };
@@ -62,7 +65,7 @@ impl LayerEquations {
         count
     }
 
-    /// A count expressed by the root of its tree.
+    /// Expresses a count by the root of its tree.
     pub(super) fn by_root(&mut self, count: LayerCount) -> LayerCount {
         let LayerCount {
             unknown: mut at,
@@ -73,7 +76,8 @@ impl LayerEquations {
             if parent.unknown == at {
                 return LayerCount { unknown: at, plus };
             }
-            // Split the way for the next search: let each unknown on it hang below its grandparent.
+            // Split the path for later searches: each unknown on it becomes a child of its
+            // grandparent.
             let grandparent = self.parents[parent.unknown.get()];
             if grandparent.unknown != parent.unknown {
                 self.parents[at.get()] = LayerCount {
@@ -86,7 +90,7 @@ impl LayerEquations {
         }
     }
 
-    /// Takes in that two counts are equal; false if that contradicts what is known.
+    /// Adds the equation that two counts are equal; false if it contradicts the others.
     pub(super) fn equate(&mut self, a: LayerCount, b: LayerCount) -> bool {
         let [a, b] = [a, b].map(|count| self.by_root(count));
         // From a.unknown + a.plus = b.unknown + b.plus.

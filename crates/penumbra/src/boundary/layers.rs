@@ -1,14 +1,14 @@
-//! Images and layers of surfaces over a point.
+//! [`Layers`]: how many images and how many layers of surfaces are over a point.
 
 use std::ops::{Add, AddAssign, Neg};
 
-/// The images and the layers of surfaces over a point, or the differences of both from those over
-/// another.
+/// The numbers of images and of layers of surfaces over a point, or their differences between two
+/// points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Layers {
-    /// The number of layers of other images, which is always known.
+    /// The number of images of triangles, which is always known.
     pub(super) images: i32,
-    /// The number of layers of surfaces, of which the differences alone are known
+    /// The number of layers of surfaces, of which only differences are known
     /// ([`LayerCount`](super::layer_counts::LayerCount)).
     pub(super) surfaces: i32,
 }

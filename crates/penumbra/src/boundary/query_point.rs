@@ -1,6 +1,8 @@
-//! A point next to a stretch, to query whether anything is over it.
+//! The choice of a point next to a stretch, at which the caller is asked whether anything is over
+//! it.
 //!
-//! Nothing may come or go between the stretch and the point, so no other side may lie between:
+//! The layers over the point have to be those right of the stretch, so no other side may be between
+//! the two:
 //!
 //! ```text
 //!    lo ──────────────┬───────────────────► hi      the stretch
@@ -10,7 +12,7 @@
 //!        ╲________________________________
 //! ```
 //!
-//! A few points are tried, from far aside to close, and at different positions along the stretch.
+//! A few points are tried, from far to close, and at different positions along the stretch.
 
 use super::Penumbra;
 use super::stretches::Stretch;
@@ -18,20 +20,20 @@ use crate::bins::Bounds;
 use crate::clip::Edge;
 use crate::orient::{Point, orient};
 
-/// The positions of the points that are tried, along a stretch and to its right, as fractions of
-/// its length.
+/// The positions that are tried, along a stretch and to its right, as fractions of the stretch's
+/// length.
 const ALONG: [f64; 5] = [0.5, 0.47, 0.59, 0.38, 0.67];
 const ASIDE: [f64; 5] = [0.25, 0.02, 1e-3, 3e-5, 1e-6];
 
-/// The largest rounding error of a point on a stretch, in units of the light, chosen generously.
+/// A generous bound of the rounding error of a point on a stretch, in units of the light.
 const ROUNDING: f64 = 1e-14;
 
-/// The most stretches of a group next to which points are tried.
+/// The largest number of other stretches of a group next to which points are tried.
 const TRIES: usize = 16;
 
 impl Penumbra {
-    /// A point right of a stretch with nothing in between, or of another that is surely under as
-    /// many layers; at least `least` away from it.
+    /// A point to the right of a stretch with no side in between, at least `least` away from the
+    /// stretch; or such a point next to another stretch that is surely under as many layers.
     pub(super) fn query_point(&self, stretch: &Stretch, least: f64) -> Option<Point> {
         let is_alike = |other: &&Stretch| {
             let (own, count) = (stretch.layers, other.layers);
@@ -43,7 +45,8 @@ impl Penumbra {
             .or_else(|| others().find_map(|other| self.point_right_of(other, least)))
     }
 
-    /// A point right of a stretch, at least `least` away from it, with nothing in between.
+    /// A point to the right of this stretch, at least `least` away from it, with no side in
+    /// between.
     fn point_right_of(&self, stretch: &Stretch, least: f64) -> Option<Point> {
         let Stretch { side, lo, hi, .. } = stretch;
         let (length, side) = (stretch.length(), side.get());
@@ -61,16 +64,16 @@ impl Penumbra {
                     on_side + aside * right[k]
                 })
             };
-            // Points on the side are rounded: begin a rounding to its left, so that a side between
-            // the two is not missed.
+            // Points on the side are rounded, so begin one rounding error to its left, to miss no
+            // side between the two.
             let (from, to) = (at(-ROUNDING * self.unit), at(aside));
             let is_free = aside > least && self.is_free(from, to, side, own);
             is_free.then_some(to)
         })
     }
 
-    /// Whether no side is between two points, of which the first is on the side of number `own`, or
-    /// a rounding to its left.
+    /// Whether no side is between two points; the first is on the side with index `own`, or a
+    /// rounding error to its left.
     #[allow(clippy::float_cmp, reason = "on the very same line")]
     fn is_free(&self, from: Point, to: Point, own: usize, edge: &Edge) -> bool {
         let bounds = Bounds::of([from, to]);
@@ -83,7 +86,8 @@ impl Penumbra {
                 |a: Point, b: Point| [orient(a, b, other.from), orient(a, b, other.to)];
             let are_on_one_side = |[a, b]: [f64; 2]| (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0);
             let ends = [from, to].map(|p| orient(other.from, other.to, p));
-            // Another side on the line of this one is where the segment begins, not across it.
+            // Another side on the line of this one is where the segment begins, and does not
+            // separate the points.
             are_on_one_side(other_from(from, to))
                 || are_on_one_side(ends)
                 || other_from(edge.from, edge.to) == [0.0; 2]

@@ -1,4 +1,5 @@
-//! Edges that take part, and where they meet.
+//! [`Side`]s: edges that take part in the search for the boundary, and the events where they cross
+//! each other.
 
 use super::CLOSE;
 use super::index::Index;
@@ -6,76 +7,78 @@ use super::layer_counts::LayerCount;
 use super::layers::Layers;
 use crate::clip::{Edge, End, Meeting, Span, Start};
 
-/// An edge of images or of the light that takes part.
+/// An edge of images, of silhouettes or of the light that takes part in the search for the
+/// boundary.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
     pub(super) edge: Edge,
-    /// The layers over its left side less those over its right side.
+    /// The number of layers over its left side, minus the number over its right side.
     pub(super) weight: Layers,
-    /// Whether it is the light's, backwards: the light is on its right.
+    /// Whether it is a side of the light, reversed so that the light is on its right.
     pub(super) light: bool,
     /// The part of it that is on the light.
     pub(super) part: Option<Span>,
-    /// Images just right of it where counting starts, once that is known.
+    /// The number of images just right of where counting starts, once it is known.
     pub(super) count: Option<i32>,
-    /// The sum of the changes of `weight` at all events.
+    /// The sum of the changes at all events.
     pub(super) change: Layers,
-    /// The parameter at which counting starts: events up to it have been counted.
+    /// The position at which counting starts; events up to it are included in the count.
     pub(super) counted: f64,
     /// The distance from `counted` within which rounding may decide.
     pub(super) close: f64,
-    /// The last of its events, which leads to the others ([`Event::before`]).
+    /// The last event found on it, from which the others follow ([`Event::before`]).
     pub(super) events: Option<Index>,
-    /// The side after it around an image: where it ends and that one starts, no image comes or
-    /// goes, but where they are touched.
+    /// The next side around an image. Where this side ends and that one begins, no image begins or
+    /// ends, unless they are touched.
     pub(super) next: Option<Index>,
-    /// Whether anything else goes through its first or last point, or so close to where it is cut
+    /// For each end, whether another side passes through it, or so close to where it is clipped
     /// that rounding may decide.
     pub(super) touched: [bool; 2],
-    /// The event of a side of the light at which this side enters the light.
+    /// The event on a side of the light at which this side enters the light.
     pub(super) entry: Option<Index>,
     /// The index of the side in the list.
     pub(super) place: Index,
-    /// Whether its count is to be handed on.
+    /// Whether its count is known or will be set.
     pub(super) is_handed: bool,
-    /// Whether it crosses another at so small an angle that rounding moves where.
+    /// Whether it crosses another side at such a small angle that rounding moves the crossing
+    /// noticeably.
     pub(super) is_loose: bool,
-    /// The number of surfaces' sides that overlap with this one where counting starts.
+    /// The number of sides of surfaces that overlap with this one where counting starts.
     pub(super) shared: i32,
-    /// The layers of surfaces right of where its part begins, and right of where it ends; none
-    /// where an image is over it.
+    /// The layers of surfaces right of the beginning and of the end of its part; `None` where an
+    /// image is over it.
     pub(super) layers_at_start: Option<LayerCount>,
     pub(super) layers_at_end: Option<LayerCount>,
 }
 
-/// A place on a side where what is over its right changes.
+/// A point on a side where the layers over its right change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     pub(super) change: Layers,
     pub(super) end: End,
-    /// Whether the side comes to the left of the one that it crosses.
+    /// Whether the side passes to the left of the one that it crosses.
     pub(super) to_left: bool,
     /// The layers of surfaces in the sector that is right of both sides here, as counted along this
-    /// one; none if rounding may decide, or images are over it.
+    /// one; `None` if rounding may decide, or if images are over it.
     pub(super) layers: Option<LayerCount>,
-    /// The event of the same side that was found before.
+    /// The event of the same side that was found before this one.
     pub(super) before: Option<Index>,
-    /// The number of images to the right of the edge that enters or leaves here, on a side of the
-    /// light; none if another is too close.
+    /// On a side of the light, the number of images right of the edge that enters or leaves here;
+    /// `None` if another event is too close.
     pub(super) right: Option<i32>,
-    /// The side that it is on, and the event of the side that crosses it here, if neither only
-    /// touches the other.
+    /// The side that the event is on, and the event of the crossing side, unless one only touches
+    /// the other.
     pub(super) side: Index,
     pub(super) twin: Option<Index>,
 }
 
-/// The part of the plane under consideration.
+/// The part of the plane in which decisions are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Extent {
-    /// The light alone. Where the first point of an edge's part is too close to the sides of
-    /// images, this cannot decide on which side it lies.
+    /// Only the light, with rounded points where edges are clipped. If such a point is too close to
+    /// the sides of images, it is not decided on which side of these it is.
     Light,
-    /// The whole plane, with all of every edge: decisions are exact.
+    /// The whole plane, with whole edges: all decisions are exact.
     All,
 }
 
@@ -103,7 +106,7 @@ impl Side {
         }
     }
 
-    /// Whether what is right of its end is right of where the side after it begins.
+    /// Whether the layers right of its end are those right of the beginning of the next side.
     pub(super) fn goes_on_in(&self, next: &Self) -> bool {
         self.part.is_some_and(|p| p.hi.at >= self.edge.length)
             && next.part.is_some_and(|p| p.start == Start::Own)
@@ -111,7 +114,7 @@ impl Side {
             && !next.touched[0]
     }
 
-    /// Adds an event, which it returns, if it is where that matters.
+    /// Adds an event, and returns its index if it is within the relevant part.
     #[inline(never)]
     pub(super) fn add(
         &mut self,
@@ -121,14 +124,14 @@ impl Side {
         events: &mut Vec<Event>,
     ) -> Option<Index> {
         let part = self.part.as_ref()?;
-        // Leave out what is before counting starts.
+        // Leave out events before the point where counting starts.
         if end.at <= self.counted + self.close {
             self.touched[0] |= end.at >= self.counted - self.close;
             if end.at <= self.counted {
                 return None;
             }
         }
-        // Count the change, and keep an event unless it is beyond the end.
+        // Count the change, and store the event unless it is beyond the end.
         self.change += change;
         (end.at < part.hi.at).then(|| {
             let event = Index::new(events.len());
@@ -148,28 +151,29 @@ impl Side {
     }
 }
 
-/// Whether two sides at places i and j are neighbours around an image, or the light: these only
-/// meet where it turns.
+/// Whether the sides with indices i and j are neighbours around an image or the light: these meet
+/// only at a corner.
 #[inline]
 pub(super) fn are_neighbours(e: &Side, i: usize, f: &Side, j: usize) -> bool {
     Index::is(e.next, j) | Index::is(f.next, i)
 }
 
-/// Records what two sides, of which the first comes first, add to each other's counts.
+/// Records how two sides change each other's counts where they meet; `e` comes first in the list.
 #[allow(clippy::float_cmp, reason = "the very same corners")]
 #[inline(never)]
 pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event>) {
     match e.edge.meet(&f.edge) {
         Meeting::Apart => {}
-        // On one line, the same side: the first has what both share.
+        // Sides on one line: the part that both share belongs to the first.
         Meeting::Aligned => {
             (e.touched, f.touched) = ([true; 2], [true; 2]);
             if let Some(span) = f.edge.shared(&e.edge)
                 && !f.light
             {
-                // Nothing of it is a boundary there, as if another image were over it: one that
-                // nobody finds who asks where counting starts, if it is a surface's, or has the
-                // very same edge.
+                // So the shared part of the second is no boundary, as if one more image were over
+                // it. A query at the point where counting starts does not find this extra image if
+                // the first side is a surface's, or is the very same edge; then it is counted in
+                // `shared`.
                 let begins_before = span.lo.at <= f.counted && f.counted < span.hi.at;
                 let is_same = e.edge.from == f.edge.from && e.edge.to == f.edge.to;
                 f.shared += i32::from(begins_before && (is_same || e.weight.images == 0));
@@ -181,6 +185,7 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
             if crossing.touching {
                 (e.touched, f.touched) = ([true; 2], [true; 2]);
             }
+            // Adds the change that passing a side of `weight` makes, at the crossing.
             let mut pass = |side: &mut Side, left: Option<bool>, weight: Layers| {
                 let left = left?;
                 if weight == Layers::default() || side.part.is_none() {
@@ -192,6 +197,7 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
             let weights = [f.weight, e.weight];
             let here = pass(e, crossing.first, weights[0]);
             let there = pass(f, crossing.second, weights[1]);
+            // Link the two events of a crossing to each other.
             if let (Some(i), Some(j), false) = (here, there, crossing.touching) {
                 events[i.get()].twin = there;
                 events[j.get()].twin = here;
@@ -201,7 +207,7 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
                 e.is_loose |= loose;
                 f.is_loose |= loose;
             }
-            // The light is right of its sides.
+            // An edge enters the light where it passes to the right of one of the light's sides.
             if f.light && crossing.first == Some(false) && there.is_some() {
                 e.entry = there;
             }

@@ -1,7 +1,8 @@
-//! The steps from a polygon to the boundary of its visible part.
+//! The public interface for finding a boundary step by step, for callers that do not have all
+//! occluders at once.
 //!
-//! Occluders come bit by bit, for what matters of them depends on what is visible past the others.
-//! Each state is a type, so that steps come in no other order:
+//! Occluders are added little by little, since which of them matter depends on what is visible past
+//! the others. Each state is a type, so that the steps can only be taken in a valid order:
 //!
 //! ```text
 //! Penumbra ── begin ──► Occluded ── boundary ──► the boundary past all triangles so far
@@ -15,15 +16,15 @@ use super::edges::hash;
 use super::image::Image;
 use super::{BoundaryEdge, Bounds, Penumbra, Point, settled};
 
-/// A polygon with the triangles that were added before it.
+/// A polygon with the triangles that have been added in front of it.
 #[derive(Debug)]
 pub struct Occluded<'p>(&'p mut Penumbra);
 
-/// The edges of triangles and silhouettes before a polygon where no triangle hides it. Which of
-/// them bound the visible part is not known, for silhouettes only say how the number of layers
-/// changes.
+/// The edges of triangles and silhouettes in front of a polygon, where no triangle hides it. Which
+/// of them bound the visible part is not known yet, since silhouettes only say how the number of
+/// layers changes.
 ///
-/// Where triangles are added, another outline has to be found:
+/// After triangles were added, a new outline has to be found:
 ///
 /// ```compile_fail,E0382
 /// let mut penumbra = linelit_penumbra::Penumbra::default();
@@ -36,12 +37,13 @@ pub struct Occluded<'p>(&'p mut Penumbra);
 pub struct Outline<'p>(&'p mut Penumbra);
 
 impl Penumbra {
-    /// The boundary of a convex polygon minus triangles in its plane, each in either winding.
+    /// Finds the boundary of a convex polygon minus triangles in its plane, each in either
+    /// orientation.
     ///
-    /// Edges come in no particular order; together they are closed curves, counter-clockwise
-    /// around the visible part and clockwise around its holes, but for ends that are rounded.
-    /// Empty if nothing is visible or the light has fewer than three corners. Coordinates are
-    /// zero or between 1e-60 and 1e60.
+    /// Edges are returned in no particular order. Together they are closed curves,
+    /// counter-clockwise around the visible part and clockwise around its holes, up to the rounding
+    /// of their ends. There are none if nothing is visible or the light has fewer than three
+    /// corners. Coordinates have to be zero or between 1e-60 and 1e60 in absolute value.
     pub fn boundary(
         &mut self,
         light: &[Point],
@@ -51,8 +53,8 @@ impl Penumbra {
         self.latest()
     }
 
-    /// Begins with a convex polygon, before which there is nothing yet: for callers who do not have
-    /// all occluders at once, or have fine meshes by their silhouettes.
+    /// Begins with a convex polygon without occluders; for callers who do not have all occluders at
+    /// once, or who have the silhouettes of fine meshes.
     pub fn begin(&mut self, light: &[Point]) -> Occluded<'_> {
         self.set_light(light);
         self.images.clear();
@@ -68,7 +70,7 @@ impl Penumbra {
 }
 
 impl<'p> Occluded<'p> {
-    /// Adds triangles in the polygon's plane, each in either winding.
+    /// Adds triangles in the polygon's plane, each in either orientation.
     #[must_use]
     pub fn past(self, triangles: impl Iterator<Item = [Point; 3]>) -> Self {
         if self.0.light.len() < 3 {
@@ -89,11 +91,12 @@ impl<'p> Occluded<'p> {
         self.0.latest()
     }
 
-    /// Finds the outline past the triangles, and past fine meshes that are known by their
-    /// silhouettes: edges, each with the layers that lie on its left less those on its right.
+    /// Finds the outline past the triangles and past fine meshes, which are given by their
+    /// silhouettes: edges from one point to another, each with the number of layers on its left
+    /// minus the number on its right.
     ///
-    /// Edges may be missing beyond the polygon and behind triangles; elsewhere as many layers come
-    /// as go around any place.
+    /// Edges may be missing outside of the polygon and behind triangles; elsewhere, the changes of
+    /// the number of layers around any point have to add up to zero.
     pub fn outline(self, silhouettes: impl Iterator<Item = (Point, Point, i32)>) -> Outline<'p> {
         self.0.past_surfaces = true;
         let edges = &mut self.0.surface_edges;
@@ -108,7 +111,7 @@ impl<'p> Occluded<'p> {
         Outline(self.0)
     }
 
-    /// Forgets the silhouettes of an outline.
+    /// Removes the silhouettes of an outline.
     fn without_silhouettes(self) -> Self {
         self.0.past_surfaces = false;
         self.0.surface_edges.clear();
@@ -117,23 +120,23 @@ impl<'p> Occluded<'p> {
 }
 
 impl<'p> Outline<'p> {
-    /// All parts of edges that are on the polygon and past all triangles, on their right at least:
-    /// where triangles or silhouettes that are missing may matter.
+    /// All parts of edges that are on the polygon and have no triangle over their right: where
+    /// missing triangles or silhouettes may matter.
     pub fn edges(&self) -> impl Iterator<Item = [Point; 2]> {
         self.0.stretches.iter()
     }
 
-    /// Adds triangles to those before the polygon, and forgets the silhouettes.
+    /// Adds triangles in front of the polygon, and removes the silhouettes.
     pub fn past(self, triangles: impl Iterator<Item = [Point; 3]>) -> Occluded<'p> {
         Occluded(self.0).without_silhouettes().past(triangles)
     }
 
-    /// Finds the boundary of the polygon minus triangles and meshes. `is_visible` says of a point
-    /// of the polygon, past all triangles and at least `least` away from all edges, whether it is
-    /// past all meshes, too.
+    /// Finds the boundary of the polygon minus triangles and meshes. `is_visible` is called with
+    /// points of the polygon that are past all triangles and at least `least` away from all edges,
+    /// and returns whether they are past all meshes, too.
     ///
-    /// Of all points that edges connect, one is queried: under the fewest layers. `None` if edges
-    /// are so close to each other that there is none to query.
+    /// Of all points that are connected by edges, one is queried, under the fewest layers. `None`
+    /// if edges are so close to each other that there is no point to query.
     ///
     /// ```
     /// use linelit_penumbra::Penumbra;

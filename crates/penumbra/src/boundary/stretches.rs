@@ -1,13 +1,13 @@
-//! The boundary past surfaces that are known by their silhouettes alone.
+//! The boundary past surfaces of which only the silhouettes are known.
 //!
-//! Two things hide points of the light: *images* of single triangles, and *surfaces* (meshes) of
-//! which only the silhouettes are known. The *sides* that this file walks along are the sides of
-//! images, silhouettes, and the sides of the light itself. A point is visible where no image and no
-//! layer of a surface is over it. Images are counted ([`counts`](super::counts)); sides of surfaces
-//! that coincide with others count as images, too. Of surfaces nobody knows how many layers are
-//! over a point, but each silhouette says how many more are on its left than on its right: its
-//! weight. So the layers right next to a side, on its right, are an unknown x plus a known number,
-//! which changes at each *event*, where another side crosses:
+//! Two things hide points of the light: *images* of single triangles, and *surfaces* (meshes), of
+//! which only the silhouettes are known. This file walks along *sides*: the sides of images,
+//! silhouettes, and the sides of the light itself. A point is visible if no image and no layer of a
+//! surface is over it. Images are counted ([`counts`](super::counts)); where sides of surfaces
+//! coincide with others, they count as images, too. How many layers of surfaces are over a point is
+//! not known, but each silhouette says how many more there are on its left than on its right: its
+//! weight. So the number of layers right next to a side, on its right, is an unknown x plus a known
+//! number, which changes at each *event*, where another side crosses:
 //!
 //! ```text
 //!                      a silhouette
@@ -18,13 +18,13 @@
 //!    ╰─────── stretch ──────╯╰── stretch ─╯          ╰──── stretch ────╯
 //! ```
 //!
-//! Behind images silhouettes may be missing, so that where a side comes out from behind images
-//! another unknown begins. A *stretch* is a part of a side, past images, between two events: either
-//! all of it is boundary or nothing.
+//! Behind images, silhouettes may be missing, so where a side comes out from behind images, a new
+//! unknown begins. A *stretch* is a part of a side, past images, between two events: either all of
+//! it is boundary or nothing of it.
 //!
-//! Where two sides cross, one sector is right of both, and what is counted along either is over it.
-//! This is an equation ([`LayerEquations`]). Below, x and y are counted where a and b come from,
-//! and b has the weight 1, so that there is one layer less right of b than left of it:
+//! Where two sides cross, one sector is right of both, and the counts along both sides agree on its
+//! layers. This is an equation ([`LayerEquations`]). Below, x and y are the counts where a and b
+//! come from, and b has the weight 1, so that there is one layer less right of b than left of it:
 //!
 //! ```text
 //!                ▲ b
@@ -36,19 +36,21 @@
 //!      of b      │
 //! ```
 //!
-//! Two more kinds of equations come from a side that goes on in the next one, around the same image
-//! or the same surface, and from a side that enters the light through one of the light's own sides.
+//! Two more kinds of equations come from a side that continues in the next one, around the same
+//! image or the same surface, and from a side that enters the light through one of the light's own
+//! sides.
 //!
-//! Stretches whose unknowns equations connect are a *group*. In a group all counts can be compared,
-//! and none is negative. So one query is enough for it, at a point next to the stretch with the
-//! lowest count: if nothing is over the point, this count is zero, and the group's boundary are the
-//! stretches with this count; if something is, all counts are positive, and none of it is boundary.
+//! Stretches whose unknowns are connected by equations are a *group*. Within a group all counts can
+//! be compared, and no count is negative. So one query per group is enough, at a point next to the
+//! stretch with the lowest count: if nothing is over the point, this count is zero, and the
+//! stretches with this count are boundary; if something is over it, all counts are positive, and no
+//! stretch of the group is boundary.
 //!
-//! Rounding costs queries, not errors: what is too close to decide gives no equation, so that there
-//! are more groups, and a stretch of no length to speak of never represents a group. (A group of
-//! such stretches alone is left out, as its part of the boundary has no length either; where the
-//! counts contradict each other, or no point for a query can be found, the caller takes another
-//! way.)
+//! Rounding costs queries and never makes errors: what is too close to decide gives no equation, so
+//! that there are more groups, and a stretch without noticeable length never represents a group. (A
+//! group of only such stretches is left out, as its part of the boundary has no length either.
+//! Where counts contradict each other, or no point for a query can be found, the caller uses
+//! another method.)
 
 use super::index::Index;
 use super::layer_counts::{LayerCount, LayerEquations};
@@ -59,7 +61,7 @@ use crate::clip::End;
 use crate::orient::Point;
 use linelit_geometry::stop;
 
-/// A part of a side, past images, between two places where the layers right of it change.
+/// A part of a side, past images, between two points where the layers right of it change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) side: Index,
@@ -69,33 +71,33 @@ pub(super) struct Stretch {
     pub(super) hi: End,
 }
 
-/// The stretches of all sides, and what is known of the layers right of them.
+/// The stretches of all sides, and the equations between their counts.
 #[derive(Debug, Default)]
 pub(super) struct Stretches {
     all: Vec<Stretch>,
     equations: LayerEquations,
-    /// The stretch that represents each group, by the root of the group's unknowns: the longest of
+    /// For the root of each group's unknowns, the stretch that represents the group: the longest of
     /// those with the lowest count.
     lowest: Vec<Option<Index>>,
-    /// For the root of each group, the known part of the count up to which stretches are boundary:
-    /// the count of the stretch at which the query was, which has none below it but short ones.
-    /// `None` if something is over all of them.
+    /// For the root of each group's unknowns, the known part of the count up to which stretches are
+    /// boundary: the count of the stretch at which the query was made, below which there are only
+    /// short ones. `None` if something is over all stretches of the group.
     visible: Vec<Option<i32>>,
 }
 
-/// The length, in units of the light, up to which stretches do not represent their group: rounding
-/// may have made them.
+/// The length, in units of the light, up to which stretches do not represent their group, since
+/// rounding may have made them.
 const SHORT: f64 = 1e-12;
 
 impl Stretch {
-    /// Its length along the axes: at most √2 times its length.
+    /// Its length along the axes (L₁ norm): at most √2 times its length.
     pub(super) fn length(&self) -> f64 {
         let (a, b) = (self.lo.point, self.hi.point);
         (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
     }
 
-    /// Whether it represents a group better than another of the same group: it is long enough where
-    /// the other is not, or has the lower count, or the same count and is longer.
+    /// Whether it represents its group better than another stretch of the group: because it is long
+    /// enough and the other is not, or has the lower count, or is longer at the same count.
     fn is_lower(&self, other: &Self, short: f64) -> bool {
         let (length, others) = (self.length(), other.length());
         match (length > short, others > short) {
@@ -121,8 +123,8 @@ impl Stretches {
         self.equations.clear();
     }
 
-    /// Counts all layers from the root of their group, and finds the stretch that represents each
-    /// group.
+    /// Expresses the counts of all stretches by the roots of their groups, and finds the stretch
+    /// that represents each group.
     fn find_lowest(&mut self, short: f64) {
         self.lowest.clear();
         self.lowest.resize(self.equations.len(), None);
@@ -137,7 +139,7 @@ impl Stretches {
         }
     }
 
-    /// The stretches that are boundary, once [`Self::visible`] is known.
+    /// The stretches that are boundary, after [`Self::visible`] was filled.
     fn visible(&self) -> impl Iterator<Item = &Stretch> {
         self.all.iter().filter(|stretch| {
             let most = self.visible[stretch.layers.unknown.get()];
@@ -147,8 +149,9 @@ impl Stretches {
 }
 
 impl Penumbra {
-    /// Collects the stretches of a side, given how many images are right of where counting starts,
-    /// and notes at its ends and crossings what its neighbours may share with it.
+    /// Collects the stretches of a side, given how many images are right of the point where
+    /// counting starts, and stores at its ends and crossings the counts that equations with other
+    /// sides need.
     pub(super) fn collect_stretches(&mut self, i: usize, mut images: i32) {
         let Self {
             sides,
@@ -161,8 +164,9 @@ impl Penumbra {
         let Stretches { all, equations, .. } = stretches;
         let side = &mut sides[i];
         let Some(part) = side.part else { return };
-        // A loose side ends where others cut it, to rounding, and so do its events. The light's own
-        // sides are exact, whatever crosses them. Positions and margin are in units of length².
+        // The ends of a loose side are rounded noticeably where others cut it, and so are its
+        // events. The light's own sides are exact, whatever crosses them. Positions and the margin
+        // are in units of length².
         let is_loose = side.is_loose && !side.light;
         let room = CLOSE * *unit * side.edge.extent();
         let mut passed = Layers::default();
@@ -170,7 +174,7 @@ impl Penumbra {
         side.layers_at_start = layers;
         let (mut reached, mut previous) = (part.lo, part.lo.at);
         for k in 0..=own.len() {
-            // End a stretch at the event, or at the end of the side.
+            // End the current stretch at the event, or at the end of the side.
             let event = own.get(k).map(|(_, event)| event.get());
             let hi = event.map_or(part.hi, |event| events[event].end);
             if hi.at > reached.at {
@@ -184,7 +188,8 @@ impl Penumbra {
             }
             let Some(event) = event else { break };
             let event = &mut events[event];
-            // Count beyond the event: on, or anew where the side comes out from behind images.
+            // Find the count beyond the event; where the side comes out from behind images, it is a
+            // new unknown.
             let layers_before = layers;
             passed += event.change;
             images += event.change.images;
@@ -193,8 +198,8 @@ impl Penumbra {
                 Some(layers) => Some(layers.plus(event.change.surfaces)),
                 None => Some(equations.new_unknown()),
             };
-            // Note the count in the sector that is right of both sides: it is before the event
-            // where this side comes to the left of the other.
+            // Store the count of the sector that is right of both sides: it is before the event if
+            // this side passes to the left of the other.
             let next = own.get(k + 1).map_or(part.hi.at, |next| next.0);
             let is_certain = !is_loose && (hi.at - previous).min(next - hi.at) > room;
             event.layers = match event.to_left {
@@ -204,14 +209,14 @@ impl Penumbra {
             };
             previous = hi.at;
         }
-        // Crossings that rounding puts at the side's very end have no event: the rest of the side's
-        // whole change is theirs.
+        // Crossings that rounding moves to the very end of the side have no event; they make the
+        // rest of the side's total change.
         let left = side.change + -passed;
         let layers = layers.filter(|_| images + left.images == 0);
         side.layers_at_end = layers.map(|layers| layers.plus(left.surfaces));
     }
 
-    /// Finds which stretches are boundary by one query of `is_visible` for each group; false if the
+    /// Finds which stretches are boundary, by one call of `is_visible` for each group; false if
     /// counts contradict each other, or if there is no point at which to query.
     pub(super) fn find_boundary(
         &mut self,
@@ -219,14 +224,14 @@ impl Penumbra {
         mut is_visible: impl FnMut(Point) -> bool,
     ) -> bool {
         self.pieces.clear();
-        // Join the stretches to groups, and find the one in each that is under the fewest layers.
+        // Join the stretches to groups, and find the stretch with the fewest layers in each.
         if !self.equate_layers() {
             return false;
         }
         let short = SHORT * self.unit;
         self.stretches.find_lowest(short);
-        // Query next to it whether anything is over it. Nothing is known of a group of short ones
-        // alone, which is left out.
+        // Query next to it whether anything is over it. A group of only short stretches is left
+        // out.
         self.stretches.visible.clear();
         for root in 0..self.stretches.lowest.len() {
             stop::check();
@@ -240,7 +245,7 @@ impl Penumbra {
             }
             self.stretches.visible.push(visible);
         }
-        // What is visible is on the right of a side, and on the left of the boundary: turn them.
+        // What is visible is right of a side but left of the boundary, so reverse the direction.
         let visible = self.stretches.visible();
         self.pieces.extend(visible.map(|stretch| BoundaryEdge {
             from: stretch.hi.point,
@@ -249,8 +254,8 @@ impl Penumbra {
         true
     }
 
-    /// Equates the counts of sides that share what is right of them; false if they contradict each
-    /// other.
+    /// Adds the equations between counts of sides that have the same point on their right; false if
+    /// they contradict each other.
     fn equate_layers(&mut self) -> bool {
         let Self {
             sides,
@@ -264,20 +269,20 @@ impl Penumbra {
                 agree &= stretches.equations.equate(a, b);
             }
         };
-        // Where two sides cross, each pair once.
+        // At crossings, from both sides; each pair once.
         for (i, event) in events.iter().enumerate() {
             if let Some(twin) = event.twin.map(Index::get).filter(|twin| *twin > i) {
                 equate(event.layers, events[twin].layers);
             }
         }
         for side in &*sides {
-            // Where a side enters the light, if counting starts there (it is negative where
-            // counting does not, and a touched end is no entry).
+            // Where a side enters the light, if counting starts there. (`counted` is negative where
+            // it does not, and a touched end is not an entry.)
             let is_cut = side.counted >= 0.0 && !side.touched[0];
             if let Some(entry) = side.entry.filter(|_| is_cut) {
                 equate(side.layers_at_start, events[entry.get()].layers);
             }
-            // Where a side goes on in the next one around the same image or the same surface.
+            // Where a side continues in the next one around the same image or the same surface.
             let is_image = |side: &Side| side.weight.images != 0;
             if let Some(next) = side.next.map(|next| &sides[next.get()])
                 && is_image(side) == is_image(next)

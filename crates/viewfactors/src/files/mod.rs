@@ -1,4 +1,5 @@
-//! Files of facets: View3D's `.vs3` and STL, with their polygons and all their digits.
+//! Readers of files with facets: View3D's `.vs3` and STL. Polygons stay polygons, and coordinates
+//! keep all their digits.
 
 mod stl;
 mod vs3;
@@ -12,22 +13,22 @@ use std::str::FromStr;
 /// The facets of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Corners.
+    /// The corners of facets.
     pub vertices: Vec<[f64; 3]>,
     /// The numbers of each facet's vertices.
     pub polygons: Vec<Vec<u32>>,
-    /// The place of each facet in the file; empty where the file has none.
+    /// Where each facet is in the file; empty if the format does not say.
     pub places: Vec<Place>,
-    /// The emittances of the facets that send and receive, if the file has them. Facets behind
-    /// these are obstructions.
+    /// The emittances of the facets that send and receive, if the file has them.
     pub emittances: Vec<f64>,
-    /// The number of facets that send and receive: the first ones. The others only hide.
+    /// The number of facets that send and receive, which are the first ones; the facets after them
+    /// are obstructions, which only hide.
     pub senders: usize,
-    /// Sentences on what the file says and nobody heeds.
+    /// Sentences about what the file says and the reader ignores.
     pub notes: Vec<String>,
 }
 
-/// A place in a file.
+/// A position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line of text, counted from one.
@@ -48,9 +49,9 @@ impl fmt::Display for Place {
 /// The reason why a file is refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
-    /// The place.
+    /// Where in the file it is wrong.
     pub place: Place,
-    /// The words for what is wrong there.
+    /// A description of what is wrong there.
     pub what: String,
 }
 
@@ -62,18 +63,19 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
-/// The characters of a word that a message shows.
+/// The largest number of characters of a word that a message shows.
 const SHOWN: usize = 40;
 
-/// A line of text, with its words that have not been read.
+/// A line of text, with the words that have not been read yet.
 struct Line<'a> {
     number: usize,
     words: std::str::SplitAsciiWhitespace<'a>,
 }
 
 impl<'a> Line<'a> {
-    /// The lines of a text that have words, without comments, which begin with one of `comments`.
-    /// Bytes that are no UTF-8 are no words that a reader knows.
+    /// The lines of a text that have words, each with its first word. Comments, which begin with
+    /// one of the characters `comments`, are removed. Bytes that are not UTF-8 form words that no
+    /// reader knows.
     fn all(text: &'a str, comments: &'static [char]) -> impl Iterator<Item = (&'a str, Self)> {
         text.lines().zip(1..).filter_map(move |(line, number)| {
             let text = line.split(comments).next().unwrap_or_default();
@@ -87,7 +89,7 @@ impl<'a> Line<'a> {
         FileError { place, what }
     }
 
-    /// The next word as a number of some kind.
+    /// Parses the next word; `what` describes it in messages.
     fn read<T: FromStr>(&mut self, what: &str) -> Result<T, FileError> {
         let Some(word) = self.words.next() else {
             return Err(self.error(format!("expected {what}, the line ends")));
@@ -97,21 +99,21 @@ impl<'a> Line<'a> {
         word.parse().map_err(wrong)
     }
 
-    /// The next word as a finite number.
+    /// Parses the next word as a finite number.
     fn number(&mut self, what: &str) -> Result<f64, FileError> {
         let value: f64 = self.read(what)?;
         let is_finite = value.is_finite().then_some(value);
         is_finite.ok_or_else(|| self.error(format!("expected {what}, found {value}")))
     }
 
-    /// The next three words as a point.
+    /// Parses the next three words as a point.
     fn point(&mut self) -> Result<[f64; 3], FileError> {
         let [x, y, z] = ["x", "y", "z"].map(|axis| self.number(&format!("the coordinate {axis}")));
         Ok([x?, y?, z?])
     }
 }
 
-/// A number of things as they are numbered.
+/// Converts a count to a vertex number, if it fits.
 fn number_of(count: usize, line: &Line<'_>) -> Result<u32, FileError> {
     u32::try_from(count).map_err(|_| line.error("more than 4,294,967,295 vertices"))
 }

@@ -1,18 +1,19 @@
-//! STL, as text or as bytes: triangles whose corners of equal coordinates are joined.
+//! The reader of STL files, text or binary. Corners with equal coordinates are joined to one
+//! vertex.
 
 use super::{FileError, Line, Mesh, Place, number_of};
 use std::collections::HashMap;
 
-/// The bytes before the triangles of a binary file, and those of a triangle: a normal, three
-/// corners and two bytes more.
+/// The number of bytes before the triangles of a binary file, and the number of bytes of a
+/// triangle: a normal, three corners, and two more bytes.
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
-/// Reads an STL file: binary if it has as many bytes as the triangles that it tells, else text that
-/// begins with `solid`.
+/// Reads an STL file. It is binary if its length fits the number of triangles in its header;
+/// otherwise it has to be text that begins with `solid`.
 ///
 /// # Errors
-/// The first line or byte that is wrong.
+/// Returns an error for the first line or byte that is wrong.
 pub fn read(bytes: &[u8]) -> Result<Mesh, FileError> {
     let told = bytes.get(HEAD - 4..HEAD).and_then(|b| b.try_into().ok());
     let told = told.map(|count| u32::from_le_bytes(count) as usize);
@@ -33,18 +34,18 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, FileError> {
     Err(FileError { place, what })
 }
 
-/// Triangles in the making.
+/// A mesh to which triangles are added, with a table of its vertices.
 #[derive(Default)]
 struct Joined {
     mesh: Mesh,
-    /// The vertex of each position, by its bits.
+    /// The vertex at each position, by the bits of the coordinates.
     numbers: HashMap<[u64; 3], u32>,
 }
 
 impl Joined {
-    /// The number of a vertex.
+    /// The number of the vertex at a position; adds it if it is new.
     fn vertex(&mut self, position: [f64; 3]) -> u32 {
-        // −0 and 0 are equal.
+        // Minus zero and zero are equal.
         let key = position.map(|x| (x + 0.0).to_bits());
         let next = u32::try_from(self.mesh.vertices.len()).unwrap_or(u32::MAX);
         *self.numbers.entry(key).or_insert_with(|| {
@@ -59,6 +60,7 @@ impl Joined {
     }
 }
 
+/// Reads the triangles of a binary file.
 fn binary(bytes: &[u8]) -> Result<Mesh, FileError> {
     let mut joined = Joined::default();
     for (number, triangle) in bytes[HEAD..].chunks_exact(TRIANGLE).enumerate() {
@@ -80,11 +82,14 @@ fn binary(bytes: &[u8]) -> Result<Mesh, FileError> {
     Ok(joined.finish())
 }
 
+/// Reads a text file, whose facets may have more than three vertices.
 fn text(text: &str) -> Result<Mesh, FileError> {
     let mut joined = Joined::default();
     let mut corners = Vec::new();
     let mut last = 1;
     let mut open = 0;
+    // Collect the vertices of each facet from `facet` to `endfacet`; the words between them do not
+    // matter.
     for (word, mut line) in Line::all(text, &[]) {
         last = line.number;
         match word.to_ascii_lowercase().as_str() {

@@ -1,19 +1,21 @@
-//! View3D's input, geometry `F 3`: vertices by numbers, and surfaces of three or four of them.
+//! The reader of View3D's input with geometry `F 3`: numbered vertices, and surfaces of three or
+//! four of them.
 
 use super::{FileError, Line, Mesh, Place};
 
-/// Reads a `.vs3` file: `T`, `C`, `F 3`, `V`, `S`, `O` and `E`, in either case; `!` and `/` begin
-/// comments. An `O` surface hides and has no row. What control lines say is for View3D.
+/// Reads a `.vs3` file with the lines `T`, `C`, `F 3`, `V`, `S`, `O` and `E`, in upper or lower
+/// case; `!` and `/` begin comments. An `O` surface hides others and has no row. Control lines
+/// (`C`) are meant for View3D and ignored.
 ///
 /// # Errors
-/// The first line that is wrong, or that says what is not supported: masks (`M`, `N`), surfaces
-/// within others (`base`), and other geometries than `F 3`.
+/// Returns an error for the first line that is wrong or uses what is not supported: masks (`M`,
+/// `N`), surfaces within others (`base`), and geometries other than `F 3`.
 pub fn read(bytes: &[u8]) -> Result<Mesh, FileError> {
     let text = String::from_utf8_lossy(bytes);
     let mut mesh = Mesh::default();
     let mut combined = None;
     for (word, mut line) in Line::all(&text, &['!', '/']) {
-        // The first character alone says what a line is.
+        // The first character alone determines the kind of the line.
         match word.as_bytes()[0].to_ascii_uppercase() {
             b'T' | b'C' => {}
             b'E' | b'*' => break,
@@ -54,7 +56,7 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, FileError> {
     Ok(mesh)
 }
 
-/// That things are numbered in their order, from one, as View3D wants them.
+/// Checks that vertices or surfaces are numbered consecutively from one, as View3D requires.
 fn in_order(line: &mut Line<'_>, what: &str, count: usize) -> Result<(), FileError> {
     let number: usize = line.read(&format!("the number of a {what}"))?;
     if number != count + 1 {
@@ -64,7 +66,7 @@ fn in_order(line: &mut Line<'_>, what: &str, count: usize) -> Result<(), FileErr
     Ok(())
 }
 
-/// The number of a surface, and its vertices; the fourth is 0 for triangles.
+/// Reads the number of a surface and its vertices; the fourth vertex is 0 for triangles.
 fn surface(mesh: &mut Mesh, line: &mut Line<'_>) -> Result<(), FileError> {
     in_order(line, "surface", mesh.polygons.len())?;
     let mut corners = Vec::with_capacity(4);
@@ -85,7 +87,8 @@ fn surface(mesh: &mut Mesh, line: &mut Line<'_>) -> Result<(), FileError> {
     Ok(())
 }
 
-/// The base, the combination and the emittance of a surface; whether it is to be combined.
+/// Reads the base, the combination and the emittance of a surface; returns whether the file wants
+/// it to be combined with another.
 fn emittance(mesh: &mut Mesh, line: &mut Line<'_>) -> Result<bool, FileError> {
     let base: u32 = line.read("the number of the base surface")?;
     if base != 0 {

@@ -1,4 +1,4 @@
-//! The binary tree that the hierarchy is collapsed from.
+//! The binary tree from which the hierarchy is collapsed, and the boxes that it consists of.
 
 /// A box in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ impl Bounds {
         hi: [f32::NEG_INFINITY; 3],
     };
 
-    /// The smallest box around both.
+    /// The smallest box around two boxes.
     #[inline(always)]
     pub(crate) fn union(&self, other: &Self) -> Self {
         let mut both = *self;
@@ -29,8 +29,8 @@ impl Bounds {
         }
     }
 
-    /// Half of the surface of a box that is not empty. In `f64`, where it neither overflows nor
-    /// vanishes for any box of `f32`.
+    /// Half of the surface area of a box that is not empty. It is computed in `f64`, where it
+    /// neither overflows nor underflows for any box of `f32`.
     #[inline(always)]
     pub(crate) fn half_area(&self) -> f64 {
         let d = |axis: usize| f64::from(self.hi[axis]) - f64::from(self.lo[axis]);
@@ -39,32 +39,33 @@ impl Bounds {
     }
 }
 
-/// The lesser of two numbers, none of them NaN: one instruction, unlike `f32::min`.
+/// The minimum of two numbers that are not NaN: one instruction, unlike `f32::min`.
 #[inline(always)]
 pub(crate) fn least(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The greater of two numbers, none of them NaN.
+/// The maximum of two numbers that are not NaN.
 #[inline(always)]
 pub(crate) fn most(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// A node of the binary tree: a triangle, or two children that stand side by side. The root is
-/// node 0, the first child of each pair has an odd number.
+/// A node of the binary tree: a triangle, or two children next to each other in the list. The root
+/// is node 0, and the first child of each pair has an odd index.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct Binary {
     pub(super) bounds: Bounds,
-    /// The first child, or the triangle.
+    /// The index of the first child, or the number of the triangle.
     pub(super) first: u32,
-    /// [`Binary::LEAF`] or nothing.
+    /// [`Binary::LEAF`] or zero.
     pub(super) tag: u32,
 }
 
 impl Binary {
-    /// The bit of a node that is a single triangle (or, in a part of a tree, where it ends).
+    /// The bit of a node that is a single triangle, or where a part of a tree ends that is handled
+    /// by itself.
     pub(super) const LEAF: u32 = 1 << 31;
 
     pub(super) const EMPTY: Self = Self {

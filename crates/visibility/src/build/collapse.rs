@@ -1,8 +1,10 @@
-//! Which nodes of the binary tree become leaves of the hierarchy and which its wide nodes, by the
-//! least expected cost.
+//! Collapsing of the binary tree to the hierarchy: which nodes of the binary tree become wide nodes
+//! and which subtrees become leaves, at the least expected cost.
 //!
-//! **Source**: the dynamic programme of Ylitie, Karras & Laine 2017, section 3.1, with leaves of
-//! eight at a fixed cost.
+//! **Source**: the dynamic programme of Ylitie, Karras & Laine 2017, section 3.1, with leaves of up
+//! to eight triangles at a fixed cost. From the leaves up, the programme computes for each subtree
+//! its least cost if it is represented by up to 1, 2, … 8 children of a wide node, and stores the
+//! choices that attain it; from the root down, the choices are carried out.
 
 use super::{LEAF_SIZE, binary::Binary, index};
 use crate::{
@@ -17,18 +19,19 @@ use std::{
 /// The triangles of a leaf; lanes that are not in use repeat the first.
 pub(super) type Triangles = [u32; LEAF_SIZE as usize];
 
-/// Levels of the binary tree within which both children of a node are worth a thread each.
+/// The number of levels of the binary tree within which both children of a node are worth a thread
+/// each.
 const SHARED_LEVELS: u32 = 12;
 
-/// Parts that the wide nodes are made in.
+/// The number of parts in which wide nodes are made in parallel.
 const PARTS: usize = 1 << 8;
 
-/// The wide nodes of the best hierarchy, and the triangles of its leaves; `leaf_cost` is what
-/// testing a leaf costs, in tests of a node.
+/// Collapses a binary tree: returns the wide nodes of the best hierarchy, and the triangles of its
+/// leaves. `leaf_cost` is the cost of testing a leaf, relative to testing a node.
 ///
-/// A scene that is a node alone takes all of its boxes. The expected cost would have the walls of a
-/// room in one leaf, for a line through the room meets some of them; a shadow ray within it meets
-/// the box of none.
+/// If the whole scene fits into one node, all boxes of that node are used: the expected cost would
+/// put the walls of a room into one leaf, since a line through the room hits some of them; but a
+/// shadow ray within the room enters the boxes of none.
 pub(super) fn collapse(nodes: Vec<Binary>, leaf_cost: f64) -> (Vec<Node>, Vec<Triangles>) {
     let most = (index(nodes.len() / 2 + 1) / 8).clamp(2, LEAF_SIZE);
     let choices = (0..nodes.len() / 2).map(|_| AtomicU32::new(0)).collect();
@@ -42,31 +45,32 @@ pub(super) fn collapse(nodes: Vec<Binary>, leaf_cost: f64) -> (Vec<Node>, Vec<Tr
     tree.widen()
 }
 
-/// The bit of a choice for a node that is best kept as a leaf in one piece.
+/// The bit of a choice that says that the subtree is best as a leaf, if it is one piece.
 const ONE_PIECE: u32 = 1 << 31;
 
-/// Bits of a choice for the pieces of the left child when the node is spread over up to j pieces,
-/// j = 2 to 8; 0: the node stays in one piece.
+/// The number of bits of a choice per number of pieces j = 2 to 8: they hold how many pieces the
+/// left child gets if the node is represented by up to j pieces; 0 if the node stays in one piece.
 const BITS: u32 = LEAF_SIZE.ilog2();
 
-/// The cost of a subtree in up to 1 to 8 pieces, and the number of its triangles.
+/// The least cost of a subtree in up to 1 to 8 pieces, and the number of its triangles.
 #[derive(Clone, Copy)]
 struct Cost {
     pieces: [f64; 8],
     triangles: u32,
 }
 
-/// A binary tree, and what has been decided about its nodes.
+/// A binary tree, and the choices made for its nodes.
 struct Tree {
     nodes: Vec<Binary>,
-    /// The choice for each pair of nodes, about their parent.
+    /// For each pair of nodes, the choice for their parent.
     choices: Vec<AtomicU32>,
     leaf_cost: f64,
-    /// The most triangles of a leaf.
+    /// The largest number of triangles in a leaf.
     most: u32,
 }
 
-/// Wide nodes, the first of which is the root, and leaves, both numbered from zero.
+/// A part of the hierarchy: wide nodes, the first of which is its root, and leaves, both numbered
+/// from zero.
 #[derive(Default)]
 struct Part {
     nodes: Vec<Node>,
@@ -74,7 +78,7 @@ struct Part {
 }
 
 impl Tree {
-    /// Decides for all nodes below one.
+    /// Makes the choices for all nodes of a subtree, and returns its cost.
     fn decide(&self, at: u32, levels: u32) -> Cost {
         let node = &self.nodes[at as usize];
         let area = node.bounds.half_area();
@@ -95,14 +99,15 @@ impl Tree {
         cost
     }
 
-    /// Computes the cost of a node with two children, and the choice that attains it.
+    /// Computes the cost of a node with two children, and the choices that attain it.
     fn decide_one(&self, area: f64, left: &Cost, right: &Cost) -> (Cost, u32) {
         let mut cost = Cost {
             pieces: [0.0; 8],
             triangles: left.triangles.saturating_add(right.triangles),
         };
         let mut split = [0_u32; 8];
-        // There are no more pieces than triangles.
+        // For each number of pieces, try all ways to divide them between the children; there are no
+        // more pieces than triangles.
         let most = cost.triangles.min(LEAF_SIZE) as usize;
         for pieces in 2..=most {
             let mut best = (f64::INFINITY, 0);
@@ -118,6 +123,7 @@ impl Tree {
         for pieces in most..8 {
             (cost.pieces[pieces], split[pieces]) = (cost.pieces[most - 1], split[most - 1]);
         }
+        // As one piece, the node is either a leaf or opened into eight pieces.
         let opened = area + cost.pieces[7];
         let closed = if cost.triangles <= self.most {
             area * self.leaf_cost
@@ -128,7 +134,7 @@ impl Tree {
         let mut choice = if closed <= opened { ONE_PIECE } else { 0 };
         for k in 1..8 {
             if cost.pieces[k - 1] <= cost.pieces[k] {
-                // As for one piece fewer.
+                // One piece fewer costs no more.
                 cost.pieces[k] = cost.pieces[k - 1];
                 split[k] = split[k - 1];
             }
@@ -146,7 +152,7 @@ impl Tree {
         node.is_leaf() || self.choice(node) & ONE_PIECE != 0
     }
 
-    /// The up to eight members of the wide node that opens `root`.
+    /// Collects the up to eight children of the wide node that opens `root`.
     fn members(&self, root: u32, out: &mut Vec<u32>) {
         out.clear();
         let node = &self.nodes[root as usize];
@@ -159,6 +165,7 @@ impl Tree {
         self.spread(node.first + 1, 8 - left, out);
     }
 
+    /// Collects the nodes that represent a subtree in up to `pieces` pieces.
     fn spread(&self, at: u32, pieces: usize, out: &mut Vec<u32>) {
         let node = &self.nodes[at as usize];
         let left = if pieces < 2 || node.is_leaf() {
@@ -174,7 +181,7 @@ impl Tree {
         }
     }
 
-    /// The triangles below a node that becomes a leaf, and their number.
+    /// The triangles of a subtree that becomes a leaf, and their number.
     fn triangles(&self, root: u32) -> (Triangles, usize) {
         let mut found = [0; LEAF_SIZE as usize];
         let mut count = 0;
@@ -198,8 +205,10 @@ impl Tree {
         (found, count)
     }
 
-    /// The wide nodes and the leaves: those at the top, and below them part by part.
+    /// Carries out the choices: makes the top of the hierarchy first, then the parts below it in
+    /// parallel, and joins them.
     fn widen(self) -> (Vec<Node>, Vec<Triangles>) {
+        // Open nodes breadth first until there are enough parts.
         let mut top = Part::default();
         let mut todo = VecDeque::from([(0, 0)]);
         top.nodes.push(Node::default());
@@ -210,6 +219,7 @@ impl Tree {
                 todo.push_back((node, root));
             });
         }
+        // Make the parts.
         let parts = pool::collect(todo.len(), 1, &|k| {
             let mut part = Part::default();
             part.nodes.push(Node::default());
@@ -219,6 +229,7 @@ impl Tree {
             }
             part
         });
+        // Append them to the top, with their indices shifted.
         drop(self);
         let Part {
             mut nodes,
@@ -238,8 +249,8 @@ impl Tree {
         (nodes, leaves)
     }
 
-    /// Makes the wide node that opens `root`, number `node` of a part; `todo` gets the nodes
-    /// in it.
+    /// Makes the wide node that opens `root`, with index `node` in its part; calls `todo` for each
+    /// wide node below it.
     fn open(&self, node: usize, root: u32, part: &mut Part, mut todo: impl FnMut(usize, u32)) {
         let mut members = Vec::with_capacity(8);
         self.members(root, &mut members);

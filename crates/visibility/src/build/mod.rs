@@ -1,7 +1,9 @@
-//! Building the hierarchy: a binary tree, split from its root and improved, is collapsed into nodes
-//! of eight.
+//! Building of the hierarchy: a binary tree over the triangles is grown from its root by the
+//! surface area heuristic ([`split`]), improved by moving subtrees ([`reinsert`]), and collapsed
+//! into nodes of eight boxes ([`collapse`]), whose boxes are then sorted ([`order`]).
 //!
-//! Time is n log n for any input: rows, copies, nests.
+//! The time is n log n for any input: also for rows of triangles, for copies, and for triangles
+//! nested in each other.
 
 mod binary;
 mod collapse;
@@ -26,22 +28,23 @@ use linelit_simd::Simd;
 pub(crate) use refit::refit;
 use split::Reference;
 
-/// Cost of testing a leaf, in tests of a node; `docs/decisions/003-growing-the-hierarchy.md`.
+/// The cost of testing a leaf, relative to testing a node; see
+/// `docs/decisions/003-growing-the-hierarchy.md`.
 const LEAF_COST: f64 = 1.2;
 
-/// The leaf cost in scenes of fewer than [`SMALL`] triangles. There it makes no difference to
-/// speed; fuller leaves keep such scenes below a hundred bytes a triangle.
+/// The leaf cost in scenes of fewer than [`SMALL`] triangles. It makes no difference to the speed
+/// there, and fuller leaves take such scenes below a hundred bytes per triangle.
 const LEAF_COST_SMALL: f64 = LEAF_COST / 2.0;
 
-/// Triangles of a small scene; of as many leaves (3 MB) the caches hold everything, so that asking
-/// for them ahead of time is of no use.
+/// The number of triangles below which a scene is small. Of as many leaves (3 MB) the caches hold
+/// everything, so that prefetching is of no use.
 const SMALL: usize = 10_000;
 
-/// Most triangles in a leaf.
+/// The largest number of triangles in a leaf.
 const LEAF_SIZE: u32 = 8;
 
 impl Hierarchy {
-    /// Bytes that it takes.
+    /// The bytes of memory that the hierarchy takes.
     pub(crate) fn memory(&self) -> usize {
         size_of_val(&self.nodes[..])
             + size_of_val(&self.leaves[..])
@@ -50,12 +53,12 @@ impl Hierarchy {
             + self.surfaces.memory()
     }
 
-    /// Closed meshes and the leaves' triangles in them.
+    /// The closed meshes, and for each leaf the codes of the meshes that its triangles belong to.
     pub(crate) fn meshes(&self) -> (&[ClosedMesh], &[[u16; 8]]) {
         (&self.meshes, &self.mesh_of)
     }
 
-    /// Asks for the memory of a node's children ahead of time.
+    /// Prefetches those of a node's children that are in the mask `found`.
     #[inline(always)]
     pub(crate) fn prefetch<S: Simd>(&self, s: S, node: &Node, found: u8) {
         if self.leaves.len() < SMALL {
@@ -74,28 +77,29 @@ impl Hierarchy {
     }
 }
 
-/// The collapsed hierarchy.
+/// The hierarchy that queries walk: nodes of eight boxes over leaves of up to eight triangles, with
+/// what is known about meshes.
 #[derive(Debug, Default)]
 pub(crate) struct Hierarchy {
-    /// The root first; those of a tree that was built, each before the nodes in it.
+    /// The nodes, the root first, each before the nodes below it.
     pub(crate) nodes: Vec<Node>,
     pub(crate) leaves: Vec<Leaf>,
-    /// Closed meshes, and which of them the triangles of each leaf belong to (one more than the
-    /// index, or zero); empty if there are none.
+    /// The closed meshes; and for each leaf, the codes of the meshes that its triangles belong to
+    /// (the index plus one, or zero). Empty if there are none.
     pub(crate) meshes: Vec<ClosedMesh>,
     pub(crate) mesh_of: Vec<[u16; 8]>,
-    /// The fine meshes among them, by nodes and leaves.
+    /// The fine surfaces.
     pub(crate) surfaces: Surfaces,
 }
 
-/// Triangles that may occlude, in the hierarchy's coordinates.
+/// The triangles of a scene, with conversion to the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Geometry<'a> {
     pub(crate) positions: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u32; 3]],
-    /// The origin of coordinates; an exact difference for every vertex.
+    /// The origin of the hierarchy's coordinates; the difference to every vertex is exact.
     pub(crate) origin: [f32; 3],
-    /// Largest absolute coordinate of what may occlude.
+    /// The largest absolute coordinate of triangles that can hide something.
     pub(crate) extent: f32,
 }
 
@@ -113,7 +117,7 @@ impl Geometry<'_> {
         [x - u, y - v, z - w]
     }
 
-    /// Triangles side by side.
+    /// Makes a leaf of eight triangles.
     fn leaf(&self, id: [u32; 8]) -> Leaf {
         let mut leaf = Leaf { id, ..Leaf::EMPTY };
         for (lane, &id) in id.iter().enumerate() {
@@ -141,10 +145,10 @@ impl Geometry<'_> {
     }
 }
 
-/// Items that are worth a thread.
+/// The number of items that one parallel task handles.
 const AT_ONCE: usize = 1 << 11;
 
-/// The boxes of the triangles that `kept` has.
+/// The boxes of the triangles for which `kept` is true.
 fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
     let mut references = pool::collect(kept.len(), AT_ONCE, &|k| match kept[k] {
         true => geometry.reference(index(k)),
@@ -155,29 +159,30 @@ fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
     references
 }
 
-/// The builder of the binary tree that a hierarchy is made of. Rays and lines get the same answers
-/// from either; what may depend on the tree is said at
-/// [`Occluders::refit`](crate::Occluders::refit).
+/// The builder of the binary tree from which a hierarchy is made. Rays and lines get the same
+/// answers with any; [`Occluders::refit`](crate::Occluders::refit) says what may depend on the
+/// tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Builder {
-    /// Our own builder splits triangles from the root on, in all threads.
+    /// The builder of this crate: splits triangles from the root down, in all threads.
     #[default]
     Own,
-    /// obvhs joins triangles by locally ordered clustering, in one thread. Our own takes its place
-    /// where its tree is deeper than four times the logarithm of the number of triangles: where
-    /// they are nested in each other, of which it makes a list, in quadratic time.
+    /// The builder of the crate obvhs: joins triangles by locally ordered clustering, in one
+    /// thread. Where it would make a tree that is deeper than four times the logarithm of the
+    /// number of triangles, the own builder is used instead. This happens for triangles that are
+    /// nested in each other, of which obvhs makes a list, in quadratic time.
     #[cfg(feature = "obvhs")]
     Obvhs,
 }
 
-/// Tells how a hierarchy is built.
+/// Options for building a hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
-    /// Makes it for rays alone, as
-    /// [`Occluders::build_for_rays`](crate::Occluders::build_for_rays) does.
+    /// Whether the hierarchy is for rays alone, as
+    /// [`Occluders::build_for_rays`](crate::Occluders::build_for_rays) makes it.
     pub for_rays: bool,
-    /// Names who grows the tree.
+    /// The builder of the tree.
     pub builder: Builder,
 }
 
@@ -192,12 +197,13 @@ impl Builder {
     }
 }
 
-/// Builds the hierarchy over the triangles that `kept` has; unless it is for rays alone, with what
-/// is of use to shafts.
+/// Builds the hierarchy over the triangles for which `kept` is true; unless it is for rays alone,
+/// with the data about meshes that shafts use.
 ///
-/// That is made with the rest, not when a shaft first asks: it needs the caller's triangles, marks
-/// nodes, and takes all threads, which a caller that waits for it within a pool may not have.
+/// These data are not left to the first shaft: computing them needs the caller's triangles, marks
+/// nodes, and uses all threads, which a caller that waits within a pool may not have.
 pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOptions) -> Hierarchy {
+    // Grow the binary tree.
     let mut references = references(geometry, kept);
     if references.is_empty() {
         return Hierarchy::default();
@@ -206,7 +212,8 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOption
     let tree = options.builder.grow(&mut references, geometry.extent);
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
-    // Both together take little more memory than the tree took with the boxes.
+    // Collapse it, and find the meshes at the same time. Both together take little more memory than
+    // the tree took together with the boxes.
     let (mut hierarchy, closed) = pool::join(
         || {
             let (mut nodes, ids) = collapse::collapse(tree, leaf_cost);
@@ -227,7 +234,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOption
 }
 
 impl Hierarchy {
-    /// Takes over which triangles belong to closed meshes and surfaces.
+    /// Adds the closed meshes and fine surfaces to a finished hierarchy.
     fn serve_shafts(&mut self, geometry: &Geometry<'_>, closed: ClosedMeshes) {
         let ClosedMeshes { meshes, of, fine } = closed;
         let leaves = &self.leaves;
@@ -243,8 +250,8 @@ impl Hierarchy {
     }
 }
 
-/// Numbers of nodes and of what is in them are below 2³²: a leaf holds a triangle at least, and
-/// [`Child::leaf`] refuses more than 2²⁸.
+/// Converts an index of a node, or of anything in one, to 32 bits. Indices are below 2³²: each leaf
+/// has at least one triangle, and [`Child::leaf`] refuses more than 2²⁸ leaves.
 pub(crate) fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }

@@ -1,20 +1,22 @@
-//! In which order the boxes of a node stand: a ray that asks whether it meets anything looks into
-//! the last of those it enters first.
+//! The order of the boxes in each node: a ray that only needs any hit visits the last box that it
+//! enters first.
 //!
-//! Expected to meet most is what has most triangles for its size: a line through a convex body
-//! crosses surfaces of area A within it A / (half of its own surface) times in the mean (Crofton).
-//! That order needs no distances and no sorting at each node, and opens fewer nodes than the
-//! nearest box first does: `docs/decisions/003-growing-the-hierarchy.md`.
+//! The boxes are sorted by the number of triangles that a ray through them is expected to hit. A
+//! line through a convex body crosses surfaces of area A within it A / (half of the body's own
+//! surface) times in the mean (Crofton), so the box with the most triangle area for its size comes
+//! last. This order needs no distances and no sorting at run time, and opens fewer nodes than the
+//! nearest box first: see `docs/decisions/003-growing-the-hierarchy.md`.
 
 use super::{AT_ONCE, Child, Leaf, Node};
 use crate::{node::DENSE, pool};
 use linelit_geometry::DVec3;
 
-/// Puts the boxes of every node into ascending order of the crossings expected in them, and notes
-/// which hold many triangles.
+/// Sorts the boxes of every node by the expected number of crossings, ascending, and marks the
+/// boxes that hold many triangles.
 pub(super) fn by_crossings(nodes: &mut [Node], leaves: &[Leaf]) {
     let of_leaves = pool::collect(leaves.len(), AT_ONCE, &|k| area(&leaves[k]));
-    // The area and the number of the triangles below each node; children stand behind parents.
+    // Sum up the area and the number of the triangles below each node; children come after their
+    // parents.
     let mut sums = vec![(0.0, 0); nodes.len()];
     let below = |sums: &[(f64, usize)], child: Child| match child.is_leaf() {
         true => (of_leaves[child.index()], child.count() as usize),
@@ -27,6 +29,7 @@ pub(super) fn by_crossings(nodes: &mut [Node], leaves: &[Leaf]) {
             sums[at] = (sums[at].0 + area, sums[at].1 + count);
         }
     }
+    // Sort the boxes of each node.
     let arrange = |_, nodes: &mut [Node]| {
         for node in nodes {
             let used = node.valid.count_ones() as usize;
@@ -45,7 +48,7 @@ pub(super) fn by_crossings(nodes: &mut [Node], leaves: &[Leaf]) {
     pool::stretches_of(nodes, AT_ONCE, &arrange);
 }
 
-/// The area of a leaf's triangles. Lanes that are not in use repeat the first.
+/// The total area of a leaf's triangles. Lanes that are not in use repeat the first.
 fn area(leaf: &Leaf) -> f64 {
     let mut area = 0.0;
     for lane in 0..8 {
@@ -57,7 +60,7 @@ fn area(leaf: &Leaf) -> f64 {
     area
 }
 
-/// The boxes of a node in the order in which `lanes` have them.
+/// The node with its boxes in the order of `lanes`.
 fn permuted(node: &Node, lanes: &[(f64, usize)]) -> Node {
     let mut out = Node::default();
     for (to, &(_, from)) in lanes.iter().enumerate() {

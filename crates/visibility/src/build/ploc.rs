@@ -1,10 +1,11 @@
-//! The binary tree as obvhs clusters it, in place of the one that [`split`](super::split) grows.
+//! The binary tree as the crate obvhs clusters it, in place of the one that [`split`](super::split)
+//! grows.
 //!
-//! Parallel locally ordered clustering joins triangles in pairs that are nearest to each other. Of
-//! many that are equally near (copies, rows) it joins a single pair in each pass, takes quadratic
-//! time and makes a list; and areas that overflow or vanish are all equal. So it is given boxes in
-//! units of the scene, each enlarged by a random amount of its own, which decides such ties. The
-//! nodes get boxes without that, and are improved as ours are.
+//! Parallel locally ordered clustering joins pairs that are nearest to each other. Of many pairs
+//! that are equally near (copies, rows) it joins a single one in each pass, takes quadratic time
+//! and makes a list; and areas that overflow or underflow are all equal. So it is given boxes in
+//! units of the scene, each enlarged by a random amount of its own, which breaks such ties. The
+//! nodes get boxes without that enlargement, and are improved as in the own builder.
 
 use super::{
     binary::Binary,
@@ -14,10 +15,11 @@ use super::{
 use linelit_geometry::glam::Vec3A;
 use obvhs::{BvhBuildParams, aabb::Aabb, ploc::PlocBuilder};
 
-/// Makes the tree over some triangles, unless it gets deeper than those that are searched and
+/// Grows the tree over some triangles; `None` if it is deeper than trees that can be improved and
 /// collapsed. `extent` is the largest absolute coordinate. obvhs uses the caller's thread alone.
 pub(super) fn grow(references: &[Reference], extent: f32) -> Option<Vec<Binary>> {
     let unit = split::unit(extent);
+    // Let obvhs cluster the enlarged boxes.
     let leaves: Vec<_> = references.iter().map(Reference::node).collect();
     let boxes: Vec<_> = leaves.iter().map(|leaf| shaken(leaf, unit)).collect();
     let settings = BvhBuildParams::medium_build();
@@ -31,7 +33,7 @@ pub(super) fn grow(references: &[Reference], extent: f32) -> Option<Vec<Binary>>
     let most_levels = reinsert::LEVELS * (usize::BITS - leaves.len().leading_zeros());
     let mut levels = vec![0; tree.nodes.len()];
     let mut nodes = vec![Binary::EMPTY; tree.nodes.len()];
-    // Children stand behind their parents.
+    // Convert its nodes, and check the depth; children come after their parents.
     for (at, node) in tree.nodes.iter().enumerate() {
         let first = node.first_index as usize;
         if node.is_leaf() {
@@ -45,6 +47,7 @@ pub(super) fn grow(references: &[Reference], extent: f32) -> Option<Vec<Binary>>
         }
         levels[first..first + 2].fill(below);
     }
+    // Fit the boxes from the leaves up, and improve the tree.
     for at in (0..nodes.len()).rev() {
         let Binary { first, .. } = nodes[at];
         if !nodes[at].is_leaf() {
@@ -56,8 +59,9 @@ pub(super) fn grow(references: &[Reference], extent: f32) -> Option<Vec<Binary>>
     Some(nodes)
 }
 
-/// Moves every side of a triangle's box, in units, outwards by up to 2⁻⁶ of its size, 2⁻²⁰ of its
-/// coordinates (16 roundings) and 2⁻⁶⁰ units, whose square is no denormal.
+/// The box of a triangle in units of the scene, with every side moved outwards by a pseudo-random
+/// amount: up to 2⁻⁶ of the box's size, plus 2⁻²⁰ of its coordinates (16 roundings), plus 2⁻⁶⁰
+/// units, whose square is not denormal.
 fn shaken(leaf: &Binary, unit: f32) -> Aabb {
     let [lo, hi] = [leaf.bounds.lo, leaf.bounds.hi].map(|v| Vec3A::from(v) * unit);
     let magnitude = lo.abs().max_element().max(hi.abs().max_element());
@@ -66,7 +70,7 @@ fn shaken(leaf: &Binary, unit: f32) -> Aabb {
         + 2.0_f32.powi(-60);
     let mut bits = (u64::from(leaf.first) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ bits >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    // Each side takes ten bits.
+    // Each side uses ten bits.
     let random = |side: u64| (bits >> (4 + 10 * side) & 0x3ff) as f32 * 2.0_f32.powi(-10);
     let by = |first| room * Vec3A::new(random(first), random(first + 1), random(first + 2));
     Aabb::new(lo - by(0), hi + by(3))

@@ -1,4 +1,4 @@
-//! New boxes for triangles that have moved, in the tree that stands.
+//! Refitting: new boxes for triangles that have moved, in a tree whose structure stays.
 
 use super::{AT_ONCE, Geometry, Hierarchy, binary::Bounds, least, most};
 use crate::{
@@ -7,8 +7,9 @@ use crate::{
     pool,
 };
 
-/// Gives `hierarchy`, which was built over the triangles that `kept` has, their new corners: leaves
-/// are copied anew, boxes made from the last node to the root, closed meshes found again.
+/// Gives `hierarchy`, which was built over the triangles for which `kept` is true, their new
+/// corners. Leaves are copied anew, boxes are fitted from the last node to the root, and closed
+/// meshes are found again.
 pub(crate) fn refit(
     geometry: &Geometry<'_>,
     kept: &[bool],
@@ -16,6 +17,8 @@ pub(crate) fn refit(
     hierarchy: &mut Hierarchy,
 ) {
     let Hierarchy { nodes, leaves, .. } = hierarchy;
+    // Fit leaves and boxes, and find the closed meshes at the same time. Children come after their
+    // parents.
     let closed = || for_shafts.then(|| ClosedMeshes::find(geometry, kept));
     let copy = |_, leaves: &mut [Leaf]| {
         for leaf in leaves {
@@ -44,7 +47,7 @@ pub(crate) fn refit(
     }
 }
 
-/// The box around those of a node.
+/// The box around all boxes of a node.
 fn around(node: &Node) -> Bounds {
     let mut all = Bounds::EMPTY;
     for lane in node.lanes() {

@@ -1,55 +1,56 @@
-//! Improving a binary tree: subtrees are taken out and put where they make boxes smaller.
+//! Improvement of a binary tree: subtrees are removed and inserted where they make boxes smaller.
 //!
 //! **Source**: Bittner, Hapala & Havran 2013, "Fast insertion-based optimization of bounding volume
-//! hierarchies": the nodes with the largest boxes, one after the other. Where a node is put is
-//! searched for as in Meister & Bittner 2018, "Parallel reinsertion for bounding volume hierarchy
-//! optimization", from its place upwards. A search looks at a bounded number of nodes, so that time
-//! is n log n where boxes lie on top of each other, too.
+//! hierarchies", for the choice of subtrees: the nodes with the largest boxes, one after the other.
+//! The search for the new position is that of Meister & Bittner 2018, "Parallel reinsertion for
+//! bounding volume hierarchy optimization": from the old position upwards. A search visits a
+//! bounded number of nodes, so that the time is n log n even where boxes lie on top of each other.
 
 use super::{binary::Binary, index};
 use linelit_geometry::stop;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// The share of the nodes that is looked at, as many times as there are passes.
+/// The fraction of the nodes that each pass tries to move, and the number of passes.
 const SHARE: f64 = 0.03;
 const PASSES: usize = 2;
 
-/// Nodes that the search for one place looks at.
+/// The largest number of nodes that the search for one position visits.
 const MOST_VISITS: u32 = 512;
 
-/// Levels of a tree, in logarithms of its nodes, beyond which nothing is put.
+/// The largest number of levels of a tree, as a multiple of the logarithm of its number of nodes;
+/// moves that would exceed it are not made.
 pub(super) const LEVELS: u32 = 4;
 
-/// Subtrees at which the top of a large tree ends that is improved by itself.
+/// The number of pairs of nodes in the top of a large tree, which is improved by itself.
 const TOP: usize = 1 << 14;
 
-/// The node beside another one; nodes are numbered as in [`Binary`].
+/// The other child of the same parent; nodes are numbered as in [`Binary`].
 #[inline(always)]
 const fn sibling(node: u32) -> u32 {
     ((node - 1) ^ 1) + 1
 }
 
-/// A tree, and the parent of each of its nodes but the root.
+/// The tree with the data that moves need.
 struct Tree<'a> {
     nodes: &'a mut [Binary],
     parents: Vec<u32>,
-    /// Levels below each node.
+    /// The number of levels below each node.
     heights: Vec<u16>,
-    /// Levels that the tree may have: so many that searching and moving take n log n.
+    /// The largest number of levels of the tree, so that searching and moving take n log n.
     most_levels: u32,
-    /// The stack of the search: nodes to look at, with the gain above them.
+    /// The stack of the search: nodes to visit, each with the gain at its parent.
     todo: Vec<(f64, u32)>,
 }
 
-/// Improves a tree with root 0 and fewer than 2³¹ nodes, in which children stand behind their
-/// parents; after that they do no more.
+/// Improves a tree with root 0 and fewer than 2³¹ nodes. Children have to come after their parents
+/// in the list; after the improvement they need not any more.
 pub(super) fn improve(nodes: &mut [Binary]) {
     if nodes.len() < 7 {
         return;
     }
     let mut parents = vec![0; nodes.len()];
     let mut heights = vec![0; nodes.len()];
-    // Children stand behind their parents.
+    // Find parents and heights; children come after their parents.
     for (i, node) in nodes.iter().enumerate().rev() {
         if !node.is_leaf() {
             parents[node.first as usize] = index(i);
@@ -64,7 +65,8 @@ pub(super) fn improve(nodes: &mut [Binary]) {
         parents,
         todo: Vec::new(),
     };
-    // Those with the largest boxes, all of them each time, though some change.
+    // Choose the nodes with the largest boxes. All passes use the same nodes, although some boxes
+    // change.
     #[allow(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -80,6 +82,7 @@ pub(super) fn improve(nodes: &mut [Binary]) {
         candidates.select_nth_unstable_by(count, largest_first);
         candidates.truncate(count);
     }
+    // Move each of them to the best position.
     for _ in 0..PASSES {
         for candidate in &mut candidates {
             *candidate = with_area(candidate.1, &tree);
@@ -94,7 +97,7 @@ pub(super) fn improve(nodes: &mut [Binary]) {
     }
 }
 
-/// The levels below the parent of a pair.
+/// The number of levels below the parent of a pair.
 fn above(heights: &[u16], pair: u32) -> u16 {
     let pair = pair as usize;
     heights[pair].max(heights[pair + 1]).saturating_add(1)
@@ -105,19 +108,26 @@ impl Tree<'_> {
         self.nodes[node as usize].bounds.half_area()
     }
 
-    /// The best place for a subtree other than where it is.
+    /// Finds the best position for a subtree: the node that should become its sibling. `None` if it
+    /// should stay.
+    ///
+    /// The gain of a move is how much the sum of all boxes' areas shrinks. The search removes the
+    /// subtree in thought, climbs from its old position to the root, and from each ancestor
+    /// descends into the other child, as long as the gain before adding the subtree's own box can
+    /// still exceed the best.
     fn search(&mut self, from: u32) -> Option<u32> {
         let bounds = self.nodes[from as usize].bounds;
         let area = bounds.half_area();
         let parent = self.parents[from as usize];
         let (mut best, mut place) = (0.0, 0);
-        // Without the subtree its parent goes, and the boxes above shrink to the rest.
+        // Without the subtree its parent is removed, and the boxes above shrink to what is left.
         let mut gain = self.area(parent);
         let mut beside = sibling(from);
         let mut left = self.nodes[beside as usize].bounds;
         let mut pivot = parent;
         let mut visits = 0;
         self.todo.clear();
+        // Descend into the subtree on the other side of the ancestor.
         loop {
             self.todo.push((gain, beside));
             while let Some((gain, to)) = self.todo.pop() {
@@ -136,6 +146,7 @@ impl Tree<'_> {
                     self.todo.push((below, node.first + 1));
                 }
             }
+            // Climb to the next ancestor, and shrink it.
             if pivot == 0 || visits >= MOST_VISITS {
                 break;
             }
@@ -150,8 +161,9 @@ impl Tree<'_> {
         (!stays).then_some(place)
     }
 
-    /// Moves a subtree, unless the tree would get too deep.
+    /// Moves a subtree, unless the tree would become too deep.
     fn apply(&mut self, from: u32, to: u32) {
+        // Compute the depth that the subtree would reach.
         let parent = self.parents[from as usize];
         let mut levels = 1;
         let mut above = to;
@@ -163,8 +175,9 @@ impl Tree<'_> {
         if levels + u32::from(below) > self.most_levels {
             return;
         }
-        // The parent's pair of nodes becomes that of the new one, whose second child is what was
-        // there; the parent's other child takes its place.
+        // Reuse the old parent's pair of nodes: it becomes the pair below the new position, with
+        // the node that was there as the second child. The subtree's old sibling takes the parent's
+        // place.
         let beside = sibling(from);
         let other = self.nodes[beside as usize];
         let there = self.nodes[to as usize];
@@ -175,14 +188,14 @@ impl Tree<'_> {
         self.put(parent, other, heights[0]);
         self.parents[from as usize] = to;
         self.parents[beside as usize] = to;
+        // Fit the boxes above both positions; the sibling in the parent's place may be smaller.
         self.refit(to);
-        // What took the parent's place fits, but may be smaller.
         if parent != 0 {
             self.refit(self.parents[parent as usize]);
         }
     }
 
-    /// Puts a node in a place and tells its children.
+    /// Moves a node to another index, and updates its children's parent.
     fn put(&mut self, at: u32, node: Binary, height: u16) {
         self.nodes[at as usize] = node;
         self.heights[at as usize] = height;
@@ -192,8 +205,7 @@ impl Tree<'_> {
         }
     }
 
-    /// Makes boxes and heights from an inner node upwards fit their children, as far as they
-    /// change.
+    /// Fits boxes and heights to their children, from an inner node upwards as far as they change.
     fn refit(&mut self, mut node: u32) {
         loop {
             let Binary { bounds, first, .. } = self.nodes[node as usize];
@@ -213,14 +225,15 @@ impl Tree<'_> {
     }
 }
 
-/// Improves the top of a tree that has been improved in parts.
+/// Improves the top of a large tree whose parts have been improved by themselves.
 pub(super) fn improve_top(nodes: &mut [Binary]) {
-    // Opened are the nodes with the largest boxes; the places of pairs are kept for the result.
+    // Copy the top: open the nodes with the largest boxes first, and remember where their pairs
+    // were.
     let mut top = vec![nodes[0]];
     let mut pairs = Vec::new();
     let area = |node: &Binary| node.bounds.half_area().to_bits();
     let mut open = BinaryHeap::from([(area(&nodes[0]), Reverse(0_usize))]);
-    // Nodes at which the part ends; what is in them stands in a list meanwhile.
+    // Nodes at which the top ends become leaves; what they were is stored in this list meanwhile.
     let mut ends: Vec<(u32, u32)> = Vec::new();
     while let Some((_, Reverse(at))) = open.pop() {
         let node = top[at];
@@ -238,6 +251,7 @@ pub(super) fn improve_top(nodes: &mut [Binary]) {
             top.push(*child);
         }
     }
+    // Improve the copy, and copy it back to the same pairs.
     improve(&mut top);
     for node in &mut top {
         if node.is_leaf() {

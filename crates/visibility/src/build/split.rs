@@ -1,9 +1,11 @@
-//! Growing the binary tree from its root: triangles are split where the surface area heuristic
+//! Growing of the binary tree from its root: triangles are split where the surface area heuristic
 //! expects the least work.
 //!
+//! Large sets are split between bins of the triangles' middles, sets of up to 16 at the best of all
+//! positions along the axes. The time is n log n for any input: a branch that becomes deeper than
+//! four times the logarithm goes on by halving.
+//!
 //! **Source**: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies" (bins).
-//! Few triangles are joined from their leaves instead ([`join`]). Time is n log n whatever the
-//! input: a branch that gets deeper than four times the logarithm goes on by halving.
 
 use super::{
     binary::{Binary, Bounds},
@@ -13,23 +15,23 @@ use crate::pool;
 use linelit_geometry::glam::{Vec3, Vec3A, Vec3Swizzles, Vec4};
 use linelit_geometry::stop;
 
-/// A triangle's box and number.
+/// A triangle's box and its number, packed so that both are two vectors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
-    /// The fourth lanes hold the number's lower and upper bits ([`lane`]).
+    /// The corners of the box; the fourth lanes hold the number's lower and upper bits ([`lane`]).
     lo: Vec4,
     hi: Vec4,
 }
 
-/// Up to [`f32::MANTISSA_DIGITS`] − 1 bits as a number that is neither too small nor too large for
-/// processors to calculate with at full speed, beside numbers that matter.
+/// Stores up to [`f32::MANTISSA_DIGITS`] − 1 bits as an `f32` of ordinary size, so that vector
+/// operations on it, as a by-product of those on coordinates, run at full speed.
 #[inline(always)]
 fn lane(bits: u32) -> f32 {
     f32::from_bits(1.0_f32.to_bits() | bits)
 }
 
 impl Reference {
-    /// Bits of the number that are in a lane.
+    /// The number of bits that a lane holds.
     const BITS: u32 = f32::MANTISSA_DIGITS - 1;
     const MASK: u32 = (1 << Self::BITS) - 1;
 
@@ -42,7 +44,7 @@ impl Reference {
         }
     }
 
-    /// The tree of this one.
+    /// The leaf of the binary tree for this triangle.
     pub(super) fn node(&self) -> Binary {
         Binary {
             bounds: Bounds {
@@ -59,30 +61,32 @@ impl Reference {
         high << Self::BITS | low
     }
 
-    /// Half of the middle: neither it nor the difference of two overflows.
+    /// Half of the box's middle, so that neither it nor the difference of two overflows.
     #[inline(always)]
     fn middle(&self) -> Vec4 {
         self.lo * 0.25 + self.hi * 0.25
     }
 }
 
-/// Bins along each axis.
+/// The number of bins along each axis.
 const BINS: usize = 16;
 
-/// Most triangles of which every split along the axes is tried.
+/// The largest number of triangles for which every split along the axes is tried.
 const FEW: usize = BINS;
 
-/// Triangles that are enough to choose a split by: of more, every second, third… is looked at.
+/// The number of triangles that are enough to choose a split; of larger sets every second, third…
+/// is used.
 const SAMPLE: usize = 1 << 8;
 
-/// Triangles of a subtree that is grown and improved in one piece, in the caches of one core.
+/// The number of triangles of a subtree that is grown and improved in one piece, in the caches of
+/// one core.
 pub(super) const BLOCK: usize = 1 << 16;
 
-/// Triangles whose subtree is worth another thread.
+/// The number of triangles from which on a subtree is worth another thread.
 const WORTH_SHARING: usize = 1 << 12;
 
-/// The tree over some triangles, which it reorders; node 0 is the root. `extent` is the largest
-/// absolute coordinate.
+/// Grows the tree over some triangles, which it reorders; node 0 is the root. `extent` is the
+/// largest absolute coordinate.
 pub(super) fn grow(references: &mut [Reference], extent: f32) -> Vec<Binary> {
     let count = references.len();
     let mut nodes = pool::collect((2 * count).saturating_sub(1), WORTH_SHARING, &|_| {
@@ -102,23 +106,25 @@ pub(super) fn grow(references: &mut [Reference], extent: f32) -> Vec<Binary> {
     nodes
 }
 
-/// The power of two that brings coordinates near one, so that squares are within `f32`.
+/// The power of two by which coordinates are multiplied to be near one, so that squares are within
+/// the range of `f32`.
 pub(super) fn unit(extent: f32) -> f32 {
     let exponent = extent.to_bits() >> 23;
     f32::from_bits(254_u32.saturating_sub(exponent).clamp(1, 254) << 23)
 }
 
-/// The place of a subtree.
+/// The position of a subtree in the list of nodes, and limits for growing it.
 #[derive(Clone, Copy)]
 struct Place {
-    /// The number of the first node.
+    /// The index of the first node below the subtree's root.
     at: usize,
-    /// Levels after which it goes on by halving.
+    /// The number of levels after which the subtree goes on by halving.
     levels: u32,
     unit: f32,
 }
 
-/// Grows what is below `root` into `nodes`. `BLOCKS`: in blocks, which are improved.
+/// Grows what is below `root` into `nodes`. With `BLOCKS`, subtrees of up to [`BLOCK`] triangles
+/// are grown and improved by themselves.
 fn branch<const BLOCKS: bool>(
     references: &mut [Reference],
     root: &mut Binary,
@@ -132,12 +138,15 @@ fn branch<const BLOCKS: bool>(
         *root = one.node();
         return;
     }
+    // Choose a split, and reorder the triangles by it.
     let middle = match references.len() {
         2 => 1,
         _ if place.levels == 0 => halve(references),
         few if few <= FEW => by_all(references, place.unit),
         _ => by_bins(references, place.unit),
     };
+    // Divide the memory for nodes: a pair of children, then all nodes below the left one, then
+    // those below the right one.
     root.first = index(place.at);
     root.tag = 0;
     let (left, right) = references.split_at_mut(middle);
@@ -151,6 +160,7 @@ fn branch<const BLOCKS: bool>(
     };
     let at_left = below(place.at + 2);
     let at_right = below(place.at + 2 + below_left.len());
+    // Grow both sides, in parallel if they are large.
     let share = left.len() + right.len() >= WORTH_SHARING;
     let mut left = || branch::<BLOCKS>(left, &mut first[0], below_left, at_left);
     let mut right = || branch::<BLOCKS>(right, &mut second[0], below_right, at_right);
@@ -163,7 +173,7 @@ fn branch<const BLOCKS: bool>(
     root.bounds = pair[0].bounds.union(&pair[1].bounds);
 }
 
-/// Grows a subtree by itself, improves it and puts it in its place.
+/// Grows a subtree by itself, improves it, and copies it to its position.
 fn block(references: &mut [Reference], root: &mut Binary, nodes: &mut [Binary], place: Place) {
     stop::check();
     let mut own = vec![Binary::EMPTY; nodes.len() + 1];
@@ -180,18 +190,19 @@ fn block(references: &mut [Reference], root: &mut Binary, nodes: &mut [Binary], 
     nodes.copy_from_slice(&own[1..]);
 }
 
-/// Triangles to choose a split by.
+/// The triangles that are used to choose a split.
 fn sample(references: &[Reference]) -> impl Iterator<Item = &Reference> {
     references.iter().step_by(1 + references.len() / SAMPLE)
 }
 
-/// The box of the [`Reference::middle`]s of a [`sample`]; fourth lanes mean nothing.
+/// The box of the [`Reference::middle`]s of a [`sample`]; its fourth lanes are meaningless.
 struct Extent {
     lo: Vec4,
     hi: Vec4,
 }
 
 impl Extent {
+    /// The extent of some triangles' middles.
     fn of(references: &[Reference]) -> Self {
         let mut extent = Self {
             lo: Vec4::INFINITY,
@@ -208,21 +219,21 @@ impl Extent {
         (self.hi - self.lo).truncate()
     }
 
-    /// The axes on which the triangles are spread at least half as much as on any.
+    /// The axes along which the triangles are spread at least half as much as along the widest.
     fn axes(&self) -> impl Iterator<Item = usize> {
         let spread = self.spread();
         (0..3).filter(move |axis| spread[*axis] >= 0.5 * spread.max_element())
     }
 }
 
-/// Half of a box's surface in units.
+/// Half of a box's surface area, in units of `unit`⁻¹.
 #[inline(always)]
 fn half_area(lo: Vec4, hi: Vec4, unit: f32) -> f32 {
     let d = Vec3A::from_vec4(hi * unit - lo * unit);
     d.dot(d.yzx())
 }
 
-/// Two halves along the axis on which the triangles are spread most.
+/// Splits the triangles into two halves along the axis on which they are spread most.
 fn halve(references: &mut [Reference]) -> usize {
     let axis = Extent::of(references).spread().max_position();
     let middle = references.len() / 2;
@@ -233,19 +244,21 @@ fn halve(references: &mut [Reference]) -> usize {
     middle
 }
 
-/// The measure that splits are compared by: the expected work, and among equals the larger part.
-/// Nothing is less than one with an empty part, whose area is no number or infinite.
+/// The measure by which splits are compared: the expected work, and among equals the size of the
+/// larger part. The work of a split with an empty part is infinite or not a number, and never less
+/// than another's.
 type Judged = (f32, usize);
 
+/// What every possible split is better than.
 const WORST: Judged = (f32::INFINITY, usize::MAX);
 
-/// Boxes and numbers of triangles.
+/// The corners of the box around some triangles, and their number.
 type Part = ((Vec4, Vec4), usize);
 
 /// The part without triangles.
 const EMPTY: Part = ((Vec4::INFINITY, Vec4::NEG_INFINITY), 0);
 
-/// The best split of up to 16 parts that stand in a row, and how many are on its left.
+/// Finds the best split of up to 16 parts in a row, and returns how many of them are on its left.
 #[inline(always)]
 fn best_split(count: usize, unit: f32, part: impl Fn(usize) -> Part) -> (Judged, usize) {
     let and = |((lo, hi), sum): Part, k: usize| {
@@ -254,6 +267,7 @@ fn best_split(count: usize, unit: f32, part: impl Fn(usize) -> Part) -> (Judged,
     };
     #[allow(clippy::cast_precision_loss, reason = "a heuristic")]
     let work = |((lo, hi), count): Part| half_area(lo, hi, unit) * count as f32;
+    // Sweep from the right, and store the work of each right side; then from the left, and compare.
     let mut behind = [(0.0, 0); BINS];
     let mut sum = EMPTY;
     for k in (1..count.min(BINS)).rev() {
@@ -272,7 +286,8 @@ fn best_split(count: usize, unit: f32, part: impl Fn(usize) -> Part) -> (Judged,
     best
 }
 
-/// The best split of a few triangles along an axis, which they are put in the order of.
+/// Tries all splits of a few triangles along the axes, and puts the triangles in the order of the
+/// best axis. Returns how many are on the left.
 fn by_all(references: &mut [Reference], unit: f32) -> usize {
     const MASK: u32 = (1 << FEW.ilog2()) - 1;
     const { assert!(FEW.is_power_of_two()) };
@@ -282,7 +297,7 @@ fn by_all(references: &mut [Reference], unit: f32) -> usize {
     let mut best = (WORST, count / 2);
     let mut best_order: [u32; FEW] = std::array::from_fn(index);
     for axis in Extent::of(references).axes() {
-        // In the last bits which of the triangles it is.
+        // Sort along the axis; the last bits of a key say which triangle it is.
         let mut order = [0_u32; FEW];
         for ((k, key), r) in (0..).zip(&mut order).zip(&*references) {
             *key = ascending(r.middle()[axis]) & !MASK | k;
@@ -296,23 +311,24 @@ fn by_all(references: &mut [Reference], unit: f32) -> usize {
             (best, best_order) = (split, order);
         }
     }
+    // Apply the best order.
     for (r, key) in references.iter_mut().zip(best_order) {
         *r = own[(key & MASK) as usize];
     }
     best.1
 }
 
-/// Bits in the order of the numbers that they stand for.
+/// Bits whose order as integers is the order of the numbers that they represent.
 #[inline(always)]
 fn ascending(x: f32) -> u32 {
     let bits = x.to_bits();
     bits ^ if bits >> 31 == 0 { 1 << 31 } else { u32::MAX }
 }
 
-/// 1.5 · 2²³: beside it the nearest whole number is left, as last bits.
+/// 1.5 · 2²³: in a sum with it, the last bits are the other number rounded to an integer.
 const WHOLE: f32 = 1.5 * (1_u32 << 23) as f32;
 
-/// The bins that a middle is in.
+/// The mapping from the middles of triangles to bins, on all axes.
 #[derive(Clone, Copy)]
 struct Binning {
     lo: Vec4,
@@ -320,7 +336,8 @@ struct Binning {
 }
 
 impl Binning {
-    /// Bins of almost no width take all into the first.
+    /// Creates the mapping for an extent. On axes of almost no width, everything is in the first
+    /// bin.
     fn new(extent: &Extent) -> Self {
         let width = (extent.hi - extent.lo).max(Vec4::splat(f32::MIN_POSITIVE));
         #[allow(clippy::cast_precision_loss, reason = "a small number")]
@@ -331,7 +348,7 @@ impl Binning {
         }
     }
 
-    /// The bins along all axes of what is within the extent.
+    /// The bins along all axes of a middle within the extent.
     #[inline(always)]
     fn bins(self, middle: Vec4) -> [usize; 3] {
         let place = ((middle - self.lo) * self.scale - 0.5) + WHOLE;
@@ -339,7 +356,8 @@ impl Binning {
         [x, y, z].map(|x| x.to_bits() as usize % BINS)
     }
 
-    /// Puts what is in the first bins of an axis first, and gives its number.
+    /// Moves the triangles in the bins below `first` of an axis to the front, and returns their
+    /// number.
     fn partition<const AXIS: usize>(self, references: &mut [Reference], first: usize) -> usize {
         let lane = |v: Vec4| v.to_array()[AXIS];
         let (lo, scale) = (lane(self.lo), lane(self.scale));
@@ -350,7 +368,7 @@ impl Binning {
             let r = &references[i];
             let half = lane(r.lo) * 0.25 + lane(r.hi) * 0.25;
             let is_left = ((half - lo) * scale - 0.5) + WHOLE < end;
-            // Without branches that nobody foresees.
+            // Swap without a branch, which could not be predicted.
             references.swap(middle, i);
             middle += usize::from(is_left);
         }
@@ -358,12 +376,13 @@ impl Binning {
     }
 }
 
-/// The best split between bins, or else halves; the triangles of the left part stand first
-/// afterwards.
+/// Splits the triangles at the best boundary between bins, or else into halves; moves the triangles
+/// of the left part to the front, and returns their number.
 fn by_bins(references: &mut [Reference], unit: f32) -> usize {
     let extent = Extent::of(references);
     let binning = Binning::new(&extent);
     let mut bins = [[EMPTY; BINS]; 3];
+    // Sort a sample of the triangles into bins on the widest axes.
     let used: [bool; 3] = std::array::from_fn(|axis| extent.axes().any(|used| used == axis));
     for r in sample(references) {
         for (axis, k) in binning.bins(r.middle()).into_iter().enumerate() {
@@ -375,6 +394,7 @@ fn by_bins(references: &mut [Reference], unit: f32) -> usize {
             }
         }
     }
+    // Find the best boundary over these axes.
     let mut best = (WORST, 0, 0);
     for axis in extent.axes() {
         let (judged, first) = best_split(BINS, unit, |k| bins[axis][k]);
@@ -388,6 +408,7 @@ fn by_bins(references: &mut [Reference], unit: f32) -> usize {
         1 => binning.partition::<1>(references, first),
         _ => binning.partition::<2>(references, first),
     };
+    // A split of the sample may leave one side empty.
     if middle == 0 || middle == references.len() {
         return halve(references);
     }

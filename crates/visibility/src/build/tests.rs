@@ -1,9 +1,10 @@
-//! What building costs, counted: the depth of the tree and the triangles looked at on the way down.
+//! The cost of building, counted: the depth of the tree, and how many triangles are visited on the
+//! way down.
 
 use super::{BuildOptions, Builder, Geometry, Hierarchy, LEAF_SIZE, binary::Binary, build, split};
 use crate::node::Child;
 
-/// Triangles in lists of their own corners.
+/// Triangles that share no corners.
 #[derive(Default)]
 struct Mesh {
     positions: Vec<[f32; 3]>,
@@ -34,7 +35,7 @@ impl Mesh {
 
     fn tree(&self, builder: Builder) -> Vec<Binary> {
         let ids = 0..u32::try_from(self.triangles.len()).unwrap();
-        // Once: its extent is that of all vertices.
+        // Make the geometry once, since its extent is computed from all vertices.
         let geometry = self.geometry();
         let mut references: Vec<_> = ids.map(|id| geometry.reference(id)).collect();
         builder.grow(&mut references, geometry.extent)
@@ -55,7 +56,7 @@ fn float(k: u32) -> f32 {
     k as f32
 }
 
-/// Evenly spread numbers between 0 and 1.
+/// Evenly distributed numbers between 0 and 1.
 fn random(k: u32) -> f32 {
     float(k.wrapping_mul(2_654_435_769) >> 8) / 16_777_216.0
 }
@@ -64,8 +65,8 @@ fn corner(x: f32, y: f32, z: f32, size: f32) -> [[f32; 3]; 3] {
     [[x, y, z], [x + size, y, z], [x, y + size, z]]
 }
 
-/// The inputs for which builders are known to take quadratic time, by the number of a triangle and
-/// its share of all, between zero and one.
+/// The inputs for which builders are known to take quadratic time, as functions of a triangle's
+/// number and of its fraction of all, between zero and one.
 type Hard = (&'static str, fn(u32, f32) -> [[f32; 3]; 3]);
 
 const HARD: [Hard; 10] = [
@@ -111,8 +112,8 @@ fn hard(count: u32) -> impl Iterator<Item = (&'static str, Mesh)> {
     HARD.into_iter().map(move |(name, f)| (name, mesh(f)))
 }
 
-/// The triangles of a tree, each once, in order; and the depths at which they stand, largest and
-/// summed up.
+/// The triangles of a tree, each once and in order; and the largest of their depths and the sum of
+/// them.
 fn walk(tree: &[Binary]) -> (Vec<u32>, usize, usize) {
     let (mut ids, mut deepest, mut sum) = (Vec::new(), 0, 0);
     let mut todo = vec![(0_usize, 0_usize)];
@@ -139,8 +140,8 @@ const BUILDERS: &[Builder] = &[
     Builder::Obvhs,
 ];
 
-/// obvhs's tree is taken for all that is in [`HARD`], where its ties are decided by chance, but for
-/// nests, of which it makes a list.
+/// The tree of obvhs is used for all inputs in [`HARD`], where random enlargement breaks its ties,
+/// except for nests, of which it makes a list.
 #[cfg(feature = "obvhs")]
 #[test]
 fn obvhs_clusters_what_is_hard() {
@@ -152,12 +153,13 @@ fn obvhs_clusters_what_is_hard() {
     }
 }
 
-/// A triangle is looked at once for each level above it. Beyond four times the logarithm of their
-/// number, branches are halved, which takes another logarithm, and nothing is put by reinsertion;
-/// there are twice as many nodes, a level more.
+/// A triangle is visited once for each level above it. Beyond four times the logarithm of the
+/// number of triangles, branches are halved, which takes another logarithm, and reinsertion moves
+/// nothing there; there are twice as many nodes, which is one more level.
 #[test]
 fn growing_looks_at_n_log_n_triangles() {
-    // Of more than a block, which are built one by one: their seams must not show.
+    // More triangles than one block, since blocks are built one by one and their seams must not
+    // show.
     let large = u32::try_from(3 * split::BLOCK).unwrap() + 17;
     for (count, cases) in [(1 << 10, HARD.len()), (1 << 13, HARD.len()), (large, 3)] {
         for (name, mesh) in hard(count).take(cases) {
@@ -180,7 +182,7 @@ fn growing_looks_at_n_log_n_triangles() {
     }
 }
 
-/// Leaves hold a few triangles each, whatever the input, and nodes have few levels.
+/// Leaves hold a few triangles each, for any input, and the tree of nodes has few levels.
 #[test]
 fn wide_nodes_are_filled() {
     let count = 1 << 13;
@@ -211,8 +213,8 @@ fn wide_nodes_are_filled() {
     }
 }
 
-/// The area of the triangles below each box, and whether boxes of the node and below stand in the
-/// order of area by half of the box's surface.
+/// The area of the triangles below each box, and whether the boxes of the node, and of all nodes
+/// below, are sorted by that area over half of the box's surface.
 fn areas(mesh: &Mesh, hierarchy: &Hierarchy, node: usize) -> ([f64; 8], bool) {
     let node = &hierarchy.nodes[node];
     let (mut areas_below, mut ordered, mut before) = ([0.0; 8], true, 0.0);
@@ -238,7 +240,7 @@ fn areas(mesh: &Mesh, hierarchy: &Hierarchy, node: usize) -> ([f64; 8], bool) {
             f64::from(node.bounds[axis + 3][lane]) - f64::from(node.bounds[axis][lane])
         });
         let crossings = *below / (x * y + y * z + z * x);
-        // Sums in another order.
+        // Sums are added in another order.
         ordered &= crossings >= before * (1.0 - 1e-12);
         before = crossings;
     }

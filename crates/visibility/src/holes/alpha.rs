@@ -1,44 +1,46 @@
-//! Alpha masks: grids of texels that cut holes into triangles.
+//! Alpha masks: grids of texels that cut holes into triangles, exact for lines as well as for
+//! points. [`AlphaMask`] is the [`Filter`] to use for leaves, fences and other cutouts.
 
 use crate::Filter;
 use linelit_geometry::intervals::Interval;
 use std::{fmt, sync::Arc};
 
-/// The continuation of a grid of texels beyond its edges.
+/// How a grid of texels continues beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlphaWrap {
-    /// The grid again.
+    /// The grid repeats.
     #[default]
     Repeat,
-    /// The grid again, every other one turned over.
+    /// The grid repeats, with every other copy mirrored.
     Mirror,
-    /// The texels of the edge.
+    /// The texels of the edge continue.
     Clamp,
-    /// Zero.
+    /// Alpha is zero beyond the edges.
     Zero,
 }
 
-/// The lookup of alpha between the centres of texels.
+/// How alpha is looked up between the centres of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlphaLookup {
     /// The alpha of the nearest texel.
     Nearest,
-    /// Linear between the four centres around, in both directions.
+    /// Linear interpolation between the four nearest centres, along u and v.
     #[default]
     Bilinear,
 }
 
-/// The alpha from which on a triangle hides what is behind it.
+/// The threshold of alpha that decides whether a triangle hides what is behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaCutoff {
-    /// More than this. pbrt's: what is exactly 0 is cut out.
+    /// Alpha above this hides; pbrt's rule with 0: where alpha is exactly 0, the triangle is cut
+    /// out.
     Above(f32),
-    /// This or more. glTF's `alphaCutoff`.
+    /// Alpha of at least this hides; glTF's `alphaCutoff`.
     AtLeast(f32),
 }
 
 impl Default for AlphaCutoff {
-    /// pbrt's.
+    /// Returns pbrt's rule: everything above 0 hides.
     fn default() -> Self {
         Self::Above(0.0)
     }
@@ -60,19 +62,20 @@ impl AlphaCutoff {
     }
 }
 
-/// Why there is no such grid, or mask.
+/// Why a grid of texels or a mask could not be created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AlphaError {
-    /// A grid without texels, or with more or fewer than its width times its height, or more than
-    /// 2²⁴ across or down.
+    /// The grid has no texels, or their number is not its width times its height, or a side is
+    /// longer than 2²⁴ texels.
     Size,
     /// A texel's value, or the cutoff, is not finite.
     Value,
-    /// A triangle's coordinates are not finite, or farther than 2²⁴ texels from zero: there, texels
-    /// are not told apart, and to walk along them would take for ever.
+    /// A triangle's texture coordinates are not finite, or farther than 2²⁴ texels from zero: that
+    /// far out, `f32` cannot tell neighbouring texels apart, and a walk along them would take for
+    /// ever.
     Coordinates {
-        /// The triangle.
+        /// The index of the triangle.
         triangle: usize,
     },
 }
@@ -94,15 +97,17 @@ impl fmt::Display for AlphaError {
 
 impl std::error::Error for AlphaError {}
 
-/// The most texels from zero: up to here an `f32` tells one texel from the next.
+/// The largest distance of texture coordinates from zero, in texels: up to here an `f32` tells one
+/// texel from the next.
 const FARTHEST: f64 = (1_u32 << f32::MANTISSA_DIGITS) as f64;
 
-/// A grid of alpha values over the unit square of texture coordinates (u, v), and which of them
-/// hide: the first is at (0, 0), the next to it along u.
+/// A grid of alpha values over the unit square of texture coordinates (u, v), with a lookup and a
+/// cutoff that say where it hides.
 ///
-/// Texel (i, j) reaches from i to i + 1 width-ths along u, and its value stands at the middle. For
-/// an image whose rows count from the top and coordinates that count from the bottom, as in pbrt
-/// and OBJ, hand 1 − v to [`AlphaMask::new`].
+/// The first value is at (0, 0), the next one along u. Texel (i, j) spans from i to i + 1 widths of
+/// a texel along u, and its value is the value at its centre. For an image whose rows are stored
+/// from the top while coordinates count from the bottom, as in pbrt and OBJ, pass 1 − v to
+/// [`AlphaMask::new`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlphaTexels {
     size: [i64; 2],
@@ -113,7 +118,8 @@ pub struct AlphaTexels {
 }
 
 impl AlphaTexels {
-    /// A grid that repeats, is looked up bilinearly, and hides where it is not 0, as pbrt's.
+    /// Creates a grid that repeats, is looked up bilinearly, and hides where alpha is not 0, as in
+    /// pbrt.
     pub fn new(width: u32, height: u32, values: Vec<f32>) -> Result<Self, AlphaError> {
         let size = [width, height].map(i64::from);
         let few = |n: &i64| (1..=1 << 24).contains(n);
@@ -132,25 +138,25 @@ impl AlphaTexels {
         })
     }
 
-    /// Sets what lies beyond the edges, along u and v.
+    /// Sets how the grid continues beyond its edges, along u and v.
     #[must_use]
     pub fn with_wrap(self, wrap: [AlphaWrap; 2]) -> Self {
         Self { wrap, ..self }
     }
 
-    /// Sets the lookup.
+    /// Sets how values between the centres of texels are looked up.
     #[must_use]
     pub fn with_lookup(self, lookup: AlphaLookup) -> Self {
         Self { lookup, ..self }
     }
 
-    /// Sets the cutoff. Nothing hides by one that is not a number.
+    /// Sets the cutoff. With a cutoff that is not a number, the grid hides nowhere.
     #[must_use]
     pub fn with_cutoff(self, cutoff: AlphaCutoff) -> Self {
         Self { cutoff, ..self }
     }
 
-    /// The value at texture coordinates; not a number where they are not.
+    /// The alpha value at texture coordinates; not a number where a coordinate is not finite.
     #[must_use]
     pub fn alpha(&self, uv: [f64; 2]) -> f64 {
         if !(uv[0].is_finite() && uv[1].is_finite()) {
@@ -159,14 +165,14 @@ impl AlphaTexels {
         self.value(self.texels(uv))
     }
 
-    /// Whether there is something at texture coordinates to hide what is behind it.
+    /// Whether the grid hides what is behind it at texture coordinates.
     #[must_use]
     pub fn hides(&self, uv: [f64; 2]) -> bool {
         self.cutoff.hides(self.alpha(uv))
     }
 
-    /// Texture coordinates in texels, such that the cells between whole numbers are those in which
-    /// the value is given by one formula.
+    /// Converts texture coordinates to texels, shifted such that within each cell between whole
+    /// numbers the value is given by one formula.
     #[inline]
     fn texels(&self, uv: [f64; 2]) -> [f64; 2] {
         let shift = match self.lookup {
@@ -177,7 +183,7 @@ impl AlphaTexels {
         [0, 1].map(|k| uv[k] * self.size[k] as f64 - shift)
     }
 
-    /// The value at a place in texels.
+    /// The value at a point in texels.
     #[inline]
     fn value(&self, at: [f64; 2]) -> f64 {
         let cell = at.map(whole);
@@ -187,7 +193,7 @@ impl AlphaTexels {
         }
     }
 
-    /// The value of a texel.
+    /// The value of a texel, which may be beyond the edges.
     #[inline]
     fn texel(&self, at: [i64; 2]) -> f64 {
         let wrapped = [0, 1].map(|k| {
@@ -216,26 +222,31 @@ impl AlphaTexels {
         Corners([row(j), row(j + 1)])
     }
 
-    /// Pushes the intervals of a straight way between two texture coordinates that hide.
+    /// Pushes the intervals of the segment between two texture coordinates where the grid hides.
     fn hides_along(&self, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>) {
         let ends = ends.map(|uv| self.texels(uv));
+        // Append a piece, and join it to the one before if they touch.
         let mut piece = |lo: f64, hi: f64, hides: bool| match hidden.last_mut() {
             _ if !(hides && lo < hi) => {}
             #[allow(clippy::float_cmp, reason = "the same number")]
             Some(last) if last.hi == lo => last.hi = hi,
             _ => hidden.push(Interval { lo, hi }),
         };
+        // Go through the cells that the segment passes.
         march(ends, |cell, lo, hi| match self.lookup {
             AlphaLookup::Nearest => piece(lo, hi, self.cutoff.hides(self.texel(cell))),
             AlphaLookup::Bilinear => {
                 let corners = self.corners(cell);
-                // Between values that all hide, all hides; between values that do not, nothing.
+                // If all corners of a cell hide, the whole cell hides; if none does, nothing in it
+                // hides.
                 let hiding = corners.0.as_flattened().iter();
                 let hiding = hiding.filter(|value| self.cutoff.hides(**value)).count();
                 if hiding % 4 == 0 {
                     piece(lo, hi, hiding > 0);
                     return;
                 }
+                // Cut the way through the cell where the value crosses the cutoff, and test the
+                // middle of each piece.
                 let [a, b] = [lo, hi].map(|s| along(ends, s));
                 let mut from = 0.0;
                 let mut start = lo;
@@ -258,18 +269,18 @@ impl AlphaTexels {
     }
 }
 
-/// The largest whole number below.
+/// The floor of a number, limited to ±2⁴⁰.
 #[inline]
 #[allow(
     clippy::cast_possible_truncation,
     reason = "beyond i64, the last there is"
 )]
 fn whole(x: f64) -> i64 {
-    // Room for neighbours.
+    // The limit leaves room for the indices of neighbours.
     (x.floor() as i64).clamp(-(1 << 40), 1 << 40)
 }
 
-/// A place of a straight way.
+/// The point at parameter `s` of a segment.
 #[inline]
 fn along([a, b]: [[f64; 2]; 2], s: f64) -> [f64; 2] {
     [0, 1].map(|k| a[k] * (1.0 - s) + b[k] * s)
@@ -280,7 +291,7 @@ fn along([a, b]: [[f64; 2]; 2], s: f64) -> [f64; 2] {
 struct Corners([[f64; 2]; 2]);
 
 impl Corners {
-    /// The value at a place of the cell: exact where all corners are the same.
+    /// The bilinear value at a point of the cell; exact where all corners are equal.
     #[inline]
     fn at(&self, at: [f64; 2], cell: [i64; 2]) -> f64 {
         let [x, y] = place_in(cell, at);
@@ -288,11 +299,12 @@ impl Corners {
         low + (high - low) * y
     }
 
-    /// Finds where the value is `cutoff` on a straight way through the cell: up to two parameters
-    /// from 0 to 1, ascending; 1 for each that does not exist.
+    /// Finds where the value is `cutoff` on a segment through the cell: up to two parameters
+    /// between 0 and 1 in ascending order; 1 in place of each that does not exist.
     ///
-    /// Along the way the value is A + B t + C t². Roots lose no digits to cancellation: the one
-    /// where the two terms have one sign is found first, and the other from their product.
+    /// Along the segment the value is A + B t + C t². To lose no digits to cancellation, the root
+    /// in whose formula the two terms have the same sign is computed first, and the other from
+    /// their product.
     fn crossings(&self, [a, b]: [[f64; 2]; 2], cell: [i64; 2], cutoff: f64) -> [f64; 2] {
         let (from, to) = (place_in(cell, a), place_in(cell, b));
         let [[v00, v10], [v01, v11]] = self.0;
@@ -312,18 +324,18 @@ impl Corners {
     }
 }
 
-/// Coordinates in a cell, from 0 to 1.
+/// The coordinates of a point relative to a cell, from 0 to 1.
 #[inline]
 fn place_in(cell: [i64; 2], at: [f64; 2]) -> [f64; 2] {
     #[allow(clippy::cast_precision_loss, reason = "at most 2^40")]
     [0, 1].map(|k| (at[k] - cell[k] as f64).clamp(0.0, 1.0))
 }
 
-/// Visits the cells of the unit grid that a straight way passes, in their order, each with where
-/// the way enters and leaves it.
+/// Visits the cells of the unit grid that a segment passes, in order, each with the parameters
+/// where the segment enters and leaves it.
 ///
-/// Borders are found one by one from the way's ends, not added up: each is off by the rounding of
-/// one difference and one quotient.
+/// The parameters of borders are computed from the segment's ends and not added up, so that each is
+/// off only by the rounding of one difference and one quotient.
 fn march(ends: [[f64; 2]; 2], mut visit: impl FnMut([i64; 2], f64, f64)) {
     let [from, to] = ends;
     let finite = ends.as_flattened().iter().all(|x| x.is_finite());
@@ -333,7 +345,7 @@ fn march(ends: [[f64; 2]; 2], mut visit: impl FnMut([i64; 2], f64, f64)) {
     let size = [0, 1].map(|k| to[k] - from[k]);
     let mut cell = from.map(whole);
     let step = size.map(|d: f64| if d < 0.0 { -1 } else { 1 });
-    // Where the way leaves the cell.
+    // The parameter where the segment leaves the cell along an axis.
     let border = |cell: [i64; 2], k: usize| {
         #[allow(clippy::cast_precision_loss, reason = "at most 2^40")]
         let at = (cell[k] + i64::from(step[k] > 0)) as f64;
@@ -342,6 +354,7 @@ fn march(ends: [[f64; 2]; 2], mut visit: impl FnMut([i64; 2], f64, f64)) {
             d => (at - from[k]) / d,
         }
     };
+    // Leave each cell through the nearer of its two borders.
     let mut start = 0.0;
     loop {
         let next = [border(cell, 0), border(cell, 1)];
@@ -360,10 +373,11 @@ fn march(ends: [[f64; 2]; 2], mut visit: impl FnMut([i64; 2], f64, f64)) {
 
 /// Triangles with holes where a grid of texels says so: a [`Filter`] for both points and lines.
 ///
-/// Lines are exact: along the cut of a line sample's view and a triangle, texture coordinates are
-/// linear, so the cells that it passes are walked from border to border, and where the lookup is
-/// bilinear, the cutoff is met at the roots of a quadratic in each. Ends of intervals are rounded
-/// as texture coordinates are: by 2⁻⁵³ of the texels that the triangle's coordinates are from zero.
+/// Lines are handled exactly. Along the segment in which a line sample's plane of view cuts a
+/// triangle, texture coordinates are linear, so the cells that it passes are visited from border to
+/// border; where the lookup is bilinear, the cutoff is reached at the roots of a quadratic in each
+/// cell. Ends of intervals have the rounding errors of texture coordinates: 2⁻⁵³ of the triangle's
+/// distance from zero in texels.
 ///
 /// ```
 /// use linelit_visibility::{AlphaLookup, AlphaMask, AlphaTexels, Filter};
@@ -387,8 +401,8 @@ pub struct AlphaMask {
 }
 
 impl AlphaMask {
-    /// Creates the mask for triangles whose corners have these texture coordinates. A triangle
-    /// beyond the list has no holes.
+    /// Creates the mask from the texture coordinates of each triangle's corners. A triangle whose
+    /// number is beyond the list has no holes.
     pub fn new(texels: Arc<AlphaTexels>, uv: Vec<[[f64; 2]; 3]>) -> Result<Self, AlphaError> {
         let fits = |corners: &[[f64; 2]; 3]| {
             let corners = corners.map(|corner| texels.texels(corner));
@@ -401,13 +415,14 @@ impl AlphaMask {
         }
     }
 
-    /// The grid.
+    /// The grid of texels.
     #[must_use]
     pub fn texels(&self) -> &Arc<AlphaTexels> {
         &self.texels
     }
 
-    /// The texture coordinates of a place, if the triangle has any; of none beyond the triangle.
+    /// The texture coordinates at barycentric coordinates, which are limited to the triangle;
+    /// `None` if the triangle has no texture coordinates.
     #[inline]
     fn uv(&self, triangle: u32, [b, c]: [f64; 2]) -> Option<[f64; 2]> {
         let corners = self.uv.get(triangle as usize)?;

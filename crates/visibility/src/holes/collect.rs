@@ -1,4 +1,5 @@
-//! Triangles between a point and a light, without a word on what they hide: those with holes.
+//! The search for triangles between a point and a light that does not ask what they hide; it is
+//! used for triangles with holes, where a filter has to be called later.
 
 use crate::{
     bvh::Bvh,
@@ -14,7 +15,7 @@ use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 use std::ops::ControlFlow;
 
-/// The triangles between a point and a light.
+/// The triangles between a point and a light, with the buffers of the search.
 #[derive(Debug, Default)]
 pub(crate) struct Collected {
     /// The latest light.
@@ -26,8 +27,9 @@ pub(crate) struct Collected {
     stack: Vec<u32>,
 }
 
-/// Puts the triangles that may be between a point and `all.light` in `all.slots`: all that are, and
-/// few others. Where there is no frame to look for anything in, it is all triangles.
+/// Finds the triangles that may be between a point and `all.light`, and stores them in `all.slots`:
+/// all that are between them, and few others. All triangles are stored if the shaft has no frame or
+/// bounds.
 #[inline(always)]
 fn between_kernel<S: Simd>(
     s: S,
@@ -44,6 +46,7 @@ fn between_kernel<S: Simd>(
     } = all;
     slots.clear();
     let hierarchy = &*bvh.hierarchy;
+    // Set up the shaft.
     if hierarchy.nodes.is_empty() {
         return;
     }
@@ -54,6 +57,7 @@ fn between_kernel<S: Simd>(
             ShaftBounds::new(s, bvh.extent, point - bvh.origin, around, frame, (0, 0))
         }
     };
+    // Walk in any order, and store the triangles that may be in the shaft.
     bvh.make_room(stack);
     in_any_order(
         s,
@@ -87,6 +91,6 @@ fn between_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Finds what is between, on an instruction set.
+    /// [`between_kernel`] on an instruction set.
     pub(crate) fn between = between_kernel(bvh: &Bvh, point: &DVec3, all: &mut Collected, counters: &mut Counters) -> ()
 }

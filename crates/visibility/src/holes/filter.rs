@@ -1,19 +1,19 @@
-//! Filters: which parts of triangles hide anything.
+//! [`Filter`]: the interface by which callers cut holes into triangles.
 
 use linelit_geometry::intervals::Interval;
 use std::{fmt::Debug, sync::Arc};
 
-/// Cuts holes into triangles (`Occluders::with_holes`): what
-/// Embree's filter functions do for rays, for rays and lines.
+/// Cuts holes into triangles ([`Occluders::with_holes`](crate::Occluders::with_holes)): what
+/// Embree's filter functions do for rays, here for rays and for lines.
 ///
-/// Places are barycentric coordinates of a triangle's second and third corner, as in
-/// [`Hit::barycentric`](crate::Hit::barycentric). Both functions are to tell of the same set of
-/// places, but for rounding: else points and lines converge to different pictures. They are asked
-/// from several threads, in no particular order, and the more often the more is in the way; one
-/// that answers a question now so and now otherwise makes pictures that depend on the number of
-/// threads.
+/// Points of a triangle are given by the barycentric coordinates of its second and third corner, as
+/// in [`Hit::barycentric`](crate::Hit::barycentric). Both functions have to describe the same set
+/// of points, up to rounding: otherwise point and line samples converge to different pictures. They
+/// are called from several threads, in no particular order. A filter whose answers for the same
+/// arguments vary makes pictures that depend on the number of threads. The more occluders there
+/// are, the more often filters are called.
 ///
-/// [`AlphaMask`](crate::AlphaMask) is the one for grids of texels.
+/// [`AlphaMask`](crate::AlphaMask) is the filter for grids of texels.
 ///
 /// ```
 /// use linelit_visibility::{Filter, geometry::intervals::Interval};
@@ -46,19 +46,19 @@ use std::{fmt::Debug, sync::Arc};
 /// assert!(Half.hides(0, [0.25, 0.0]));
 /// ```
 pub trait Filter: Debug + Send + Sync {
-    /// Whether a triangle hides what is behind one of its places.
+    /// Whether a triangle hides what is behind it at these barycentric coordinates.
     fn hides(&self, triangle: u32, barycentric: [f64; 2]) -> bool;
 
-    /// Pushes to `hidden`, which is empty, the intervals of the segment between two places of a
-    /// triangle that hide what is behind them; 0 is the first place and 1 the second. They may
-    /// touch and overlap and come in any order; what is outside of [0, 1] or not a number is
-    /// ignored.
+    /// Pushes to `hidden`, which is empty, the intervals of the segment between two points of a
+    /// triangle in which the triangle hides what is behind it; 0 is the first point and 1 the
+    /// second. Intervals may touch and overlap, and come in any order; whatever is outside of [0,
+    /// 1] or not a number is ignored.
     fn hides_along(&self, triangle: u32, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>);
 }
 
-/// A filter of whichever type, to be shared: what is in the way of a point calls it through
-/// a table, as Embree calls its filter functions. Triangles without holes do not need it.
+/// A filter of any type, for sharing. It is called through a table of functions, as Embree calls
+/// its filter functions; triangles without holes do not need it.
 pub type SharedFilter = Arc<AnyFilter>;
 
-/// A filter of whichever type.
+/// A filter of any type.
 pub type AnyFilter = dyn Filter;

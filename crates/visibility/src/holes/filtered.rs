@@ -1,4 +1,4 @@
-//! Triangles with holes: what rays and lines meet past a [`Filter`](crate::Filter).
+//! Visibility past triangles with holes: rays and lines that call a [`Filter`](crate::Filter).
 
 use crate::{
     brute::LineView,
@@ -20,7 +20,8 @@ use linelit_geometry::{
 use linelit_simd::{Simd, dispatch};
 use std::ops::ControlFlow;
 
-/// The nearest triangle that the ray meets where it hides something; with `any`, the first found.
+/// Finds the closest triangle that the ray hits where it hides something; with `any`, the first
+/// that is found.
 #[inline(always)]
 fn meet_kernel<S: Simd>(
     s: S,
@@ -41,6 +42,7 @@ fn meet_kernel<S: Simd>(
         counters,
         #[inline(always)]
         |q, child, leaf| {
+            // Find the triangles of the leaf that the ray hits, before what it has hit so far.
             let (met, t) = q.meets(s, leaf);
             let mut met = met & child.mask();
             let mut at = Lanes([0.0; 8]);
@@ -57,6 +59,7 @@ fn meet_kernel<S: Simd>(
                 let Some((t, barycentric)) = q.intersect(leaf, lane) else {
                     continue;
                 };
+                // Call the filter; where the triangle hides, the ray ends.
                 asked += 1;
                 if filter.hides(triangle, barycentric) {
                     best = Some(Hit {
@@ -78,14 +81,14 @@ fn meet_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Finds what a ray meets past a filter, on an instruction set.
+    /// [`meet_kernel`] on an instruction set.
     pub(crate) fn meet = meet_kernel(bvh: &Bvh, ray: &Ray, filter: &AnyFilter, any: bool, scratch: &mut RayScratch, counters: &mut Counters) -> Option<Hit>
 }
 
-/// The number of triangles beyond which each line collects those between it and the point.
+/// If there are more triangles than this before a light, those before each line are collected anew.
 const MANY: usize = 48;
 
-/// Triangles with holes between a point and a light: what is visible past them.
+/// A query about what is visible past the triangles with holes between a point and a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Past<'a> {
     pub(crate) bvh: &'a Bvh,
@@ -94,7 +97,7 @@ pub(crate) struct Past<'a> {
     pub(crate) margins: Margins,
 }
 
-/// Buffers of questions about lines.
+/// Buffers for queries past triangles with holes.
 #[derive(Debug, Default)]
 pub(crate) struct PastScratch {
     /// Triangles between the point and the light.
@@ -108,7 +111,7 @@ pub(crate) struct PastScratch {
 }
 
 impl Past<'_> {
-    /// Finds the triangles between the point and a light and tells how many there are.
+    /// Finds the triangles between the point and a light, and returns how many there are.
     pub(crate) fn look(
         &self,
         light: LightCorners<'_>,
@@ -125,7 +128,7 @@ impl Past<'_> {
         collect::between(self.bvh.isa, self.bvh, &self.point, all, counters);
     }
 
-    /// Whether anything hides a point.
+    /// Whether any triangle hides a point of the light.
     pub(crate) fn hides(
         &self,
         target: DVec3,
@@ -135,6 +138,8 @@ impl Past<'_> {
         self.ray_meets(target, &mut scratch.rays, counters)
     }
 
+    /// Whether a shadow ray to a point hits a triangle with holes where it hides something; true if
+    /// there is no such ray.
     fn ray_meets(&self, target: DVec3, rays: &mut RayScratch, counters: &mut Counters) -> bool {
         let Some(ray) = shadow_ray(self.bvh, self.point, target, self.margins) else {
             return true;
@@ -151,8 +156,8 @@ impl Past<'_> {
         .is_some()
     }
 
-    /// Keeps of lines on the light that triangles were [found](Past::look) for what is visible past
-    /// these, too.
+    /// Reduces the visible parts of lines in `out` to what is visible past the triangles with
+    /// holes, too. The lines are on the light for which triangles were [found](Past::look).
     pub(crate) fn keep_visible(
         &self,
         lines: &[Segment],
@@ -162,6 +167,8 @@ impl Past<'_> {
     ) {
         let mut kept = std::mem::take(&mut scratch.visible);
         kept.reset(lines.len());
+        // Start from the visible parts, by clipping away the gaps between them; then clip what
+        // holes leave hidden.
         for (i, line) in lines.iter().enumerate() {
             scratch.set.reset();
             let mut from = -1.0;
@@ -176,7 +183,7 @@ impl Past<'_> {
         scratch.visible = std::mem::replace(out, kept);
     }
 
-    /// Clips off `scratch.set` what is hidden of a line.
+    /// Removes from `scratch.set` what triangles with holes hide of a line.
     fn clip(&self, line: &Segment, scratch: &mut PastScratch, counters: &mut Counters) {
         let PastScratch {
             light,
@@ -187,8 +194,8 @@ impl Past<'_> {
             ..
         } = scratch;
         let view = LineView::new(self.bvh, self.point, line, self.margins);
-        // Seen end on, a line is behind what an end is behind; one that is seen so small that
-        // rounding decides its parts has none unless both ends are visible.
+        // A line seen end on is hidden if an end is hidden. A line that is so short that rounding
+        // decides its parts counts as hidden unless both ends are visible.
         let rough = view.as_ref().is_none_or(|view| view.point_like);
         let mut dark = || {
             [line.p0, line.p1]
@@ -201,6 +208,7 @@ impl Past<'_> {
         let Some(view) = view else {
             return;
         };
+        // Collect the triangles before this line if there are many before the light.
         let mut few = &light.slots;
         if few.len() > MANY {
             self.collect((&[line.p0, line.p1]).into(), own, counters);
@@ -215,13 +223,14 @@ impl Past<'_> {
             let Some(chord) = view.chord(slot) else {
                 continue;
             };
-            // Nothing to hide where all is hidden.
+            // Skip triangles in whose interval everything is hidden already.
             let part = chord.hidden();
             let visible = set.as_slice();
             let next = visible.partition_point(|piece| piece.hi <= part.lo);
             if visible.get(next).is_none_or(|piece| piece.lo >= part.hi) {
                 continue;
             }
+            // Query the filter along the segment in which the plane of view cuts the triangle.
             hidden.clear();
             counters.filtered += 1;
             let triangle = leaves[slot / 8].id[slot % 8];

@@ -1,4 +1,5 @@
-//! Triangles with holes beside those without: what is visible past both.
+//! Triangles with holes: a second hierarchy next to that of the solid triangles, and a filter. The
+//! queries of [`Occluders`](crate::Occluders) combine what is visible past both.
 
 pub(crate) mod alpha;
 mod collect;
@@ -14,7 +15,7 @@ use filter::SharedFilter;
 use filtered::Past;
 use linelit_geometry::{DVec3, Margins};
 
-/// Triangles that a filter cuts holes into.
+/// The triangles into which a filter cuts holes.
 #[derive(Clone, Debug)]
 pub(crate) struct Holes {
     pub(crate) bvh: Bvh,
@@ -22,7 +23,7 @@ pub(crate) struct Holes {
 }
 
 impl Holes {
-    /// Finds what a ray meets first: `hit`, or a triangle with holes that is nearer.
+    /// Finds the closest hit of a ray: `hit`, or a triangle with holes that is nearer.
     pub(crate) fn closest(
         &self,
         ray: &Ray,
@@ -32,13 +33,13 @@ impl Holes {
     ) -> Option<Hit> {
         let t_max = hit.map_or(ray.t_max, |hit| hit.t);
         let nearer = self.meet(&Ray { t_max, ..*ray }, false, scratch, counters);
-        // Of equally near ones the solid triangle.
+        // Of equally near triangles, the solid one wins.
         nearer
             .filter(|new| hit.is_none_or(|old| new.t < old.t))
             .or(hit)
     }
 
-    /// Whether a triangle hides something from a ray.
+    /// Whether a triangle with holes hides something from a ray.
     pub(crate) fn any(&self, ray: &Ray, scratch: &mut RayScratch, counters: &mut Counters) -> bool {
         self.meet(ray, true, scratch, counters).is_some()
     }
@@ -61,7 +62,7 @@ impl Holes {
         )
     }
 
-    /// Triangles with holes between a point and a light, with margins at both ends.
+    /// Creates the query past the triangles with holes between a point and a light.
     pub(crate) fn past(&self, point: DVec3, margins: Margins) -> Past<'_> {
         Past {
             bvh: &self.bvh,

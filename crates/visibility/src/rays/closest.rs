@@ -1,16 +1,17 @@
-//! First hits of up to eight neighbouring rays of a fan, such as those through the pixels of a row.
+//! Closest hits of up to eight neighbouring rays of a fan, such as the rays through the pixels of a
+//! row.
 //!
 //! A [`Packet`] walks the nearest box first. In a leaf, one triangle after the other is tested
 //! against all eight rays at once:
 //!
 //! ```text
 //!     lane            0     1     2     3     4     5     6     7
-//!     met so far    t, id  t, id  …
-//!     a triangle    t, id  t, id  …        taken in lanes where it is nearer
+//!     hit so far    t, id  t, id  …
+//!     a triangle    t, id  t, id  …        replaces the hit in lanes where it is nearer
 //!                                          (at equal t, where its id is smaller)
 //! ```
 //!
-//! Each lane's ray ends at what it has met, and boxes that begin beyond all ends are left out.
+//! Each lane's ray ends at its hit so far, and boxes that begin beyond all ends are skipped.
 //!
 //! Hits are those of [`WatertightRay`](crate::rays::watertight::WatertightRay) to the bit, for the
 //! operations are the same: that test permutes the axes by the longest component of the direction
@@ -32,17 +33,17 @@ use crate::{
 use linelit_simd::{Simd, dispatch};
 use std::ops::ControlFlow;
 
-/// More than a number that was rounded to `f32`, if that is not negative.
+/// A factor that exceeds the rounding of a positive number to `f32`.
 const UP: f32 = 1.0 + 2.0 * f32::EPSILON;
 
-/// No triangle: more than all numbers of triangles.
+/// The id of no triangle: greater than all numbers of triangles.
 const NONE: f64 = (1_u64 << 32) as f64;
 
-/// The triangle that each of eight rays has met first so far.
+/// The closest hit so far of each of eight rays.
 struct Nearest<S: Simd> {
     /// The distance at which rays begin.
     t_min: S::D,
-    /// The distance at which they end: where they meet the triangle.
+    /// The distance at which each ray ends: where it hits the triangle, or `t_max` so far.
     t: S::D,
     /// The triangle's number, or [`NONE`].
     id: S::D,
@@ -99,8 +100,8 @@ struct ShearedRays<S: Simd> {
 }
 
 impl<S: Simd> ShearedRays<S> {
-    /// `None` if rays within `bounds` may differ in the axis of their longest component, or in its
-    /// sign.
+    /// Prepares rays whose directions are within the box from `low` to `high`; `None` if they may
+    /// differ in the axis of their longest component or in its sign.
     #[inline(always)]
     fn new(s: S, rays: &Rays, origin: [f64; 3], [low, high]: [[f64; 3]; 2]) -> Option<Self> {
         // Find the axis along which the least component is longer than the others' most.
@@ -134,11 +135,11 @@ impl<S: Simd> ShearedRays<S> {
         )
     }
 
-    /// Takes a triangle of a leaf where it is nearer than what rays have met; false if no ray takes
-    /// it.
+    /// Tests a triangle of a leaf against all rays, and makes it the hit of each ray where it is
+    /// nearer; false if it is for no ray.
     #[inline(always)]
     fn meet(&self, s: S, leaf: &Leaf, lane: usize, nearest: &mut Nearest<S>) -> bool {
-        // Compute the edge functions, and leave out what no ray passes on one side of all edges.
+        // Compute the edge functions; done if for each ray some are positive and some negative.
         let triangle = leaf.triangle(lane);
         let (ax, ay, az) = self.vertex(s, &triangle[0]);
         let (bx, by, bz) = self.vertex(s, &triangle[1]);
@@ -175,13 +176,13 @@ impl<S: Simd> ShearedRays<S> {
     }
 }
 
-/// A walk that looks for the triangles that the rays of a packet meet first. A node or leaf waits
+/// A walk that looks for the triangles that the rays of a packet hit first. A node or leaf waits
 /// with a bit for each ray that enters it.
 struct ClosestOfPacket<S: Simd> {
     packet: Packet,
     rays: ShearedRays<S>,
     nearest: Nearest<S>,
-    /// The end of each ray: the distance of what it has met, rounded up.
+    /// The end of each ray: the distance of its hit so far, rounded up.
     reach: S::F,
 }
 
@@ -217,7 +218,7 @@ impl<S: Simd> NearestFirst<S> for ClosestOfPacket<S> {
     }
 }
 
-/// Finds what up to eight rays meet first; false if they are not for packets.
+/// Finds the closest hits of up to eight rays; false if the packet's tests are not valid for them.
 #[inline(always)]
 fn closest_kernel<S: Simd>(
     s: S,
@@ -260,6 +261,6 @@ fn closest_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Finds what up to eight rays meet first, on an instruction set.
+    /// [`closest_kernel`] on an instruction set.
     pub(crate) fn closest = closest_kernel(bvh: &Bvh, fan: &Fan<'_>, hits: &mut [Option<Hit>; 8], scratch: &mut FanScratch, counters: &mut Counters) -> bool
 }

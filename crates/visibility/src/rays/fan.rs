@@ -1,9 +1,10 @@
 //! Fans: rays from one point, and the tests that they share.
+//! [`Occluders::any_hits`](crate::Occluders::any_hits) and `closest_hits` trace them.
 //!
-//! In a leaf, eight triangles are tested against the box that holds the directions of all rays,
-//! which shows of most of them that they hide no ray, and of some that they hide all; the others
-//! are tested against eight rays at a time. Cases that these tests, with the bounds of their
-//! rounding, leave open are decided as for single rays, so that the answers are the same.
+//! In a leaf, eight triangles are first tested against the box that holds the directions of all
+//! rays. This shows for most triangles that they hide no ray, and for some that they hide all rays;
+//! the remaining triangles are tested against eight rays at a time. Where the error bounds of these
+//! tests leave a case open, the test for single rays decides, so that the answers are the same.
 
 use crate::{
     bvh::{Bvh, largest_inverse_at},
@@ -22,16 +23,16 @@ use std::ops::Range;
 /// The most rays of a [`Fan`].
 pub const FAN: usize = u64::BITS as usize;
 
-/// Fewer rays are traced one by one.
+/// Fans with fewer rays than this are traced ray by ray.
 pub(crate) const FEW: usize = 4;
 
 /// Rays from one point, `origin + t·direction` for `t_min` ≤ t ≤ `t_max`, each with its own
 /// direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Fan<'a> {
-    /// The place where t = 0.
+    /// The origin of all rays, where t = 0.
     pub origin: DVec3,
-    /// The way that one unit of t moves, for each ray; at most [`FAN`] of them.
+    /// For each ray the vector by which it advances per unit of t; at most [`FAN`] of them.
     pub directions: &'a [DVec3],
     /// Least t, not negative.
     pub t_min: f64,
@@ -49,7 +50,7 @@ impl Fan<'_> {
         }
     }
 
-    /// A bit for each ray, the first ray's lowest.
+    /// A mask with a bit for each ray; the lowest bit is the first ray's.
     #[must_use]
     pub fn all(&self) -> u64 {
         match self.directions.len() {
@@ -59,7 +60,7 @@ impl Fan<'_> {
     }
 }
 
-/// Returns which of the `open` rays hit a triangle.
+/// Returns which of the `open` rays hit a triangle, by tracing each of them by itself.
 pub(crate) fn one_by_one(
     bvh: &Bvh,
     fan: &Fan<'_>,
@@ -79,30 +80,33 @@ pub(crate) fn one_by_one(
     hidden
 }
 
-/// x, y and z of eight directions.
+/// The rows x, y and z of eight directions.
 pub(crate) type Rays = Lanes<[[f64; 8]; 3]>;
 
-/// The directions of a fan, the last as often as fills eight.
+/// The directions of a fan in groups of eight; the last direction is repeated to fill its group.
 #[derive(Debug, Default)]
 pub(crate) struct Directions(pub(crate) [Rays; FAN / 8]);
 
-/// The largest distances and direction components, and the reciprocal of the smallest direction,
-/// for which the products of five of them that tests are made of neither overflow nor vanish.
+/// The limit for distances and direction components, and for the reciprocal of a direction's
+/// largest component: within it, the products of five of them that the tests compute neither
+/// overflow nor underflow.
 pub(crate) const LARGEST: f64 = 1e30;
 
 impl Directions {
-    /// Becomes those of a fan and gives the box that holds them; `None` if not all are for the
-    /// tests of this module.
+    /// Stores the directions of a fan and returns their box; `None` if not all of them are within
+    /// the limits of the tests of this module.
     #[inline(always)]
     pub(crate) fn set<S: Simd>(&mut self, s: S, fan: &Fan<'_>) -> Option<[[f64; 3]; 2]> {
         let (mut low, mut high) = ([s.dsplat(f64::MAX); 3], [s.dsplat(-f64::MAX); 3]);
         let mut all = 0xff;
         for (eight, rays) in fan.directions.chunks(8).zip(&mut self.0) {
+            // Transpose, and repeat the last direction.
             for (k, row) in rays.iter_mut().enumerate() {
                 for (lane, out) in row.iter_mut().enumerate() {
                     *out = eight[lane.min(eight.len() - 1)][k];
                 }
             }
+            // Extend the box, and check the components' sizes.
             let mut most = s.dsplat(0.0);
             let mut valid = s.dlt(most, s.dsplat(1.0));
             for k in 0..3 {
@@ -115,6 +119,7 @@ impl Directions {
             }
             all &= s.bits(valid & s.dlt(s.dsplat(1.0 / LARGEST), most));
         }
+        // Reduce the bounds of eight lanes to one.
         let mut bounds = [[0.0; 3]; 2];
         for k in 0..3 {
             let mut lanes = Lanes([[0.0; 8]; 2]);
@@ -138,12 +143,12 @@ impl Directions {
 /// A box of directions, ready for tests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
-    /// The middle of the box, and a little more than half its size.
+    /// The middle of the box, and half its size, rounded up.
     middle: [f64; 3],
     half: [f64; 3],
-    /// The origin, rounded, and inverse and offset in `t = (bound − near) · inverse + offset`
-    /// ([`Split`]): where a ray enters through the lower and the upper bound, and where it leaves
-    /// through the bound of this row of a node.
+    /// The origin, rounded to `f32`, and then inverse and offset in `t = (bound − near) · inverse +
+    /// offset` ([`Split`]). On each axis, `enter` is for the lower and the upper bound of a box,
+    /// and `leave` for the bound in the given row of a node, at which the last ray leaves.
     near: [f32; 3],
     enter: [[[f32; 2]; 2]; 3],
     leave: [([f32; 2], usize); 3],
@@ -155,8 +160,8 @@ pub(crate) struct Beam {
     reason = "the bounds allow for the rounding"
 )]
 impl Beam {
-    /// A box of directions from a point that is at most `size` from the hierarchy's origin, as its
-    /// vertices are.
+    /// Creates the beam of a box of directions; `origin` and all vertices are at most `size` from
+    /// the hierarchy's origin on each axis.
     #[inline(always)]
     fn new([low, high]: [[f64; 3]; 2], t_max: f64, origin: [f64; 3], size: f64) -> Self {
         let largest = largest_inverse_at(size);
@@ -169,6 +174,7 @@ impl Beam {
             t_max: (t_max + t_max * ROOM + f64::from(f32::MIN_POSITIVE)) as f32,
         };
         for k in 0..3 {
+            // Compute the middle and half the size of the box, with a margin for rounding.
             let (lo, hi) = (low[k], high[k]);
             beam.middle[k] = 0.5 * (lo + hi);
             beam.half[k] = 0.5 * (hi - lo) + 2.0 * f64::EPSILON * lo.abs().max(hi.abs());
@@ -178,7 +184,8 @@ impl Beam {
                 let inverse = inverse as f32;
                 [inverse, split.offset(inverse, sign)]
             };
-            // Where no direction leads up, what is above is never entered; and so down.
+            // If no direction ascends, a box above is entered only at the largest distance;
+            // likewise below.
             let up = if hi > 0.0 {
                 (1.0 / hi).min(largest)
             } else {
@@ -190,6 +197,7 @@ impl Beam {
                 -largest
             };
             beam.enter[k] = [line(up, -1.0), line(down, -1.0)];
+            // There is a last ray to leave only if all rays ascend, or all descend.
             if lo > 0.0 {
                 beam.leave[k] = (line((1.0 / lo).min(largest), 1.0), k + 3);
             } else if hi < 0.0 {
@@ -199,7 +207,7 @@ impl Beam {
         beam
     }
 
-    /// The boxes of a node that a ray may enter before `t_max`, and where at the nearest.
+    /// The boxes of a node that some ray may enter before `t_max`, and a lower bound of where.
     #[inline(always)]
     pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node) -> (u8, S::F) {
         let mut near = s.splat(0.0);
@@ -223,22 +231,22 @@ impl Beam {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tests {
     pub(crate) origin: [f64; 3],
-    /// The largest coordinate of the origin and all vertices.
+    /// The largest absolute coordinate of the origin and of all vertices.
     pub(crate) size: f64,
-    /// Excluded triangles: first and number.
+    /// The excluded triangles: the first number, and how many.
     exclude: (u32, u32),
     t_min: f64,
     t_max: f64,
-    /// The rounding of edge functions and of distances, in units of the sum of the squares of a
-    /// triangle's corners: see [`Tests::new`].
+    /// The error bounds of edge functions and of distances, as multiples of the sum of the squares
+    /// of a triangle's corners: see [`Tests::new`].
     edge_room: f64,
     distance_room: f64,
     near_room: f64,
 }
 
-/// The terms of eight triangles with corners a, b, c relative to the origin: the rows of b × c, c ×
-/// a and a × b, with the sign that makes T = a·(b × c) positive; then T, the error bound of the
-/// edge functions, and that of T, negative where its sign is not certain.
+/// What the tests of a ray need of eight triangles with corners a, b, c relative to the origin: the
+/// rows of b × c, c × a and a × b, with the sign that makes T = a·(b × c) positive; then T, the
+/// error bound of the edge functions, and that of T, negative where the sign of T is not certain.
 type Prepared = Lanes<[[f64; 8]; 12]>;
 
 impl Tests {
@@ -281,7 +289,7 @@ impl Tests {
         }
     }
 
-    /// A box of directions.
+    /// Creates the beam of a box of directions.
     #[inline(always)]
     pub(crate) fn beam(&self, bounds: [[f64; 3]; 2]) -> Beam {
         Beam::new(bounds, self.t_max, self.origin, self.size)
@@ -298,7 +306,8 @@ impl Tests {
         ]
     }
 
-    /// The triangles of a leaf that may hide some direction of the box, and those that hide all.
+    /// Prepares the triangles of a leaf, and tests them against the whole beam: returns those that
+    /// may hide some ray, and those that hide all.
     #[inline(always)]
     fn prepare<S: Simd>(&self, s: S, beam: &Beam, leaf: &Leaf, out: &mut Prepared) -> (u8, u8) {
         let zero = s.dsplat(0.0);
@@ -307,6 +316,7 @@ impl Tests {
             self.vertex(s, leaf, 3),
             self.vertex(s, leaf, 6),
         ];
+        // Compute T and the planes through the origin and each side, all with the sign of T.
         let normals = [cross::<S>(&b, &c), cross::<S>(&c, &a), cross::<S>(&a, &b)];
         let t = dot::<S>(&a, &normals[0]);
         let square = dot::<S>(&a, &a) + dot::<S>(&b, &b) + dot::<S>(&c, &c);
@@ -315,6 +325,8 @@ impl Tests {
         let sign = s.select(s.dlt(t, zero), s.dsplat(1.0), s.dsplat(-1.0));
         let t = t * sign;
         let certain = s.dlt(distance_room, t);
+        // Over the box of directions, compare the edge functions with zero, and the distance with
+        // t_min and t_max.
         let (mut some, mut all) = (!s.dlt(t, t), certain);
         let mut sum = [zero; 3];
         for (k, normal) in normals.iter().enumerate() {
@@ -335,8 +347,8 @@ impl Tests {
         s.dstore(edge_room, &mut out[10]);
         s.dstore(distance_room, &mut out[11]);
         if s.bits(certain) != 0xff {
-            // Planes through the origin, up to rounding: what rays meet of them is too near, unless
-            // they go along them.
+            // Triangles whose plane goes through the origin, up to rounding: their hits are nearer
+            // than t_min, except for rays in the plane.
             let near_room = square * self.near_room;
             s.dstore(
                 s.select(certain, zero - near_room, distance_room),
@@ -348,7 +360,7 @@ impl Tests {
         (s.bits(some), s.bits(all))
     }
 
-    /// Tells which of eight rays, among those that are `open`, a triangle hides.
+    /// Returns which of eight rays, among the `open` ones, a prepared triangle hides.
     #[inline(always)]
     fn hides<S: Simd>(
         &self,
@@ -359,6 +371,7 @@ impl Tests {
         rays: &Rays,
         open: u8,
     ) -> u8 {
+        // Compute the three edge functions of each ray.
         let (x, y, z) = (s.dload(&rays[0]), s.dload(&rays[1]), s.dload(&rays[2]));
         let mut edges = [x; 3];
         for (edge, n) in edges.iter_mut().zip(prepared.as_chunks::<3>().0) {
@@ -368,6 +381,8 @@ impl Tests {
         let (t, edge_room, room) = (prepared[9][lane], prepared[10][lane], prepared[11][lane]);
         let least = s.dmin(s.dmin(u, v), w);
         let outside = s.dlt(least, s.dsplat(-edge_room));
+        // Rays are missed or hit where the error bounds decide it. Without a certain sign of T,
+        // only misses are decided.
         let sum = u + v + w;
         let (missed, mut hidden) = if room <= 0.0 {
             let most = s.dmax(s.dmax(u, v), w);
@@ -381,6 +396,7 @@ impl Tests {
             let hit = s.dlt(s.dsplat(edge_room), least) & s.dlt(above, reached);
             (s.bits(missed), s.bits(hit & s.dlt(begun, below)))
         };
+        // Decide the others as single rays.
         let mut undecided = open & !missed & !hidden;
         while undecided != 0 {
             let ray = undecided.trailing_zeros() as usize;
@@ -397,7 +413,7 @@ impl Tests {
         hidden & open
     }
 
-    /// Tells which of the `open` rays the triangles of a leaf hide.
+    /// Returns which of the `open` rays the triangles of a leaf hide.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(
         &self,
@@ -408,12 +424,14 @@ impl Tests {
         rays: &[Rays],
         open: u64,
     ) -> u64 {
+        // Test the whole beam: a triangle that hides every ray settles the leaf.
         let mut prepared = Lanes([[0.0; 8]; 12]);
         let (some, all) = self.prepare(s, beam, leaf, &mut prepared);
         let among = child.mask() & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
         if all & among != 0 {
             return open;
         }
+        // Test each remaining triangle against the rays that are still open, eight at a time.
         let mut some = some & among;
         let mut hidden = 0;
         while some != 0 {
@@ -431,7 +449,8 @@ impl Tests {
     }
 }
 
-/// The least and the most of n·d over the box, off by less than n·d itself is.
+/// The least and the largest value of n·d over the box of directions, each with an error below that
+/// of n·d itself.
 #[inline(always)]
 fn range<S: Simd>(s: S, beam: &Beam, n: &[S::D; 3]) -> (S::D, S::D) {
     let Beam {

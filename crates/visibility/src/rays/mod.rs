@@ -1,4 +1,5 @@
-//! Rays: what they meet first, and whether they meet anything.
+//! Rays: their closest hits, and whether they hit anything. Here are the methods of [`Occluders`]
+//! for single rays and for fans; the modules below have the kernels.
 
 mod closest;
 pub(crate) mod fan;
@@ -13,11 +14,11 @@ use linelit_geometry::{DVec3, Margins};
 use std::ops::Range;
 
 impl Occluders {
-    /// The nearest triangle that the ray meets; among equally near ones, that with the smallest
-    /// number, and solid ones before those with holes.
+    /// The closest triangle that the ray hits. Among equally near triangles, a solid one comes
+    /// before one with holes, and then the smallest number wins.
     ///
-    /// Watertight: a ray towards a shared edge or corner meets one of the triangles there. Of those
-    /// with holes, it is the nearest that hides what is behind it.
+    /// The test is watertight: a ray towards a shared edge or corner hits one of the triangles
+    /// there. A triangle with holes counts only where its filter says that it hides what is behind.
     pub fn closest_hit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
         scratch.counters.rays += 1;
         let hit = self.own_closest(ray, scratch);
@@ -27,7 +28,8 @@ impl Occluders {
         }
     }
 
-    /// Whether the ray meets any triangle but the solid ones numbered in `exclude`.
+    /// Whether the ray hits any triangle. Solid triangles with numbers in `exclude` are ignored;
+    /// triangles with holes are not.
     ///
     /// The same triangles count as for [`Occluders::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool {
@@ -52,9 +54,10 @@ impl Occluders {
         }
     }
 
-    /// Shadow rays from a point to places given relative to it, short of the margins.
+    /// The shadow rays from `origin` to points given relative to it, shortened by the margins at
+    /// both ends.
     ///
-    /// All rays have the margin near the point of the one that goes farthest.
+    /// A fan has one `t_min`: the margin near the point of the ray that goes farthest.
     #[must_use]
     pub fn shadow_rays<'a>(
         &self,
@@ -73,10 +76,11 @@ impl Occluders {
         }
     }
 
-    /// Tells which rays of a fan meet any triangle but those numbered in `exclude`: a bit each, as
-    /// in [`Fan::all`]. The answers are those of [`Occluders::any_hit`].
+    /// Returns a bit for each ray of a fan, as in [`Fan::all`], that is set if the ray hits a
+    /// triangle other than the solid ones numbered in `exclude`. The answers are the same as with
+    /// [`Occluders::any_hit`] for each ray.
     ///
-    /// In the [`Counters`](crate::Counters), what is tested for several rays at once is one test.
+    /// In the [`Counters`](crate::Counters), a test of several rays at once counts as one test.
     ///
     /// # Panics
     /// If there are more than [`FAN`] rays.
@@ -101,14 +105,14 @@ impl Occluders {
         hidden
     }
 
-    /// Finds what each ray of a fan meets first, in place of what `out` held: as
-    /// [`Occluders::closest_hit`] for one after the other, the quicker where neighbours in the fan
-    /// go almost the same way, as through the pixels of a row.
+    /// Finds the closest hit of each ray of a fan, and replaces the contents of `out` by them: the
+    /// same as [`Occluders::closest_hit`] for one ray after the other, but faster where neighbours
+    /// in the fan have almost the same direction, as rays through the pixels of a row have.
     ///
-    /// The hits are the same to the bit, but for rays in the plane of a triangle to rounding: where
-    /// such a triangle is met is anyone's guess, and so is whether it is looked at. There may be
-    /// any number of rays. In the [`Counters`](crate::Counters), what is tested for several rays at
-    /// once is one test.
+    /// The hits are the same to the bit, except for rays that lie in the plane of a triangle up to
+    /// rounding: whether and where such a triangle is hit is arbitrary. There may be any number of
+    /// rays. In the [`Counters`](crate::Counters), a test of several rays at once counts as one
+    /// test.
     pub fn closest_hits(&self, fan: &Fan<'_>, out: &mut Vec<Option<Hit>>, scratch: &mut Scratch) {
         out.clear();
         scratch.counters.rays += fan.directions.len() as u64;

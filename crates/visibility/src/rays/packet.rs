@@ -1,4 +1,4 @@
-//! Packets: eight rays of a fan that walk together, one in each lane.
+//! Packets: up to eight rays of a fan that walk the hierarchy together, one in each lane.
 //!
 //! A packet opens a node once for all its rays, by two tests:
 //!
@@ -7,9 +7,9 @@
 //!         each box found  ──► slabs: which rays enter this box?      one test for all eight rays
 //! ```
 //!
-//! What waits to be visited carries the bits of the rays that enter it, so that a ray visits what
-//! it would visit by itself. (A beam is the box of all directions; slabs are the pairs of planes
-//! whose intersection is a box.)
+//! Nodes that wait carry a bit for each ray that enters them, so that a ray visits what it would
+//! visit by itself. (A beam is the box of all directions; slabs are the pairs of planes whose
+//! intersection is a box.)
 //!
 //! [`together`](crate::rays::together) uses packets for shadow rays,
 //! [`closest`](crate::rays::closest) for first hits.
@@ -25,7 +25,7 @@ use crate::{
 };
 use linelit_simd::Simd;
 
-/// Eight rays on their walk.
+/// Eight rays that walk together.
 pub(crate) struct Packet {
     /// The box of their directions.
     pub(crate) beam: Beam,
@@ -35,7 +35,7 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
-    /// Eight rays with directions within `bounds`, before their walk.
+    /// Prepares eight rays with directions within `bounds`.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(s: S, rays: &Rays, tests: &Tests, bounds: [[f64; 3]; 2]) -> Self {
         Self {
@@ -45,8 +45,8 @@ impl Packet {
         }
     }
 
-    /// The active rays that may enter a box of the open node before each comes to `far`; none if
-    /// there is none.
+    /// The active rays that may enter a box of the open node before their ends `far`; `None` if
+    /// there are none.
     #[inline(always)]
     pub(crate) fn enter<S: Simd>(&self, s: S, node: &Node, lane: usize, far: S::F) -> Option<u8> {
         let entering = self.active & self.slabs.enter(s, node, lane, far);
@@ -54,9 +54,9 @@ impl Packet {
     }
 }
 
-/// Eight rays, ready for the slab test: a plane `x = bound` is met at
-/// `t = bound · inverse + offset ± room`. Unlike a [`Beam`], the test takes the lesser of both
-/// planes for the one where a ray enters, which differs between rays.
+/// Eight rays, ready for the slab test: a plane `x = bound` is reached at `t = bound · inverse +
+/// offset ± room`. Unlike a [`Beam`], the rays may differ in the plane through which they enter a
+/// box, so the test takes the lesser of both distances.
 #[derive(Default)]
 struct Slabs {
     inverse: [[f32; 8]; 3],
@@ -82,7 +82,7 @@ impl Slabs {
         out
     }
 
-    /// The rays that may enter a box of a node before each comes to `far`.
+    /// The rays that may enter a box of a node before their ends `far`.
     #[inline(always)]
     fn enter<S: Simd>(&self, s: S, node: &Node, lane: usize, mut far: S::F) -> u8 {
         let mut near = s.splat(0.0);
@@ -99,8 +99,8 @@ impl Slabs {
     }
 }
 
-/// The largest coordinate of a fan's origin and of all vertices, which error bounds are relative
-/// to; none if the fan or the hierarchy is not one that packets are for.
+/// The largest absolute coordinate of a fan's origin and of all vertices, to which error bounds are
+/// relative; `None` if the error bounds do not hold for this fan, or the hierarchy is empty.
 #[inline(always)]
 pub(crate) fn size_of(bvh: &Bvh, fan: &Fan<'_>) -> Option<f64> {
     let origin = fan.origin - bvh.origin;
@@ -111,9 +111,9 @@ pub(crate) fn size_of(bvh: &Bvh, fan: &Fan<'_>) -> Option<f64> {
     is_for_packets.then_some(size)
 }
 
-/// The numbers of `some` rays in an order in which neighbours go almost the same way, and how many
-/// they are: along a Z curve (Morton code) through 8 × 8 cells across the two widest sides of the
-/// box of directions.
+/// The numbers of the rays in the set `some`, and how many there are, in an order in which
+/// neighbours have almost the same direction: along a Z curve (Morton code) through 8 × 8 cells
+/// over the two widest sides of the box of directions.
 ///
 /// ```text
 ///     0  1 │ 4  5        the bits of a cell's number: y₂ x₂ y₁ x₁ y₀ x₀
@@ -147,7 +147,7 @@ pub(crate) fn in_z_order(
         cells[i] = cell as u8;
         starts[cell as usize + 1] += 1;
     }
-    // Find where the rays of each begin, and put the rays there.
+    // Find where the rays of each cell begin, and put them there.
     for i in 0..64 {
         starts[i + 1] += starts[i];
     }
@@ -160,7 +160,7 @@ pub(crate) fn in_z_order(
     (order, some.count_ones() as usize)
 }
 
-/// The positions of the bits that are set, the lowest first.
+/// The positions of the bits that are set, in ascending order.
 fn bits(mut set: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lowest = (set != 0).then_some(set.trailing_zeros() as usize);

@@ -1,4 +1,5 @@
-//! One ray at a time through the hierarchy.
+//! Single rays through the hierarchy: the box test in `f32` with error bounds, the triangle test in
+//! `f64`, and the walks for any hit and for the closest hit.
 
 use crate::{
     bvh::{Bvh, largest_inverse_at},
@@ -12,13 +13,13 @@ use linelit_geometry::{DVec3, Margins, Vector3};
 use linelit_simd::{Simd, dispatch};
 use std::ops::{ControlFlow, Range};
 
-/// A ray, or a piece of one: `origin + t·direction` for `t_min ≤ t ≤ t_max`. The direction need
-/// not have unit length; `t` is in units of it.
+/// A ray or a segment of one: `origin + t·direction` for `t_min ≤ t ≤ t_max`. The direction need
+/// not have unit length; `t` is in units of its length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// The place where t = 0.
+    /// The point where t = 0.
     pub origin: DVec3,
-    /// The way that one unit of t moves.
+    /// The vector by which the ray advances per unit of t.
     pub direction: DVec3,
     /// Least t.
     pub t_min: f64,
@@ -27,7 +28,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The whole ray: 0 ≤ t, without end.
+    /// Creates a ray without end: all t ≥ 0.
     #[must_use]
     pub fn new(origin: impl Vector3, direction: impl Vector3) -> Self {
         Self {
@@ -39,7 +40,7 @@ impl Ray {
     }
 }
 
-/// The place where a ray meets a triangle.
+/// Where a ray hits a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The triangle's number in the list the occluders were built from.
@@ -50,20 +51,20 @@ pub struct Hit {
     pub barycentric: [f64; 2],
 }
 
-/// A ray in the hierarchy's coordinates.
+/// A ray in the hierarchy's coordinates, prepared for tests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayQuery {
     exact: WatertightRay,
     t_min: f64,
     t_max: f64,
-    /// Excluded triangles: first and number.
+    /// The excluded triangles: the first number, and how many.
     exclude: (u32, u32),
-    /// The row of a node's bounds that the ray enters and leaves through, for each axis.
+    /// For each axis, the rows of a node's bounds through which the ray enters and leaves.
     enter: [usize; 3],
     leave: [usize; 3],
     inverse: [f32; 3],
-    /// The origin, rounded, and the rest of it in `t = (bound − near) · inverse + offset`, with
-    /// room for rounding.
+    /// The origin rounded to `f32`, and the remainder of the origin in `t = (bound − near) ·
+    /// inverse + offset`, with a margin for rounding ([`Split`]).
     near: [f32; 3],
     offset_enter: [f32; 3],
     offset_leave: [f32; 3],
@@ -71,39 +72,42 @@ pub(crate) struct RayQuery {
     pub(crate) t_max32: f32,
 }
 
-/// 2⁻²⁰, sixteen roundings of `f32`: room for the few operations of a box or triangle test
+/// 2⁻²⁰, sixteen roundings of `f32`: the margin for the few operations of a box or triangle test,
 /// relative to the largest coordinate involved.
 pub(crate) const ROOM: f64 = 8.0 * f32::EPSILON as f64;
 
-/// Room for what `f32` cannot hold: its least normal number.
+/// The margin for values below the least normal `f32`.
 const LEAST: f64 = f32::MIN_POSITIVE as f64;
 
-/// 2⁻⁴⁷, relative to the largest coordinate involved: room for the roundings of `f64` that the test
-/// of a triangle moves its corners by, and for that of the second half of an origin.
+/// 2⁻⁴⁷, relative to the largest coordinate involved: the margin for the roundings in `f64` by
+/// which the triangle test moves corners, and for the rounding of the remainder of an origin.
 pub(crate) const SPLIT_ROOM: f64 = 32.0 * f64::EPSILON;
 
-/// 1 − 2⁻²¹: room for four roundings of `f32`, relative to a distance.
+/// 1 − 2⁻²¹: the factor that makes a distance smaller by four roundings of `f32`.
 pub(crate) const CLOSER: f32 = 1.0 - 4.768_371_6e-7;
 
-/// The largest coordinates that are split in two.
+/// The largest scene for which origins are split: with larger coordinates, the plain margin is
+/// used.
 const SPLIT: f64 = 1e30;
 
-/// A coordinate of the origin of rays in two halves, so that how far a box is from there is known
-/// relative to that distance: `t = (bound − near) · inverse + offset`, where near is the coordinate
-/// rounded to `f32` and the offset makes up for that. `size` is the largest coordinate in the
-/// scene.
+/// One coordinate of a ray's origin as the sum of an `f32` and a remainder, so that the error of
+/// the distance to a box is relative to that distance and not to the scene: `t = (bound − near) ·
+/// inverse + offset`, where `near` is the coordinate rounded to `f32`, and the offset makes up for
+/// its rounding. The scene's `size` is its largest absolute coordinate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Split {
     pub(crate) near: f32,
     rest: f64,
-    /// Room for rounding, and for directions along which a ray hardly moves.
+    /// The margins for rounding: in general, and for directions in which the ray hardly moves along
+    /// this axis.
     room: f64,
     room_along: f64,
-    /// The [largest inverse](crate::bvh::largest_inverse_at), which stands for such directions.
+    /// The [largest inverse](crate::bvh::largest_inverse_at), which such directions have.
     largest: f32,
 }
 
 impl Split {
+    /// Splits a coordinate of an origin, for a scene of this size and its largest inverse.
     #[allow(clippy::cast_possible_truncation, reason = "the rest is kept")]
     #[inline(always)]
     pub(crate) fn new(origin: f64, size: f64, largest: f64) -> Self {
@@ -122,7 +126,7 @@ impl Split {
         }
     }
 
-    /// The offset for an inverse, with room for rounding: less, or more where `sign` is positive.
+    /// The offset for an inverse, with the margin subtracted, or added where `sign` is positive.
     #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
     #[inline(always)]
     pub(crate) fn offset(&self, inverse: f32, sign: f64) -> f32 {
@@ -141,7 +145,8 @@ impl Split {
     reason = "the bounds allow for the rounding"
 )]
 impl RayQuery {
-    /// `None` for a ray that cannot meet anything: not finite, without direction, or empty.
+    /// Prepares a ray; `None` if it cannot hit anything: it is not finite, has no direction, or is
+    /// empty.
     ///
     /// Inlined into the kernels, so that it is never copied.
     #[inline(always)]
@@ -154,6 +159,7 @@ impl RayQuery {
             return None;
         }
         let exact = WatertightRay::new(o, d);
+        // The tests' margins are relative to the largest coordinate, of the scene or of the origin.
         let (mut size, mut largest_inverse) = (bvh.extent, bvh.largest_inverse);
         let from = o.abs().max_element();
         if from > size {
@@ -173,6 +179,7 @@ impl RayQuery {
             t_min32: ((ray.t_min - ray.t_min.abs() * ROOM - LEAST) as f32).max(-1e30),
             t_max32: ((ray.t_max + ray.t_max.abs() * ROOM + LEAST) as f32).min(1e30),
         };
+        // Prepare the slab test of each axis.
         for axis in 0..3 {
             let inverse = (1.0 / d[axis]).clamp(-largest_inverse, largest_inverse) as f32;
             let split = Split::new(o[axis], size, largest_inverse);
@@ -187,7 +194,8 @@ impl RayQuery {
         Some(q)
     }
 
-    /// The distances at which the ray enters and leaves a node's boxes along an axis.
+    /// The distances at which the ray enters and leaves a node's boxes along an axis, rounded
+    /// outward.
     #[inline(always)]
     fn along<S: Simd>(&self, s: S, node: &Node, axis: usize) -> (S::F, S::F) {
         let (inverse, near) = (s.splat(self.inverse[axis]), s.splat(self.near[axis]));
@@ -199,7 +207,7 @@ impl RayQuery {
         )
     }
 
-    /// The boxes of a node that the ray may enter before `t_max`, and where.
+    /// The boxes of a node that the ray may enter before `t_max`, and lower bounds of where.
     #[inline(always)]
     pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (u8, S::F) {
         let ((x0, x1), (y0, y1), (z0, z1)) = (
@@ -212,11 +220,11 @@ impl RayQuery {
         (s.le(near, far) & node.valid, near)
     }
 
-    /// The triangles of a leaf that the ray meets between `t_min` and `t_max`, and where:
-    /// [`WatertightRay::intersect`] for eight, to the bit.
+    /// The triangles of a leaf that the ray hits between `t_min` and `t_max`, and where: the same
+    /// as [`WatertightRay::intersect`] for eight triangles, to the bit.
     ///
-    /// Nothing is left to a test in single precision first: half of the leaves hold a triangle
-    /// that it could not exclude, such as the one that a shadow ray begins on.
+    /// There is no test in single precision first: half of the leaves hold a triangle that it could
+    /// not exclude, such as the one on which a shadow ray begins.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, S::D) {
         let [ax, ay, az] = self.sheared(s, &leaf.vertices, 0);
@@ -239,7 +247,7 @@ impl RayQuery {
         (s.bits(some & within & !outside), t)
     }
 
-    /// A vertex of each triangle in the ray's coordinates: as [`WatertightRay`] has them.
+    /// One vertex of each triangle in the ray's coordinates, as in [`WatertightRay`].
     #[inline(always)]
     fn sheared<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> [S::D; 3] {
         let [kx, ky, kz] = self.exact.axes;
@@ -250,8 +258,9 @@ impl RayQuery {
         [x - z * self.exact.shear[0], y - z * self.exact.shear[1], z]
     }
 
-    /// Finds which triangle `among` those of a leaf the ray meets first, and before the triangle
-    /// with the number `best` that it met at `t_max`, if any: then the ray ends there.
+    /// Finds which of a leaf's triangles in the mask `among` the ray hits first, and shortens the
+    /// ray to end there. A hit at `t_max` itself counts only if the number is smaller than `best`,
+    /// the number of the triangle that the ray has hit there, if any.
     #[inline(always)]
     fn nearer<S: Simd>(
         &mut self,
@@ -267,6 +276,7 @@ impl RayQuery {
         }
         let mut at = Lanes([0.0; 8]);
         s.dstore(t, &mut at);
+        // Of equally near triangles, the one with the smallest number.
         let mut least = best;
         let mut found = None;
         while met != 0 {
@@ -284,20 +294,20 @@ impl RayQuery {
         found
     }
 
-    /// Ends the ray at what it has met.
+    /// Shortens the ray to end at `t`.
     #[inline(always)]
     pub(crate) fn end_at(&mut self, t: f64) {
         self.t_max = t;
         self.t_max32 = (t as f32).next_up().min(self.t_max32);
     }
 
-    /// [`WatertightRay::intersect`] for a triangle of a leaf.
+    /// Computes [`WatertightRay::intersect`] for one triangle of a leaf.
     #[inline(always)]
     pub(crate) fn intersect(&self, leaf: &Leaf, lane: usize) -> Option<(f64, [f64; 2])> {
         self.exact.intersect(&leaf.triangle(lane))
     }
 
-    /// Whether the ray meets any of the triangles `among` those of a leaf that are not excluded.
+    /// Whether the ray hits a triangle of a leaf in the mask `among` that is not excluded.
     #[inline(always)]
     pub(crate) fn any<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
         let met = self.meets(s, leaf).0 & among;
@@ -314,6 +324,7 @@ pub(crate) struct RayScratch {
     pub(crate) last: Option<(DVec3, Child)>,
 }
 
+/// Whether a ray hits any triangle.
 #[inline(always)]
 fn any_kernel<S: Simd>(
     s: S,
@@ -327,8 +338,9 @@ fn any_kernel<S: Simd>(
         return false;
     };
     let hierarchy = &*bvh.hierarchy;
-    // What met the latest ray from here often meets the next. Only from here, so that what is
-    // tested does not depend on which points a thread was given.
+    // Try the leaf that was hit by the latest ray first: it often hides the next one, too. This is
+    // done only for rays from the same origin, so that the tests do not depend on which points a
+    // thread was given.
     if let Some((origin, child)) = scratch.last
         && origin == ray.origin
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
@@ -338,6 +350,7 @@ fn any_kernel<S: Simd>(
             return true;
         }
     }
+    // Walk in any order, since any hit will do.
     let RayScratch { stack, last, .. } = scratch;
     bvh.make_room(stack);
     in_any_order(
@@ -365,7 +378,7 @@ fn any_kernel<S: Simd>(
     )
 }
 
-/// Visits the leaves that a ray enters.
+/// A walk that calls `visit` for the leaves that a ray enters.
 struct AlongRay<'a, F> {
     query: &'a mut RayQuery,
     visit: F,
@@ -399,8 +412,8 @@ where
 }
 
 impl RayQuery {
-    /// Visits leaves that the ray enters, nearer ones mostly first; until `visit`, which may
-    /// shorten the ray, says so.
+    /// Visits leaves that the ray enters, mostly near ones first, until `visit` breaks. `visit` may
+    /// shorten the ray.
     #[inline(always)]
     pub(crate) fn nearest_first<S: Simd>(
         &mut self,
@@ -416,13 +429,14 @@ impl RayQuery {
     }
 }
 
-/// The whole hierarchy, waiting to be visited.
+/// Starts a walk: the root waits to be visited.
 #[inline(always)]
 pub(crate) fn wait_for_root<E>(waiting: &mut Waiting<E>, entry: E) {
     waiting.clear();
     waiting.push((Child::node(0), f32::NEG_INFINITY, entry));
 }
 
+/// Finds the closest triangle that a ray hits.
 #[inline(always)]
 fn closest_kernel<S: Simd>(
     s: S,
@@ -432,7 +446,7 @@ fn closest_kernel<S: Simd>(
     counters: &mut Counters,
 ) -> Option<Hit> {
     let mut query = RayQuery::new(bvh, ray, &(0..0))?;
-    // Its leaf, its lane there, and its number; met at `query.t_max`.
+    // The closest triangle so far: its leaf, its lane there, and its number; hit at `query.t_max`.
     let mut best: Option<(Child, usize, u32)> = None;
     query.nearest_first(
         s,
@@ -448,6 +462,7 @@ fn closest_kernel<S: Simd>(
             ControlFlow::Continue(())
         },
     );
+    // Compute the barycentric coordinates for the closest triangle only.
     let (child, lane, triangle) = best?;
     let leaf = &bvh.hierarchy.leaves[child.leaf_index()];
     let (t, barycentric) = query.intersect(leaf, lane)?;
@@ -459,16 +474,16 @@ fn closest_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Whether a ray meets anything, on an instruction set.
+    /// [`any_kernel`] on an instruction set.
     pub(crate) fn any = any_kernel(bvh: &Bvh, ray: &Ray, exclude: &Range<u32>, scratch: &mut RayScratch, counters: &mut Counters) -> bool
 }
 dispatch! {
-    /// Finds what a ray meets first, on an instruction set.
+    /// [`closest_kernel`] on an instruction set.
     pub(crate) fn closest = closest_kernel(bvh: &Bvh, ray: &Ray, scratch: &mut RayScratch, counters: &mut Counters) -> Option<Hit>
 }
 
-/// The ray from a point to a target on a light, without what is too near to either to hide it;
-/// `None` where no ray leads there, since numbers overflow.
+/// The shadow ray from a point to a target on a light, shortened by the margins; `None` if a
+/// coordinate or the difference is not finite.
 pub(crate) fn shadow_ray(bvh: &Bvh, point: DVec3, target: DVec3, margins: Margins) -> Option<Ray> {
     let direction = target - point;
     (point.is_finite() && direction.is_finite()).then(|| Ray {
@@ -479,8 +494,9 @@ pub(crate) fn shadow_ray(bvh: &Bvh, point: DVec3, target: DVec3, margins: Margin
     })
 }
 
-/// The end of a ray towards a light, as a fraction of the way: short of its margin, and of what
-/// rounding makes of the distance of a triangle in the light's own plane, 2⁻⁴⁰ at least.
+/// Where a ray towards a light ends, as a fraction of the way: before the light's margin, and at
+/// least 2⁻⁴⁰ before the light, since rounding moves the distance of triangles in the light's own
+/// plane.
 pub(crate) fn ray_end(margins: Margins) -> f64 {
     margins.end().min(1.0 - 9.094_947_017_729_282e-13)
 }

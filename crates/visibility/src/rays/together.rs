@@ -1,7 +1,7 @@
-//! Shadow rays of a fan that share a walk: which of them are hidden.
+//! Shadow rays of a fan, all traced together: which of them are hidden.
 //!
 //! A *fan* is up to 64 rays from one point to one light, so that at first they enter the same nodes
-//! of the hierarchy. A ray is *hidden* if a triangle is anywhere on it. The walk has two phases:
+//! of the hierarchy. A ray is *hidden* if it hits any triangle. The walk has two phases:
 //!
 //! ```text
 //!     1. one beam                        2. packets of up to eight neighbours
@@ -15,16 +15,16 @@
 //!
 //! 1. A beam, the box of all directions, walks for the whole fan. A node is opened if any direction
 //!    of the box may enter it, and a leaf is tested against all rays that are not yet hidden. This
-//!    is cheap, but the beam gets wide where rays go apart, so it ends after a [`budget`] of nodes
-//!    and leaves. Their order does not matter, as any triangle will do.
-//! 2. Rays that are still not hidden are put in order along a Z curve and grouped by eight. Each
-//!    [`Packet`] walks by itself from the root, with a tighter beam and a bit for each ray that
-//!    enters a box ([`packet`](crate::rays::packet)).
+//!    is cheap, but the beam widens where rays diverge, so it ends after a [`budget`] of nodes and
+//!    leaves. The order of visits does not matter, since any hit will do.
+//! 2. The remaining rays are sorted along a Z curve and grouped by eight. Each [`Packet`] walks by
+//!    itself from the root, with a narrower beam and a bit for each ray that enters a box
+//!    ([`packet`](crate::rays::packet)).
 //!
-//! Boxes and beams only leave out what no ray can meet. Triangles of a leaf that the beam may meet
-//! are tested against eight rays at once in `f32` with error bounds, and where these do not decide,
+//! Boxes and beams only skip what no ray can hit. Triangles of a leaf that the beam may hit are
+//! tested against eight rays at once in `f64` with error bounds, and where these do not decide,
 //! against each ray by itself, as single rays are ([`fan`](crate::rays::fan)). So the answers are
-//! those of the rays one by one, whatever is grouped with what.
+//! the same as for the rays one by one, however they are grouped.
 
 use crate::{
     bvh::Bvh,
@@ -41,22 +41,23 @@ use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 use std::ops::{ControlFlow, Range};
 
-/// The number of nodes and leaves that the beam of a whole fan visits before packets go on: some
-/// three levels of the hierarchy, and more where more rays share the work.
+/// The number of nodes and leaves that the beam of a whole fan visits before packets take over:
+/// some three levels of the hierarchy, and more where more rays share the work.
 const fn budget(count: usize) -> usize {
     3 + count / 16
 }
 
-/// Buffers for rays that are traced together.
+/// Buffers for fans.
 #[derive(Debug, Default)]
 pub(crate) struct FanScratch {
-    /// The directions of the fan, and those of a packet of it.
+    /// The directions of the fan, and those of one packet.
     pub(crate) directions: Box<Directions>,
     packet: Box<Directions>,
     /// Nodes and leaves that wait for a packet, with a bit for each of its rays that enters them.
     pub(crate) waiting: Waiting<u8>,
 }
 
+/// Finds which rays of a fan hit a triangle, a bit each; see the module's head.
 #[inline(always)]
 fn any_kernel<S: Simd>(
     s: S,
@@ -80,7 +81,7 @@ fn any_kernel<S: Simd>(
     let hierarchy = &*bvh.hierarchy;
     let (directions, mut unhidden) = (&together.directions, fan.all());
     let RayScratch { stack, last, .. } = scratch;
-    // Try what hid the latest rays from this point, as for single rays.
+    // Try the leaf that hid the latest ray from this point, as for single rays.
     if let Some((origin, child)) = *last
         && origin == fan.origin
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
@@ -125,8 +126,8 @@ fn any_kernel<S: Simd>(
     fan.all() & !unhidden
 }
 
-/// Finds which of the `unhidden` rays of a fan, whose directions are within `bounds`, still are
-/// after a walk for each packet of up to eight neighbours.
+/// Lets packets of up to eight neighbours walk, and returns which of the `unhidden` rays are still
+/// not hidden. All directions are within `bounds`.
 #[allow(clippy::too_many_arguments, reason = "a step of one kernel")]
 #[inline(always)]
 fn by_packets<S: Simd>(
@@ -151,11 +152,11 @@ fn by_packets<S: Simd>(
             fan.directions[usize::from(group[lane.min(group.len() - 1)])]
         });
         let directions = &eight[..];
-        // A part of the fan has bounds of its own; should they be none, those of the whole fan
+        // The packet has narrower bounds of its own; if there are none, those of the whole fan
         // hold.
         let bounds = packet.set(s, &Fan { directions, ..*fan }).unwrap_or(bounds);
         let rays = &packet.0[..1];
-        // Walk until all its rays are hidden, and note which are.
+        // Walk until all rays of the packet are hidden, and note which are.
         let all = 0xff_u8 >> (8 - group.len());
         let mut visitor = AnyOfPacket {
             packet: Packet::new(s, &rays[0], tests, bounds),
@@ -181,14 +182,14 @@ struct AnyOfPacket<'a> {
     rays: &'a [Rays],
     /// The rays that are not known to be hidden.
     unhidden: u8,
-    /// The beam of a single ray, in place of that of the packet, once a node is opened for this ray
-    /// alone.
+    /// For each ray its own beam, once a node is opened for this ray alone; it is narrower than the
+    /// packet's.
     single: [Option<Beam>; 8],
 }
 
 impl AnyOfPacket<'_> {
-    /// The beam of some rays, of which there is one at least ([`NearestFirst::wants`] was asked
-    /// before): of the one, or of the packet.
+    /// The beam for a set of rays that is not empty ([`NearestFirst::wants`] has ensured it): the
+    /// ray's own if it is one ray that has a beam, or the packet's.
     #[inline(always)]
     fn beam(&self, rays: u8) -> &Beam {
         let single = &self.single[rays.trailing_zeros() as usize];
@@ -223,7 +224,7 @@ impl<S: Simd> NearestFirst<S> for AnyOfPacket<'_> {
     fn entry(&self, s: S, node: &Node, lane: usize) -> Option<u8> {
         let active = self.packet.active;
         match active.is_power_of_two() {
-            // The beam was this ray's own.
+            // The node's boxes were tested against this ray's own beam.
             true => Some(active),
             false => self
                 .packet
@@ -247,6 +248,6 @@ impl<S: Simd> NearestFirst<S> for AnyOfPacket<'_> {
 }
 
 dispatch! {
-    /// Finds which rays of a fan are hidden, on an instruction set.
+    /// [`any_kernel`] on an instruction set.
     pub(crate) fn any = any_kernel(bvh: &Bvh, fan: &Fan<'_>, exclude: &Range<u32>, scratch: &mut RayScratch, together: &mut FanScratch, counters: &mut Counters) -> u64
 }

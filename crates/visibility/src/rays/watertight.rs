@@ -1,17 +1,17 @@
-//! The ray–triangle test.
+//! The watertight ray–triangle test, which all other tests of rays agree with to the bit.
 
 use linelit_geometry::DVec3;
 
-/// A ray prepared for watertight tests: the axes permuted so that the ray's longest component
-/// comes last, and sheared so that it points along it.
+/// A ray prepared for watertight tests: the axes are permuted so that the ray's longest component
+/// comes last, and sheared so that the ray points along that axis.
 ///
 /// A triangle's vertices are sheared by operations that depend on the vertex and the ray alone;
-/// then the question is whether the origin lies in a triangle of the plane. The edge functions are
-/// differences of two products, whose sign rounding can turn into zero but never reverse, and an
-/// edge run through the other way gives exactly the negative. With zero counted as inside, a ray
-/// never slips between triangles that share an edge or a vertex.
+/// then the question is whether the origin of the plane lies in the triangle's projection. The edge
+/// functions are differences of two products, whose sign rounding can turn into zero but never
+/// reverse, and the same edge in the opposite direction gives exactly the negative. With zero
+/// counted as inside, a ray never slips between triangles that share an edge or a vertex.
 ///
-/// **Source**: Woop, Benthin & Wald 2013, in `f64` from end to end.
+/// **Source**: Woop, Benthin & Wald 2013, here entirely in `f64`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WatertightRay {
     pub(crate) origin: [f64; 3],
@@ -20,7 +20,7 @@ pub(crate) struct WatertightRay {
 }
 
 impl WatertightRay {
-    /// A ray from `origin` along a `direction` that is not zero.
+    /// Prepares a ray from `origin` along a `direction` that is not zero.
     #[inline(always)]
     pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
         let d = direction.to_array();
@@ -36,8 +36,8 @@ impl WatertightRay {
         }
     }
 
-    /// Intersects the ray's line with the triangle: returns the distance in units of the direction
-    /// and the barycentric coordinates of vertices 1 and 2.
+    /// Intersects the ray's line with a triangle: returns the distance in units of the direction's
+    /// length, and the barycentric coordinates for vertices 1 and 2.
     #[inline(always)]
     pub(crate) fn intersect(&self, triangle: &[[f32; 3]; 3]) -> Option<(f64, [f64; 2])> {
         let sz = self.shear[2];
@@ -51,7 +51,7 @@ impl WatertightRay {
             return None;
         }
         let det = u + v + w;
-        // Edge on, or not a number.
+        // Seen edge on, or not a number.
         if !(det.abs() > 0.0) {
             return None;
         }

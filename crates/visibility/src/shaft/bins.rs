@@ -1,4 +1,15 @@
-//! Bins along a few lines: what is hidden of them for sure.
+//! Bins along the lines of a walk through a dense shaft: a coarse record of what is surely hidden,
+//! which lets the walk skip boxes.
+//!
+//! Each line has 64 bins, one bit each in a `u64`. A bin is closed once it is known to be hidden as
+//! a whole. A box or triangle matters to a line if its image spans the line across and touches an
+//! open bin:
+//!
+//! ```text
+//!     line    |####|####|    |  ##|####|      # hidden
+//!     open      0    0    1    1    0         a bit per bin
+//!     image          [------)                 touches an open bin: needed
+//! ```
 
 use crate::{
     lanes::Lanes,
@@ -10,17 +21,18 @@ use crate::{
 };
 use linelit_simd::Simd;
 
-/// Most lines that share a walk.
+/// The largest number of lines that share a walk.
 pub(crate) const GROUP: usize = 8;
 
-/// A line with this many intervals more than when they were last has them united, so that bins know
-/// what they hide together. `docs/decisions/010-dense-shafts.md`.
+/// When a line has gained this many intervals since its intervals were last merged, they are merged
+/// again, so that bins record what they hide together; `docs/decisions/010-dense-shafts.md`.
 const CROWDED: usize = 9;
 
-/// Blocks of eight lines.
+/// The number of blocks of eight lines in a walk.
 pub(crate) const BLOCKS: usize = GROUP / 8;
 
-/// The image of a box or triangle on the light: its bounds across, and the bins that it touches.
+/// The image of a box or triangle on the light: its bounds across the lines, and a bit for each bin
+/// that it touches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Image {
     low: f32,
@@ -47,8 +59,8 @@ impl cover::Image for Image {
 
     #[inline(always)]
     fn eight<S: Simd>(s: S, [low, high]: ImageBounds<S>) -> Images {
-        // Adding 2²³ rounds to an integer; less a half, that is at most one too low for a whole
-        // number.
+        // Adding 2²³ rounds to an integer. After half a bin is subtracted, the result is the floor,
+        // or one less for a whole number: never too high.
         let (zero, end) = (s.splat(0.0), s.splat(63.0));
         let half = s.splat(-0.5);
         let base = s.splat(8_388_608.0);
@@ -73,25 +85,25 @@ impl cover::Image for Image {
     }
 }
 
-/// Bins along the lines of a walk.
+/// The bins of all lines of a walk.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Covered {
     /// A bit for each bin that is not known to be hidden.
     open: [[u64; 8]; BLOCKS],
-    /// The places of the lines across, rounded down and up.
+    /// The positions of the lines across, rounded down and up.
     low: [[f32; 8]; BLOCKS],
     high: [[f32; 8]; BLOCKS],
-    /// The number of a line's kept intervals that are recorded.
+    /// For each line, how many of its stored intervals are recorded in the bins.
     recorded: [[u32; 8]; BLOCKS],
-    /// The number of intervals from which on they are united.
+    /// For each block, the number of intervals at which they are merged.
     crowded: [usize; BLOCKS],
-    /// Blocks in use.
+    /// The number of blocks in use.
     blocks: usize,
 }
 
 impl Covered {
-    /// Resets: nothing is hidden but what lies beyond the lines' ends.
+    /// Starts a walk: only what lies beyond the lines' ends is hidden.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     #[inline(always)]
     pub(crate) fn start<S: Simd>(&mut self, s: S, lines: &Lines) {
@@ -104,7 +116,7 @@ impl Covered {
         for line in 0..lines.count.min(GROUP) {
             let (k, lane) = (line / 8, line % 8);
             let block = &lines.blocks[k];
-            // Across is −p.
+            // The coordinate across is −p.
             let p = -block.u[lane];
             self.low[k][lane] = (p as f32).next_down();
             self.high[k][lane] = (p as f32).next_up();
@@ -116,7 +128,7 @@ impl Covered {
         }
     }
 
-    /// Whether what has this image can hide anything that is not hidden yet.
+    /// Whether a box or triangle with this image can hide anything that is not hidden yet.
     #[inline(always)]
     pub(crate) fn needs<S: Simd>(&self, s: S, image: &Image) -> bool {
         let mut needed = 0;
@@ -128,7 +140,7 @@ impl Covered {
         needed != 0
     }
 
-    /// Tells the same of eight images, a bit for each.
+    /// The same as [`Covered::needs`] for eight images, a bit for each.
     #[inline(always)]
     pub(crate) fn needs_any<S: Simd>(&self, s: S, images: &Images) -> u8 {
         let (low, high) = (s.load(&images.low), s.load(&images.high));
@@ -143,16 +155,19 @@ impl Covered {
         needed
     }
 
-    /// Records what is known to be hidden of the lines; true if they are as a whole.
+    /// Records the intervals of the lines that are not recorded yet; returns true if all lines are
+    /// hidden.
     #[inline(always)]
     pub(crate) fn record<S: Simd>(&mut self, s: S, lines: &mut Lines, slots: &mut Slots) -> bool {
         let mut open = 0;
         for (k, block) in lines.blocks.iter_mut().enumerate().take(BLOCKS) {
+            // Merge the intervals of crowded lines; all of them are recorded anew then.
             if slots.most(k) >= self.crowded[k] {
                 slots.unite(s, k, block);
                 self.recorded[k] = [0; 8];
                 self.crowded[k] = slots.most(k) + CROWDED;
             }
+            // Close bins in the latest run of intervals and in all new ones.
             self.hide(s, k, [s.dload(&block.run_lo), s.dload(&block.run_hi)]);
             let counts = slots.counts(k);
             let (mut first, mut end) = (u32::MAX, 0);
@@ -172,10 +187,11 @@ impl Covered {
         open == 0
     }
 
-    /// Hides the bins that lie wholly inside an interval of each line of a block.
+    /// Closes the bins that lie wholly inside an interval of each line of a block.
     #[inline(always)]
     fn hide<S: Simd>(&mut self, s: S, k: usize, [low, high]: [S::D; 2]) {
-        // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
+        // Adding 2⁵² rounds to an integer; after moving half a bin inward, bins are never closed
+        // too early.
         let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
         let (half, one) = (s.dsplat(0.5), s.dsplat(1.0));
         let base = s.dsplat(4_503_599_627_370_496.0);
@@ -183,7 +199,7 @@ impl Covered {
         let first = s.dmin(s.dmax(first, zero), end) + base;
         let last = high * end - half;
         let last = s.dmin(s.dmax(last, zero), end) + base;
-        // From the first to the one before the last; none if that is none.
+        // From the first bin to the one before the last; an inverted range makes an empty mask.
         let some = s.dlt(first, last);
         let first = s.select(some, one, first - base);
         let last = s.select(some, zero, last - base - one);

@@ -1,6 +1,5 @@
-//! The lines of one direction, side by side, eight to a block.
-//!
-//! In coordinates (u, v) with v along the lines, a line is a number u.
+//! Lines in (u, v) coordinates on the light, eight to a block. v runs along the lines' common
+//! direction, so that a line is a number u and an interval of v.
 
 use crate::{
     lanes::{Lanes, ddot},
@@ -9,23 +8,24 @@ use crate::{
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Simd;
 
-/// Images of lines on the light farther than this from parallel, in units of the light, make
-/// groups of their own.
+/// Lines whose images deviate from parallel by more than this, in units of the light, are handled
+/// as separate groups.
 const PARALLEL: f64 = 1e-12;
 
-/// A coordinate beyond every u.
+/// The coordinate of padding, greater than any u.
 const BEYOND: f64 = 1e300;
 
-/// Eight lines.
+/// Eight lines of one direction.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct LineBlock {
-    /// The place of each line across; padding is beyond everything.
+    /// The coordinate of each line across; that of padding is greater than any other.
     pub(crate) u: [f64; 8],
-    /// Lower and upper end of each line in v.
+    /// The lower and the upper end of each line in v.
     pub(crate) from: [f64; 8],
     pub(crate) to: [f64; 8],
-    /// The interval around the latest triangle that is known to be hidden.
+    /// For each line, the hidden interval around the latest triangle, which grows as triangles
+    /// overlap it.
     pub(crate) run_lo: [f64; 8],
     pub(crate) run_hi: [f64; 8],
     /// The number of each line in the caller's list.
@@ -44,24 +44,24 @@ const EMPTY: LineBlock = LineBlock {
     reversed: 0,
 };
 
-/// The places of lines on the light, in the caller's order.
+/// The coordinates of lines on the light, in the caller's order.
 #[derive(Debug, Default)]
 pub(crate) struct Ends {
-    /// Unit direction (along v) in the (p, q) plane; zero if no line has length.
+    /// The unit direction (along v) in the (p, q) plane; zero if no line has length.
     pub(crate) along: [f64; 2],
-    /// Place across, and the two ends along the direction.
+    /// For each line, its coordinate across, and its two ends along the direction.
     pub(crate) u: Vec<f64>,
     pub(crate) a: Vec<f64>,
     pub(crate) b: Vec<f64>,
     /// The number of lines; the vectors may be longer.
     pub(crate) count: usize,
-    /// The lines in ascending order of u, unless they are.
+    /// The indices of the lines in ascending order of u; not used if they are `ascending` already.
     order: Vec<u32>,
     ascending: bool,
 }
 
 impl Ends {
-    /// The direction of the first line that has length; `d` is that of the first one.
+    /// Sets the direction to that of the first line that has length; `d` is the first line's.
     #[inline(always)]
     fn set_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment], d: [f64; 2]) {
         let direction = |line: &Segment| {
@@ -80,20 +80,20 @@ impl Ends {
         }
     }
 
-    /// Finds the order of the lines.
+    /// Determines the ascending order of the lines.
     fn sort(&mut self) {
         let u = &self.u[..self.count];
         self.ascending = u.is_sorted();
         if !self.ascending {
             self.order.clear();
             self.order.extend((0_u32..).take(u.len()));
-            // Equal places in the caller's order.
+            // A stable sort: equal coordinates stay in the caller's order.
             self.order
                 .sort_by(|&a, &b| u[a as usize].total_cmp(&u[b as usize]));
         }
     }
 
-    /// Turns the direction round.
+    /// Reverses the direction.
     #[inline(always)]
     fn turn<S: Simd>(&mut self, s: S) {
         self.along = [-self.along[0], -self.along[1]];
@@ -105,7 +105,7 @@ impl Ends {
         }
     }
 
-    /// The line that comes `k`-th in ascending order of u.
+    /// The index of the line that is `k`-th in ascending order of u.
     #[inline(always)]
     pub(crate) fn nth(&self, k: usize) -> usize {
         if self.ascending {
@@ -116,9 +116,11 @@ impl Ends {
     }
 }
 
-/// Places the first lines that share a direction; without any, the first is not finite.
+/// Computes the coordinates of the first lines that share a direction, up to the first line that
+/// does not. If no line has length, the first coordinate is not finite.
 ///
-/// The direction is such that the last of them is not before the first across.
+/// The direction's sign is such that the last of these lines does not have a lower u than the
+/// first.
 #[inline(always)]
 pub(crate) fn place_lines<S: Simd>(
     s: S,
@@ -136,6 +138,7 @@ pub(crate) fn place_lines<S: Simd>(
     let zero = s.dsplat(0.0);
     ends.count = 0;
     for (k, few) in lines.chunks(8).enumerate() {
+        // Project the ends of eight lines, the first repeated as padding.
         let mut rows = [[0.0; 8]; 6];
         for lane in 0..8 {
             let line = &few[if lane < few.len() { lane } else { 0 }];
@@ -149,12 +152,14 @@ pub(crate) fn place_lines<S: Simd>(
         let a = project(s, frame, point, &rows[0], &rows[1], &rows[2]);
         let b = project(s, frame, point, &rows[3], &rows[4], &rows[5]);
         let d = [b[0] - a[0], b[1] - a[1]];
+        // Determine the direction from the first line with length.
         if k == 0 {
             let mut first = [[0.0; 8]; 2];
             s.dstore(d[0], &mut first[0]);
             s.dstore(d[1], &mut first[1]);
             ends.set_direction(frame, point, lines, [first[0][0], first[1][0]]);
         }
+        // Compute the coordinates, and how far each line is from parallel.
         let (dx, dy) = (s.dsplat(ends.along[0]), s.dsplat(ends.along[1]));
         let off = dx * d[1] - dy * d[0];
         let off = s.dmax(off, zero - off);
@@ -169,6 +174,7 @@ pub(crate) fn place_lines<S: Simd>(
         s.dstore(forward, &mut ends.a.as_chunks_mut::<8>().0[k]);
         let forward = dx * b[0] + dy * b[1];
         s.dstore(forward, &mut ends.b.as_chunks_mut::<8>().0[k]);
+        // Stop before the first line with another direction.
         let good = few.len().min(parallel.trailing_ones() as usize);
         ends.count += good;
         if good < few.len() {
@@ -181,7 +187,7 @@ pub(crate) fn place_lines<S: Simd>(
     ends.sort();
 }
 
-/// [`LightFrame::project`] for eight points.
+/// Computes [`LightFrame::project`] for eight points.
 #[inline(always)]
 fn project<S: Simd>(
     s: S,
@@ -191,6 +197,7 @@ fn project<S: Simd>(
     y: &[f64; 8],
     z: &[f64; 8],
 ) -> [S::D; 2] {
+    // A light whose sides are projected exactly, point by point.
     if let Some(sides) = &frame.sides {
         let mut rows = Lanes([[0.0; 8]; 2]);
         for lane in 0..8 {
@@ -199,6 +206,7 @@ fn project<S: Simd>(
         }
         return [s.dload(&rows[0]), s.dload(&rows[1])];
     }
+    // Divide by W only where a point is off the light's plane.
     let x = s.dload(x) - point.x;
     let y = s.dload(y) - point.y;
     let z = s.dload(z) - point.z;
@@ -217,7 +225,7 @@ fn project<S: Simd>(
 /// Lines in ascending order of u, in blocks of eight.
 #[derive(Debug, Default)]
 pub(crate) struct Lines {
-    /// Unit direction (along v) in the (p, q) plane.
+    /// The unit direction (along v) in the (p, q) plane.
     pub(crate) along: [f64; 2],
     pub(crate) blocks: Vec<LineBlock>,
     pub(crate) count: usize,
@@ -230,10 +238,12 @@ impl Lines {
         self.count = 0;
     }
 
-    /// Takes all lines of `ends`; the caller knows the first of them as `first`.
+    /// Replaces the contents by all lines of `ends`; `first` is the number of the first of them in
+    /// the caller's list.
     #[inline(always)]
     pub(crate) fn fill<S: Simd>(&mut self, s: S, ends: &Ends, first: usize) {
         self.clear(ends.along);
+        // Lines that are not in order go in one by one.
         if !ends.ascending {
             for k in 0..ends.count {
                 let i = ends.nth(k);
@@ -241,6 +251,7 @@ impl Lines {
             }
             return;
         }
+        // Lines in order are copied block by block.
         self.count = ends.count;
         let [u, a, b] = [&ends.u, &ends.a, &ends.b].map(|row| row.as_chunks::<8>().0);
         for k in 0..ends.count.div_ceil(8) {
@@ -254,6 +265,7 @@ impl Lines {
             for (lane, number) in (0..).zip(&mut block.number) {
                 *number = base.wrapping_add(lane);
             }
+            // Pad the last block.
             for lane in (ends.count - 8 * k).min(8)..8 {
                 block.u[lane] = BEYOND;
                 (block.from[lane], block.to[lane]) = (0.0, 0.0);
@@ -280,13 +292,13 @@ impl Lines {
     }
 }
 
-/// A line's number in the caller's list.
+/// The number in the caller's list of the `i`-th of the lines that begin at `first`.
 #[inline(always)]
 pub(crate) fn number(first: usize, i: usize) -> u32 {
     u32::try_from(first + i).unwrap_or(u32::MAX)
 }
 
-/// Whether there is anything of a line to be seen.
+/// Whether a line is finite and has length, so that some of it can be visible.
 #[inline]
 pub(crate) fn has_length(line: &Segment) -> bool {
     // Zero times what is not finite is not a number.

@@ -1,5 +1,6 @@
-//! The space between a point and a light, in `f32`: which boxes and triangles
-//! may be in it.
+//! Bounds of a shaft in `f32`: tests that find which boxes and triangles may be in the space
+//! between a point and a light. Every test has a margin for its rounding, so that what is rejected
+//! is outside.
 
 use crate::{
     node::{Leaf, Node},
@@ -9,53 +10,59 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// P, Q and W of eight places, or the coefficients of eight linear forms in them.
+/// The coordinates P, Q and W of eight points, or the coefficients of eight linear forms in them.
 pub(crate) type Vertex<S> = (<S as Simd>::F, <S as Simd>::F, <S as Simd>::F);
 
-/// Half-spaces and a box around everything between a point and a light, in `f32`, with room for
+/// Half-spaces and a box around everything between a point and a light, in `f32`, with margins for
 /// the rounding of the tests: what is rejected lies outside.
 ///
-/// A plane's value at a corner takes up to six roundings of numbers up to three times its normal's
-/// sum of components times the scene's size, of which three are of products that sum up to one
-/// such, and one of each of its four coefficients: within 14/16 of the room.
+/// The value of a plane's form at a corner takes up to six roundings of numbers up to three times
+/// the product of its normal's sum of absolute components and the scene's size. Three of these
+/// roundings are of products that add up to one such number, and each of the form's four
+/// coefficients is rounded once: together at most 14/16 of the margin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ShaftBounds {
-    /// Eight linear forms in a place: how far it is inside the four sides and the light's plane,
-    /// then P, Q and W. Their coefficients, in `form[axis][number]`.
+    /// The coefficients of eight linear forms in a position, as `form[axis][number]`: how far the
+    /// position is inside the four sides and the light's plane, then P, Q and W.
     form: [[f32; 8]; 3],
-    /// The negative ones, which a box's lower corner reaches farthest along, and the positive.
+    /// The negative coefficients, for which a box's lower corner gives the largest value, and the
+    /// positive.
     negative: [[f32; 8]; 3],
     positive: [[f32; 8]; 3],
-    /// The values of the forms at the hierarchy's origin; those of the planes with their errors.
+    /// The values of the forms at the hierarchy's origin; for the planes, with their error bounds
+    /// added.
     offset: [f32; 8],
-    /// The rounding errors of the forms.
+    /// The error bounds of the forms.
     room: [f32; 8],
-    /// Rooms of W − Q and of the upper bound on p, and one and that of W.
+    /// The error bounds of W − Q and of the upper bound on p, and one plus that of W.
     sums: [f32; 3],
-    /// Five times the rooms of P, Q and W; infinite where products of three such may overflow.
+    /// Five times the sum of the error bounds of P, Q and W; infinite where products of three
+    /// coordinates may overflow.
     rooms: f32,
-    /// Whether the light's own plane says more than the box.
+    /// Whether the light's plane is so far from parallel to the axes that it bounds more than the
+    /// box.
     tilted: bool,
-    /// Box around the shaft: lower corner, upper corner.
+    /// The box around the shaft: lower corner, upper corner.
     lo: [f32; 3],
     hi: [f32; 3],
     /// The upper bound on p is `k W − P − j Q ≥ 0`.
     upper: [f32; 2],
-    /// Excluded triangles: first and number.
+    /// The excluded triangles: the first number, and how many.
     exclude: (u32, u32),
 }
 
 /// The numbers of P, Q and W among the forms.
 const PQW: [usize; 3] = [5, 6, 7];
 
-/// A bit for each of them.
+/// A bit for each of the forms P, Q and W.
 const PQW_BITS: u8 = 0b1110_0000;
 
-/// Numbers that are normal in `f32` even times 2⁻²⁰, which rounding is bounded by, and finite even
-/// if a few of them are added up.
+/// The range of numbers that are normal in `f32` even after multiplication with the error bound
+/// 2⁻²⁰, and finite even if a few of them are added.
 const F32: [f64; 2] = [1e-30, 1e36];
 
-/// Places in units of the light: images of triangles as far as this are off by half of it.
+/// The range of sizes in units of the light. At the upper end, images of triangles are off by half
+/// of it.
 const LIGHTS: [f64; 2] = [1e-30, 1e15];
 
 /// The range of coordinates for which sums of six products of three are finite in `f32`.
@@ -66,12 +73,12 @@ const CUBES: [f64; 2] = [0.0, 4e11];
     reason = "the bounds allow for the rounding"
 )]
 impl ShaftBounds {
-    /// The shaft from `point` to a light within a box, all in the coordinates of a hierarchy whose
-    /// own are at most `extent`.
+    /// Creates the bounds of the shaft from `point` to a light in the box `around`. All coordinates
+    /// are the hierarchy's, which are at most `extent` for its triangles.
     ///
-    /// `None` if P, Q and W of everything in the scene would not say something: if their
-    /// coefficients and their rounding errors are not finite and normal numbers in `f32`, or they
-    /// are not known to less than the light is large in `f64`.
+    /// `None` if P, Q and W would not be precise enough for anything in the scene: if their
+    /// coefficients or error bounds are not finite and normal numbers in `f32`, or if in `f64` they
+    /// are less precise than the light is large.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         s: S,
@@ -81,6 +88,7 @@ impl ShaftBounds {
         frame: &LightFrame,
         exclude: (u32, u32),
     ) -> Option<Self> {
+        // Compute the margins, and the plane of the upper bound on p.
         let [lo, hi] = [around[0].min(point), around[1].max(point)];
         let size = lo.abs().max(hi.abs()).max_element().max(extent);
         let room = ROOM * size;
@@ -91,6 +99,7 @@ impl ShaftBounds {
         let upper = w * k - p - q * j;
         let beyond = w - q;
         let zero = s.dsplat(0.0);
+        // Set the coefficients of all eight forms, axis by axis.
         let mut at_point = zero;
         let mut sum = zero;
         let mut bounds = Self {
@@ -123,6 +132,7 @@ impl ShaftBounds {
             s.store(s.min(n, s.splat(0.0)), &mut bounds.negative[axis]);
             s.store(s.max(n, s.splat(0.0)), &mut bounds.positive[axis]);
         }
+        // Refuse where rounding would be larger than the light.
         let largest = sum * size;
         let fit = within(s, sum, F32) & within(s, largest, LIGHTS);
         if !fit & PQW_BITS != 0 {
@@ -139,7 +149,8 @@ impl ShaftBounds {
         Some(bounds)
     }
 
-    /// Adds up the rooms of P, Q and W, whose `cubes` are finite.
+    /// Adds up the error bounds of P, Q and W; `cubes` says that products of three coordinates are
+    /// finite.
     #[inline(always)]
     fn sum_rooms(&mut self, cubes: bool) {
         let [rp, rq, rw] = [self.room[5], self.room[6], self.room[7]];
@@ -149,13 +160,15 @@ impl ShaftBounds {
         }
     }
 
-    /// The boxes of a node that the shaft may meet.
+    /// The boxes of a node that may overlap the shaft.
     #[inline(always)]
     pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node) -> u8 {
         let mut rows = [s.splat(0.0); 6];
         for (row, bounds) in rows.iter_mut().zip(&node.bounds) {
             *row = s.load(bounds);
         }
+        // Compare with the box around the shaft, then with its side planes, and with the light's
+        // plane if that excludes anything more.
         let mut inside = s.splat(f32::INFINITY);
         for axis in 0..3 {
             let low = s.splat(self.hi[axis]) - rows[axis];
@@ -175,6 +188,7 @@ impl ShaftBounds {
     #[inline(always)]
     pub(crate) fn holds<S: Simd>(&self, s: S, node: &Node) -> u8 {
         let mut inside = s.splat(f32::INFINITY);
+        // Of each plane, the value at the corner that is the least far inside.
         for plane in [0, 1, 2, 3, 4, PQW[2]] {
             let mut near = s.splat(self.offset[plane]);
             for axis in 0..3 {
@@ -208,15 +222,15 @@ impl ShaftBounds {
         (least, most)
     }
 
-    /// Bounds of the images in p and q of boxes well before the shading point, from those of P, Q
-    /// and W: the least, then the greatest.
+    /// Bounds of the images in p and q of boxes that are well before the shading point, from bounds
+    /// of P, Q and W: the least, then the greatest.
     #[inline(always)]
     pub(crate) fn images<S: Simd>(s: S, least: &[S::F; 3], most: &[S::F; 3]) -> [[S::F; 2]; 2] {
         let near = s.splat(1.0) / least[2];
         let far = s.splat(1.0) / most[2];
         let mut image = [[near; 2]; 2];
         for k in 0..2 {
-            // The room covers the two roundings of a quotient as well.
+            // The margin of 1e-6 covers the two roundings of a quotient as well.
             let l = s.min(least[k] * near, least[k] * far);
             let h = s.max(most[k] * near, most[k] * far);
             image[0][k] = s.fma(s.abs(l), s.splat(-1e-6), l);
@@ -225,8 +239,8 @@ impl ShaftBounds {
         image
     }
 
-    /// The triangles of a leaf that may be inside the shaft in part, and those among them that may
-    /// hide the light as a whole; what lies in lanes that are not in use says nothing.
+    /// Returns the triangles of a leaf that may be partly inside the shaft, and those among them
+    /// that may hide the whole light. The bits of lanes that are not in use are arbitrary.
     #[inline(always)]
     pub(crate) fn triangles<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, u8) {
         let vertices = self.vertices(s, leaf);
@@ -249,8 +263,8 @@ impl ShaftBounds {
         ]
     }
 
-    /// The triangles with these corners that may be inside the shaft in part, but for those that
-    /// pass by a corner of it.
+    /// The triangles with these corners that may be partly inside the shaft; triangles that pass
+    /// outside one of its corners are not rejected yet.
     #[inline(always)]
     pub(crate) fn within<S: Simd>(&self, s: S, [a, b, c]: &[Vertex<S>; 3]) -> u8 {
         let (rp, rq, rw) = (
@@ -258,8 +272,8 @@ impl ShaftBounds {
             s.splat(self.room[PQW[1]]),
             s.splat(self.room[PQW[2]]),
         );
-        // Some vertex inside each side, some before the shading point, some before the light:
-        // room + value ≥ 0.
+        // Some vertex has to be inside each side, some before the shading point, some before the
+        // light: margin + value ≥ 0.
         let mut inside = s.min(rp + max3(s, a.0, b.0, c.0), rq + max3(s, a.1, b.1, c.1));
         let beyond = max3(s, a.2 - a.1, b.2 - b.1, c.2 - c.1);
         inside = s.min(inside, beyond + self.sums[0]);
@@ -281,8 +295,9 @@ impl ShaftBounds {
         }
     }
 
-    /// A bit for each triangle that is well before the shading point; of those, a bit for each that
-    /// may be before the light, and not beside it along q; and bounds of their images in (p, q).
+    /// Returns a bit for each triangle that is well before the shading point; of these, a bit for
+    /// each that may be before the light and overlap it along q; and bounds of their images in (p,
+    /// q).
     #[inline(always)]
     pub(crate) fn triangle_images<S: Simd>(
         &self,
@@ -308,7 +323,7 @@ impl ShaftBounds {
             most[k] = high + off;
         }
         let before = s.le(s.splat((16.0 * self.room[PQW[2]]).max(1e-6)), depth);
-        // Before the light, and beside it along q no more than in part.
+        // Before the light, and overlapping it along q.
         let inside = s.min(
             s.splat(self.sums[2]) - depth,
             s.min(most[1], one - least[1]),
@@ -316,27 +331,32 @@ impl ShaftBounds {
         (before, s.le(s.splat(0.0), inside), least, most)
     }
 
-    /// Triangles with a side whose plane through the shading point has the light on the other
-    /// side from the triangle: long slivers that pass by. And those that may hide the light, for
-    /// `f64` to decide: all three planes have it on one side.
+    /// Separates triangles from the light by their own sides. The first mask has the triangles with
+    /// a side whose plane through the shading point has the light on the other side from the
+    /// triangle; these are long slivers that pass the light. The second has those that may hide the
+    /// whole light, for `f64` to decide: all three planes have the light on the same side.
     #[inline(always)]
     fn beside<S: Simd>(&self, s: S, a: Vertex<S>, b: Vertex<S>, c: Vertex<S>) -> (u8, u8) {
         let zero = s.splat(0.0);
         let reach = max3(s, largest(s, a), largest(s, b), largest(s, c));
-        // A plane's coordinates are off by two coordinates times two rooms, its value at a corner
-        // of the unit square by three of them, the determinant by that times three coordinates.
+        // A plane's coordinates are off by two coordinates times two error bounds, its value at a
+        // corner of the unit square by three times that, and the determinant by that times three
+        // coordinates.
         let room = reach * self.rooms;
+        // Find the orientation, where it is certain.
         let (ab, bc, ca) = (plane(s, a, b), plane(s, b, c), plane(s, c, a));
         let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, ab.2 * c.2));
         let det_room = room * (reach * 3.0);
         let left = s.lt(det_room, det);
         let right = s.lt(det, zero - det_room);
+        // Bound each side's plane over the light.
         let (x, y, z) = (
             self.over_light(s, ab),
             self.over_light(s, bc),
             self.over_light(s, ca),
         );
-        // The least of the three largest values, the largest of the three least, and so on.
+        // The light is outside if the largest value of one plane is negative, in the triangle's
+        // orientation.
         let minus_room = zero - room;
         let beside = left & s.lt(min3(s, x.1, y.1, z.1), minus_room)
             | right & s.lt(room, max3(s, x.0, y.0, z.0));
@@ -344,7 +364,7 @@ impl ShaftBounds {
         (beside, around)
     }
 
-    /// The least and the largest value of a linear form over the unit square of the light.
+    /// The least and the largest value of a linear form over the light's unit square.
     #[inline(always)]
     fn over_light<S: Simd>(&self, s: S, n: Vertex<S>) -> (S::F, S::F) {
         let zero = s.splat(0.0);
@@ -371,7 +391,7 @@ impl ShaftBounds {
         )
     }
 
-    /// P, Q or W. As with the planes, its roundings are well within the room.
+    /// Evaluates P, Q or W. As for the planes, the rounding is well within the error bound.
     #[inline(always)]
     fn form<S: Simd>(&self, s: S, k: usize, x: S::F, y: S::F, z: S::F) -> S::F {
         let [nx, ny, nz] = &self.form;
@@ -391,10 +411,10 @@ impl ShaftBounds {
         sum
     }
 
-    /// The distance of a vertex inside the upper bound on p.
+    /// How far a vertex is inside the upper bound on p.
     #[inline(always)]
     fn upper<S: Simd>(&self, s: S, v: Vertex<S>) -> S::F {
-        // Of a parallelogram, W − P.
+        // For a parallelogram, the upper bound is W − P.
         if self.upper[0] > self.upper[1] {
             return v.2 - v.0;
         }
@@ -421,13 +441,13 @@ fn greatest_below(x: f64) -> f32 {
     -least_above(-x)
 }
 
-/// Tells which numbers are from the first to the second of `range`.
+/// Returns which numbers are within `range`, ends included.
 #[inline(always)]
 fn within<S: Simd>(s: S, x: S::D, range: [f64; 2]) -> u8 {
     s.bits(s.dle(s.dsplat(range[0]), x) & s.dle(x, s.dsplat(range[1])))
 }
 
-/// The plane through the shading point and two vertices: their cross product.
+/// The plane through the shading point and two vertices, as their cross product.
 #[inline(always)]
 fn plane<S: Simd>(s: S, a: Vertex<S>, b: Vertex<S>) -> Vertex<S> {
     (

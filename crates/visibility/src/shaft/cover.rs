@@ -1,7 +1,8 @@
-//! Looking for what hides a light or a few lines on it, from front to back.
+//! The walk from front to back that looks for what hides a light or a few lines on it, and skips
+//! what is hidden already.
 //!
-//! A [`Cover`] knows what is hidden already. A box or triangle whose image touches only that is
-//! skipped with all that is in it: what it hides lies within what is hidden, so that the answer
+//! A [`Cover`] records what is hidden. A box or triangle whose image touches only hidden parts is
+//! skipped, with everything in it: what it hides lies within what is hidden, so that the answer
 //! does not change by a bit.
 
 use crate::{
@@ -15,15 +16,15 @@ use crate::{
 use linelit_simd::Simd;
 use std::ops::ControlFlow;
 
-/// Bounds of p and of q of eight images: the least, then the greatest.
+/// Bounds in p and q of eight images: the least, then the greatest.
 pub(crate) type ImageBounds<S> = [[<S as Simd>::F; 2]; 2];
 
-/// The image of a box or triangle on the light, as a cover sees it.
+/// The image of a box or triangle on the light, in the form that a cover uses.
 pub(crate) trait Image: Copy {
     /// Eight images side by side.
     type Eight;
 
-    /// Everywhere.
+    /// The image that covers everything.
     const ALL: Self;
 
     /// Eight images from their bounds.
@@ -38,28 +39,28 @@ pub(crate) trait Cover<S: Simd> {
     /// The image of a box or triangle.
     type Image: Image;
 
-    /// Whether triangles that miss the light are separated from it, all that can be.
+    /// Whether images that miss the light are to be separated from it wherever that is possible.
     const SEPARATE: bool;
 
-    /// Whether what has this image may hide anything that is not hidden yet.
+    /// Whether something with this image may hide anything that is not hidden yet.
     fn needs(&self, s: S, image: &Self::Image) -> bool;
 
-    /// Tells the same of eight images, a bit for each; of others than those `among` which it is
-    /// asked, anything.
+    /// The same as [`Cover::needs`] for eight images, a bit for each; only the bits in `among` are
+    /// used.
     fn needs_any(&self, s: S, among: u8, images: &<Self::Image as Image>::Eight) -> u8;
 
-    /// Takes in the images of triangles from number `first` on; false if nothing is left open.
+    /// Records the images of triangles from index `first` on; false if everything is hidden now.
     fn record(&mut self, s: S, flat: &mut FlatTriangles, first: usize) -> bool;
 }
 
-/// Looks for what a cover needs.
+/// The visitor of the walk: opens what the cover needs.
 struct FrontToBack<'a, 'b, S: Simd, C: Cover<S>> {
     look: &'a mut Look<'b>,
     cover: &'a mut C,
-    /// Surfaces whose triangles are left out.
+    /// Fine surfaces whose triangles are left out, if any.
     without: Option<&'a Surfaces>,
-    /// The images of the boxes in the open node, and a bit for each that is before the shading
-    /// point: others may lie everywhere.
+    /// The images of the boxes in the open node, and a bit for each box that is before the shading
+    /// point; images of the other boxes may be anywhere.
     images: Option<<C::Image as Image>::Eight>,
     before: u8,
     isa: std::marker::PhantomData<S>,
@@ -99,9 +100,12 @@ impl<S: Simd, C: Cover<S>> NearestFirst<S> for FrontToBack<'_, '_, S, C> {
     #[inline(always)]
     fn leaf(&mut self, s: S, child: Child, leaf: &Leaf, _: C::Image) -> ControlFlow<()> {
         let mut mask = child.mask();
+        // Leave out triangles of fine surfaces.
         if let Some(surfaces) = self.without {
             mask &= s.in_range(&surfaces.sides[child.leaf_index()][0], NONE, 1);
         }
+        // Find which triangles the cover needs; triangles that reach behind the shading point have
+        // no bounded image.
         let bounds = &self.look.bounds;
         let vertices = bounds.vertices(s, leaf);
         let (before, inside, low, high) = bounds.triangle_images(s, &vertices);
@@ -123,8 +127,8 @@ impl<S: Simd, C: Cover<S>> NearestFirst<S> for FrontToBack<'_, '_, S, C> {
     }
 }
 
-/// Projects the triangles kept, eight at a time, as long as there are eight, or `all` of them, and
-/// lets the cover know; false if nothing is left open.
+/// Projects the collected triangles, eight at a time as long as there are eight, or `all` of them,
+/// and records them in the cover; false if everything is hidden.
 #[inline(always)]
 pub(crate) fn take_in<S: Simd, C: Cover<S>>(
     s: S,
@@ -141,7 +145,8 @@ pub(crate) fn take_in<S: Simd, C: Cover<S>>(
     )
 }
 
-/// Visits what waits, and takes in all triangles that a cover needs; false if nothing is left open.
+/// Visits everything that waits and records all triangles that the cover needs; false if everything
+/// is hidden.
 #[inline(always)]
 pub(crate) fn front_to_back<S: Simd, C: Cover<S>>(
     s: S,

@@ -1,8 +1,10 @@
-//! Dense shafts: thousands of triangles between a point and a light.
+//! Dense shafts, with up to thousands of triangles between a point and a light. Here is how their
+//! lines are answered.
 //!
-//! Their lines are answered a few neighbours at a time, each few by a walk of its own from front
-//! to back. Along each line, 64 bins record what is hidden for sure; a box whose image lies
-//! between the lines, or only on hidden bins, is skipped with all that is in it.
+//! A few neighbouring lines share a walk from front to back. Along each line, 64 bins record what
+//! is surely hidden ([`bins`](crate::shaft::bins)); a box whose image lies between the lines, or
+//! only on hidden bins, is skipped with everything in it. Fine meshes are left out of that walk,
+//! and found by their silhouettes afterwards.
 
 use crate::{
     bvh::Bvh,
@@ -25,12 +27,12 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 
-/// Buffers for the few lines of a dense shaft.
+/// Buffers for the lines of a dense shaft.
 #[derive(Debug, Default)]
 pub(crate) struct DenseScratch {
-    /// Boxes still to visit.
+    /// Nodes and leaves still to visit.
     waiting: Waiting<Image>,
-    /// Leaves that hide much of it.
+    /// Leaves that hide much of the light, to be visited first.
     pub(crate) cover: Vec<Child>,
     /// The parts of the lines that are known to be hidden.
     covered: Covered,
@@ -40,11 +42,11 @@ pub(crate) struct DenseScratch {
     lists: Lists,
 }
 
-/// The part of a few lines that is hidden.
+/// The cover of a few lines: which parts of them are hidden.
 struct OfFew<'a> {
     covered: &'a mut Covered,
     lines: &'a mut LineScratch,
-    /// Triangles and pieces of them taken in.
+    /// The number of triangles, and pieces of them, that were recorded.
     candidates: u64,
 }
 
@@ -73,29 +75,29 @@ impl<S: Simd> Cover<S> for OfFew<'_> {
     }
 }
 
-/// A question about a few lines on a light.
+/// A query for the hidden parts of a few lines on a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DenseQuery {
-    /// The box around them, in the hierarchy's coordinates.
+    /// The box around the lines, in the hierarchy's coordinates.
     pub(crate) around: [DVec3; 2],
-    /// The frame of the lines.
+    /// The frame in which the lines' coordinates are.
     pub(crate) frame: LightFrame,
-    /// Excluded triangles: first and number.
+    /// The excluded triangles: the first number, and how many.
     pub(crate) exclude: (u32, u32),
-    /// Whether fine surfaces are looked at by their silhouettes.
+    /// Whether fine surfaces are handled by their silhouettes.
     pub(crate) silhouettes: bool,
 }
 
-/// The state of the answer to the lines of a dense shaft.
+/// How far the lines of a dense shaft are answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answered {
-    /// No answer: there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
+    /// Not at all: there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
     Nothing,
-    /// All of them are hidden as a whole.
+    /// All lines are hidden as a whole.
     Hidden,
-    /// The hidden parts of them are known.
+    /// The hidden parts of all lines are known.
     All,
-    /// A ray for each of the crossings' gaps tells what is hidden of that, too.
+    /// The hidden parts are known except in gaps, for each of which a ray has to decide.
     ByRays,
 }
 
@@ -125,6 +127,7 @@ fn dense_kernel<S: Simd>(
         crossings,
         lists,
     } = scratch;
+    // Start with the root, and in front of it the leaves that are known to hide much.
     lines.slots.reset(lines.lines.count);
     covered.start(s, &lines.lines);
     waiting.clear();
@@ -136,7 +139,8 @@ fn dense_kernel<S: Simd>(
         lines,
         candidates: 0,
     };
-    // All triangles but those of surfaces, from front to back; then those that have to be cut.
+    // First all triangles except fine surfaces, from front to back; then the triangles of surfaces
+    // that have to be clipped, with the silhouettes of the others.
     let mut is_open = front_to_back(s, bvh, look, &mut few, surfaces, waiting, counters);
     if is_open && surfaces.is_some() {
         let search = Search::new(hierarchy, bvh.extent, &look.bounds, look.frame, look.point);
@@ -157,12 +161,13 @@ fn dense_kernel<S: Simd>(
     if surfaces.is_none() {
         return Answered::All;
     }
+    // Cut what is still open at the silhouettes.
     let LineScratch { lines, slots, .. } = lines;
     crossings.cut_lines(lines, slots);
     Answered::ByRays
 }
 
 dispatch! {
-    /// Finds what hides the few lines of a dense shaft, on an instruction set.
+    /// [`dense_kernel`] on an instruction set.
     pub(crate) fn dense = dense_kernel(bvh: &Bvh, query: &DenseQuery, seen: &mut Seen, lines: &mut LineScratch, scratch: &mut DenseScratch, counters: &mut Counters) -> Answered
 }

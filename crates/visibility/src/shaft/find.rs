@@ -1,8 +1,8 @@
-//! Searching the hierarchy for a shaft: which triangles lie between a point and a light.
+//! The search of the hierarchy for a shaft: which triangles lie between a point and a light.
 //!
-//! This walk has a loop of its own. It visits all that it finds, unless a triangle hides the light
-//! as a whole, so that it opens two nodes at a time and looks into leaves a dozen at a time:
-//! nothing waits for what another node holds.
+//! This walk has a loop of its own. Unless a triangle hides the whole light, it visits everything
+//! that it finds, so it opens two nodes at a time and tests leaves a dozen at a time: no memory
+//! access has to wait for the contents of another node.
 
 use crate::{
     bvh::Bvh,
@@ -18,30 +18,30 @@ use linelit_simd::{Simd, dispatch};
 /// The result of a search for triangles in a shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Found {
-    /// No triangle that hides anything.
+    /// No triangle hides anything.
     Nothing,
-    /// Triangles that are few enough to be kept.
+    /// Triangles that are few enough to be stored.
     Few,
-    /// More than that.
+    /// More triangles than are stored: the shaft is dense.
     Many,
-    /// A triangle that hides the light as a whole.
+    /// A triangle hides the whole light.
     All,
-    /// No result: there is no frame to look for anything in
-    /// ([`LightFrame::set`](crate::shaft::frame::LightFrame::set)).
+    /// No result: the light has no frame from this point
+    /// ([`LightFrame::set`](crate::shaft::frame::LightFrame::set)), or the shaft no bounds.
     Unknown,
 }
 
-/// Leaves that are looked into in one go.
+/// The number of leaves that are collected before they are tested.
 const BATCH: usize = 12;
 
-/// Nodes that are opened in one go.
+/// The number of nodes that are opened together.
 const ABREAST: usize = 2;
 
-/// The number of triangles of a dense shaft that are looked at for one that hides the
-/// light as a whole.
+/// The number of triangles of a dense shaft that are tested in search of one that hides the whole
+/// light.
 const FEW_IF_DENSE: usize = 48;
 
-/// Sets the triangles of a leaf aside that may be in the shaft.
+/// Collects the triangles of a leaf that may be in the shaft.
 #[inline(always)]
 fn look_into<S: Simd>(s: S, look: &mut Look<'_>, leaf: &Leaf, child: Child, limit: usize) -> Found {
     let (maybe, around) = look.bounds.triangles(s, leaf);
@@ -59,8 +59,8 @@ fn look_into<S: Simd>(s: S, look: &mut Look<'_>, leaf: &Leaf, child: Child, limi
     Found::Few
 }
 
-/// Finds what is between the shading point and `seen.light`: the images of up to [`DENSE`]
-/// triangles are in `seen.flat` then.
+/// Finds what is between the shading point and `seen.light`. If the result is [`Found::Few`], the
+/// images of the triangles, at most [`DENSE`], are in `seen.flat`.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn find_kernel<S: Simd>(
@@ -71,6 +71,7 @@ fn find_kernel<S: Simd>(
     stack: &mut Vec<u32>,
     counters: &mut Counters,
 ) -> Found {
+    // Set up the frame of the light and the bounds of the shaft.
     seen.corners.clear();
     seen.flat.clear();
     let hierarchy = &*bvh.hierarchy;
@@ -83,17 +84,17 @@ fn find_kernel<S: Simd>(
     let Some(mut look) = seen.look(s, bvh, exclude, None) else {
         return Found::Unknown;
     };
-    // Most triangles that are kept.
+    // The largest number of triangles to store.
     let mut limit = DENSE;
     bvh.make_room(stack);
     let stack = &mut stack[..];
     stack[0] = 0;
     let mut top = 1;
-    // Leaves to look into: many at a time, so that nothing hangs on what kind a child is.
+    // Leaves to test. They are collected so that no branch depends on whether a child is a leaf.
     let mut leaves = [0_u32; BATCH + 8 * ABREAST + 8];
     let mut waiting = 0;
     while top > 0 {
-        // Several nodes at a time, so that none waits for what another holds.
+        // Open several nodes at a time, so that none waits for the contents of another.
         let mut next = [0; ABREAST];
         let few = top.min(ABREAST);
         for (k, node) in next.iter_mut().enumerate().take(few) {
@@ -107,7 +108,9 @@ fn find_kernel<S: Simd>(
             if found & node.dense != 0 {
                 let within = found & node.dense & look.bounds.holds(s, node);
                 if within != 0 {
-                    // None of those hides the light as a whole, but others may.
+                    // A box with many triangles that is wholly in the shaft makes it dense. Its
+                    // triangles are smaller than the light as the point sees it, but others may
+                    // still hide the whole light.
                     limit = FEW_IF_DENSE;
                     found &= !within;
                 }
@@ -120,6 +123,7 @@ fn find_kernel<S: Simd>(
             s.pack(ready, &node.child, &mut leaves, waiting);
             waiting += ready.count_ones() as usize;
         }
+        // Test the leaves once there are enough of them, or no nodes are left.
         if waiting < BATCH && top > 0 {
             continue;
         }
@@ -134,6 +138,7 @@ fn find_kernel<S: Simd>(
         }
         waiting = 0;
     }
+    // Project the triangles that were found.
     if limit < DENSE {
         return Found::Many;
     }
@@ -145,6 +150,6 @@ fn find_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Finds what is in a shaft on an instruction set.
+    /// [`find_kernel`] on an instruction set.
     pub(crate) fn find = find_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, stack: &mut Vec<u32>, counters: &mut Counters) -> Found
 }

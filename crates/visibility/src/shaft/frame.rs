@@ -1,4 +1,5 @@
-//! The projective frame of a light as seen from a shading point.
+//! The projective frame of a light as seen from a shading point: how it is set up for lines,
+//! triangles, parallelograms and other polygons, and how points are projected by it.
 
 use crate::shaft::sides::Sides;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Margins, double};
@@ -6,49 +7,61 @@ use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Margins, double};
 /// The most corners of a light.
 const CORNERS: usize = ConvexPolygon::CAPACITY;
 
-/// Homogeneous coordinates (P, Q, W) of a point relative to the shading point.
+/// The homogeneous coordinates (P, Q, W) of points relative to the shading point, as three linear
+/// forms.
 ///
-/// W is zero in the plane through the shading point parallel to the light and one in the light's
-/// plane; (P/W, Q/W) is where the ray from the shading point through the point meets the light's
+/// W is zero in the plane through the shading point parallel to the light, and one in the light's
+/// plane. (P/W, Q/W) is where the ray from the shading point through a point meets the light's
 /// plane, in affine coordinates of the light:
 /// - a parallelogram is the unit square, a triangle the unit triangle;
 /// - another polygon has the unit square as its bounding rectangle;
 /// - a linear light runs from (0, 0) to (0, 1), and P is the side of the shadow triangle's plane.
+///
+/// ```text
+///            light   q
+///       W = 1  ┌─────┐
+///               ╲   ╱
+///       W = ½    ╲ ╱    a point halfway up has P/W, Q/W where its ray meets the light
+///       W = 0     ●
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightFrame {
     pub(crate) p: DVec3,
     pub(crate) q: DVec3,
     pub(crate) w: DVec3,
     pub(crate) shape: Shape,
-    /// The light's corners in (p, q), two for a linear light, and the last over and over.
+    /// The light's corners in (p, q), two for a linear light; the last corner fills the rest.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
-    /// The distances from either end within which a triangle hides nothing.
+    /// How close to either end a triangle hides nothing, as fractions of the way.
     pub(crate) margins: Margins,
-    /// W from which on triangles hide the light ([`Margins::near`]), and 1 ÷ that.
+    /// The W from which on triangles hide the light ([`Margins::near`]), and its reciprocal.
     pub(crate) near: f64,
     pub(crate) inverse_near: f64,
-    /// The light's plane exactly, if it is seen edge on, or without a margin before it.
+    /// The light's plane in higher precision, if the light is seen edge on, or has no margin before
+    /// it.
     pub(crate) sides: Option<Sides>,
 }
 
-/// The height of a point above a light's plane, in units of its distance and the light's size, from
-/// which sums of three products are (P, Q, W): places have the rounding of the corners divided by
-/// it, 3e-15 of the light at most in 1e5 random views, which is 3e-10 here, under the 1e-9 that
-/// intervals are held to. Nearer the plane, [`Sides`] are.
+/// The least height of the shading point above a light's plane, in units of its distance and the
+/// light's size, at which sums of three products are precise enough for (P, Q, W). Projected points
+/// have the rounding errors of the corners divided by this height: 3e-15 of the light at most in
+/// 1e5 random views, which is 3e-10 here, below the 1e-9 that interval ends are held to. Closer to
+/// the plane, [`Sides`] is used.
 const EDGE_ON: f64 = 1e-5;
 
-/// The rounding of W, and as much again, of what lies in a light's plane, times the height that
-/// [`EDGE_ON`] is in units of: the margin before the light has to be more than that.
+/// Twice the rounding error of W for points in a light's plane, times the height in the units of
+/// [`EDGE_ON`]: the margin before the light has to exceed it.
 const ROUNDING: f64 = 1e-14;
 
-/// The least W of what is before the shading point, without a margin there: 1 ÷ it is finite.
+/// The least W of points before the shading point if there is no margin there; its reciprocal is
+/// finite.
 const LEAST: f64 = 1e-300;
 
-/// The least distance from the light's plane, relative to all sizes, for [`Sides`].
+/// The least distance from the light's plane, relative to all sizes, at which [`Sides`] is usable.
 const TOO_EDGE_ON: f64 = 1e-12;
 
-/// The part of the (p, q) plane that holds the light.
+/// The shape of the light in the (p, q) plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// 0 ≤ p ≤ 1, 0 ≤ q ≤ 1.
@@ -60,7 +73,7 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
-    /// The upper bound on p is `k W − P − j Q ≥ 0`: (k, j).
+    /// The coefficients (k, j) of the upper bound on p, which is `k W − P − j Q ≥ 0`.
     pub(crate) fn upper(self) -> (f64, f64) {
         match self {
             Self::Square => (1.0, 0.0),
@@ -71,9 +84,9 @@ impl Shape {
 }
 
 impl LightFrame {
-    /// Becomes the frame of a light seen from a point, but for [`LightFrame::near`]; false if there
-    /// is none, and nothing may be concluded from it: the light is seen edge on, or has no area or
-    /// length. `origin` is that of the hierarchy.
+    /// Sets the frame of a light seen from a point, except for [`LightFrame::near`]. Returns false
+    /// if there is no usable frame: the light is seen edge on, or has no area or length. `origin`
+    /// is the origin of the hierarchy.
     #[inline(always)]
     pub(crate) fn set(&mut self, light: &Light, point: DVec3, origin: DVec3) -> bool {
         self.sides = None;
@@ -87,10 +100,11 @@ impl LightFrame {
         }
     }
 
-    /// Takes in that no occluder is farther than `reach` from the shading point.
+    /// Sets [`LightFrame::near`], given that no occluder is farther than `reach` from the shading
+    /// point.
     #[inline(always)]
     pub(crate) fn set_near(&mut self, reach: f64) {
-        // Well within reach, as most lights are: what the margin is then, without its square root.
+        // For lights well within reach, as most are, the margin is this, without a square root.
         (self.near, self.inverse_near) = if reach * reach * self.w.length_squared() > 2.0 {
             (self.margins.point, 1.0 / self.margins.point)
         } else {
@@ -98,22 +112,25 @@ impl LightFrame {
             (near, 1.0 / near)
         };
         if self.margins.point == 0.0 {
-            // What is before the point has a positive W.
+            // Without a margin, points before the shading point have a positive W.
             (self.near, self.inverse_near) = (LEAST, 1.0 / LEAST);
         }
     }
 
-    /// The light's corners, four at a time, the last as often as that takes.
+    /// The light's corners in groups of four; the last corner fills the last group.
     #[inline(always)]
     pub(crate) fn corners_by_four(&self) -> &[[[f64; 2]; 4]] {
         let fours = self.corners.as_chunks().0;
         &fours[..self.corner_count.div_ceil(4)]
     }
 
+    /// Sets the frame of a linear light between two points relative to the shading point; false if
+    /// the shading point is on its line.
     fn set_line(&mut self, p0: DVec3, p1: DVec3) -> bool {
         let e = p1 - p0;
         let square = e.length_squared();
-        // The point of the line closest to the shading point, and the plane's normal.
+        // Compute the normal of the plane through both ends and the shading point, then the point
+        // of the line that is closest to the shading point.
         let m = linelit_geometry::predicates::cross(p0, p1);
         let n = e.cross(m) / square;
         let n = n * n.dot(p0).signum();
@@ -123,6 +140,8 @@ impl LightFrame {
         m != DVec3::ZERO
     }
 
+    /// Sets the frame of a polygonal light; false if the light is seen so nearly edge on, or its
+    /// margin is so small, that sums of products are not precise enough.
     #[inline(always)]
     fn set_polygon(&mut self, plane: &LightPlane, point: DVec3) -> bool {
         let v0 = plane.origin - point;
@@ -135,7 +154,7 @@ impl LightFrame {
         height > EDGE_ON * size && height * self.margins.light > ROUNDING * size
     }
 
-    /// Does what [`LightFrame::set_polygon`] does, with [`Sides`].
+    /// Does the same as [`LightFrame::set_polygon`], with the light's plane in twice the precision.
     #[cold]
     fn set_exactly(
         &mut self,
@@ -144,12 +163,14 @@ impl LightFrame {
         point: DVec3,
         origin: DVec3,
     ) -> bool {
-        // With the first two, the corner that spans most: no three on a line.
+        // Choose a third corner that spans the largest triangle with the first two, so that the
+        // three are not on one line.
         let corner = light.corners[0];
         let edge = light.corners[1] - corner;
         let area = |c: &DVec3| edge.cross(*c).length_squared();
         let others = light.corners[2..light.count].iter().map(|c| *c - corner);
         let other = others.max_by(|a, b| area(a).total_cmp(&area(b)));
+        // Compute the shading point's height over that plane, in twice the precision.
         let mut normal = double::cross_of(edge, other.unwrap_or_default());
         if double::rounded(normal).dot(plane.normal) < 0.0 {
             normal = normal.map(|x| -x);
@@ -158,6 +179,7 @@ impl LightFrame {
         let volume = double::dot(normal, double::difference(point, corner)).hi();
         let height = -volume * (plane.length / double::rounded(normal).length());
         let reach = v0.abs().max_element().max(plane.size);
+        // Set up the frame with this height.
         let (d, c) = ([plane.d1, plane.d2], [plane.d1.dot(v0), plane.d2.dot(v0)]);
         self.w = plane.normal * (1.0 / height);
         [self.p, self.q] = [0, 1].map(|k| d[k] - self.w * c[k]);
@@ -174,8 +196,8 @@ impl LightFrame {
         height.abs() > TOO_EDGE_ON * plane.length * reach
     }
 
-    /// Projects a point (relative to the shading point) along the ray through it to the light's
-    /// plane. For a point in that plane, W is one and divides nothing but rounding errors.
+    /// Projects a point, given relative to the shading point, along the ray through it to the
+    /// light's plane. For a point in that plane W is one up to rounding, and there is no division.
     #[inline]
     pub(crate) fn project(&self, a: DVec3) -> [f64; 2] {
         if let Some(sides) = &self.sides {
@@ -189,7 +211,8 @@ impl LightFrame {
         }
     }
 
-    /// (P, Q, W) of a vertex as seen from `point`, both in the hierarchy's coordinates.
+    /// The coordinates (P, Q, W) of a vertex as seen from `point`, both in the hierarchy's
+    /// coordinates.
     pub(crate) fn vertex(&self, place: DVec3, point: DVec3) -> [f64; 3] {
         let from = place - point;
         if let Some(sides) = &self.sides {
@@ -198,14 +221,15 @@ impl LightFrame {
         [self.p, self.q, self.w].map(|n| from.x * n.x + from.y * n.y + from.z * n.z)
     }
 
-    /// The corners of a rectangle across and along `along`, relative to the shading point.
+    /// The corners, relative to the shading point, of a rectangle on the light. `low` and `high`
+    /// are its coordinates across and along the unit direction `along`.
     pub(crate) fn corners_in_space(
         &self,
         along: [f64; 2],
         low: [f64; 2],
         high: [f64; 2],
     ) -> [DVec3; 4] {
-        // The point with P = p, Q = q, W = 1.
+        // The matrix that maps (P, Q, W) = (p, q, 1) to the point.
         let inverse = DMat3::from_cols(self.p, self.q, self.w)
             .transpose()
             .inverse();
@@ -222,15 +246,15 @@ impl LightFrame {
         })
     }
 
-    /// The frame of a few parallel lines on the light: q runs along them, and they lie within the
-    /// unit square, with a little room; a single line has p = 0.
+    /// The frame of a few parallel lines on the light. q runs along the lines, and they lie within
+    /// the unit square with a small margin; a single line has p = 0.
     ///
-    /// `low` and `high` bound the lines' coordinates across and along `along`.
+    /// `low` and `high` bound the lines' coordinates across and along the unit direction `along`.
     pub(crate) fn around_lines(&self, along: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Self {
         let length = high[1] - low[1];
         let width = high[0] - low[0];
         let single = width <= 1e-12;
-        // Where they begin, across and along, and how large they are.
+        // Compute the origin and the size of the lines' rectangle, enlarged by the margin.
         let (from, size) = if single {
             (0.5 * (low[0] + high[0]), 1.0)
         } else {
@@ -239,6 +263,8 @@ impl LightFrame {
         };
         let start = [from, low[1] - 1e-6 * length];
         let size = [size, length * (1.0 + 2e-6)];
+        // Transform P and Q, which are linear in the old ones and W, and likewise the forms of
+        // `sides`.
         let across = |p: DVec3, q: DVec3| q * along[0] - p * along[1];
         let forward = |p: DVec3, q: DVec3| p * along[0] + q * along[1];
         let p = (across(self.p, self.q) - self.w * start[0]) / size[0];
@@ -252,6 +278,7 @@ impl LightFrame {
                 ..sides
             }
         });
+        // Set the corners of the new square, or of the line.
         let mut corners = [[0.0, 1.0]; CORNERS];
         corners[0] = [0.0, 0.0];
         if !single {
@@ -273,9 +300,9 @@ impl LightFrame {
     }
 }
 
-/// The corners of a light that a `ShaftQuery` asks about: two ends of a line,
-/// or 3 to [`ConvexPolygon::CAPACITY`] corners of a polygon, so that no query can be asked that is
-/// too large to answer.
+/// The corners of a light in a [`ShaftQuery`](crate::ShaftQuery): the two ends of a line, or 3 to
+/// [`ConvexPolygon::CAPACITY`] corners of a polygon. The type ensures that no light has too many
+/// corners for a query.
 ///
 /// ```
 /// use linelit_visibility::geometry::{ConvexPolygon, DVec3};
@@ -290,8 +317,8 @@ impl LightFrame {
 pub struct LightCorners<'a>(&'a [DVec3]);
 
 impl<'a> LightCorners<'a> {
-    /// The corners of a convex polygon, either way round, or the two ends of a linear light;
-    /// `None` for fewer than two or more than [`ConvexPolygon::CAPACITY`].
+    /// Takes the corners of a convex polygon, in either orientation, or the two ends of a linear
+    /// light; `None` for fewer than two or more than [`ConvexPolygon::CAPACITY`] corners.
     #[must_use]
     pub fn new(corners: &'a [DVec3]) -> Option<Self> {
         (2..=CORNERS)
@@ -313,7 +340,8 @@ impl<'a> From<&'a ConvexPolygon> for LightCorners<'a> {
 }
 
 impl<'a, const N: usize> From<&'a [DVec3; N]> for LightCorners<'a> {
-    /// Does not compile for arrays that [`LightCorners::new`] would not take.
+    /// Takes an array of corners. It does not compile for lengths that [`LightCorners::new`]
+    /// refuses.
     fn from(corners: &'a [DVec3; N]) -> Self {
         const {
             assert!(
@@ -325,18 +353,20 @@ impl<'a, const N: usize> From<&'a [DVec3; N]> for LightCorners<'a> {
     }
 }
 
-/// The properties of a light from wherever it is seen: kept from one shading point to the next.
+/// The properties of a light that do not depend on the shading point; they are cached from one
+/// query to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Light {
     /// The corners in world space.
     corners: [DVec3; CORNERS],
     count: usize,
     kind: Kind,
-    /// The box around it.
+    /// The box around the light.
     pub(crate) lo: DVec3,
     pub(crate) hi: DVec3,
 }
 
+/// The kind of a light, with its affine coordinates if it is a polygon.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// No light.
@@ -352,22 +382,22 @@ struct LightPlane {
     normal: DVec3,
     d1: DVec3,
     d2: DVec3,
-    /// The vectors along p and q.
+    /// The vectors of one unit of p and of q.
     edges: [DVec3; 2],
-    /// The normal's length, and the light's size.
+    /// The length of the normal, and the size of the light.
     length: f64,
     size: f64,
 }
 
 impl Light {
-    /// Whether these are the light's corners.
+    /// Whether the light has exactly these corners.
     #[inline(always)]
     pub(crate) fn is(&self, light: LightCorners<'_>) -> bool {
         self.corners[..self.count] == *light.0
     }
 
-    /// Becomes the light with these corners; the frame learns what does not depend on where it is
-    /// seen from.
+    /// Sets the light's corners, and in the frame everything that does not depend on the shading
+    /// point.
     pub(crate) fn set(&mut self, LightCorners(light): LightCorners<'_>, frame: &mut LightFrame) {
         *self = Self::default();
         self.count = light.len();
@@ -390,15 +420,17 @@ impl Light {
     }
 }
 
-/// The plane of a polygon.
+/// Chooses affine coordinates for a polygon, and sets its corners in the frame.
 fn polygon(light: &[DVec3], frame: &mut LightFrame) -> Kind {
     let count = light.len();
     let v0 = light[0];
-    // Newell's normal, relative to a corner.
+    // Newell's method: the normal as a sum of cross products, here relative to a corner.
     let mut normal = DVec3::ZERO;
     for i in 1..count - 1 {
         normal += (light[i] - v0).cross(light[i + 1] - v0);
     }
+    // Choose the origin and the two sides of the coordinates: of the triangle, of the
+    // parallelogram, or of a bounding rectangle.
     let (mut size, mut reach) = (0.0_f64, 0.0_f64);
     for v in light {
         size = size.max((*v - v0).abs().max_element());
@@ -416,7 +448,7 @@ fn polygon(light: &[DVec3], frame: &mut LightFrame) -> Kind {
             (o, e1, e2, Shape::Square)
         }
     };
-    // Dual vectors in the plane: d1·e1 = 1, d1·e2 = 0 and the other way round.
+    // Compute the dual vectors in the plane: d1·e1 = 1, d1·e2 = 0, and the other way round.
     let n2 = normal / normal.length_squared();
     let ratio = normal.length_squared() / e1.cross(e2).dot(normal);
     let d1 = e2.cross(n2) * ratio;
@@ -437,8 +469,9 @@ fn polygon(light: &[DVec3], frame: &mut LightFrame) -> Kind {
     })
 }
 
-/// Origin and sides of the polygon's bounding rectangle along its longest edge.
+/// The origin and the two sides of the polygon's bounding rectangle along its longest edge.
 fn bounding_rectangle(light: &[DVec3], normal: DVec3) -> (DVec3, DVec3, DVec3) {
+    // Find the longest edge.
     let mut x = DVec3::ZERO;
     for i in 0..light.len() {
         let e = light[(i + 1) % light.len()] - light[i];
@@ -446,6 +479,7 @@ fn bounding_rectangle(light: &[DVec3], normal: DVec3) -> (DVec3, DVec3, DVec3) {
             x = e;
         }
     }
+    // Bound the corners along the edge and across.
     let x = x.normalize_or_zero();
     let y = normal.cross(x).normalize_or_zero();
     let mut lo = [f64::INFINITY; 2];

@@ -1,13 +1,22 @@
-//! Dense shafts for closed forms: the triangles in front, of which all that is visible follows.
+//! Dense shafts for closed forms: the search for the triangles in front, which determine the
+//! visible part of a light.
 //!
-//! One walk from front to back for the whole light keeps triangles, and marks which of 64 × 64
-//! samples of the light they hide. A box or triangle whose image touches only cells of which all
-//! four corners are hidden is skipped. That is a guess: between its corners, a cell may be visible
-//! in part, and what was skipped may hide that. So the caller that finds the boundary of the part
-//! visible past the triangles kept asks [`Front::look`] whether it touches cells that closed
-//! before the end. All triangles that touch those are kept by another walk, and so on, until all of
-//! the boundary lies in cells of which every triangle is known: then no other can change it.
-//! `docs/decisions/016-exact-in-dense-shafts.md`.
+//! A walk from front to back over the whole light stores triangles, and marks which of 64 × 64
+//! samples of the light they hide. A box or triangle is skipped if its image touches only cells of
+//! which all four corners are hidden. This is a guess: between its corners, a cell may be partly
+//! visible, and what was skipped may hide that part. So the caller finds the boundary of the part
+//! that is visible past the stored triangles, and asks [`Front::look`] whether it touches cells
+//! that were skipped at any time. If so, another walk stores all triangles that touch those cells,
+//! and so on, until the whole boundary lies in cells of which every triangle is stored: then no
+//! other triangle can change it. See `docs/decisions/016-exact-in-dense-shafts.md`.
+//!
+//! ```text
+//!     ·───·───·───·      · sample, open     a cell with an open corner is complete:
+//!     │   │   │ ╱ │      ● sample, hidden   all triangles that touch it are stored;
+//!     ·───·───●───●                         a cell with four hidden corners may not be
+//!     │   │ ╱ │ ? │
+//!     ·───●───●───●
+//! ```
 
 use crate::{
     bvh::Bvh,
@@ -24,31 +33,31 @@ use crate::{
 };
 use linelit_simd::{Simd, dispatch};
 
-/// Samples along each axis of the light.
+/// The number of samples along each axis of the light.
 const SIDE: u8 = 64;
 
-/// The last of them is at the light's far side.
+/// The index of the last sample, at the light's far side.
 const LAST: u8 = SIDE - 1;
 
-/// The error bound of rounding in units of the light, chosen generously: a sample this close to a
-/// side of a triangle is not hidden by it, and a boundary touches cells this far from it.
+/// A generous bound of rounding errors, in units of the light: a sample this close to a side of a
+/// triangle does not count as hidden by it, and a boundary touches cells up to this far from it.
 pub(crate) const ROOM: f64 = 1e-9;
 
-/// Samples or cells: rows along p, bits along q.
+/// A bit for each sample or cell: rows along p, bits along q.
 type Grid = [u64; SIDE as usize];
 
-/// The state of the cells between the samples of a light.
+/// What is known about the samples of a light and about the cells between them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Front {
-    /// A bit for each sample that, in the first walk, is not known to be hidden; later, for each
-    /// cell whose triangles are looked for.
+    /// In the first walk, a bit for each sample that is not known to be hidden; later, a bit for
+    /// each cell whose triangles are searched for.
     open: Grid,
-    /// A bit for each cell of which all triangles are kept, but for those that are not needed
-    /// wherever they are.
+    /// A bit for each cell of which all triangles are stored, except for those that are nowhere
+    /// needed.
     complete: Grid,
-    /// Whether `open` are cells.
+    /// Whether `open` is about cells.
     by_cells: bool,
-    /// Whether triangles of surfaces are left out.
+    /// Whether triangles of fine surfaces are left out.
     pub(crate) loose: bool,
 }
 
@@ -63,7 +72,8 @@ impl Default for Front {
     }
 }
 
-/// The samples around the cells that an image touches: first and last row, first and last bit.
+/// The range of samples around the cells that an image touches: first and last row, first and last
+/// bit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Image {
     rows: [u8; 2],
@@ -88,8 +98,8 @@ impl cover::Image for Image {
     #[inline(always)]
     fn eight<S: Simd>(s: S, [low, high]: ImageBounds<S>) -> Images {
         let mut images = Images::default();
-        // Adding 2²³ rounds to an integer; half below is at most one too low for a whole number,
-        // half above is the sample beyond.
+        // Adding 2²³ rounds to an integer. With one half less, the first sample is at most one too
+        // low for a whole number; with one half more, the last sample is the one beyond.
         let (zero, end) = (s.splat(0.0), s.splat(f32::from(LAST)));
         let base = s.splat(8_388_608.0);
         for k in 0..2 {
@@ -113,12 +123,13 @@ impl cover::Image for Image {
     }
 }
 
-/// The bits from first to last; at least the first.
+/// A mask of the bits from first to last; at least the first is set.
 #[inline(always)]
 fn bits(first: u8, last: u8) -> u64 {
     (u64::MAX << first) & (u64::MAX >> (LAST - last.max(first)))
 }
 
+// Minimum and maximum by one instruction each, for numbers that are not NaN.
 #[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -129,7 +140,7 @@ fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The first and the last sample between two places, if there is any.
+/// The first and the last sample between two coordinates, if there is any.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -148,7 +159,8 @@ fn samples_between(low: f64, high: f64) -> Option<(u8, u8)> {
     (first <= last).then_some((first, last))
 }
 
-/// The number of the cell that holds a place; the nearest for what is beyond them.
+/// The index of the cell that holds a coordinate; the nearest cell for coordinates outside of the
+/// light.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -159,13 +171,13 @@ fn cell(x: f64) -> u8 {
     lesser(greater(x * f64::from(LAST), 0.0), f64::from(LAST - 1)) as u8
 }
 
-/// The place of a sample along an axis.
+/// The coordinate of a sample along an axis.
 #[inline(always)]
 fn place(sample: u8) -> f64 {
     f64::from(sample) / f64::from(LAST)
 }
 
-/// The least and the greatest q of a convex polygon between two values of p.
+/// The least and the greatest q of a convex polygon between two values of p, if it has any.
 fn extent(polygon: &[[f64; 2]], from: f64, to: f64) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for (i, &a) in polygon.iter().enumerate() {
@@ -187,7 +199,7 @@ fn extent(polygon: &[[f64; 2]], from: f64, to: f64) -> Option<(f64, f64)> {
 }
 
 impl Front {
-    /// Resets: nothing is hidden but what lies beyond the light.
+    /// Starts the first walk: only what lies outside of the light is hidden.
     fn start(&mut self, frame: &LightFrame) {
         self.by_cells = false;
         let light = &frame.corners[..frame.corner_count];
@@ -200,10 +212,10 @@ impl Front {
         }
     }
 
-    /// Whether what has this image touches anything that is open.
+    /// Whether an image touches anything that is open.
     #[inline(always)]
     fn needs(&self, image: &Image) -> bool {
-        // A cell has the number of its first sample.
+        // A cell has the index of its first sample, and there is one cell fewer.
         let less = u8::from(self.by_cells);
         let range = |[first, last]: [u8; 2]| {
             let first = first.min(LAST - less);
@@ -215,7 +227,7 @@ impl Front {
         rows.iter().any(|row| row & mask != 0)
     }
 
-    /// Tells which of eight images, `among` which it is asked, touch anything that is open.
+    /// Returns which of eight images, of those in the mask `among`, touch anything that is open.
     #[inline(always)]
     pub(crate) fn needs_any(&self, among: u8, images: &Images) -> u8 {
         let (mut left, mut needed) = (among, 0);
@@ -227,7 +239,7 @@ impl Front {
         needed
     }
 
-    /// Whether the rectangle around a side touches cells that are open.
+    /// Whether the bounding rectangle of a side touches cells that are open.
     #[inline(always)]
     pub(crate) fn needs_side(&self, a: [f64; 2], b: [f64; 2]) -> bool {
         let low = [0, 1].map(|k| lesser(a[k], b[k]) - ROOM);
@@ -240,7 +252,7 @@ impl Front {
         self.open[rows].iter().any(|row| row & mask != 0)
     }
 
-    /// Opens, for all following tests, the cells whose triangles are all known.
+    /// Opens, for all later tests, the cells of which all triangles are stored.
     pub(crate) fn open_complete(&mut self) {
         (self.by_cells, self.open) = (true, self.complete);
     }
@@ -253,7 +265,7 @@ impl Front {
             let low = lesser(lesser(a[k], b[k]), c[k]);
             samples_between(low, greater(greater(a[k], b[k]), c[k]))
         };
-        // Most are too small to have any between their bounds.
+        // Most triangles are too small to have a sample within their bounds.
         if range(1).is_some()
             && let Some((first, last)) = range(0)
         {
@@ -261,6 +273,7 @@ impl Front {
         }
     }
 
+    /// Marks the samples that a triangle hides in some rows.
     #[inline(never)]
     fn hide_rows(&mut self, triangle: &[[f64; 2]; 3], rows: std::ops::RangeInclusive<u8>) {
         for r in rows {
@@ -268,6 +281,7 @@ impl Front {
             if *open == 0 {
                 continue;
             }
+            // Find where the row enters and leaves the triangle.
             let p = place(r);
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
             for i in 0..3 {
@@ -277,13 +291,14 @@ impl Front {
                     (low, high) = (lesser(low, q), greater(high, q));
                 }
             }
+            // Close the samples between, except within the margin for rounding.
             if let Some((first, last)) = samples_between(low + ROOM, high - ROOM) {
                 *open &= !bits(first, last);
             }
         }
     }
 
-    /// Ends the first walk: cells with an open corner are complete.
+    /// Ends the first walk: all cells with an open corner are complete.
     fn finish(&mut self) {
         for r in 0..usize::from(LAST) {
             let open = self.open[r] | self.open[r + 1];
@@ -292,10 +307,12 @@ impl Front {
         self.complete[usize::from(LAST)] = 0;
     }
 
-    /// Whether a boundary touches cells of which triangles may be missing; these are open then.
+    /// Opens the cells that a boundary touches and that are not complete, and marks them as
+    /// complete for after the next walk. Returns whether there are any.
     pub(crate) fn look(&mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> bool {
         self.by_cells = true;
         self.open = [0; SIDE as usize];
+        // Open all cells that the boundary's pieces touch, row by row.
         for [a, b] in boundary {
             let (a, b) = if a[0] <= b[0] { (a, b) } else { (b, a) };
             let (first, last) = (cell(a[0] - ROOM), cell(b[0] + ROOM));
@@ -312,6 +329,7 @@ impl Front {
                 self.open[usize::from(r)] |= bits(cell(low - ROOM), cell(high + ROOM));
             }
         }
+        // Close those that are complete already.
         let mut any = 0;
         for (open, complete) in self.open.iter_mut().zip(&mut self.complete) {
             *open &= !*complete;
@@ -322,15 +340,15 @@ impl Front {
     }
 }
 
-/// Buffers of the search for triangles in front.
+/// Buffers for the search for triangles in front.
 #[derive(Debug, Default)]
 pub(crate) struct FrontScratch {
     pub(crate) front: Front,
-    /// Boxes still to visit.
+    /// Nodes and leaves still to visit.
     waiting: Waiting<Image>,
 }
 
-/// The part of a light that is hidden. In the `FIRST` walk, triangles hide samples.
+/// A light as the cover of a walk. In the `FIRST` walk, triangles hide samples.
 struct OfLight<'a, const FIRST: bool>(&'a mut Front);
 
 impl<S: Simd, const FIRST: bool> Cover<S> for OfLight<'_, FIRST> {
@@ -358,9 +376,10 @@ impl<S: Simd, const FIRST: bool> Cover<S> for OfLight<'_, FIRST> {
     }
 }
 
-/// Keeps the triangles in front of `seen.light`, or, unless it is the `FIRST` walk, those of the
-/// open cells as well: their images are in `seen.flat`, one that hides all if there is such. False
-/// if there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
+/// Stores the images of triangles in `seen.flat`: in the `FIRST` walk those in front of
+/// `seen.light`, in later walks those that touch open cells, in addition to the ones before. If a
+/// triangle hides the whole light, one image that covers everything is stored. False if there are
+/// no [bounds](crate::shaft::bounds::ShaftBounds::new).
 #[inline(always)]
 fn front_kernel<S: Simd, const FIRST: bool>(
     s: S,
@@ -374,6 +393,7 @@ fn front_kernel<S: Simd, const FIRST: bool>(
         return false;
     };
     let FrontScratch { front, waiting } = scratch;
+    // Walk from front to back.
     let surfaces = Some(&bvh.hierarchy.surfaces).filter(|_| front.loose);
     if FIRST {
         look.flat.clear();
@@ -382,6 +402,7 @@ fn front_kernel<S: Simd, const FIRST: bool>(
     let known = look.flat.count;
     wait_for_root(waiting, Image::ALL);
     let mut cover = OfLight::<FIRST>(front);
+    // If a single triangle hides the whole light, nothing else matters.
     if !front_to_back(s, bvh, &mut look, &mut cover, surfaces, waiting, counters) {
         look.flat.hide_all();
         counters.candidates += 1;
@@ -395,6 +416,6 @@ fn front_kernel<S: Simd, const FIRST: bool>(
 }
 
 dispatch! {
-    /// Keeps the triangles in front, or those of open cells, on an instruction set.
+    /// [`front_kernel`] on an instruction set.
     pub(crate) fn front<const FIRST: bool> = front_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, scratch: &mut FrontScratch, counters: &mut Counters) -> bool
 }

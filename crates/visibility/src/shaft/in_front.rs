@@ -1,10 +1,11 @@
-//! The occluders that bound what is visible of a light, in the order in which they are found.
+//! The triangles and silhouettes that bound the visible part of a light, in the order in which a
+//! caller needs them. This is the interface for callers that compute visible regions.
 //!
-//! Of a dense shaft, too many triangles are in between to keep them all; but those at the back do
-//! not matter where others before them hide the light. So a caller who looks for the boundary of
-//! the visible region gets the triangles in front, finds the boundary past them, and queries what
-//! is behind that boundary, until nothing is. Fine meshes have far fewer silhouettes than
-//! triangles, and are known by these:
+//! A dense shaft has too many triangles to store all of them; but triangles at the back do not
+//! matter where others in front hide the light. So a caller that looks for the boundary of the
+//! visible region gets the triangles in front, finds the boundary past them, and queries what is
+//! behind that boundary, until there is nothing more. Fine meshes have far fewer silhouettes than
+//! triangles, and are represented by these:
 //!
 //! ```text
 //! Shaft ── front ──► TrianglesInFront ── behind ──► TrianglesInFront ── behind ──► … ──► None
@@ -14,63 +15,65 @@
 //!                                           └────────── behind ───────────┴──► None
 //! ```
 //!
-//! Each state is a type that the next query consumes. It borrows the shaft, for a query about lines
-//! in between would overwrite the triangles that a dense shaft stores.
+//! Each state is a type that the next query consumes. The states borrow the shaft, since a query
+//! for lines in between would overwrite the triangles that a dense shaft stores.
 
 use super::{Found, Shaft};
 use crate::{LightPlane, Silhouette, shaft::front, silhouettes::outline};
 
-/// Triangles that, with those that were returned before them, hide almost all that is hidden of a
-/// light ([`Shaft::front`]).
+/// Triangles that, together with those that were returned before, hide almost everything that is
+/// hidden of a light ([`Shaft::front`]).
 #[derive(Debug)]
 #[must_use]
 pub struct TrianglesInFront<'s, 'a> {
     shaft: &'s mut Shaft<'a>,
-    /// The first image that was not returned before.
+    /// The index of the first image that was not returned before.
     first: usize,
 }
 
-/// Triangles of no fine mesh that, with those that were returned before them, hide almost all that
-/// such triangles hide of a light ([`Shaft::front_without_meshes`]).
+/// Triangles outside of fine meshes that, together with those that were returned before, hide
+/// almost everything that such triangles hide of a light ([`Shaft::front_without_meshes`]).
 #[derive(Debug)]
 #[must_use]
 pub struct FrontWithoutMeshes<'s, 'a>(TrianglesInFront<'s, 'a>);
 
-/// The fine meshes where the triangles found so far do not hide a light
+/// The silhouettes of fine meshes where the triangles found so far do not hide a light
 /// ([`FrontWithoutMeshes::meshes`]).
 #[derive(Debug)]
 #[must_use]
 pub struct MeshesInFront<'s, 'a>(TrianglesInFront<'s, 'a>);
 
 impl<'a> Shaft<'a> {
-    /// Whether the triangles that bound the visible region can be found: all that are in between,
-    /// or those [in front](Self::front). Not for an empty or blocked shaft; for a light seen edge
-    /// on, without extent or not finite; nor past triangles with holes, since what these hide is no
-    /// polygon.
+    /// Whether the triangles that bound the visible region can be queried: all triangles of the
+    /// shaft, or those [in front](Self::front). This is false for an empty or blocked shaft; for a
+    /// light that is seen edge on, has no extent, or is not finite; and if there are triangles with
+    /// holes in the shaft, since what these hide is not a polygon.
     #[must_use]
     pub fn has_front(&self) -> bool {
         matches!(self.found, Found::Few | Found::Many) && !self.has_holes
     }
 
-    /// The plane of the light, in which images are; `None` without a [front](Self::has_front).
+    /// The plane of the light, in whose coordinates images are; `None` if there is no
+    /// [front](Self::has_front).
     #[must_use]
     pub fn light_plane(&self) -> Option<LightPlane<'_>> {
         self.has_front().then(|| self.scratch.seen.frame.plane())
     }
 
-    /// Triangles as they lie before the light that together hide almost all that is hidden, in a
-    /// dense shaft too; `None` without [them](Self::has_front).
+    /// Triangles, projected to the light's plane, that together hide almost everything that is
+    /// hidden, even in a dense shaft; `None` if there is no [front](Self::has_front).
     ///
-    /// Of a shaft that is not dense they are [all](Self::images). In a dense one, a few places
-    /// seem visible that are not: callers that have found the boundary of the visible part query
-    /// the triangles [behind](TrianglesInFront::behind) it.
+    /// For a shaft that is not dense they are [all](Self::images) of its triangles. In a dense
+    /// shaft, a few points seem visible that are not: callers find the boundary of the visible
+    /// part, and then query the triangles [behind](TrianglesInFront::behind) it.
     pub fn front(&mut self) -> Option<TrianglesInFront<'_, 'a>> {
         self.find_front(false)
     }
 
     /// The triangles in [front](Self::front) that belong to no fine mesh; what fine meshes hide
-    /// follows from their [silhouettes](FrontWithoutMeshes::meshes). `None` where those are not
-    /// known: outside dense shafts, and where a fine mesh has a triangle of the light.
+    /// follows from their [silhouettes](FrontWithoutMeshes::meshes). `None` where silhouettes are
+    /// not available: for shafts that are not dense, and where a fine mesh has triangles that the
+    /// query excludes.
     pub fn front_without_meshes(&mut self) -> Option<FrontWithoutMeshes<'_, 'a>> {
         let surfaces = &self.occluders.bvh.hierarchy.surfaces;
         let has_silhouettes = self.found == Found::Many && surfaces.serve(self.exclude);
@@ -78,7 +81,7 @@ impl<'a> Shaft<'a> {
         Some(FrontWithoutMeshes(front))
     }
 
-    /// Finds the triangles in front, or those of them that belong to no fine mesh.
+    /// Finds the triangles in front, all of them or only those that belong to no fine mesh.
     fn find_front(&mut self, without_meshes: bool) -> Option<TrianglesInFront<'_, 'a>> {
         if !self.has_front() {
             return None;
@@ -91,8 +94,8 @@ impl<'a> Shaft<'a> {
         })
     }
 
-    /// Walks from front to back to find the triangles of a dense shaft that are in front, or,
-    /// unless it is the `FIRST` walk, those of the cells that are open.
+    /// Walks a dense shaft from front to back: the `FIRST` walk finds the triangles in front, later
+    /// ones those of the cells that are open.
     fn walk_front<const FIRST: bool>(&mut self) -> bool {
         let (bvh, all) = (&self.occluders.bvh, &mut *self.scratch);
         let (seen, front, counters) = (&mut all.seen, &mut all.front, &mut all.counters);
@@ -101,15 +104,15 @@ impl<'a> Shaft<'a> {
 }
 
 impl TrianglesInFront<'_, '_> {
-    /// The triangles projected from the shading point to the light's [plane](Shaft::light_plane):
-    /// the three corners of each, in the plane's coordinates.
+    /// The triangles, projected from the shading point to the light's [plane](Shaft::light_plane):
+    /// the three corners of each in coordinates (p, q).
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.shaft.scratch.seen.flat.get_from(self.first)
     }
 
-    /// More triangles, given the boundary of what seems visible past all that were returned so far,
-    /// as pieces from one place to another; `None` if that is what is visible. Some may have been
-    /// returned before.
+    /// Finds more triangles, given the boundary of what seems visible past all triangles that were
+    /// returned so far, as straight pieces from one point to another. `None` if that boundary is
+    /// final. Some of the triangles may have been returned before.
     #[must_use = "without more triangles the boundary is final"]
     pub fn behind(mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> Option<Self> {
         let Shaft { found, scratch, .. } = &mut *self.shaft;
@@ -123,13 +126,13 @@ impl TrianglesInFront<'_, '_> {
 }
 
 impl<'s, 'a> FrontWithoutMeshes<'s, 'a> {
-    /// The images of the triangles.
+    /// The projected triangles, as in [`TrianglesInFront::images`].
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.0.images()
     }
 
-    /// The fine meshes where the triangles found so far do not hide the light; `None` where nothing
-    /// is known of them.
+    /// Finds the silhouettes of fine meshes where the triangles found so far do not hide the light;
+    /// `None` if the shaft has no usable bounds.
     #[must_use]
     pub fn meshes(self) -> Option<MeshesInFront<'s, 'a>> {
         let Shaft {
@@ -147,22 +150,23 @@ impl<'s, 'a> FrontWithoutMeshes<'s, 'a> {
 }
 
 impl<'s, 'a> MeshesInFront<'s, 'a> {
-    /// The images of those triangles of fine meshes that are not in front of the light as a whole.
+    /// The images of triangles of fine meshes that had to be clipped, since they are not wholly
+    /// between the point and the light.
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.0.images()
     }
 
-    /// The silhouettes of the fine meshes on the light's plane, all of them anew at each call. Some
-    /// are missing behind other triangles that hide the light; elsewhere they are closed curves, so
-    /// that the changes of the number of layers around any point add up to zero.
+    /// The silhouettes of the fine meshes on the light's plane; each call returns all of them.
+    /// Silhouettes may be missing where other triangles hide the light; elsewhere they are closed
+    /// curves, so that the changes of the number of layers around any point add up to zero.
     #[must_use]
     pub fn silhouettes(&self) -> &[Silhouette] {
         &self.0.shaft.scratch.outline.found
     }
 
-    /// Returns triangles that are missing so far, of those that belong to no fine mesh. `outline`
-    /// has the parts of the images' sides next to which the light is visible if meshes are left
-    /// out, as pairs of points on the light's plane. `None` if no triangle is missing: then the
+    /// Finds triangles that are still missing, of those that belong to no fine mesh. `outline` has
+    /// the parts of the images' sides next to which the light would be visible if there were no
+    /// meshes, as pairs of points on the light's plane. `None` if no triangle is missing: then the
     /// outline is final.
     #[must_use = "without more triangles the outline is final"]
     pub fn behind(

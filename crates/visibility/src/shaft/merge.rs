@@ -1,4 +1,10 @@
-//! From hidden intervals in no order to visible ones in order, eight lines at a time.
+//! The last step of visibility along lines: hidden intervals in any order are sorted and merged,
+//! eight lines at a time, and what is left between them is the visible part.
+//!
+//! While triangles are swept, each line has one *running* interval in registers, which grows as
+//! long as new intervals touch it; an interval that does not touch it replaces it, and the old one
+//! moves to the line's *slots*. Most lines have few slots, which a sorting network orders in all
+//! eight lanes at once. Lines with too many *spill* into a list and are sorted one by one.
 
 use crate::{
     lanes::Lanes,
@@ -7,35 +13,37 @@ use crate::{
 };
 use linelit_simd::Simd;
 
-/// Hidden intervals that a line keeps before they spill.
+/// The number of hidden intervals that a line's slots hold before they spill.
 const ROOM: usize = 23;
 
-/// The number of intervals on a line up to which a network over the lanes sorts them.
+/// The largest number of intervals per line that a network over the lanes sorts: the slots and the
+/// running interval.
 const NETWORK: usize = ROOM + 1;
 
-/// Visible pieces shorter than this fraction of their line are rounding errors.
+/// Visible pieces shorter than this fraction of their line are rounding errors, and are dropped.
 const LEAST_PIECE: f64 = 1e-14;
 
-/// Hidden intervals of eight lines that did not join their line's running interval.
+/// The slots of eight lines: hidden intervals that did not touch their line's running interval.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 struct SlotBlock {
     lo: [[f64; 8]; ROOM + 1],
     hi: [[f64; 8]; ROOM + 1],
-    /// The number of intervals of each line.
+    /// The number of slots in use of each line.
     count: [u32; 8],
 }
 
-/// Hidden intervals of each line.
+/// The hidden intervals of all lines of a sweep.
 #[derive(Debug, Default)]
 pub(crate) struct Slots {
     blocks: Vec<SlotBlock>,
-    /// Intervals that found no room, each with its line.
+    /// Intervals that spilled, each with its line.
     spilled: Vec<(usize, f64, f64)>,
     sorted: Vec<(f64, f64)>,
 }
 
 impl Slots {
+    /// Starts over with this number of lines and no hidden intervals.
     pub(crate) fn reset(&mut self, lines: usize) {
         let blocks = lines.div_ceil(8);
         if self.blocks.len() < blocks {
@@ -47,14 +55,14 @@ impl Slots {
         self.spilled.clear();
     }
 
-    /// The number of intervals that each line of a block keeps.
+    /// The number of slots in use of each line of a block.
     #[inline(always)]
     pub(crate) fn counts(&self, block: usize) -> &[u32; 8] {
         &self.blocks[block].count
     }
 
-    /// The interval number `row` that each line of a block keeps; one that is none where there are
-    /// not as many.
+    /// Slot number `row` of each line of a block; an empty interval (from one to zero) for lines
+    /// with fewer slots.
     #[inline(always)]
     pub(crate) fn row<S: Simd>(&self, s: S, block: usize, row: u32) -> [S::D; 2] {
         let slots = &self.blocks[block];
@@ -69,7 +77,7 @@ impl Slots {
         [s.select(is_some, one, low), s.select(is_some, zero, high)]
     }
 
-    /// Keeps an interval for a line.
+    /// Stores an interval for a line.
     #[inline(always)]
     pub(crate) fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
         let count = self.blocks[block].count[lane] as usize;
@@ -83,7 +91,7 @@ impl Slots {
         }
     }
 
-    /// Keeps an interval for each line of `lanes`.
+    /// Stores an interval for each line in the mask `lanes`.
     #[inline(always)]
     pub(crate) fn push_lanes<S: Simd>(
         &mut self,
@@ -104,7 +112,8 @@ impl Slots {
         }
     }
 
-    /// Unites a full line's intervals; if that does not make room, they spill.
+    /// Merges the intervals of a line whose slots are full, and stores one more; if merging leaves
+    /// more than half of the slots full, they spill.
     #[cold]
     fn make_room(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
         let mut row: [(f64, f64); ROOM] = std::array::from_fn(|k| {
@@ -113,6 +122,7 @@ impl Slots {
                 self.blocks[block].hi[k][lane],
             )
         });
+        // Merge intervals that overlap or touch.
         row.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let mut kept = 0;
         for i in 1..ROOM {
@@ -124,12 +134,14 @@ impl Slots {
             }
         }
         kept += 1;
+        // Spill if more than half are left.
         if kept > ROOM / 2 {
             let line = block * 8 + lane;
             self.spilled
                 .extend(row[..kept].iter().map(|i| (line, i.0, i.1)));
             kept = 0;
         }
+        // Store the others, and the new interval.
         row[kept] = (lo, hi);
         let slots = &mut self.blocks[block];
         slots.count[lane] = 0;
@@ -140,7 +152,7 @@ impl Slots {
         }
     }
 
-    /// The most intervals that a line of the block keeps.
+    /// The largest number of slots in use over the lines of a block.
     #[inline(always)]
     pub(crate) fn most(&self, block: usize) -> usize {
         let mut most = 0;
@@ -150,7 +162,7 @@ impl Slots {
         most as usize
     }
 
-    /// Unites intervals of a block's lines that overlap or touch, the running ones included.
+    /// Merges intervals of a block's lines that overlap or touch, the running intervals included.
     #[inline(always)]
     pub(crate) fn unite<S: Simd>(&mut self, s: S, index: usize, block: &mut LineBlock) {
         let used = self.most(index) + 1;
@@ -161,7 +173,8 @@ impl Slots {
         self.blocks[index].count = [0; 8];
         let (mut run_lo, mut run_hi) = (lo[0], hi[0]);
         for k in 1..used {
-            // Nothing starts at infinity; a line's running interval may be nothing, too.
+            // An empty interval starts at infinity; the running interval of a line may be empty,
+            // too.
             let there = s.dlt(lo[k], infinite);
             let joins = s.dle(lo[k], run_hi);
             let disjoint = there & (!joins);
@@ -179,7 +192,7 @@ impl Slots {
         s.dstore(run_hi, &mut block.run_hi);
     }
 
-    /// Returns the hidden intervals of a line in order of their lower ends.
+    /// Returns the hidden intervals of a line in ascending order of their lower ends.
     pub(crate) fn sorted(&mut self, block: usize, lane: usize, run: (f64, f64)) -> &[(f64, f64)] {
         let slots = &self.blocks[block];
         let line = block * 8 + lane;
@@ -202,13 +215,13 @@ pub(crate) struct Pieces {
     used: usize,
 }
 
-/// One piece of each line, or none.
+/// One piece of each line, if the line has one in this row.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 struct PieceRow {
     lo: [f64; 8],
     hi: [f64; 8],
-    /// A bit for each line that has a piece here.
+    /// A bit for each line that has a piece in this row.
     found: u8,
 }
 
@@ -220,7 +233,7 @@ impl Pieces {
         }
     }
 
-    /// Adds a piece to one line, `row` being its number there.
+    /// Adds a piece to one line; `row` is the number of pieces that the line has so far.
     fn push(&mut self, row: usize, lane: usize, piece: (f64, f64)) {
         if row == self.used {
             if row == self.rows.len() {
@@ -245,6 +258,7 @@ fn finish_block<S: Simd>(
     out: &mut Pieces,
 ) {
     out.clear();
+    // Lines that spilled are sorted one by one.
     if !slots.spilled.is_empty() {
         for lane in 0..8 {
             let hidden = slots.sorted(index, lane, (block.run_lo[lane], block.run_hi[lane]));
@@ -252,6 +266,7 @@ fn finish_block<S: Simd>(
         }
         return;
     }
+    // Others are sorted in lanes, in an array that is just large enough.
     let used = slots.most(index) + 1;
     let slots = &slots.blocks[index];
     match used {
@@ -261,7 +276,7 @@ fn finish_block<S: Simd>(
     }
 }
 
-/// Sorts up to `MOST` intervals a line in lanes and finds what is between them.
+/// Sorts up to `MOST` intervals per line in lanes, and finds the pieces between them.
 #[inline(always)]
 fn finish_few<S: Simd, const MOST: usize>(
     s: S,
@@ -276,21 +291,22 @@ fn finish_few<S: Simd, const MOST: usize>(
     let from = s.dload(&block.from);
     let to = s.dload(&block.to);
     let scale = s.dsplat(1.0) / (to - from);
+    // Go through the intervals in order; `edge` is the end of what is hidden so far.
     let mut edge = from;
     for k in 0..used {
-        // What starts beyond the line's end, or nowhere, hides nothing.
+        // An interval that starts beyond the line's end, or is empty, hides nothing.
         let there = s.dlt(lo[k], to);
         let end = s.dmin((lo[k] - from) * scale, s.dsplat(1.0));
         emit(s, there, (edge - from) * scale, end, out);
         edge = s.select(there, edge, s.dmax(edge, hi[k]));
     }
-    // The line's own end is one, whatever its length rounds to.
+    // The last piece ends at exactly one, whatever the line's length rounds to.
     let start = (edge - from) * scale;
     emit(s, s.dlt(edge, to), start, s.dsplat(1.0), out);
 }
 
-/// The hidden intervals of eight lines in order of their lower ends, what there is none of last.
-/// `lo` is infinite to begin with.
+/// Loads the hidden intervals of eight lines in ascending order of their lower ends; empty ones
+/// come last. `lo` has to be infinite at the beginning.
 #[inline(always)]
 fn load_sorted<S: Simd, const MOST: usize>(
     s: S,
@@ -317,7 +333,7 @@ fn load_sorted<S: Simd, const MOST: usize>(
     sort_lanes(s, lo, hi, used);
 }
 
-/// Adds the pieces from `t0` to `t1` where they are not empty, in the lanes of `on`.
+/// Adds the pieces from `t0` to `t1` in the lanes of `on` where they are long enough.
 #[inline(always)]
 fn emit<S: Simd>(s: S, on: S::M, t0: S::D, t1: S::D, out: &mut Pieces) {
     let found = s.bits(on & s.dle(s.dsplat(LEAST_PIECE), t1 - t0));
@@ -331,7 +347,7 @@ fn emit<S: Simd>(s: S, on: S::M, t0: S::D, t1: S::D, out: &mut Pieces) {
     out.used += 1;
 }
 
-/// Sorts the intervals of each lane by their lower ends, by the smallest network that does.
+/// Sorts the intervals of each lane by their lower ends, with the smallest available network.
 #[inline(always)]
 fn sort_lanes<S: Simd, const MOST: usize>(
     s: S,
@@ -345,6 +361,7 @@ fn sort_lanes<S: Simd, const MOST: usize>(
     const TWELVE: [(usize, usize); 42] = network(12);
     const SIXTEEN: [(usize, usize); 63] = network(16);
     const ALL: [(usize, usize); 132] = network(NETWORK);
+    // Choose the network.
     let pairs: &[(usize, usize)] = match used {
         0 | 1 => return,
         2 => &TWO,
@@ -354,6 +371,7 @@ fn sort_lanes<S: Simd, const MOST: usize>(
         13..=16 => &SIXTEEN,
         _ => &ALL,
     };
+    // Compare and swap, in all lanes at once.
     for &(i, j) in pairs {
         let swap = s.dlt(lo[j], lo[i]);
         let (hi_i, hi_j) = (hi[i], hi[j]);
@@ -365,7 +383,11 @@ fn sort_lanes<S: Simd, const MOST: usize>(
     }
 }
 
-/// The pairs that Batcher's odd–even merge sort compares.
+/// The pairs of positions that Batcher's odd–even merge sort compares and swaps, in order.
+///
+/// The sequence of comparisons does not depend on the values, so that eight lanes can be sorted
+/// with the same instructions. Sorted runs of length p are merged to runs of length 2 p, first by
+/// comparisons at distance p, then p/2, and so on.
 ///
 /// **Source**: Knuth, The Art of Computer Programming 3, section 5.2.2, algorithm M.
 const fn network<const PAIRS: usize>(n: usize) -> [(usize, usize); PAIRS] {
@@ -377,9 +399,11 @@ const fn network<const PAIRS: usize>(n: usize) -> [(usize, usize); PAIRS] {
         let mut k = p;
         while k >= 1 {
             let mut i = 0;
-            // What is beyond the end counts as infinite and stays there.
+            // Positions beyond the end would hold infinity and never move, so their pairs are left
+            // out.
             while i + k < n {
-                // Pairs within a stretch of 2 p, and not across its middle in the later rounds.
+                // Compare within a run of 2 p; in later rounds of a merge only every second pair is
+                // due.
                 let even = i >= k % p && (i - k % p) / k % 2 == 0;
                 if even && i / (2 * p) == (i + k) / (2 * p) {
                     pairs[count] = (i, i + k);
@@ -419,7 +443,7 @@ fn sweep_sorted(hidden: &[(f64, f64)], (from, to): (f64, f64), lane: usize, out:
     }
 }
 
-/// Merges what is hidden of each line and hands the rest out in the caller's order.
+/// Finds the visible pieces of all lines, and stores them in `out` in the caller's order.
 #[inline(always)]
 pub(crate) fn finish<S: Simd>(
     s: S,
@@ -430,6 +454,7 @@ pub(crate) fn finish<S: Simd>(
 ) {
     for (index, block) in lines.blocks.iter().enumerate() {
         finish_block(s, index, block, slots, pieces);
+        // Store each line's pieces, in reverse for lines that run against v.
         let rows = &pieces.rows[..pieces.used];
         for lane in 0..(lines.count - index * 8).min(8) {
             let number = block.number[lane] as usize;
@@ -437,7 +462,7 @@ pub(crate) fn finish<S: Simd>(
                 .iter()
                 .map(|r| (r.lo[lane], r.hi[lane], r.found >> lane & 1 != 0));
             if !(block.from[lane] < block.to[lane]) {
-                // No length: nothing of it.
+                // A line without length has no visible part.
             } else if block.reversed >> lane & 1 != 0 {
                 out.put(
                     number,
@@ -454,8 +479,8 @@ pub(crate) fn finish<S: Simd>(
 mod tests {
     use super::network;
 
-    /// A network that sorts every sequence of zeros and ones sorts everything: here 64 sequences
-    /// at a time, a bit of each number for each.
+    /// A network that sorts every sequence of zeros and ones sorts everything (the zero–one
+    /// principle). Here 64 sequences are sorted at a time, one bit of each number for each.
     fn sorts(n: usize, pairs: &[(usize, usize)]) {
         let patterns: [u64; 6] =
             std::array::from_fn(|i| (0..64_u64).fold(0, |word, k| word | (k >> i & 1) << k));

@@ -1,4 +1,6 @@
-//! Shafts: everything between a shading point and a light.
+//! Shafts: what is between one shading point and one light, found once and then queried for many
+//! line samples and points. [`Occluders::shaft`] makes a [`Shaft`] from a [`ShaftQuery`]; the
+//! modules below have its kernels.
 
 pub(crate) mod bins;
 pub(crate) mod block;
@@ -31,21 +33,22 @@ use find::Found;
 use linelit_geometry::{DVec3, Margins, Segment, Vector3, stop};
 use std::ops::Range;
 
-/// A question about a light, seen from a shading point.
+/// The parameters of a shaft: a shading point, a light, and what does not hide the light.
 #[derive(Clone, Debug)]
 pub struct ShaftQuery<'a> {
-    /// The shading point, already off its own surface.
+    /// The shading point, already offset from its own surface.
     pub point: DVec3,
     /// The light: a polygon, or the two ends of a linear light.
     pub light: LightCorners<'a>,
     /// The light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
-    /// The distances from the point and from the light within which an occluder hides nothing.
+    /// How close to the point and to the light an occluder hides nothing, as fractions of the way
+    /// between the two.
     pub margins: Margins,
 }
 
 impl<'a> ShaftQuery<'a> {
-    /// A view of a light that none of the triangles belongs to, with the default margins.
+    /// Creates a query for a light that none of the triangles belongs to, with the default margins.
     #[must_use]
     pub fn new(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
         Self {
@@ -56,41 +59,41 @@ impl<'a> ShaftQuery<'a> {
         }
     }
 
-    /// Excludes the light's own triangles.
+    /// Excludes the triangles with these numbers, which are those of the light itself.
     #[must_use]
     pub fn excluding(self, exclude: Range<u32>) -> Self {
         Self { exclude, ..self }
     }
 }
 
-/// The part of a light that its occluders may hide.
+/// Whether occluders hide none, all, or possibly some of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShaftClass {
-    /// Nothing is between the point and the light: every line and point of it is visible.
+    /// No occluder is between the point and the light: every line and point of it is visible.
     Empty,
-    /// The light is hidden as a whole.
+    /// The whole light is hidden.
     Blocked,
-    /// Something is in between, or may be: also for a light seen edge on, without extent, or not
-    /// finite, towards which nothing can be looked for as a whole.
+    /// Occluders are in between, or may be. This is also the class of a light that is seen edge on,
+    /// has no extent or is not finite, so that no search for the light as a whole is possible.
     Partial,
 }
 
-/// A shading point's view of a light, found by one walk through the hierarchy for all of its
-/// line samples and points.
+/// A light as seen from a shading point: the result of one walk through the hierarchy, which
+/// answers queries for all line samples and points of the light.
 #[derive(Debug)]
 pub struct Shaft<'a> {
     occluders: &'a Occluders,
     scratch: &'a mut Scratch,
-    /// First and number of the light's own triangles.
+    /// The first number and the count of the light's own triangles.
     exclude: (u32, u32),
-    /// The triangles in between, those with holes apart.
+    /// The result of the search for solid triangles.
     found: Found,
-    /// Whether there are triangles with holes in between that may hide a part.
+    /// Whether triangles with holes are in between, which may hide a part.
     has_holes: bool,
 }
 
 impl Occluders {
-    /// Finds what is between a point and a light.
+    /// Searches for everything between a point and a light.
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
         let light = query.light;
         let mut shaft = self.own_shaft(query, scratch);
@@ -99,7 +102,7 @@ impl Occluders {
         shaft
     }
 
-    /// Finds which triangles of their own are between a point and a light.
+    /// Searches for the solid triangles between a point and a light.
     #[inline]
     pub(crate) fn own_shaft<'a>(
         &'a self,
@@ -130,7 +133,7 @@ impl Occluders {
 }
 
 impl<'a> Shaft<'a> {
-    /// The memory that the shaft was made of.
+    /// Returns the buffers that the shaft borrowed.
     #[must_use]
     pub const fn into_scratch(self) -> &'a mut Scratch {
         self.scratch
@@ -138,7 +141,7 @@ impl<'a> Shaft<'a> {
 }
 
 impl Shaft<'_> {
-    /// Counts what was found.
+    /// Counts the shaft in its class.
     #[inline]
     fn count(&mut self) {
         let (class, dense) = (self.class(), self.is_dense());
@@ -157,7 +160,7 @@ impl Shaft<'_> {
         }
     }
 
-    /// The part of the light that may be hidden.
+    /// Whether occluders hide none, all, or possibly some of the light.
     #[inline]
     #[must_use]
     pub fn class(&self) -> ShaftClass {
@@ -168,8 +171,8 @@ impl Shaft<'_> {
         }
     }
 
-    /// The number of triangles (or pieces of triangles) that may hide a part of the light; zero
-    /// for an empty or blocked shaft. Of a dense shaft, a lower bound.
+    /// The number of triangles, or pieces of clipped triangles, that may hide a part of the light;
+    /// zero for an empty or blocked shaft, and a lower bound for a dense one.
     #[must_use]
     pub fn candidates(&self) -> usize {
         match self.class() {
@@ -179,24 +182,24 @@ impl Shaft<'_> {
         }
     }
 
-    /// Whether there are too many triangles in between to keep them (or nothing is known of them,
-    /// which is as dear): then [`Self::candidates`] is what it takes to look at them, but no bound
-    /// on their number, and every few lines cost a walk of their own. So it is with
-    /// triangles with holes in between: what they hide is no polygon.
+    /// Whether the shaft is dense: there are too many triangles in between to store them, or the
+    /// search had no result, which is as expensive. Then [`Self::candidates`] is only a lower
+    /// bound, and every few lines need a walk of their own. A shaft with triangles with holes
+    /// counts as dense, too, since what they hide is not a polygon.
     #[must_use]
     pub fn is_dense(&self) -> bool {
         matches!(self.found, Found::Many | Found::Unknown) || self.has_holes
     }
 
-    /// The triangles that may hide a part of the light, by their numbers in the list the
-    /// occluders were built from, each once, in no particular order: together they hide all that
-    /// is hidden. Of a closed mesh that neither the shading point nor the light is near, the
-    /// triangles that face one way are left out, since those that face the other way hide as
-    /// much. None for an empty or blocked shaft; `None` for a dense one, which does not keep
-    /// them all.
+    /// The triangles that may hide a part of the light, by their numbers in the list that the
+    /// occluders were built from, each once, in no particular order. Together they hide everything
+    /// that is hidden. Of a closed mesh that is close to neither the shading point nor the light,
+    /// the triangles that face one way are left out, since those that face the other way hide as
+    /// much. There are none for an empty or blocked shaft; `None` for a dense one, which does not
+    /// store them all.
     ///
-    /// Fewer than [`Self::candidates`] where triangles were cut to pieces. The order is the same
-    /// on every instruction set.
+    /// There are fewer than [`Self::candidates`] where triangles were clipped into pieces. The
+    /// order is the same on every instruction set.
     #[must_use]
     pub fn candidate_triangles(&self) -> Option<impl ExactSizeIterator<Item = u32> + '_> {
         let leaves = &self.occluders.bvh.hierarchy.leaves;
@@ -205,7 +208,7 @@ impl Shaft<'_> {
     }
 
     /// The corners of [`Self::candidate_triangles`] in world space, as they were given: whole
-    /// triangles, of which parts may be beyond the light or behind the shading point.
+    /// triangles, parts of which may be beyond the light or behind the shading point.
     #[must_use]
     pub fn candidate_corners(&self) -> Option<impl ExactSizeIterator<Item = [DVec3; 3]> + '_> {
         let hierarchy = &*self.occluders.bvh.hierarchy;
@@ -218,37 +221,40 @@ impl Shaft<'_> {
     }
 
     /// The images of the candidates on the [plane](Self::light_plane) of the light, seen from the
-    /// shading point; `None` unless the light is partly hidden by few enough triangles to keep.
+    /// shading point; `None` unless the light is partly hidden by few enough triangles to store.
     ///
-    /// Each is the image of a triangle or a piece of one, in either winding. They reach beyond the
-    /// light; together they cover exactly what is hidden of it. An edge that two triangles of a
-    /// mesh share has the same ends in both images, to the bit.
+    /// Each is the image of a triangle or of a piece of one, in either orientation. Images extend
+    /// beyond the light; together they cover exactly what is hidden of it. An edge that two
+    /// triangles of a mesh share has the same ends in both images, to the bit.
     #[must_use]
     pub fn images(&self) -> Option<impl ExactSizeIterator<Item = [[f64; 2]; 3]>> {
         let is_few = self.found == Found::Few && !self.has_holes;
         is_few.then(|| self.scratch.seen.flat.get_from(0))
     }
 
-    /// The work that queries through the shaft's [`Scratch`] have done, those of other shafts
-    /// included.
+    /// The work that queries through the shaft's [`Scratch`] have done so far, including queries of
+    /// other shafts.
     #[must_use]
     pub fn counters(&self) -> &Counters {
         &self.scratch.counters
     }
 
-    /// Returns how far triangles may reach from the shading point: the rounding errors of their
-    /// corners, and of where a ray meets them, are proportional to it.
+    /// A distance, in the units of the scene, beyond which there are no triangles as seen from the
+    /// shading point. It is generous (1024 times the largest coordinate of the triangles plus that
+    /// of the point, about the hierarchy's origin); rounding errors of corners and of ray hits are
+    /// proportional to it.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.occluders.bvh.reach(self.point())
     }
 
-    /// Whether a point of the light is visible, given where it is relative to the shading point.
+    /// Whether a point of the light is visible, given by its position relative to the shading
+    /// point.
     pub fn place_visible(&mut self, place: DVec3) -> bool {
         self.point_visible(self.point() + place)
     }
 
-    /// The places of the candidates: leaf × 8 + lane.
+    /// The slots of the candidates: leaf × 8 + lane.
     fn candidate_slots(&self) -> Option<&[u32]> {
         match self.class() {
             ShaftClass::Partial if self.is_dense() => None,
@@ -257,10 +263,11 @@ impl Shaft<'_> {
         }
     }
 
-    /// The visible intervals of lines on the light, replacing what `out` held.
+    /// Finds the visible intervals of lines on the light, and replaces the contents of `out` by
+    /// them.
     ///
-    /// Lines of one direction that follow each other are answered together. A line without
-    /// length, or that is not finite, has no visible part.
+    /// Consecutive lines of one direction are answered together. A line that has no length or is
+    /// not finite has no visible part.
     pub fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         out.reset(lines.len());
         self.scratch.counters.line_queries += lines.len() as u64;
@@ -276,7 +283,7 @@ impl Shaft<'_> {
         self.scratch.counters.intervals += out.interval_count() as u64;
     }
 
-    /// Finds what is visible past the triangles without holes.
+    /// Finds what is visible past the solid triangles.
     #[inline]
     pub(crate) fn own_visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         match self.found {
@@ -299,7 +306,7 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers the lines from `first` on that share a direction and tells how many they are.
+    /// Answers the lines from `first` on that share a direction, and returns how many they are.
     fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
         let isa = self.occluders.bvh.isa;
         let dense = self.found == Found::Many;
@@ -308,11 +315,11 @@ impl Shaft<'_> {
         if dense {
             self.visible_dense(lines, first, out);
         }
-        // None for a line that is not finite.
+        // At least the one line, even if it is not finite.
         count.max(1)
     }
 
-    /// Answers a line as a light of its own.
+    /// Answers a line as a light of its own, for lights that have no frame.
     #[cold]
     fn one(&mut self, lines: &[Segment], i: usize, out: &mut VisibleLines) {
         let ends = [lines[i].p0, lines[i].p1];
@@ -334,8 +341,9 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers a line by all triangles of the scene: right where nothing is quick. One that is seen
-    /// end on, or so small that rounding decides its parts, has none unless both ends are visible.
+    /// Answers a line by testing all triangles of the scene, for lines that have no frame either. A
+    /// line that is seen end on, or is so small that rounding decides its parts, has no visible
+    /// part unless both ends are visible.
     #[cold]
     fn by_all(&mut self, line: &Segment, i: usize, out: &mut VisibleLines) {
         if !has_length(line) {
@@ -349,12 +357,12 @@ impl Shaft<'_> {
         }
         match past {
             Some(past) => out.put(i, past.parts.iter().map(|part| (part.lo, part.hi, true))),
-            // End on, a part is behind what an end is behind.
+            // Seen end on, all of the line is visible where its ends are.
             None => out.put_whole(i),
         }
     }
 
-    /// The margins that were asked for.
+    /// The margins of the query.
     fn margins(&self) -> Margins {
         self.scratch.seen.frame.margins
     }
@@ -368,20 +376,22 @@ impl Shaft<'_> {
         self.exclude.0..self.exclude.0 + self.exclude.1
     }
 
-    /// Whether nothing is before a point; false where no ray leads there, since numbers overflow.
+    /// Whether no triangle is before a point; false if there is no ray to it, since a coordinate
+    /// overflows.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
         let ray = shadow_ray(&self.occluders.bvh, self.point(), target, self.margins());
         ray.is_some_and(|ray| !self.meets(&ray))
     }
 
-    /// A leaf with a triangle that is before a point, if a ray leads there.
+    /// A leaf with a triangle that is before a point, if there is one and a ray to the point
+    /// exists.
     fn what_hides(&mut self, target: DVec3) -> Option<Child> {
         let ray = shadow_ray(&self.occluders.bvh, self.point(), target, self.margins())?;
         let (_, leaf) = self.meets(&ray).then_some(self.scratch.rays.last)??;
         Some(leaf)
     }
 
-    /// Whether a ray meets anything.
+    /// Whether a ray hits any solid triangle.
     fn meets(&mut self, ray: &Ray) -> bool {
         let exclude = self.excluded();
         let Scratch { rays, counters, .. } = &mut *self.scratch;
@@ -400,7 +410,8 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers a few neighbours among the lines of a dense shaft.
+    /// Answers a few neighbours among the lines of a dense shaft, by a walk of their own. `few` are
+    /// their positions in ascending order.
     fn visible_few(
         &mut self,
         few: Range<usize>,
@@ -408,6 +419,7 @@ impl Shaft<'_> {
         first: usize,
         out: &mut VisibleLines,
     ) {
+        // Bound the lines along and across their direction.
         let point = self.point() - self.occluders.bvh.origin;
         let (frame, all) = (&self.scratch.seen.frame, &mut self.scratch.lines);
         let (ends, few_lines) = (&all.ends, &mut all.lines);
@@ -423,7 +435,8 @@ impl Shaft<'_> {
         let across = [few.start, few.end - 1].map(|k| ends.u[ends.nth(k)]);
         let [least, most] = [[across[0], low], [across[1], high]];
         let around = frame.around_lines(ends.along, least, most);
-        // In the coordinates of the few: q along, so that across is −p; with a little room.
+        // Transform the lines to a frame of their own, with q along them, so that the coordinate
+        // across is −p; the frame has a small margin.
         let share =
             |x: f64, from: f64, size: f64| (x - (from - 1e-6 * size)) / (size * (1.0 + 2e-6));
         let to_p = |u: f64| match around.corner_count {
@@ -437,6 +450,8 @@ impl Shaft<'_> {
             let (a, b) = (to_q(ends.a[i]), to_q(ends.b[i]));
             few_lines.push(-to_p(ends.u[i]), a, b, block::number(first, i));
         }
+        // Find the box around the lines in space. The corners come from an inverted matrix, so add
+        // a margin.
         let corners = frame.corners_in_space(ends.along, least, most);
         let box_of = |pick: fn(DVec3, DVec3) -> DVec3| corners.into_iter().reduce(pick);
         let [lo, hi] =
@@ -444,12 +459,14 @@ impl Shaft<'_> {
         // The corners are those of a matrix that was inverted.
         let room = DVec3::splat(ray::ROOM * self.reach());
         let bvh = &self.occluders.bvh;
+        // Start the walk with leaves that hide much of the lines, if there are such.
         let hidden = self.seek_cover(lines, few.clone(), first);
         let query = DenseQuery {
             around: [lo - room, hi + room],
             frame: around,
             exclude: self.exclude,
-            // What hides much soon closes the lines; past what is open, silhouettes are fewer.
+            // Behind such leaves the lines are soon closed; where lines are open, silhouettes are
+            // fewer.
             silhouettes: !hidden && bvh.hierarchy.surfaces.serve(self.exclude),
         };
         let scratch = &mut *self.scratch;
@@ -471,14 +488,14 @@ impl Shaft<'_> {
         }
     }
 
-    /// Finds leaves that hide much of a few lines: what a ray towards each meets. What is behind,
-    /// the walk from front to back need not look at. False, and none, if one meets nothing, or what
-    /// seems smaller than its line.
+    /// Finds leaves that hide much of a few lines: the leaf that a ray towards each line hits. The
+    /// walk from front to back can skip what is behind them. Returns false, with no leaves, if a
+    /// ray hits nothing or hits a leaf that seems smaller than its line.
     fn seek_cover(&mut self, lines: &[Segment], few: Range<usize>, first: usize) -> bool {
         self.scratch.dense.cover.clear();
         for k in few {
             let line = &lines[first + self.scratch.lines.ends.nth(k)];
-            // Not on one line across.
+            // Alternate between two positions, so that the targets are not all on one line across.
             let target = line.at([0.3, 0.7][k % 2]);
             match self.what_hides(target) {
                 Some(leaf) if self.scratch.dense.cover.contains(&leaf) => {}
@@ -494,7 +511,8 @@ impl Shaft<'_> {
         true
     }
 
-    /// Whether a leaf before a point of a line seems as large as the line, from the shading point.
+    /// Whether a leaf before a point of a line seems as large as the line, as seen from the shading
+    /// point.
     fn seems_as_large(&self, leaf: Child, line: &Segment, target: DVec3) -> bool {
         let leaf = &self.occluders.bvh.hierarchy.leaves[leaf.leaf_index()];
         let place = |corner: [f32; 3]| DVec3::from(corner.map(f64::from));
@@ -504,15 +522,18 @@ impl Shaft<'_> {
         });
         let middle = 0.5 * (lo + hi) + self.occluders.bvh.origin - self.point();
         let ray = target - self.point();
+        // Compare the sizes at the leaf's distance along the ray.
         let share = middle.dot(ray) / ray.length_squared();
         (hi - lo).length() >= share * (line.p1 - line.p0).length()
     }
 
-    /// Hides what is hidden of the gaps of a few lines, as a ray for each tells.
+    /// Sends a ray through the middle of each gap, and hides the parts of the gap that it shows to
+    /// be hidden.
     fn look_through_gaps(&mut self, lines: &[Segment]) {
         for k in 0..self.scratch.dense.crossings.gaps.len() {
             let Gap { line, middle, .. } = self.scratch.dense.crossings.gaps[k];
             let (index, lane) = (line as usize / 8, line as usize % 8);
+            // Convert the middle of the gap to a parameter of the caller's line.
             let block = &self.scratch.lines.lines.blocks[index];
             let (from, to) = (block.from[lane], block.to[lane]);
             let t = (middle - from) / (to - from);
@@ -529,7 +550,7 @@ impl Shaft<'_> {
         }
     }
 
-    /// Whether a point of the light is visible; a point that is not finite is not.
+    /// Whether a point of the light is visible; false for a point that is not finite.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
         if self.found == Found::All || !self.own_point_visible(light_point) {
@@ -542,7 +563,7 @@ impl Shaft<'_> {
         !past.is_some_and(|(past, scratch, counters)| past.hides(light_point, scratch, counters))
     }
 
-    /// Triangles with holes, and the buffers to ask them; nothing where there are none.
+    /// The query past the triangles with holes, and the buffers for it; `None` if there are none.
     fn past_holes(&mut self) -> Option<(Past<'_>, &mut PastScratch, &mut Counters)> {
         let holes = self.occluders.holes.as_ref()?;
         let past = holes.past(self.point(), self.margins());
@@ -550,7 +571,7 @@ impl Shaft<'_> {
         Some((past, &mut scratch.past_holes, &mut scratch.counters))
     }
 
-    /// Finds the triangles with holes in the shaft.
+    /// Searches for triangles with holes in the shaft.
     fn look_for_holes(&mut self, light: LightCorners<'_>) {
         if self.found == Found::All {
             return;
@@ -563,7 +584,7 @@ impl Shaft<'_> {
         self.has_holes = count > 0;
     }
 
-    /// Whether a point is visible past the triangles without holes.
+    /// Whether a point is visible past the solid triangles.
     #[inline]
     pub(crate) fn own_point_visible(&mut self, light_point: DVec3) -> bool {
         match self.found {
@@ -572,7 +593,7 @@ impl Shaft<'_> {
             Found::Many | Found::Unknown => self.ray_reaches(light_point),
             Found::Few => {
                 let at = self.scratch.seen.frame.project(light_point - self.point());
-                // The image of what is not finite is not a number.
+                // The image of a point that is not finite is not a number.
                 if at[0].is_nan() && !light_point.is_finite() {
                     return false;
                 }

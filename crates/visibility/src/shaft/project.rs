@@ -1,7 +1,9 @@
-//! Projecting the triangles of a shaft onto the light's plane, in `f64`.
+//! The projection of a shaft's triangles onto the light's plane, in `f64`: which of them hide the
+//! whole light, miss it, are back faces, or have to be clipped first.
 //!
-//! A vertex is projected by operations that depend on the vertex alone, and an edge that has to
-//! be cut is cut from its inner end: triangles that share an edge share its image to the bit.
+//! A vertex is projected by operations that depend on the vertex alone, and an edge that is clipped
+//! is clipped from its inner end. So triangles that share an edge have the same image of it, to the
+//! bit.
 
 use crate::{
     closed_mesh::BackfaceFilter,
@@ -15,24 +17,25 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// The distance at which far-reaching triangles are cut: well outside the light, which is within
-/// [0, 1]; a power of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off
-/// depends on the vertex alone, so that triangles cut a shared edge alike.
+/// The distance at which triangles are clipped that extend far beyond the light, which is within
+/// [0, 1]. It is a power of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is
+/// clipped off depends on the vertex alone, so that triangles clip a shared edge alike. See
 /// `docs/decisions/004-candidates-projected-once.md`.
 pub(crate) const GUARD: f64 = 4096.0;
 
-/// Room for a shaft's triangles, for one more leaf, and for packed stores, which write eight.
+/// The capacity for a shaft's triangles, one more leaf, and packed stores, which write eight at a
+/// time.
 const ROOM: usize = DENSE + 16;
 
-/// Triangles waiting to be projected, side by side.
+/// Triangles that wait to be projected, as a structure of arrays.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Corners {
-    /// x, y, z of vertex 0, then of 1 and 2.
+    /// The rows x, y, z of vertex 0, then of vertices 1 and 2.
     rows: [[f32; ROOM]; 9],
-    /// The places of the triangles: leaf × 8 + lane.
+    /// The slots of the triangles: leaf × 8 + lane.
     pub(crate) slots: [u32; ROOM],
-    /// The meshes of the triangles, if there are any.
+    /// The mesh codes of the triangles, if there are closed meshes.
     meshes: [u32; ROOM],
     pub(crate) count: usize,
 }
@@ -57,12 +60,13 @@ impl Corners {
         &self.slots[..self.count]
     }
 
-    /// The places of a vertex of eight triangles, in three rows from `first` on.
+    /// The positions of one vertex of eight triangles from index `start` on; its rows begin at
+    /// `first`.
     #[inline(always)]
     fn vertex<S: Simd>(&self, s: S, start: usize, first: usize) -> [S::F; 3] {
         let mut place = [s.splat(0.0); 3];
         for (place, row) in place.iter_mut().zip(&self.rows[first..]) {
-            // There is always room behind.
+            // There is always padding behind the last triangle.
             if let Some(eight) = row[start..].first_chunk() {
                 *place = s.load(eight);
             }
@@ -70,7 +74,7 @@ impl Corners {
         place
     }
 
-    /// Adds the triangles of a leaf named by `maybe`. There must be room for eight more.
+    /// Adds the triangles of a leaf in the mask `maybe`. There must be capacity for eight more.
     #[inline(always)]
     pub(crate) fn add<S: Simd>(
         &mut self,
@@ -80,7 +84,8 @@ impl Corners {
         slots: &[u32; 8],
         meshes: Option<&[u32; 8]>,
     ) {
-        // Read once, and within bounds for the compiler, too.
+        // The count is read once, and limited so that the compiler knows that stores are within
+        // bounds.
         let at = self.count.min(ROOM - 8);
         for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
             s.compress(maybe, s.load(from), row, at);
@@ -93,15 +98,15 @@ impl Corners {
     }
 }
 
-/// Images of triangles in the light's (p, q) plane.
+/// The images of triangles in the light's (p, q) plane, as a structure of arrays.
 #[derive(Debug, Default)]
 pub(crate) struct FlatTriangles {
-    /// p and q of vertex 0, then of 1 and 2; longer than `count`.
+    /// The rows p and q of vertex 0, then of vertices 1 and 2; they may be longer than `count`.
     rows: [Vec<f64>; 6],
     pub(crate) count: usize,
 }
 
-/// Eight of them.
+/// The rows of eight images.
 pub(crate) type FlatBlock<'a> = [&'a [f64; 8]; 6];
 
 impl FlatTriangles {
@@ -109,12 +114,12 @@ impl FlatTriangles {
         self.count = 0;
     }
 
-    /// The images from the one of this number on.
+    /// The images from index `first` on.
     pub(crate) fn get_from(&self, first: usize) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         (first.min(self.count)..self.count).map(|i| self.get(i))
     }
 
-    /// One image: three places.
+    /// The corners of one image.
     pub(crate) fn get(&self, i: usize) -> [[f64; 2]; 3] {
         [0, 2, 4].map(|k| [self.rows[k][i], self.rows[k + 1][i]])
     }
@@ -127,7 +132,7 @@ impl FlatTriangles {
         (0..self.count.div_ceil(8)).map(move |i| [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i]])
     }
 
-    /// Makes room for eight more.
+    /// Ensures capacity for eight more images and one packed store.
     #[inline(always)]
     fn reserve(&mut self) {
         if self.rows[5].len() < self.count + 16 {
@@ -143,7 +148,7 @@ impl FlatTriangles {
         }
     }
 
-    /// Adds one that hides the whole square around the light.
+    /// Adds an image that covers the whole unit square.
     pub(crate) fn hide_all(&mut self) {
         self.push([-1.0, -1.0, 4.0, -1.0, -1.0, 4.0]);
     }
@@ -156,7 +161,7 @@ impl FlatTriangles {
         self.count += 1;
     }
 
-    /// Adds the images named by `keep`.
+    /// Adds the images in the mask `keep`.
     #[inline(always)]
     fn add<S: Simd>(&mut self, s: S, keep: u8, image: &[[S::D; 2]; 3]) {
         self.reserve();
@@ -167,9 +172,9 @@ impl FlatTriangles {
     }
 }
 
-/// Projects up to eight triangles from `start` on and tells which are left (a bit each), or `None`
-/// if one of them hides the light as a whole. Unless `SEPARATE`, few of those that miss the light
-/// are dropped.
+/// Projects up to eight triangles from index `start` on, and returns a bit for each that may hide a
+/// part of the light; `None` if one of them hides the whole light. Unless `SEPARATE`, most
+/// triangles that miss the light are not dropped.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
@@ -181,6 +186,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     flat: &mut FlatTriangles,
     backfaces: &mut BackfaceFilter<'_>,
 ) -> Option<u8> {
+    // Transform the vertices to (P, Q, W), and drop what is behind the point or beyond the light.
     let used = 0xff_u8 >> (8 - (corners.count - start).min(8));
     let a = to_frame(s, corners.vertex(s, start, 0), point, frame);
     let b = to_frame(s, corners.vertex(s, start, 3), point, frame);
@@ -193,6 +199,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     if alive == 0 {
         return Some(0);
     }
+    // Project the triangles, and find which have to be clipped.
     let mut whole = s.dle(near, nearest) & s.dle(farthest, end);
     for v in [&a, &b, &c] {
         whole = whole & within_guard(s, v);
@@ -201,6 +208,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     let extent = Extent::new(s, &image);
     let simple = s.bits(whole) & alive;
     let mut cut = alive & !simple;
+    // Find those that hide the whole light, and drop those to be clipped that surely miss it.
     let around = simple & around_light(s, extent.low, extent.high, frame.shape);
     if cut | around != 0 {
         let (outside, covers) = cone(s, [&a, &b, &c], frame);
@@ -209,6 +217,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         }
         cut &= !outside;
     }
+    // Drop those that miss the light, and back faces of closed meshes.
     let mut keep = simple;
     if SEPARATE {
         keep &= !misses_light(s, &image, &extent, frame);
@@ -221,6 +230,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
             keep &= !backfaces.left_out(s, codes, keep & negative, keep & positive);
         }
     }
+    // Store the images of whole triangles, then those of clipped ones.
     let mut left = keep;
     if keep != 0 {
         flat.add(s, keep, &image);
@@ -253,14 +263,15 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     Some(left)
 }
 
-/// The image of a vertex.
+/// Projects eight vertices to the light's plane.
 #[inline(always)]
 pub(crate) fn to_plane<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
     let inverse = s.dsplat(1.0) / v[2];
     [v[0] * inverse, v[1] * inverse]
 }
 
-/// Whether a vertex is within the guard: the same decision as in [`cut_triangle`].
+/// Whether a vertex is closer to the light than the guard: the same decision as in
+/// [`cut_triangle`].
 #[inline(always)]
 pub(crate) fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     let zero = s.dsplat(0.0);
@@ -270,7 +281,7 @@ pub(crate) fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     s.dle(s.dmax(p, q), limit)
 }
 
-/// P, Q, W of eight places.
+/// The coordinates (P, Q, W) of eight positions.
 #[inline(always)]
 pub(crate) fn to_frame<S: Simd>(
     s: S,
@@ -290,10 +301,10 @@ pub(crate) fn to_frame<S: Simd>(
     ]
 }
 
-/// The triangles of a leaf that hide the light as a whole.
+/// Returns the triangles of a leaf that hide the whole light.
 #[inline(always)]
 pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFrame) -> u8 {
-    // Not by `map`, which would be called for each.
+    // Not by `map`, which is not inlined here.
     let v = &leaf.vertices;
     let place = [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])];
     let a = to_frame(s, place, point, frame);
@@ -304,7 +315,7 @@ pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFram
     cone(s, [&a, &b, &c], frame).1
 }
 
-/// Returns which images have the whole light in their bounds, among them those that hide it.
+/// Returns which images have the whole light in their bounds; those that hide it are among them.
 #[inline(always)]
 fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) -> u8 {
     let upper = if shape == Shape::Line {
@@ -318,19 +329,22 @@ fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) ->
     s.bits(below & above)
 }
 
-/// Looks at triangles as cones from the shading point. First, those that a plane separates from
-/// everything between there and the light: one through the shading point and a side of the
-/// triangle, or the triangle's own. Such are the floor under the shading point and its walls,
-/// which would have to be cut otherwise; and those whose plane holds the shading point up to
-/// rounding, so that they hide some of the light only within the margin near that point. Second,
-/// those that hide the light as a whole: all its corners are within the cone, and the triangle is
-/// in front of them.
+/// Tests triangles as cones from the shading point, and returns two masks.
+///
+/// The first has the triangles that a plane separates from everything between the shading point and
+/// the light: a plane through the shading point and a side of the triangle, or the triangle's own.
+/// Among these are the floor under the shading point and the walls around it, which would have to
+/// be clipped otherwise. It also has triangles whose plane contains the shading point up to
+/// rounding, so that they can hide some of the light only within the margin near that point.
+///
+/// The second has the triangles that hide the whole light: all corners of the light are within the
+/// cone, and the triangle is in front of them.
 #[inline(always)]
 fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u8) {
     let zero = s.dsplat(0.0);
-    // In units of 2⁻⁵³ and products of two of these: each component of a cross product is off by 4,
-    // of the sum of three by 24, its part of the value at a corner of the light by 48; the
-    // determinant by 30 of all three.
+    // Bound the rounding, in units of 2⁻⁵³ and products of two of the largest coordinates: each
+    // component of a cross product is off by 4, the sum of three by 24, its part of the value at a
+    // corner of the light by 48; the determinant is off by 30 products of all three.
     let mut largest = [zero; 3];
     for v in [a, b, c] {
         for (size, x) in largest.iter_mut().zip(v) {
@@ -340,6 +354,8 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
     let [p, q, w] = largest;
     let room = (q * w + p * w + p * q) * 7e-15;
     let det_room = p * q * w * 4e-15;
+    // Compute the planes through the point and each side, oriented so that the determinant is
+    // positive.
     let (ab, bc, ca) = (normal::<S>(a, b), normal::<S>(b, c), normal::<S>(c, a));
     let det = ab[0] * c[0] + ab[1] * c[1] + ab[2] * c[2];
     // Turned so that the determinant is positive.
@@ -352,10 +368,12 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
         turn * (ab[1] + bc[1] + ca[1]),
         turn * (ab[2] + bc[2] + ca[2]),
     ];
-    // The light beyond the triangle's plane, the shading point before it: own·x > det.
+    // Test the triangle's own plane. The light is beyond it where own·x > det; if that is nowhere,
+    // the triangle is behind the light.
     let most = largest_over_light(s, &own, frame.shape);
     let mut outside = s.dlt(most + (room + det_room), det);
     let mut covers = clear;
+    // Test the planes through the sides.
     for n in [&ab, &bc, &ca] {
         let n = [turn * n[0], turn * n[1], turn * n[2]];
         let most = largest_over_light(s, &n, frame.shape);
@@ -363,19 +381,21 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
         let (least, _) = over_corners(s, &n, frame);
         covers = covers & s.dlt(room, least);
     }
-    // The corners are in units of how far the triangle is: 1 ÷ its W.
+    // The triangle has to be in front of all corners: the value of its plane at a corner, over the
+    // determinant, is 1 ÷ W of the triangle in that corner's direction.
     let (least, most) = over_corners(s, &own, frame);
     let near = det * (1.0 / frame.margins.end());
     let far = det * frame.inverse_near;
     covers = covers & s.dle(near, least - room);
     covers = covers & s.dle(most + room, far);
-    // What the triangle's plane hides of the light is at this part of the way.
+    // Find triangles whose plane is closer to the point than the margin, in every direction towards
+    // the light.
     let beside = s.dmax(least, zero - most) - room;
     let near = s.dlt(det + det_room, beside * frame.near);
     (s.bits(clear & outside | near), s.bits(covers))
 }
 
-/// The least and the largest value of a linear form at the light's corners.
+/// The least and the largest value of a linear form over the light's corners.
 #[inline(always)]
 fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D) {
     let mut least = s.dsplat(f64::INFINITY);
@@ -402,7 +422,7 @@ fn normal<S: Simd>(a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
     ]
 }
 
-/// The largest value of a linear form over the square around the light, with a little room for
+/// The largest value of a linear form over the square around the light, with a small margin for
 /// lines along the light's own edges.
 #[inline(always)]
 fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
@@ -416,17 +436,18 @@ fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     most + s.dmax(n[1], zero)
 }
 
-/// The bounds of images.
+/// The bounding boxes, areas and rounding errors of eight images.
 struct Extent<S: Simd> {
     low: [S::D; 2],
     high: [S::D; 2],
-    /// Twice their areas: positive one way round, negative the other.
+    /// Twice the signed areas: positive for counter-clockwise images in (p, q).
     area: S::D,
-    /// Rounding of a cross product.
+    /// The rounding error of a cross product of coordinate differences.
     room: S::D,
 }
 
 impl<S: Simd> Extent<S> {
+    /// Computes the bounds, signed areas and rounding errors of eight images.
     #[inline(always)]
     fn new(s: S, image: &[[S::D; 2]; 3]) -> Self {
         let mut low = image[0];
@@ -441,7 +462,7 @@ impl<S: Simd> Extent<S> {
             s.dmax(high[0], high[1]),
             s.dsplat(0.0) - s.dmin(low[0], low[1]),
         );
-        // Of coordinates up to m, and of the coordinates themselves.
+        // The largest coordinate difference, with the light's own coordinates included.
         let m = reach + 2.0;
         Self {
             low,
@@ -452,7 +473,7 @@ impl<S: Simd> Extent<S> {
     }
 }
 
-/// Returns which images miss the light: a side of the light or of the triangle separates them.
+/// Returns which images miss the light: a side of the light or of the triangle separates the two.
 #[inline(always)]
 fn misses_light<S: Simd>(
     s: S,
@@ -462,7 +483,7 @@ fn misses_light<S: Simd>(
 ) -> u8 {
     let (zero, one) = (s.dsplat(0.0), s.dsplat(1.0));
     let upper = if frame.shape == Shape::Line { 0.0 } else { 1.0 };
-    // A little room for lines along the light's own edges.
+    // A small margin for lines along the light's own edges.
     let (least, most) = (s.dsplat(-1e-9), s.dsplat(1.0 + 1e-9));
     let Extent {
         low,
@@ -470,16 +491,18 @@ fn misses_light<S: Simd>(
         area,
         room,
     } = *extent;
+    // Test the sides of the light's bounding square, or of the light.
     let mut misses = s.dlt(high[0], least) | s.dlt(s.dsplat(upper + 1e-9), low[0]);
     misses = misses | (s.dlt(high[1], least) | s.dlt(most, low[1]));
     let minus_room = zero - room;
     let [a, b, c] = image;
     if frame.shape == Shape::Triangle {
-        // Beyond its third side.
+        // A triangular light has its third side at p + q = 1.
         let sums = [a[0] + a[1], b[0] + b[1], c[0] + c[1]];
         let nearest = s.dmin(s.dmin(sums[0], sums[1]), sums[2]);
         misses = misses | s.dlt(most, nearest);
     }
+    // Test the sides of the image: all corners of the light on the outer side.
     let turn = s.select(s.dlt(area, zero), one, s.dsplat(-1.0));
     for (v, w) in [(a, b), (b, c), (c, a)] {
         let (ex, ey) = (turn * (w[0] - v[0]), turn * (w[1] - v[1]));
@@ -496,7 +519,7 @@ fn misses_light<S: Simd>(
     s.bits(misses)
 }
 
-/// Twice the areas of images.
+/// Twice the signed areas of eight images.
 #[inline(always)]
 fn area<S: Simd>([a, b, c]: &[[S::D; 2]; 3]) -> S::D {
     let (bx, by) = (b[0] - a[0], b[1] - a[1]);
@@ -509,8 +532,8 @@ fn cross<S: Simd>(ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
     ax * by - ay * bx
 }
 
-/// Cuts a triangle at the margins and the guard and adds its pieces. Its corners have P and Q that
-/// are `shift` W too large.
+/// Clips a triangle at the margins and at the guard, and adds its pieces. The coordinates P and Q
+/// of its corners are `shift` W too large.
 #[inline(never)]
 fn cut_triangle(
     triangle: [[f64; 3]; 3],
@@ -518,13 +541,15 @@ fn cut_triangle(
     frame: &LightFrame,
     flat: &mut FlatTriangles,
 ) {
-    // Rounding may have a plane cross each second edge of what lies along it: half as many more
-    // each time, 28 after six.
+    // Due to rounding, a plane may cross every second edge of a polygon that lies along it: half as
+    // many edges more for each plane, 28 after six.
     let mut rooms = [[[0.0; 3]; 32]; 2];
     let [polygon, next] = &mut rooms;
     let (mut polygon, mut next) = (polygon, next);
     let mut count = 3;
     polygon[..3].copy_from_slice(&triangle);
+    // The planes: after the near margin, before the light's margin, and the guard on four sides. On
+    // the first two, W of a crossing is known exactly.
     let planes: [([f64; 3], f64); 6] = [
         ([0.0, 0.0, 1.0], -frame.near),
         ([0.0, 0.0, -1.0], frame.margins.end()),
@@ -541,6 +566,7 @@ fn cut_triangle(
         None,
         None,
     ];
+    // Clip by each plane in turn (Sutherland–Hodgman).
     for ((normal, offset), depth) in planes.into_iter().zip(depths) {
         let height = |v: &[f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2] + offset;
         if polygon[..count].iter().all(|v| height(v) >= 0.0) {
@@ -554,7 +580,8 @@ fn cut_triangle(
                 next[kept] = v;
                 kept += 1;
             }
-            // From the inner end, whichever way round: the same bits for both triangles.
+            // Compute the crossing from the inner end, in whichever direction the edge runs, so
+            // that both of its triangles get the same bits.
             if (hv >= 0.0) != (hw >= 0.0) {
                 let (inner, outer, hi, ho) = if hv >= 0.0 {
                     (v, w, hv, hw)
@@ -563,7 +590,7 @@ fn cut_triangle(
                 };
                 let f = hi / (hi - ho);
                 next[kept] = std::array::from_fn(|k| inner[k] + (outer[k] - inner[k]) * f);
-                // The difference of large numbers may have lost what it is divided by.
+                // The difference of large numbers may have lost the W that is divided by later.
                 next[kept][2] = depth.unwrap_or(next[kept][2]);
                 kept += 1;
             }
@@ -574,7 +601,7 @@ fn cut_triangle(
         std::mem::swap(&mut polygon, &mut next);
         count = kept;
     }
-    // As in [`place`].
+    // Project as in [`to_plane`], and store the polygon as a fan of triangles.
     let image = |i: usize| {
         let v = polygon[i];
         [0, 1].map(|k| v[k] * (1.0 / v[2]) - shift[k])

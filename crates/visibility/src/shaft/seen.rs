@@ -1,4 +1,5 @@
-//! A light as seen from a shading point, and the triangles that may be in between.
+//! The state of a shaft: a light as seen from a shading point, with the triangles in between, and
+//! the steps that collect and project these.
 
 use crate::{
     bvh::Bvh,
@@ -13,24 +14,25 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// A light as seen from a shading point, and the triangles in between that are kept.
+/// A light as seen from a shading point, and the triangles stored for it.
 #[derive(Debug, Default)]
 pub(crate) struct Seen {
     /// The shading point, in world space.
     pub(crate) point: DVec3,
-    /// The latest light.
+    /// The light of the latest query.
     pub(crate) light: Light,
     /// The light as seen from the shading point.
     pub(crate) frame: LightFrame,
-    /// Triangles in the shaft.
+    /// The triangles in the shaft.
     pub(crate) corners: Box<Corners>,
     /// The images of the triangles on the light's plane.
     pub(crate) flat: FlatTriangles,
-    /// Closed meshes that need half their triangles only.
+    /// Cached answers to which closed meshes are clear of the shaft's ends.
     clear_of: ClearOfMesh,
 }
 
-/// A search for triangles between a point and a light, in the hierarchy's coordinates.
+/// A search for triangles between a point and a light, with coordinates relative to the hierarchy's
+/// origin.
 pub(crate) struct Look<'a> {
     pub(crate) point: DVec3,
     pub(crate) frame: &'a LightFrame,
@@ -41,9 +43,9 @@ pub(crate) struct Look<'a> {
 }
 
 impl Seen {
-    /// A search from the shading point towards the light, or towards a `few` lines on it, given
-    /// their frame and the box around them in the hierarchy's coordinates; `None` without
-    /// [bounds](ShaftBounds::new).
+    /// Begins a search from the shading point towards the light; or, if `few` are given by their
+    /// frame and the box around them in the hierarchy's coordinates, towards a few lines on the
+    /// light. `None` if there are no [bounds](ShaftBounds::new).
     #[inline(always)]
     pub(crate) fn look<'a, S: Simd>(
         &'a mut self,
@@ -60,8 +62,10 @@ impl Seen {
             clear_of,
             ..
         } = self;
+        // Reset the state.
         corners.clear();
         frame.set_near(bvh.reach(self.point));
+        // Bound the whole light or the few lines.
         let point = self.point - bvh.origin;
         let whole = || [light.lo, light.hi].map(|corner| corner - bvh.origin);
         let (frame, around) = few.unwrap_or_else(|| (frame, whole()));
@@ -79,8 +83,8 @@ impl Seen {
 }
 
 impl Look<'_> {
-    /// Keeps the triangles of a leaf named by `which`, for [`Look::project`]. There must be room
-    /// for eight more.
+    /// Stores the triangles of a leaf in the mask `which` for [`Look::project`]. There must be
+    /// capacity for eight more.
     #[inline(always)]
     pub(crate) fn keep<S: Simd>(&mut self, s: S, child: Child, leaf: &Leaf, which: u8) {
         let codes = || self.backfaces.codes(child.leaf_index());
@@ -89,8 +93,8 @@ impl Look<'_> {
             .add(s, leaf, which, &child.slots(), meshes.as_ref());
     }
 
-    /// Projects up to eight of the triangles kept, from `start` on: as
-    /// [`project_some`](project::project_some).
+    /// Projects up to eight of the stored triangles, from index `start` on, as
+    /// [`project_some`](project::project_some) does.
     #[inline(always)]
     pub(crate) fn project<S: Simd, const SEPARATE: bool>(
         &mut self,
@@ -108,8 +112,8 @@ impl Look<'_> {
         project::project_some::<S, SEPARATE>(s, corners, start, *point, frame, flat, backfaces)
     }
 
-    /// Projects all triangles kept and forgets those that miss the light; false if one of them
-    /// hides it as a whole.
+    /// Projects all stored triangles, and removes those that miss the light; false if one of them
+    /// hides the whole light.
     #[inline(always)]
     pub(crate) fn project_all<S: Simd>(&mut self, s: S) -> bool {
         let (mut kept, mut start) = (0, 0);
@@ -129,9 +133,9 @@ impl Look<'_> {
         true
     }
 
-    /// Projects the triangles kept, eight at a time from the last on, as long as there are eight,
-    /// or all of them, and hands the number of the first new image to `take`. False if a triangle
-    /// hides the light as a whole, or `take` says that nothing more matters.
+    /// Projects stored triangles, eight at a time from the end, as long as there are eight, or
+    /// `all` of them; calls `take` with the index of the first new image after each step. False if
+    /// a triangle hides the whole light, or `take` returns false because nothing more matters.
     #[inline(always)]
     pub(crate) fn project_last<S: Simd>(
         &mut self,

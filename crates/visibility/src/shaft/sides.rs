@@ -1,6 +1,5 @@
-//! A light's frame where its plane matters to the last digit: on which side of it vertices lie.
-//!
-//! Such is a light that is seen edge on, and one that has no margin before it.
+//! A light's frame for cases in which it matters to the last digit on which side of the light's
+//! plane vertices are: for a light that is seen edge on, and for one without a margin before it.
 
 use crate::lanes::Lanes;
 use linelit_geometry::{DVec3, double};
@@ -9,43 +8,47 @@ use linelit_simd::Simd;
 /// Homogeneous coordinates of one vertex in eight lanes.
 pub(crate) type Vertex<S> = [<S as linelit_simd::Lanes>::D; 3];
 
-/// The plane of a polygonal light and coordinates on it, for (P, Q, W) of vertices near the plane.
+/// The plane of a polygonal light and coordinates on it, from which (P, Q, W) of vertices near the
+/// plane are computed.
 ///
-/// As a sum of three products, W cancels for a vertex that is much nearer to the light's plane than
-/// to the shading point's foot on it. There, W = 1 − V(v)/V(x) stands for it: V is the signed
-/// volume over three corners of the light, by determinants in twice the precision, which are exact
-/// where corners and vertices are `f32` numbers of similar size. A vertex in the plane then has
-/// W = 1. P = d₁·(v − x) − W c₁ and Q likewise, for the same W.
+/// As a sum of three products, W suffers from cancellation for a vertex that is much closer to the
+/// light's plane than to the foot of the shading point on it. There, W = 1 − V(v)/V(x) is used
+/// instead. V is the signed volume over three corners of the light, by determinants in twice the
+/// precision, which are exact where corners and vertices are `f32` numbers of similar size. A
+/// vertex in the plane then has W = 1 exactly. P = d₁·(v − x) − W c₁, and Q likewise, with the same
+/// W.
 ///
-/// All depends on the vertex alone, so that triangles that share it agree.
+/// Everything depends on the vertex alone, so that triangles that share it agree.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sides {
     /// A corner of the light, in the hierarchy's coordinates, and the normal of its plane.
     pub(crate) corner: DVec3,
     pub(crate) normal: double::Doubles<3>,
-    /// V of the shading point.
+    /// The volume V of the shading point.
     pub(crate) volume: f64,
     /// The coefficients of P + c₁ W, Q + c₂ W and W.
     pub(crate) d: [DVec3; 2],
     pub(crate) c: [f64; 2],
     pub(crate) w: DVec3,
-    /// The place (0, 0) relative to the shading point, and the vectors along p and q.
+    /// The point (0, 0) relative to the shading point, and the vectors of one unit of p and of q.
     pub(crate) axes: [DVec3; 3],
 }
 
-/// W is taken from volumes where its terms are so many times as large, and so near to one, in units
-/// of them: else, it loses eight bits at most, and its side is certain.
+/// W is computed from volumes where its terms are larger than it by this factor, or where it is so
+/// close to one, in units of the terms. Elsewhere it loses at most eight bits, and its side of the
+/// plane is certain.
 const CANCELS: f64 = 256.0;
 const NEAR_ONE: f64 = 1e-14;
 
 impl Sides {
-    /// V of a vertex.
+    /// The volume V of a vertex.
     fn volume(&self, vertex: DVec3) -> f64 {
         let from = double::difference(vertex, self.corner);
         double::dot(self.normal, from).hi()
     }
 
-    /// (P, Q, W) of eight vertices, given their places relative to the shading point as well.
+    /// The coordinates (P, Q, W) of eight vertices, given their positions and these relative to the
+    /// shading point.
     #[inline(always)]
     pub(crate) fn vertex<S: Simd>(&self, s: S, places: [S::D; 3], from: [S::D; 3]) -> Vertex<S> {
         let mut rows = Lanes([[0.0; 8]; 6]);
@@ -56,7 +59,7 @@ impl Sides {
         [s.dload(&rows[0]), s.dload(&rows[1]), s.dload(&rows[2])]
     }
 
-    /// Puts (P, Q, W) of eight vertices in the first three of the rows that hold their places.
+    /// Replaces the first three rows, of the six that hold positions, by (P, Q, W).
     #[inline(never)]
     fn vertices(&self, rows: &mut [[f64; 8]; 6]) {
         for lane in 0..8 {
@@ -68,28 +71,28 @@ impl Sides {
         }
     }
 
-    /// (P, Q, W) of one vertex.
+    /// The coordinates (P, Q, W) of one vertex.
     pub(crate) fn vertex_of(&self, place: DVec3, from: DVec3) -> [f64; 3] {
         let [p, q, w] = self.about_foot(place, from);
         [p - w * self.c[0], q - w * self.c[1], w]
     }
 
-    /// (P + c₁ W, Q + c₂ W, W) of a vertex: its coordinates about the foot of the shading point.
-    /// For a light seen edge on, the first two are small where P, Q and W are not, so that what is
-    /// interpolated between two of them keeps its digits.
+    /// The coordinates (P + c₁ W, Q + c₂ W, W) of a vertex: about the foot of the shading point on
+    /// the light's plane. For a light seen edge on, the first two are small where P, Q and W are
+    /// not, so that interpolation between two vertices keeps its digits.
     pub(crate) fn about_foot(&self, place: DVec3, from: DVec3) -> [f64; 3] {
         let form = |n: DVec3| from.x * n.x + from.y * n.y + from.z * n.z;
         let w = self.w(place, from, form(self.w));
         [form(self.d[0]), form(self.d[1]), w]
     }
 
-    /// Projects a point of the light's plane, or near it (relative to the shading point), along the
-    /// ray through it to that plane.
+    /// Projects a point of the light's plane, or one close to it, along the ray through it to that
+    /// plane. The point is relative to the shading point.
     #[cold]
     pub(crate) fn project(&self, from: DVec3) -> [f64; 2] {
         let terms = (self.w * from).abs().element_sum();
         let w = self.w.dot(from);
-        // In the plane, up to rounding.
+        // A point in the plane, up to rounding, has W = 1.
         let w = if (w - 1.0).abs() <= NEAR_ONE * (1.0 + terms) {
             1.0
         } else {
@@ -98,7 +101,8 @@ impl Sides {
         [0, 1].map(|k| self.d[k].dot(from) / w - self.c[k])
     }
 
-    /// W of a vertex, given its place relative to the shading point and the sum of products.
+    /// W of a vertex, given its position, that relative to the shading point, and the sum of
+    /// products.
     fn w(&self, place: DVec3, from: DVec3, w: f64) -> f64 {
         let terms = (self.w * from).abs().element_sum();
         if terms > CANCELS * w.abs() || (w - 1.0).abs() <= NEAR_ONE * (1.0 + terms) {

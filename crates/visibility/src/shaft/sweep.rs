@@ -1,10 +1,19 @@
-//! Parallel lines against the images of triangles: which interval of each line each one hides.
+//! The sweep of line samples against the images of triangles: which interval of each line each
+//! triangle hides.
 //!
 //! In coordinates (u, v) with v along the lines, a line is a number u. A triangle's vertices are
-//! sorted by u; between two of them its sides are linear in u. A line is taken to lie an
-//! infinitesimal beyond its u, so it never passes through a vertex, every side it crosses belongs
-//! to at most two triangles, and both evaluate that side by the same expression: closed surfaces
-//! leave no gap, not even of a rounding error.
+//! sorted by u; between two of them, its sides are linear in u:
+//!
+//! ```text
+//!     v      1
+//!           ╱╲           a line u between u₀ and u₁ is hidden from the side 0–2 to the side 0–1,
+//!         ╱    ╲         one between u₁ and u₂ from 0–2 to 1–2
+//!       0────────2  u
+//! ```
+//!
+//! A line is taken to be an infinitesimal beyond its u, so it never passes through a vertex, and
+//! every side that it crosses belongs to at most two triangles, which evaluate the side by the same
+//! expression. So closed surfaces leave no gap, not even one of a rounding error.
 
 use crate::{
     lanes::Lanes,
@@ -19,11 +28,12 @@ use crate::{
 use linelit_geometry::Segment;
 use linelit_simd::{Simd, dispatch};
 
-/// Eight triangles ready for lines: u₀, u₁, u₂ in ascending order, v₀, v₁, and the slopes of the
-/// sides 0–1, 0–2 and 1–2.
+/// Eight triangles, prepared for lines: the rows u₀, u₁, u₂ in ascending order, v₀, v₁, and the
+/// slopes of the sides 0–1, 0–2 and 1–2.
 pub(crate) type ReadyBlock = Lanes<[[f64; 8]; 8]>;
 
-/// Turns eight images to the lines' direction, sorts their vertices and finds the slopes.
+/// Prepares eight images: rotates them to the lines' direction, sorts their vertices, and computes
+/// the slopes.
 #[inline(always)]
 fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlock {
     let (dx, dy) = (s.dsplat(along[0]), s.dsplat(along[1]));
@@ -34,6 +44,7 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
         u[k] = dx * q - dy * p;
         v[k] = dx * p + dy * q;
     }
+    // Sort the vertices by u, with a network of three comparisons.
     for (i, j) in [(0, 1), (1, 2), (0, 1)] {
         let swap = s.dlt(u[j], u[i]);
         let (ui, uj, vi, vj) = (u[i], u[j], v[i], v[j]);
@@ -42,6 +53,8 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
         v[i] = s.select(swap, vi, vj);
         v[j] = s.select(swap, vj, vi);
     }
+    // Store the vertices and the slopes; sides across the lines have no slope, but are never
+    // evaluated.
     let tiny = s.dsplat(1e-280);
     let mut out = Lanes([[0.0; 8]; 8]);
     for (row, value) in [(0, u[0]), (1, u[1]), (2, u[2]), (3, v[0]), (4, v[1])] {
@@ -54,23 +67,23 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
     out
 }
 
-/// Buffers for lines.
+/// Buffers for visibility along lines.
 #[derive(Debug, Default)]
 pub(crate) struct LineScratch {
-    /// The places of lines on the light, in the caller's order.
+    /// The coordinates of lines on the light, in the caller's order.
     pub(crate) ends: Ends,
     /// The lines of one direction.
     pub(crate) lines: Lines,
-    /// Triangles, ready for these.
+    /// Triangles, prepared for the direction of the lines.
     pub(crate) ready: Vec<ReadyBlock>,
     /// The hidden intervals of each line.
     pub(crate) slots: Slots,
-    /// Visible pieces of eight lines.
+    /// The visible pieces of eight lines.
     pieces: Pieces,
 }
 
 impl LineScratch {
-    /// Hides from every line what the triangles in `flat` hide.
+    /// Adds what the triangles in `flat` hide to the hidden intervals of all lines.
     #[inline(always)]
     pub(crate) fn sweep<S: Simd>(&mut self, s: S, flat: &FlatTriangles) {
         self.ready.clear();
@@ -82,15 +95,16 @@ impl LineScratch {
         }
     }
 
-    /// Hands out the visible pieces of lines of which all that is hidden is known.
+    /// Stores the visible pieces of all lines in `out`, after everything that hides them was swept.
     #[inline(always)]
     fn finish<S: Simd>(&mut self, s: S, out: &mut VisibleLines) {
         merge::finish(s, &self.lines, &mut self.slots, &mut self.pieces, out);
     }
 }
 
-/// Places the first lines that share a direction and tells how many they are; unless the shaft is
-/// dense, answers them, too. The caller knows the first of them as `first`.
+/// Computes the coordinates of the first lines that share a direction, and returns how many they
+/// are; unless the shaft is dense, also finds their visible pieces. `first` is the number of the
+/// first of them in the caller's list.
 #[inline(always)]
 fn sweep_kernel<S: Simd>(
     s: S,
@@ -112,13 +126,13 @@ fn sweep_kernel<S: Simd>(
     count
 }
 
-/// Hands out the visible pieces of lines of which all that is hidden is known.
+/// [`LineScratch::finish`] as a kernel.
 #[inline(always)]
 fn finish_kernel<S: Simd>(s: S, scratch: &mut LineScratch, out: &mut VisibleLines) {
     scratch.finish(s, out);
 }
 
-/// All triangles against the lines of a block: what is known of the lines stays in registers.
+/// Sweeps all triangles over the lines of one block, whose running intervals stay in registers.
 #[inline(always)]
 fn sweep_block<S: Simd>(
     s: S,
@@ -133,6 +147,7 @@ fn sweep_block<S: Simd>(
     let mut run_lo = s.dload(&block.run_lo);
     let mut run_hi = s.dload(&block.run_hi);
     let (first, last) = (s.dsplat(block.u[0]), s.dsplat(block.u[7]));
+    // Find which of eight triangles are over any line of the block.
     for (k, t) in ready.iter().enumerate() {
         let before = s.dle(s.dload(&t[0]), last);
         let beyond = s.dlt(first, s.dload(&t[2]));
@@ -140,6 +155,7 @@ fn sweep_block<S: Simd>(
         while near != 0 {
             let lane = near.trailing_zeros() as usize;
             near &= near - 1;
+            // Evaluate both sides of the triangle at each line.
             let u0 = s.dsplat(t[0][lane]);
             let u1 = s.dsplat(t[1][lane]);
             let crossed = s.dle(u0, u) & s.dlt(u, s.dsplat(t[2][lane]));
@@ -151,14 +167,15 @@ fn sweep_block<S: Simd>(
             let short = s.select(s.dlt(u, u1), falling, rising);
             let lo = s.dmin(long, short);
             let hi = s.dmax(long, short);
-            // Only what is on the line itself.
+            // Keep only what overlaps the line itself.
             let on_line = s.dlt(lo, to) & s.dlt(from, hi);
             let hit = crossed & on_line;
             let touches = s.dle(lo, run_hi) & s.dle(run_lo, hi);
             let joins = hit & (touches | s.dlt(run_hi, run_lo));
             let disjoint = hit & (!joins);
             let (old_lo, old_hi) = (run_lo, run_hi);
-            // Where it joins: the union; where it is disjoint: it replaces the run, kept.
+            // Extend the running interval where the new one touches it; elsewhere replace it, and
+            // move the old one to the line's slots.
             run_lo = s.select(joins, run_lo, s.dmin(lo, run_lo));
             run_hi = s.select(joins, run_hi, s.dmax(hi, run_hi));
             run_lo = s.select(disjoint, run_lo, lo);
@@ -173,13 +190,15 @@ fn sweep_block<S: Simd>(
     s.dstore(run_hi, &mut block.run_hi);
 }
 
-/// Whether a point of the (p, q) plane is inside one of the images; edges and corners are.
+/// Whether a point of the (p, q) plane is inside one of the images; edges and corners count as
+/// inside.
 #[inline(always)]
 fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
     let (x, y) = (s.dsplat(point[0]), s.dsplat(point[1]));
     let zero = s.dsplat(0.0);
     let mut left = flat.count;
     for block in flat.blocks() {
+        // Compute the edge functions of eight images.
         let (ax, ay) = (s.dload(block[0]) - x, s.dload(block[1]) - y);
         let (bx, by) = (s.dload(block[2]) - x, s.dload(block[3]) - y);
         let (cx, cy) = (s.dload(block[4]) - x, s.dload(block[5]) - y);
@@ -188,7 +207,7 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
         let w = bx * ay - by * ax;
         let low = s.dmin(s.dmin(u, v), w);
         let high = s.dmax(s.dmax(u, v), w);
-        // All on one side, and not all zero.
+        // Inside, all have one sign or are zero, but not all of them are zero.
         let positive = s.dle(zero, low) & s.dlt(zero, high);
         let negative = s.dle(high, zero) & s.dlt(low, zero);
         let used = 0xff_u8 >> (8 - left.min(8));
@@ -201,14 +220,14 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 }
 
 dispatch! {
-    /// Places and answers lines on an instruction set.
+    /// [`sweep_kernel`] on an instruction set.
     pub(crate) fn sweep = sweep_kernel(seen: &Seen, lines: &[Segment], first: usize, dense: bool, scratch: &mut LineScratch, out: &mut VisibleLines) -> usize
 }
 dispatch! {
-    /// Finds what is visible of lines of which all that is hidden is known, on an instruction set.
+    /// [`finish_kernel`] on an instruction set.
     pub(crate) fn finish = finish_kernel(scratch: &mut LineScratch, out: &mut VisibleLines) -> ()
 }
 dispatch! {
-    /// Whether the projected triangles hide a point, on an instruction set.
+    /// [`point_kernel`] on an instruction set.
     pub(crate) fn hidden_point = point_kernel(flat: &FlatTriangles, point: [f64; 2]) -> bool
 }

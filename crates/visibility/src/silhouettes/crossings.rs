@@ -1,9 +1,16 @@
-//! Lines past fine meshes: the gaps between what other triangles hide, cut where lines cross
-//! silhouettes.
+//! Lines past fine meshes: gaps between the parts that other triangles hide are cut where the lines
+//! cross silhouettes.
 //!
-//! Of a gap, the crossings tell how many layers more or fewer lie over each stretch than over the
-//! first, and one ray the rest: if nothing is before the stretch under the fewest layers, there are
-//! none over it; if something is, there are some over all.
+//! Over a gap, the crossings say by how many layers each stretch differs from the first, and a
+//! single ray settles the constant. The ray is sent towards the stretch with the fewest layers: if
+//! it is free, that stretch has no layers, and the stretches with more are hidden; if it is
+//! blocked, every stretch has at least one layer, and all of the gap is hidden.
+//!
+//! ```text
+//!     line     ────┬────────┬───────────┬──────
+//!     layers     0 │  +1    │    −1     │  0        relative to the first stretch
+//!                             ↑ ray
+//! ```
 
 use crate::{
     shaft::{
@@ -17,49 +24,52 @@ use crate::{
 use linelit_simd::Simd;
 use std::ops::Range;
 
-/// The places where lines of a dense shaft may begin or cease to be hidden by fine meshes.
+/// Where the lines of a dense shaft cross the silhouettes of fine meshes, and the gaps that are cut
+/// there.
 #[derive(Debug, Default)]
 pub(crate) struct Crossings {
-    /// The places where each line crosses silhouettes, and the layers that begin there.
+    /// For each line, the positions of its crossings and the change of the number of layers there.
     of: [Vec<(f64, i32)>; GROUP],
-    /// Gaps between what is known to be hidden.
+    /// The gaps between what is known to be hidden.
     pub(crate) gaps: Vec<Gap>,
     /// The stretches of all gaps.
     stretches: Vec<Stretch>,
 }
 
-/// A part of a line between two neighbouring crossings.
+/// The part of a gap between two neighbouring crossings.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     low: f64,
     high: f64,
-    /// The number of layers over it, less those over the gap's first.
+    /// The number of layers over it, minus the number over the gap's first stretch.
     layers: i32,
 }
 
-/// A part of a line that is not known to be hidden, cut where it crosses silhouettes.
+/// A part of a line that is not known to be hidden, cut into stretches where it crosses
+/// silhouettes.
 #[derive(Clone, Debug)]
 pub(crate) struct Gap {
-    /// The line's number among the few.
+    /// The line's number in the walk.
     pub(crate) line: u32,
-    /// The middle of the longest stretch under the fewest layers.
+    /// The middle of the longest stretch with the fewest layers: where to send a ray.
     pub(crate) middle: f64,
     layers: i32,
     stretches: Range<u32>,
 }
 
-/// A few lines, of which `covered` tells what is open.
+/// The lines of one walk as the target of a search for silhouettes; `covered` is what is known to
+/// be hidden of them.
 pub(crate) struct OfLines<'a> {
     covered: &'a Covered,
     lines: &'a Lines,
-    /// The lines' ends, the least and the greatest.
+    /// The least and the greatest end of all lines.
     start: f64,
     end: f64,
     crossings: &'a mut Crossings,
 }
 
 impl<'a> OfLines<'a> {
-    /// Lines that cross nothing yet.
+    /// Creates the target, without crossings so far.
     pub(crate) fn new(
         covered: &'a Covered,
         lines: &'a Lines,
@@ -86,10 +96,11 @@ impl Target for OfLines<'_> {
 
     #[inline(always)]
     fn meets<S: Simd>(&self, s: S, [p, q]: [S::D; 2], [p1, q1]: [S::D; 2]) -> u8 {
-        // The few lines of a walk are one block.
+        // All lines of a walk are in one block.
         let Some(block) = self.lines.blocks.first() else {
             return 0;
         };
+        // Compare the sides' bounds with those of all lines. Across the lines is −p.
         let (first, last) = (s.dsplat(block.u[0]), s.dsplat(block.u[7]));
         let zero = s.dsplat(0.0);
         let (low, high) = (zero - s.dmax(p, p1), zero - s.dmin(p, p1));
@@ -99,7 +110,7 @@ impl Target for OfLines<'_> {
         if met == 0 {
             return 0;
         }
-        // Most sides of fine triangles are between the lines.
+        // Most sides of fine triangles lie between two lines, and cross none.
         let mut crossed = s.dlt(zero, zero);
         for u in &block.u {
             let u = s.dsplat(*u);
@@ -127,8 +138,8 @@ impl Target for OfLines<'_> {
     }
 }
 
-/// Notes where lines `among` a block cross a side: the same expression as for a triangle's
-/// interval.
+/// Records where lines of a block, those in the mask `among`, cross a side. It is the same
+/// expression as for the end of a triangle's interval, so that the two agree to the bit.
 #[inline(always)]
 fn cross(
     block: &LineBlock,
@@ -137,7 +148,7 @@ fn cross(
     change: i32,
     of: &mut [Vec<(f64, i32)>; GROUP],
 ) {
-    // Across is −p.
+    // Order the ends across the lines; the coordinate across is −p.
     let ends = [(-p, q), (-p1, q1)];
     let [(u0, v0), (u1, v1)] = if ends[1].0 < ends[0].0 {
         [ends[1], ends[0]]
@@ -162,16 +173,19 @@ fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item
     lines.blocks.iter().flat_map(which).copied()
 }
 
-/// A ray is sent towards stretches that are narrower, as a fraction of the light, only if there are
-/// no others: where crossings meet in one place, their order is a matter of rounding.
+/// A ray is sent towards stretches narrower than this, as a fraction of the light, only if there
+/// are no others: where crossings coincide, rounding decides their order, and so the layers between
+/// them.
 const NARROW: f64 = 1e-13;
 
 impl Gap {
-    /// Creates the gap of the stretches from `first` on; `None` if there are none.
+    /// Creates the gap of all stretches from index `first` on, and chooses where to send its ray;
+    /// `None` if there are no stretches.
     #[allow(clippy::cast_possible_truncation, reason = "stretches are fewer")]
     fn new(line: u32, stretches: &[Stretch], first: usize) -> Option<Self> {
         let width = |stretch: &Stretch| stretch.high - stretch.low;
         let is_narrow = |stretch: &Stretch| width(stretch) <= NARROW;
+        // Choose a stretch that is not narrow, with the fewest layers, and among these the longest.
         let order = |a: &&Stretch, b: &&Stretch| {
             let fewer = || a.layers.cmp(&b.layers);
             let wider = || width(b).total_cmp(&width(a));
@@ -191,12 +205,12 @@ impl Gap {
 }
 
 impl Crossings {
-    /// The number of crossings.
+    /// The total number of crossings.
     pub(crate) fn count(&self) -> usize {
         self.of.iter().map(Vec::len).sum()
     }
 
-    /// Cuts the visible parts of lines where they cross silhouettes.
+    /// Cuts the visible parts of all lines where they cross silhouettes.
     pub(crate) fn cut_lines(&mut self, lines: &Lines, slots: &mut Slots) {
         let Self {
             of,
@@ -213,10 +227,12 @@ impl Crossings {
             if !(from < to) {
                 continue;
             }
-            // What begins before what ends in the same place.
+            // Sort the crossings; where several coincide, the layers that begin come before those
+            // that end.
             crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
             let mut next = crossings.iter().copied().peekable();
             let mut start = from;
+            // Go through the hidden intervals, with an empty one at the end: before each is a gap.
             let hidden = slots.sorted(index, k, (block.run_lo[k], block.run_hi[k]));
             let is_some = |(low, high): &&(f64, f64)| low <= high;
             for &(low, high) in hidden.iter().filter(is_some).chain([&(to, to)]) {
@@ -225,6 +241,7 @@ impl Crossings {
                 if start < end {
                     let first = stretches.len();
                     let mut layers = 0;
+                    // Cut the gap at its crossings, and count the layers.
                     while let Some((place, change)) = next.next_if(|(place, _)| *place < end) {
                         stretches.push(Stretch {
                             low: start,
@@ -247,7 +264,8 @@ impl Crossings {
     }
 
     /// Returns the hidden parts of a gap, given whether its [middle](Gap::middle) is visible: if it
-    /// is, stretches with as few layers are visible, too; if not, all of the gap is hidden.
+    /// is, the stretches with as few layers are visible, and the others hidden; if not, the whole
+    /// gap is hidden.
     pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
         let Gap {
             layers, stretches, ..

@@ -1,4 +1,6 @@
-//! The silhouettes of fine meshes: what these hide, without looking at each of their triangles.
+//! The silhouettes of fine meshes: what such a mesh hides, found without a test of each of its
+//! triangles. [`crossings`] is about lines, [`outline`] about a whole light, and both use the
+//! search in [`silhouette`].
 
 pub(crate) mod crossings;
 pub(crate) mod outline;

@@ -1,8 +1,9 @@
-//! Dense shafts for closed forms, past fine meshes: their silhouettes before the whole light.
+//! The silhouettes of fine meshes as seen before a whole light, for closed forms in dense shafts.
 //!
-//! Where loose triangles hide, which [`Front`] knows, silhouettes do not matter; all others are
-//! found. From their crossings follows how many layers lie over each place, but for a number that
-//! all places which they connect have in common, and which a ray tells.
+//! Where other triangles hide the light for sure, which [`Front`] records, silhouettes do not
+//! matter; all others are found. Their crossings determine the number of layers over each point of
+//! the light up to one constant for all points that they connect, and one ray per connected part
+//! determines the constant.
 
 use crate::{
     bvh::Bvh,
@@ -17,19 +18,20 @@ use crate::{
 };
 use linelit_simd::{Simd, dispatch};
 
-/// A straight piece of the silhouette of a surface, or of its edge, as it lies before a light.
+/// A straight piece of a surface's silhouette, or of its boundary, as seen from the shading point
+/// on the plane of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Silhouette {
-    /// The place where it begins, in the coordinates (p, q) of the light's
+    /// The point where it begins, in the coordinates (p, q) of the light's
     /// [plane](crate::LightPlane).
     pub from: [f64; 2],
-    /// The place where it ends.
+    /// The point where it ends.
     pub to: [f64; 2],
-    /// The number of layers over its left, less those over its right.
+    /// The number of the surface's layers on its left side, minus the number on its right side.
     pub layers: i32,
 }
 
-/// The light of which `front` tells what is hidden.
+/// A light as the target of a search for silhouettes; `front` records which parts of it are hidden.
 struct OfLight<'a> {
     front: &'a Front,
     found: &'a mut Vec<Silhouette>,
@@ -53,7 +55,7 @@ impl Target for OfLight<'_> {
     #[inline(always)]
     fn side<S: Simd>(&mut self, _: S, [from, to]: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32) {
         if self.front.needs_side(from, to) {
-            // With p ascending, q is greater on the left.
+            // With p ascending, greater q is on the left.
             let layers = change(true);
             if layers != 0 {
                 self.found.push(Silhouette { from, to, layers });
@@ -65,15 +67,15 @@ impl Target for OfLight<'_> {
 /// Buffers of the search for silhouettes before a light.
 #[derive(Debug, Default)]
 pub(crate) struct OutlineScratch {
-    /// Nodes and leaves that the search goes through.
+    /// Nodes and leaves of the search.
     lists: Lists,
     /// The silhouettes before the light.
     pub(crate) found: Vec<Silhouette>,
 }
 
-/// Finds the silhouettes before `seen.light` where `front` does not know that it is hidden, and
-/// adds the images of those triangles of surfaces that have to be cut. False if there are no
-/// [bounds](crate::shaft::bounds::ShaftBounds::new).
+/// Finds the silhouettes before `seen.light` where `front` does not record that the light is
+/// hidden, and adds to `seen` the images of those triangles of surfaces that have to be clipped.
+/// False if the shaft has no [bounds](crate::shaft::bounds::ShaftBounds::new).
 #[inline(always)]
 fn outline_kernel<S: Simd>(
     s: S,
@@ -90,9 +92,12 @@ fn outline_kernel<S: Simd>(
     let Some(mut look) = seen.look(s, bvh, exclude, None) else {
         return false;
     };
+    // Find the silhouettes before what is open.
     front.open_complete();
     let search = Search::new(hierarchy, bvh.extent, &look.bounds, look.frame, look.point);
     search.walk(s, &mut OfLight { front, found }, lists, counters);
+    // Project the triangles that have to be clipped. If they hide the whole light, nothing else
+    // matters.
     let before = look.flat.count;
     let mut is_open = true;
     while is_open && let Some((leaf, which)) = lists.cut.pop() {
@@ -110,6 +115,6 @@ fn outline_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Finds the silhouettes before a light, on an instruction set.
+    /// [`outline_kernel`] on an instruction set.
     pub(crate) fn outline = outline_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, front: &mut Front, scratch: &mut OutlineScratch, counters: &mut Counters) -> bool
 }

@@ -1,15 +1,19 @@
-//! The silhouettes of fine meshes.
+//! The search for the silhouettes of fine meshes before a light or before lines on it.
 //!
-//! Along a line on the light, the number of a surface's triangles that lie over it changes only
-//! where it crosses a side of which both neighbours lie on one side, so that two come or two go, or
-//! an edge, where one does. So what lies between such sides is hidden as a whole or not at all,
-//! whatever shape the surface has, and whether or not it meets itself: what decides grows with the
-//! length of silhouettes and not with the number of triangles.
+//! Along a line on the light, the number of a surface's layers (triangles over a point) changes
+//! only where the line crosses a silhouette side, which has both neighbours on one side of it so
+//! that two layers begin or end, or a boundary edge, where one layer begins or ends. Between such
+//! sides, a line is hidden as a whole or not at all, whatever shape the surface has, and even if it
+//! intersects itself. So the work grows with the length of silhouettes and not with the number of
+//! triangles.
 //!
-//! A triangle that is not wholly between the shading point and the light, or runs far aside, is cut
-//! and hides what its pieces hide, as in any shaft; its neighbours begin and end at the sides they
-//! share with it. Ends of sides are the same bits as those of the images of triangles, which way a
-//! triangle faces is one decision for all three of its sides, and so what comes goes.
+//! A triangle that is not wholly between the shading point and the light, or is far outside of the
+//! light, is clipped, and its pieces hide what they hide in any shaft; to its neighbours, the sides
+//! that they share with it count as boundary edges.
+//!
+//! The sums of layers come out exactly: ends of sides have the same bits as the corners of
+//! triangles' images, and which way a triangle faces is decided once for all three of its sides, so
+//! that every layer that begins also ends.
 
 use crate::{
     build::Hierarchy,
@@ -26,33 +30,34 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// A light or lines that silhouettes may hide.
+/// What a search finds silhouettes for: a light, or lines on it.
 pub(crate) trait Target {
-    /// Tells which of eight images may matter, given bounds of p and of q; of others than those
-    /// `among` which it is asked, anything.
+    /// Returns which of eight images may matter, given bounds of p and of q. Only the bits in
+    /// `among` are used.
     fn needs<S: Simd>(&self, s: S, among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8;
 
-    /// Tells which of the sides between eight places and eight others may matter.
+    /// Returns which of the eight sides between the points `from` and `to`, in (p, q), may matter.
     fn meets<S: Simd>(&self, s: S, from: [S::D; 2], to: [S::D; 2]) -> u8;
 
-    /// Takes in a side between two places, and how many layers begin beyond it, where q is greater,
-    /// if p ascends along it or does not.
+    /// Receives a side between two points in (p, q). `change` computes how many layers begin beyond
+    /// the side, in the direction of ascending q; its argument says whether p ascends from the
+    /// first end to the second.
     fn side<S: Simd>(&mut self, s: S, ends: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32);
 }
 
 /// Buffers of a search for silhouettes.
 #[derive(Debug, Default)]
 pub(crate) struct Lists {
-    /// Leaves with triangles that have to be cut, and a bit for each of those.
+    /// Leaves with triangles that have to be clipped, and a bit for each such triangle.
     pub(crate) cut: Vec<(u32, u8)>,
     /// Nodes to open, in the order in which they were found.
     nodes: Vec<u32>,
-    /// Leaves to look into: of any triangles; of some of which none has to be cut; and of some of
-    /// which none has to be in a box three times as large, either.
+    /// Three lists of leaves to test: leaves in general; leaves in which no triangle has to be
+    /// clipped; and leaves for which this is also true of everything in a box three times as large.
     leaves: [Vec<u32>; 3],
 }
 
-/// A search for silhouettes between a shading point and a light or a few lines on it.
+/// A search for silhouettes between a shading point and a light or lines on it.
 pub(crate) struct Search<'a> {
     hierarchy: &'a Hierarchy,
     bounds: &'a ShaftBounds,
@@ -61,33 +66,35 @@ pub(crate) struct Search<'a> {
     point: DVec3,
     /// The shading point, rounded.
     near_point: [f32; 3],
-    /// The rounding error of a distance from a plane, at most.
+    /// The largest rounding error of a distance from a plane.
     room: f32,
-    /// Whether [front](Outlines::front) triangles are counter-clockwise in (p, q).
+    /// Whether the images of [front](Outlines::front) triangles are counter-clockwise in (p, q).
     upright: bool,
 }
 
-/// The sides of eight triangles in (p, q).
+/// The corners of eight triangles' images in (p, q), and what is known of each.
 struct Outlines {
     p: [[f64; 8]; 3],
     q: [[f64; 8]; 3],
-    /// A bit for each triangle whose plane the shading point is behind, as its corners run.
+    /// A bit for each triangle whose plane the shading point is behind, in the orientation of its
+    /// corners.
     front: u8,
-    /// A bit for each triangle whose corner is between the shading point and the light, and not far
-    /// aside.
+    /// For each corner, a bit for each triangle in which that corner is between the shading point
+    /// and the light, and not far outside of the light.
     good: [u8; 3],
 }
 
-/// The known facts about a triangle and its neighbour beyond a side; false where not known.
+/// What is known about a triangle and its neighbour beyond one side; false means unknown.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// Whether the shading point is behind its plane, as its corners run.
+    /// The shading point is behind the triangle's plane, in the orientation of its corners.
     front: bool,
-    /// Whether the shading point is before its plane.
+    /// The shading point is before the triangle's plane.
     back: bool,
-    /// It is before that of the neighbour, which has its corners in the same order.
+    /// The shading point is before the neighbour's plane, and the neighbour has the same
+    /// orientation.
     back_beyond: bool,
-    /// The neighbour does not have to be cut.
+    /// The neighbour does not have to be clipped.
     whole_beyond: bool,
 }
 
@@ -97,11 +104,11 @@ impl Outlines {
     }
 }
 
-/// Returns how many layers begin beyond a side that a line crosses, for a triangle that faces so
-/// and runs along it with p ascending or not.
+/// Returns how many layers of a triangle begin beyond one of its sides, in the direction of
+/// ascending q: one if the triangle is beyond, minus one if it is on the near side.
 #[inline(always)]
 fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
-    // Counter-clockwise, what is inside is left of the way.
+    // The inside of a counter-clockwise triangle is to the left of its sides.
     let counter_clockwise = is_front == upright;
     if counter_clockwise == ascending {
         1
@@ -111,7 +118,8 @@ fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
 }
 
 impl<'a> Search<'a> {
-    /// Creates the search from a point, given the hierarchy, its extent and bounds.
+    /// Creates a search from a point, given the hierarchy, its extent, and the bounds and the frame
+    /// of the shaft.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
         hierarchy: &'a Hierarchy,
@@ -132,7 +140,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Finds the silhouettes that matter to a target.
+    /// Finds the silhouettes that matter to a target, and collects in `lists.cut` the triangles
+    /// that have to be clipped.
     #[inline(always)]
     pub(crate) fn walk<S: Simd>(
         &self,
@@ -142,8 +151,9 @@ impl<'a> Search<'a> {
         counters: &mut Counters,
     ) {
         lists.cut.clear();
-        // Breadth first, and all leaves at the end: nothing hangs on how many boxes are found, so
-        // that one node need not wait for another, and all are known ahead.
+        // Go through the nodes breadth first, and test all leaves at the end. How many boxes are
+        // found never decides a branch, so that nodes need not wait for each other, and all are
+        // known ahead and can be prefetched.
         let mut nodes = std::mem::take(&mut lists.nodes);
         let mut leaves = std::mem::take(&mut lists.leaves);
         let (mut ends, mut end) = ([0; 3], 1);
@@ -157,6 +167,8 @@ impl<'a> Search<'a> {
             let index = nodes[at] as usize;
             at += 1;
             let node = &self.hierarchy.nodes[index];
+            // Find the boxes that matter: append nodes to the queue, and leaves to the list of
+            // their kind.
             counters.node_tests += u64::from(node.valid.count_ones());
             let facing = &self.hierarchy.surfaces.facing[index];
             let (found, whole, roomy) = self.boxes(s, node, facing, target);
@@ -176,6 +188,7 @@ impl<'a> Search<'a> {
                 *end += kind.count_ones() as usize;
             }
         }
+        // Test the leaves, with cheaper tests for leaves without triangles to clip.
         for (kind, (leaves, end)) in leaves.iter().zip(ends).enumerate() {
             let leaves = &leaves[..end];
             for (at, &leaf) in leaves.iter().enumerate() {
@@ -194,9 +207,9 @@ impl<'a> Search<'a> {
         lists.leaves = leaves;
     }
 
-    /// The boxes of a node in which there may be a silhouette that matters, or a triangle that has
-    /// to be cut; those in which there is none of the latter; and those with
-    /// none in a box three times as large.
+    /// Returns the boxes of a node that may hold a silhouette that matters or a triangle that has
+    /// to be clipped; the boxes in which no triangle has to be clipped; and those for which this is
+    /// also true of a box three times as large.
     #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
     #[inline(always)]
     fn boxes<S: Simd>(
@@ -210,6 +223,7 @@ impl<'a> Search<'a> {
         if inside == 0 {
             return (0, 0, 0);
         }
+        // Find which boxes face one way.
         let mut rows = [s.splat(0.0); 6];
         for (row, bounds) in rows.iter_mut().zip(&node.bounds) {
             *row = s.load(bounds);
@@ -217,7 +231,9 @@ impl<'a> Search<'a> {
         let one_way = self.faces_one_way(s, &rows, facing);
         let (least, most) = self.bounds.extents(s, node);
         let before = s.lt(s.splat(1e-6), least[2]);
-        // Where all triangles are whole and face one way, each goes on where another ends.
+        // Find the boxes in which no triangle has to be clipped: before the shading point, not
+        // beyond the light, and not far outside of it; then the same for boxes three times as
+        // large.
         let (mut aside, mut far_aside) = (s.splat(0.0), s.splat(0.0));
         for k in 0..2 {
             let most_aside = s.max(s.abs(least[k]), s.abs(most[k]));
@@ -230,16 +246,19 @@ impl<'a> Search<'a> {
         let depth = most[2] - least[2];
         let (near, far) = (least[2] - depth, most[2] + depth);
         let roomy = s.lt(s.splat(1e-6), near) & s.le(far_aside, near * guard) & s.le(far, end);
+        // Where all triangles are whole and face one way, no layer begins or ends.
         let wanted = inside & !(whole & one_way);
         if wanted & before == 0 {
             return (wanted, whole, roomy);
         }
+        // Keep what matters to the target; boxes around the shading point may be anywhere before
+        // it.
         let [low, high] = ShaftBounds::images(s, &least, &most);
         let needed = target.needs(s, wanted & before, low, high);
         (wanted & (needed | !before), whole, roomy)
     }
 
-    /// The boxes in which all triangles, and their neighbours, surely face one way.
+    /// The boxes in which all triangles and their neighbours surely face the same way.
     #[inline(always)]
     #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
     fn faces_one_way<S: Simd>(&self, s: S, rows: &[S::F; 6], facing: &Facing) -> u8 {
@@ -256,7 +275,8 @@ impl<'a> Search<'a> {
         s.lt(s.splat(self.room), least) | s.lt(most, s.splat(-self.room))
     }
 
-    /// Finds the silhouettes in a leaf of which no triangle has to be cut.
+    /// Finds the silhouettes in a leaf in which no triangle has to be clipped; `is_roomy` if this
+    /// is also true of a box three times as large.
     #[inline(always)]
     fn look_at_whole<S: Simd>(&self, s: S, child: Child, is_roomy: bool, target: &mut impl Target) {
         let index = child.leaf_index();
@@ -266,7 +286,8 @@ impl<'a> Search<'a> {
         let found = turning(s, leaf, bends, self.near_point, self.room);
         let part = child.mask();
         let slots = child.slots();
-        // All sides in one loop, which is short: where it ends is a guess each time.
+        // Go through the sides of all triangles in one loop. It is short, and the processor
+        // mispredicts its end each time, so one loop is better than three.
         let turning = found.sides.map(|turning| turning & part);
         let mut left = u32::from_le_bytes([turning[0], turning[1], turning[2], 0]);
         while left != 0 {
@@ -275,7 +296,7 @@ impl<'a> Search<'a> {
             let (k, lane) = (number / 8, number % 8);
             let side = sides[k][lane];
             let is_known = |bits: u8| bits >> lane & 1 != 0;
-            // Of two neighbours, the front tells.
+            // Of two neighbours, the one that faces front reports the side.
             if side == NONE || is_known(found.back) && side & 1 == 0 {
                 continue;
             }
@@ -289,7 +310,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Hands out a side of a triangle that does not have to be cut.
+    /// Reports a side of a triangle that does not have to be clipped to the target.
     #[inline(always)]
     fn look_at_side<S: Simd>(
         &self,
@@ -302,9 +323,11 @@ impl<'a> Search<'a> {
     ) {
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         let lane = slot as usize % 8;
-        // Not by `map`, which would be called for each.
+        // Not by `map`, which is not inlined here.
         let from = self.image(leaf, lane, k);
         let to = self.image(leaf, lane, (k + 1) % 3);
+        // A silhouette with everything known ends two layers or begins two; else decide what is not
+        // known.
         target.side(s, [from, to], |ascending| {
             if known.front & known.back_beyond & known.whole_beyond {
                 2 * layers(true, self.upright, ascending)
@@ -315,7 +338,8 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// Returns the place of a triangle's corner in (p, q), which [`Search::outlines`] describes.
+    /// Returns the image of a triangle's corner in (p, q), with the same bits as in
+    /// [`Search::outlines`].
     #[inline(always)]
     fn image(&self, leaf: &Leaf, lane: usize, corner: usize) -> [f64; 2] {
         let place = [0, 1, 2].map(|axis| f64::from(leaf.vertices[3 * corner + axis][lane]));
@@ -324,7 +348,7 @@ impl<'a> Search<'a> {
         [p * inverse, q * inverse]
     }
 
-    /// Finds the silhouettes in a leaf, and which of its triangles have to be cut.
+    /// Finds the silhouettes in a leaf, and which of its triangles have to be clipped.
     #[inline(always)]
     fn look_into<S: Simd>(
         &self,
@@ -333,6 +357,7 @@ impl<'a> Search<'a> {
         target: &mut impl Target,
         all_cut: &mut Vec<(u32, u8)>,
     ) {
+        // Project the triangles of surfaces.
         let index = child.leaf_index();
         let sides = &self.hierarchy.surfaces.sides[index];
         let part = !s.in_range(&sides[0], NONE, 1) & child.mask();
@@ -341,6 +366,7 @@ impl<'a> Search<'a> {
         }
         let leaf = &self.hierarchy.leaves[index];
         let (outlines, between) = self.outlines(s, leaf);
+        // Collect those that have to be clipped, if they may be in the shaft.
         let cut = part & between & !outlines.whole();
         if cut != 0 {
             let within = cut & self.bounds.within(s, &self.bounds.vertices(s, leaf));
@@ -349,6 +375,7 @@ impl<'a> Search<'a> {
                 all_cut.push((index as u32, within));
             }
         }
+        // Report the sides with both corners before the light that may matter to the target.
         let slots = child.slots();
         for (k, sides) in sides.iter().enumerate() {
             let j = (k + 1) % 3;
@@ -369,8 +396,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns how many layers begin beyond a side of a triangle, here or as its neighbour has it,
-    /// with p ascending along it or not; zero where the neighbour counts them.
+    /// Returns how many layers begin beyond a side, of a triangle and its neighbour together, for p
+    /// ascending along the side or not. Zero where the neighbour reports the side.
     #[inline(always)]
     fn change(
         &self,
@@ -381,13 +408,15 @@ impl<'a> Search<'a> {
         known: Known,
         ascending: bool,
     ) -> i32 {
-        // Of two whole neighbours one tells: where they run along their side in opposite
-        // directions, the front, if the other is none; else the first.
+        // Of two whole neighbours, only one reports the side: where they run along it in opposite
+        // directions, the one that faces front, if the other does not; otherwise the one with the
+        // lower slot.
         let opposite = side & 1 == 0;
         let other_tells = (opposite & !is_front) | (!opposite & (side >> 1 < slot));
         if is_whole & other_tells {
             return 0;
         }
+        // Count the triangle's own layer.
         let own = match is_whole {
             true => layers(is_front, self.upright, ascending),
             false => 0,
@@ -397,14 +426,15 @@ impl<'a> Search<'a> {
         }
         let neighbour = side >> 1;
         let beyond = !known.back_beyond && self.is_front(neighbour);
-        // One that is not whole tells of its neighbours.
+        // Between two triangles that both face front the layers go on; and a neighbour that has to
+        // be clipped reports the side itself.
         if is_whole & opposite & beyond || !(known.whole_beyond || self.is_whole(neighbour)) {
             return 0;
         }
         own + layers(beyond, self.upright, ascending != opposite)
     }
 
-    /// The outlines of a leaf's triangles, and a bit for each that may hide something.
+    /// Projects a leaf's triangles; also returns a bit for each that may hide something.
     #[inline(always)]
     fn outlines<S: Simd>(&self, s: S, leaf: &Leaf) -> (Outlines, u8) {
         let mut outlines = Outlines {
@@ -413,6 +443,7 @@ impl<'a> Search<'a> {
             front: 0,
             good: [0; 3],
         };
+        // Project the corners, and find which are between the shading point and the light.
         let (near, end) = (
             s.dsplat(self.frame.near),
             s.dsplat(self.frame.margins.end()),
@@ -431,6 +462,8 @@ impl<'a> Search<'a> {
             s.dstore(p, &mut outlines.p[k]);
             s.dstore(q, &mut outlines.q[k]);
         }
+        // Find which triangles face front, by the same operations as in [`is_front`] so that the
+        // bits agree.
         let [a, b, c] = places;
         let (ex, ey, ez) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
         let (fx, fy, fz) = (c[0] - a[0], c[1] - a[1], c[2] - a[2]);
@@ -444,13 +477,14 @@ impl<'a> Search<'a> {
         (outlines, some_before & some_between)
     }
 
-    /// Whether the shading point is behind a triangle's plane: as [`Outlines::front`].
+    /// Whether the shading point is behind a triangle's plane: the same decision as
+    /// [`Outlines::front`].
     #[inline(always)]
     fn is_front(&self, slot: u32) -> bool {
         is_front(self.triangle(slot), self.point)
     }
 
-    /// Whether a triangle does not have to be cut: as [`Outlines::whole`].
+    /// Whether a triangle does not have to be clipped: the same decision as [`Outlines::whole`].
     #[inline(always)]
     fn is_whole(&self, slot: u32) -> bool {
         self.triangle(slot).into_iter().all(|place| {
@@ -468,11 +502,11 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Nodes and leaves are asked for so many ahead. Two: fine meshes of 10⁶ triangles take 6 to 8 %
-/// longer; eight: the same time.
+/// How many nodes or leaves ahead data are prefetched. With two, fine meshes of 10⁶ triangles take
+/// 6 to 8 % longer; with eight, the same time.
 const AHEAD: usize = 4;
 
-/// Makes room for eight more after `end`.
+/// Grows a list so that eight more entries fit after `end`.
 #[inline(always)]
 fn make_room(list: &mut Vec<u32>, end: usize) {
     if list.len() < end + 8 {

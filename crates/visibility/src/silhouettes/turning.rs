@@ -1,4 +1,5 @@
-//! Which sides of a leaf's triangles may be silhouettes: by the leaf alone, in `f32`.
+//! The test that finds which sides of a leaf's triangles may be silhouettes: in `f32`, with an
+//! error bound, from the data of the leaf alone.
 
 use crate::{
     lanes::Lanes,
@@ -8,31 +9,31 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// More than products of numbers may lose that are less than the least normal `f32`.
+/// An upper bound of what products lose by being less than the least normal `f32`.
 const LEAST: f32 = 1e-30;
 
-/// The facing of a leaf's triangles and of their neighbours.
+/// How a leaf's triangles and their neighbours face.
 pub(crate) struct Turning {
-    /// A bit, by the corner where a side begins, for each triangle whose neighbour beyond that side
-    /// may face another way.
+    /// For the side that begins at each corner, a bit for each triangle whose neighbour beyond that
+    /// side may face the other way.
     pub(crate) sides: [u8; 3],
-    /// Triangles that the shading point is surely behind, as their corners run.
+    /// Triangles that the shading point is surely behind, in the orientation of their corners.
     pub(crate) front: u8,
     /// Triangles that the shading point is surely before.
     pub(crate) back: u8,
-    /// The bits of `sides` for neighbours that the shading point is surely before.
+    /// Like `sides`, for neighbours that the shading point is surely before.
     pub(crate) backs_beyond: [u8; 3],
 }
 
-/// Returns the facing of a leaf's triangles and of their neighbours, seen from a place in `f32`
-/// with [`FACING_ROOM`](crate::surfaces::FACING_ROOM) in units of the scene.
+/// Finds how a leaf's triangles and their neighbours face, as seen from `point`, where `room` is
+/// [`FACING_ROOM`](crate::surfaces::FACING_ROOM) times the scene's size.
 ///
-/// With S the size of the scene, ε = 2⁻²⁴ and |e||f| ≤ L²/2 of two sides, L² the sum of their
-/// squares: a way A to a corner is off by 5.2 εS, the normal N by 9 ε|e||f|, and N·A, |A| ≤ 3.5 S,
-/// by 24 εL²S in all. N·(A × e) times the bend, which is 1/|e| at most, is off by 33 εL²S more, and
-/// by 7 εL²S for the [bend](crate::surfaces::bend)'s normals: together 3.8e-6 L²S, and the room is
-/// 4e-6 L²S, with what products may lose that are no normal numbers, and what was cut off of the
-/// bend.
+/// With S the size of the scene, ε = 2⁻²⁴ and |e||f| ≤ L²/2 for two sides, L² the sum of their
+/// squares: a vector A to a corner is off by 5.2 εS, the normal N by 9 ε|e||f|, and N·A, |A| ≤ 3.5
+/// S, by 24 εL²S in all. N·(A × e) times the bend, which is 1/|e| at most, is off by 33 εL²S more,
+/// and by 7 εL²S for the [bend](crate::surfaces::bend)'s normals: together 3.8e-6 L²S. The margin
+/// is 4e-6 L²S, plus what products may lose that are below normal numbers, and what was cut off of
+/// the bend.
 #[inline(always)]
 pub(crate) fn turning<S: Simd>(
     s: S,
@@ -41,6 +42,7 @@ pub(crate) fn turning<S: Simd>(
     point: [f32; 3],
     room: f32,
 ) -> Turning {
+    // Compute the vectors from the point to the corners, and the sides.
     let v = &leaf.vertices;
     let mut to = [[s.splat(0.0); 3]; 3];
     for (k, to) in to.iter_mut().enumerate() {
@@ -54,11 +56,13 @@ pub(crate) fn turning<S: Simd>(
             *side = s.load(&v[3 * ((k + 1) % 3) + axis]) - s.load(&v[3 * k + axis]);
         }
     }
+    // Find which triangles face front or back.
     let normal = cross_product(s, &sides[2], &sides[0]);
     let size = dot_product(s, &sides[0], &sides[0]) + dot_product(s, &sides[2], &sides[2]);
     let room = s.fma(size, s.splat(0.4 * room), s.splat(LEAST));
     let own = dot_product(s, &normal, &to[0]);
     let (front, back) = (s.lt(room, own), s.lt(own, s.splat(0.0) - room));
+    // For each side, turn the plane by the bend to find how the neighbour faces.
     let (mut turning, mut backs_beyond) = ([0; 3], [0; 3]);
     for (k, (turning, back_beyond)) in turning.iter_mut().zip(&mut backs_beyond).enumerate() {
         let across = dot_product(s, &normal, &cross_product(s, &to[k], &sides[k]));
@@ -80,7 +84,7 @@ pub(crate) fn turning<S: Simd>(
     }
 }
 
-/// Whether a place is behind a triangle's plane, as its corners run.
+/// Whether `point` is behind a triangle's plane, in the orientation of its corners.
 #[inline(always)]
 pub(crate) fn is_front([a, b, c]: [[f64; 3]; 3], point: DVec3) -> bool {
     let (ex, ey, ez) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
@@ -111,9 +115,9 @@ mod tests {
     use linelit_simd::Scalar;
     use linelit_testkit::rng::SplitMix64;
 
-    /// Decisions in `f32` on how triangles and their neighbours face hold in `f64`, for triangles
-    /// of all sizes, heights and bends, from places far from their planes and near; and most sides
-    /// are decided where nothing is tiny.
+    /// Decisions in `f32` on how triangles and their neighbours face also hold in `f64`, for
+    /// triangles of all sizes, heights and bends, seen from points far from their planes and close
+    /// to them; and most sides are decided if nothing is tiny.
     #[test]
     #[allow(clippy::cast_possible_truncation, reason = "places are in f32")]
     fn what_surely_faces_one_way_does() {
@@ -149,7 +153,7 @@ mod tests {
                     bends[k][lane] = bend(to - from, unit(v), unit(far[k][lane]));
                 }
                 if lane == round % 8 {
-                    // As near to the plane as 1e-12, as far as the scene is wide.
+                    // As close to the plane as 1e-12, or as far as the scene is wide.
                     let height =
                         scale * 10_f64.powf(-12.0 * cube(1.0).x.abs()) * cube(1.0).x.signum();
                     let along = v[0] + (v[1] - v[0]) * (1e3 * cube(1.0).x) + normal * height;

@@ -1,4 +1,4 @@
-//! Lines and rays through the hierarchy against every triangle one by one.
+//! Lines and rays through the hierarchy, compared with tests of every triangle one by one.
 
 use crate::common::{InSpace, Mesh, NONE, chord, light, soup};
 use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
@@ -6,7 +6,7 @@ use linelit_testkit::cases::rng;
 use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
 use std::ops::Range;
 
-/// Visible measure that differs between two interval lists, on a grid of their ends.
+/// The length on which two lists of intervals differ.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
     for set in [a, b] {
         assert!(
@@ -25,7 +25,7 @@ fn difference(a: &[Interval], b: &[Interval]) -> f64 {
         .sum()
 }
 
-/// How a scene is placed: its centre and scale.
+/// The position and the scale of a scene.
 const PLACES: [(DVec3, f64); 4] = [
     (DVec3::ZERO, 1.0),
     (DVec3::splat(1e5), 10.0),
@@ -43,7 +43,7 @@ const MARGINS: [Margins; 3] = [
     },
 ];
 
-/// Holds the visible intervals of lines to brute force, to 1e-9 of the line, with margins that
+/// Compares the visible intervals of lines with brute force, to 1e-9 of the line, with margins that
 /// differ from case to case.
 fn lines_agree(
     case: usize,
@@ -122,7 +122,8 @@ fn rays_agree_with_brute_force() {
                 t_min: 0.0,
                 t_max: rng.in_range(0.0, 3.0) * scale,
             };
-            // One triangle's tree has a box around it alone: only the triangle test matters.
+            // The tree of one triangle has only the box around it, so that only the triangle test
+            // matters.
             let want = (0_u32..)
                 .zip(&alone)
                 .filter_map(|(id, o)| Some((o.closest_hit(&ray, &mut scratch)?.t, id)))
@@ -142,8 +143,8 @@ fn rays_agree_with_brute_force() {
     }
 }
 
-/// Rays from one point through a scratch that remembers what met the latest: the same answers as
-/// through a new one in a scene without what is excluded, in two scenes by turns.
+/// Rays from one point through a scratch that remembers the latest hit get the same answers as
+/// through a new scratch in a scene without the excluded triangles; two scenes by turns.
 #[test]
 fn rays_from_one_point_agree_with_rays_alone() {
     let (mut rng, mut scratch) = (rng(8), Scratch::new());
@@ -152,7 +153,7 @@ fn rays_from_one_point_agree_with_rays_alone() {
         let (centre, scale) = PLACES[case % 4];
         let scenes = [200, 30].map(|n| {
             let mesh = soup(&mut rng, n, 0.5, centre, scale);
-            // Without the first triangles.
+            // Build the scene without the first triangles.
             [0, 10, 20].map(|from| Occluders::build(&mesh.positions, &mesh.triangles[from..]))
         });
         let origin = centre + rng.in_cube(1.2) * scale;
@@ -178,8 +179,8 @@ fn rays_from_one_point_agree_with_rays_alone() {
     );
 }
 
-/// The end of a ray on either side of where it meets a triangle, nearer and nearer, at any scale
-/// and far from the origin: what single precision decides is what double precision would.
+/// Rays that end closer and closer on either side of their hit, at any scale and far from the
+/// origin: single precision decides nothing differently than double precision would.
 #[test]
 fn a_ray_ends_where_it_says() {
     let (mut rng, mut scratch) = (rng(7), Scratch::new());
@@ -191,7 +192,7 @@ fn a_ray_ends_where_it_says() {
         let size = power(rng.in_range(-3.0, 0.5));
         let mut mesh = soup(&mut rng, 1, size, centre, scale);
         if case % 2 == 0 {
-            // A second triangle far off, which only makes the hierarchy larger.
+            // A second triangle far away only makes the hierarchy larger.
             let far = centre + DVec3::splat(power(rng.in_range(0.0, 3.0)) * scale);
             let other = soup(&mut rng, 1, size, far, scale);
             mesh.triangles.push([3, 4, 5]);
@@ -216,7 +217,7 @@ fn a_ray_ends_where_it_says() {
         let Some(hit) = occluders.closest_hit(&ray, &mut scratch) else {
             continue;
         };
-        // Of slivers, whose corners are rounded at their place, t has no digits to be held to.
+        // Skip slivers whose corners are so rounded at their distance that t has no correct digits.
         if hit.triangle != 0 || !((hit.t * stretch - 1.0).abs() < 1e-6) {
             continue;
         }
@@ -242,7 +243,8 @@ fn a_ray_ends_where_it_says() {
     assert!(met > 12_000, "{met} rays meet their triangle");
 }
 
-/// Shading points on the occluders themselves, a little off them: the near plane at work.
+/// Shading points on the occluders themselves or a little off them, for which the near margin
+/// matters.
 #[test]
 fn lines_from_surfaces_agree_with_brute_force() {
     let (mut rng, mut scratch) = (rng(3), Scratch::new());
@@ -261,7 +263,7 @@ fn lines_from_surfaces_agree_with_brute_force() {
     }
 }
 
-/// Thousands of triangles in the shaft: the walk that skips what is hidden.
+/// Thousands of triangles in the shaft, for the walk that skips what is hidden.
 #[test]
 fn dense_shafts_agree_with_brute_force() {
     let (mut rng, mut scratch) = (rng(4), Scratch::new());

@@ -1,4 +1,4 @@
-//! Alpha masks: lines are held to points, and hostile numbers to what is promised.
+//! Alpha masks: lines are compared with points, and extreme numbers are tried.
 
 use crate::common::InSpace;
 use linelit_geometry::intervals::Interval;
@@ -40,7 +40,8 @@ fn texels(rng: &mut SplitMix64) -> AlphaTexels {
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(800), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// At many places of a cut, it hides where it says, but next to the ends of intervals.
+    /// At many points of a segment, the mask hides where its intervals say so, except next to their
+    /// ends.
     #[test]
     fn lines_hide_where_points_do(seed in any::<u64>(), far in 0.1..6.0_f64) {
         let mut rng = SplitMix64::new(seed);
@@ -69,7 +70,8 @@ proptest! {
         }
     }
 
-    /// Numbers of any size and none: no panic, no place beyond the way, and no end of time.
+    /// Numbers of any size, and NaN: no panic, no interval outside of the segment, and no endless
+    /// walk.
     #[test]
     fn hostile_numbers(
         v in prop::array::uniform6(hostile()),
@@ -80,7 +82,7 @@ proptest! {
         let texels = Arc::new(texels(&mut rng));
         let _ = (texels.alpha([v[0], v[1]]), texels.hides([v[2], v[3]]));
         let [a, b, c, d] = ends;
-        // Up to some thousands of texels, so that walking along them takes no end of time.
+        // At most some thousands of texels, so that the walk along them takes little time.
         let uv = [[v[0], v[1]], [v[2], v[3]], [v[4], v[5]]];
         let near = uv.map(|uv| uv.map(|x| if x.abs() > 1e3 { 1e3_f64.copysign(x) } else { x }));
         let finite = near.as_flattened().iter().all(|x| x.is_finite());
@@ -95,8 +97,8 @@ proptest! {
     }
 }
 
-/// One texel is all there is, whatever the lookup; a grid of none is refused, as are values that
-/// are none, and coordinates beyond what texels are told apart at.
+/// A grid of one texel has the same alpha everywhere, with any lookup. Grids without texels, values
+/// that are not finite, and coordinates too far out to resolve texels are refused.
 #[test]
 fn edges_of_what_is_accepted() {
     for (value, hides) in [(0.0, false), (1e-30, true), (1.0, true)] {

@@ -1,11 +1,12 @@
-//! Triangles that another hierarchy finds between a point and a light answer as all of them do.
+//! Triangles that another hierarchy finds between a point and a light give the same answers as all
+//! triangles.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Segment};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{Between, LightCorners, Occluders, Ray, Scratch};
 
-/// A hierarchy of two children, as anyone's: triangles in a leaf, or two halves by their places
+/// A simple binary hierarchy, in place of a caller's own: triangles in a leaf, or two halves, split
 /// along one axis after the other.
 enum Tree {
     Leaf([[f32; 3]; 3]),
@@ -100,7 +101,7 @@ fn gathered_triangles_hide_the_same() {
             }
         }
     }
-    // Lines that are partly hidden, and triangles that were not asked about.
+    // Count lines that are partly hidden, and triangles that were not gathered.
     assert!(partial > 500, "{partial}");
     assert!(
         kept < 0.35 * 8.0 * f64::from(linelit_testkit::cases::cases(240)),
@@ -126,7 +127,7 @@ fn rays_agree(
     assert_eq!(want, got, "{ray:?}");
 }
 
-/// The difference of every two points.
+/// The differences of all pairs of points.
 fn edges(points: &[DVec3]) -> Vec<DVec3> {
     let others = |(i, &a): (usize, &DVec3)| {
         let others: Vec<_> = points[i + 1..].iter().map(|&b| b - a).collect();
@@ -135,8 +136,8 @@ fn edges(points: &[DVec3]) -> Vec<DVec3> {
     points.iter().enumerate().flat_map(others).collect()
 }
 
-/// Whether the convex hulls of two sets of points meet: no axis across two of their edges has them
-/// apart (the separating axis theorem; more axes than it asks for do no harm).
+/// Whether the convex hulls of two sets of points overlap: no axis perpendicular to two of their
+/// edges separates them (separating axis theorem; more axes than it requires do no harm).
 fn hulls_meet(a: &[DVec3], b: &[DVec3]) -> bool {
     let (of_a, of_b) = (edges(a), edges(b));
     let all: Vec<_> = of_a.iter().chain(&of_b).copied().collect();
@@ -178,7 +179,7 @@ fn triangles_between_are_those_whose_hull_meets_the_space() {
         outside += mesh.triangles.len() - want.len();
     }
     assert!(inside > 300 && outside > 300, "{inside} {outside}");
-    // Nothing there, a point in the light's plane, and a triangle that touches the light.
+    // No triangle, a point in the light's plane, and a triangle that touches the light.
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let lamp = square.map(|[x, y]| DVec3::new(x, y, 1.0));
     assert!(Occluders::default().between([0.0; 3], &lamp).is_empty());
@@ -189,7 +190,7 @@ fn triangles_between_are_those_whose_hull_meets_the_space() {
     assert_eq!(own.between([-1.0, 0.5, 1.0], &lamp), [1]);
 }
 
-/// Whatever the numbers, nothing panics, and what is no number separates nothing.
+/// With any numbers nothing panics, and NaN separates nothing.
 #[test]
 fn hostile_numbers_are_gathered() {
     let awkward = [

@@ -1,4 +1,4 @@
-//! The built-in scenes against brute force: a hundred thousand lines each.
+//! The built-in scenes, compared with brute force: a hundred thousand lines each.
 
 use crate::common::{InSpace, NONE, ask, shading_points};
 use linelit_geometry::Margins;
@@ -52,8 +52,8 @@ fn builtin_scenes_agree_with_brute_force() {
     }
 }
 
-/// A stretch of the colonnade: forty thousand triangles of columns, arches, plants and curtains,
-/// shafts empty, partial and dense.
+/// A part of the colonnade: forty thousand triangles of columns, arches, plants and curtains, with
+/// empty, partial and dense shafts.
 #[test]
 fn colonnade_agrees_with_brute_force() {
     let whole = VisibilityScene::load(&Library::default(), "colonnade-large").unwrap();

@@ -23,8 +23,8 @@ fn candidates_far_from_the_origin() {
     candidates(FOUND);
 }
 
-/// Candidates are named once, and their corners are as they were given, far from the origin too: to
-/// the bit, in any order.
+/// Candidates are named once, in any order, and their corners have the bits that were given, also
+/// far from the origin.
 fn are_given(mesh: &Mesh, exclude: &Range<u32>, ids: &[u32], corners: &[[DVec3; 3]]) {
     assert_eq!(ids.len(), corners.len());
     for (&id, corners) in ids.iter().zip(corners) {
@@ -45,13 +45,13 @@ fn length(parts: &[Interval]) -> f64 {
     parts.iter().map(|i| i.hi - i.lo).sum()
 }
 
-/// How many places there are that rounding may move.
+/// The number of ends of intervals that rounding may move.
 #[allow(clippy::cast_precision_loss, reason = "a few")]
 fn ends(parts: &[Interval]) -> f64 {
     (2 * parts.len() + 2) as f64
 }
 
-/// By how much rounding may change the visible fraction of a line.
+/// How much rounding may change the visible fraction of a line.
 ///
 /// The sweep takes lines to lie in the plane of the light's corners, which rounded ends do to four
 /// roundings of their largest coordinate: each may move by so much, and the fraction by its
@@ -153,7 +153,8 @@ fn candidates(seed: u64) {
             let off = (length(&some) - out.fraction(i)).abs();
             assert!(off <= allowed, "case {case} line {i}: {off:e} {allowed:e}");
             if off > 1e-11 {
-                // Whose fault it is, 77 digits know: brute force keeps twelve.
+                // Numbers of 77 digits decide which of the two is off: brute force is right to
+                // twelve digits.
                 let exact = length(&exact::visible(&mesh.positions, &few, point, line));
                 assert!(
                     (length(&some) - exact).abs() <= 1e-12 * ends,
@@ -163,20 +164,20 @@ fn candidates(seed: u64) {
             }
         }
     }
-    // Some thirty are blocked on average: fewer than five are, once in 1e8 seeds.
+    // Some thirty shafts are blocked on average; fewer than five occur once in 1e8 seeds.
     assert!(
         seen.iter().skip(1).all(|&n| n >= 5) && judged > 0,
         "{seen:?} {judged}"
     );
 }
 
-/// A shaft with thousands of triangles keeps none of them.
+/// A shaft with thousands of triangles stores none of them.
 #[test]
 fn dense_shafts_name_nothing() {
     let mut rng = linelit_testkit::cases::rng(12);
     let mesh = soup(&mut rng, 6000, 0.1, DVec3::ZERO, 1.0);
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
-    // As wide as the soup, whatever the seed.
+    // A light as wide as the set of triangles, for any seed.
     let light =
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 1.5));
     let mut scratch = Scratch::new();
@@ -188,7 +189,7 @@ fn dense_shafts_name_nothing() {
     assert!(shaft.candidates() > 200);
 }
 
-/// The same in 77 digits.
+/// The same in numbers of 77 digits.
 mod exact {
     use linelit_geometry::intervals::{Interval, IntervalTree, VisibleSet};
     use linelit_geometry::{DVec3, Margins, Segment};

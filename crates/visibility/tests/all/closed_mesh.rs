@@ -1,4 +1,4 @@
-//! Closed meshes, of which shafts need half the triangles only.
+//! Closed meshes, for which shafts need only half of the triangles.
 
 use crate::common::{InSpace, Mesh, NONE, chord, closed, light, past_all};
 use linelit_geometry::DVec3;
@@ -14,8 +14,8 @@ const PLACES: [(DVec3, f64); 4] = [
     (DVec3::new(0.0, 1.0, 0.0), 1e-4),
 ];
 
-/// Closed bodies in a cube of half side one around `centre`, some of them through each other, some
-/// with a third of their triangles turned.
+/// Closed bodies in a cube of half side one around `centre`, some of them intersecting, some with a
+/// third of their triangles reversed.
 fn bodies(rng: &mut SplitMix64, count: usize, centre: DVec3, scale: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..count {
@@ -34,8 +34,8 @@ fn bodies(rng: &mut SplitMix64, count: usize, centre: DVec3, scale: f64) -> Mesh
     mesh
 }
 
-/// Points and lights anywhere: inside bodies, through them, between them; a body with triangles
-/// missing. Intervals agree with brute force over all triangles, on every instruction set to the
+/// Points and lights anywhere: inside bodies, through them, between them; and a body with triangles
+/// missing. Intervals agree with brute force over all triangles, and on all instruction sets to the
 /// bit.
 #[test]
 fn lines_past_bodies_agree_with_brute_force() {
@@ -63,7 +63,7 @@ fn lines_past_bodies_agree_with_brute_force() {
             [0.1, 0.8][case % 2] * scale,
         );
         let lines: Vec<_> = (0..8).map(|_| chord(&mut rng, &light, Some(0.3))).collect();
-        // Some of a body's triangles, which leaves it open.
+        // Exclude some of a body's triangles, so that it is open.
         let first = u32::try_from(rng.index(mesh.triangles.len() - 8)).unwrap();
         let exclude = if case % 2 == 0 {
             first..first + 8
@@ -97,8 +97,9 @@ fn lines_past_bodies_agree_with_brute_force() {
     assert!(kept > 1000 && crossed > 500, "{kept} {crossed}");
 }
 
-/// A body between a point and a light hides it wholly, whichever half of its triangles is left
-/// out; and if one half is excluded, the other half does, even though it is the one to leave out.
+/// A body between a point and a light hides it wholly, no matter which half of its triangles is
+/// left out; and if one half is excluded, the other half hides it, even if it would be the one to
+/// leave out.
 #[test]
 fn bodies_in_between_hide_everything() {
     let mut rng = linelit_testkit::cases::rng(22);
@@ -117,7 +118,7 @@ fn bodies_in_between_hide_everything() {
         let lines: Vec<_> = (0..24)
             .map(|k| chord(&mut rng, &light, (k < 16).then_some(1.0)))
             .collect();
-        // Those that face the point first.
+        // The triangles that face the point come first.
         let old = mesh.clone();
         let faces = |t: &[u32; 3]| {
             let id = old.triangles.iter().position(|o| o == t).unwrap();

@@ -1,4 +1,4 @@
-//! What rays together meet first, against the same rays one by one.
+//! Closest hits of rays that are traced together, compared with the same rays one by one.
 
 use crate::common::{InSpace, Mesh, closed, on_all_sets, soup};
 use linelit_geometry::DVec3;
@@ -6,7 +6,7 @@ use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{Counters, Fan, Hit, Occluders, Ray, Scratch};
 
-/// One by one.
+/// The closest hits of a fan's rays, one by one.
 fn alone(occluders: &Occluders, fan: &Fan<'_>) -> Vec<Option<Hit>> {
     let mut scratch = Scratch::new();
     let hit = |direction: &DVec3| {
@@ -20,7 +20,7 @@ fn alone(occluders: &Occluders, fan: &Fan<'_>) -> Vec<Option<Hit>> {
     fan.directions.iter().map(hit).collect()
 }
 
-/// The very bits of a hit.
+/// The bits of a hit.
 fn bits(hit: &Option<Hit>) -> Option<(u32, [u64; 3])> {
     let Hit {
         triangle,
@@ -30,8 +30,8 @@ fn bits(hit: &Option<Hit>) -> Option<(u32, [u64; 3])> {
     Some((triangle, [t, b, c].map(f64::to_bits)))
 }
 
-/// Holds rays together to the same alone, on all instruction sets, which do the same work; gives
-/// how many meet anything.
+/// Compares rays traced together with rays traced alone, on all instruction sets, which do the same
+/// work; returns how many hit anything.
 fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>) -> usize {
     let want = alone(&sets[0], fan);
     let mut work: Option<Counters> = None;
@@ -55,7 +55,7 @@ fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>) -> usize {
     want.iter().flatten().count()
 }
 
-/// Rays next to each other from a point, as through the pixels of a row, or anywhere.
+/// Neighbouring rays from a point, as through the pixels of a row, or in any directions.
 fn some_rays(rng: &mut SplitMix64, origin: DVec3, at: DVec3, width: f64) -> Vec<DVec3> {
     let step = rng.in_cube(width);
     let spread = [0.0, 0.1, 30.0][rng.index(3)] * width;
@@ -81,7 +81,7 @@ fn rays_together_meet_what_they_meet_alone() {
             0 => closed(&mut rng, 7, 6, 0.6, centre, scale),
             _ => soup(&mut rng, count, size, centre, scale),
         };
-        // The same triangles once more: of equally near ones, the first counts.
+        // The same triangles a second time: among equally near ones, the first counts.
         if rng.index(4) == 0 {
             let again = mesh.triangles.clone();
             mesh.triangles.extend(again);
@@ -89,7 +89,7 @@ fn rays_together_meet_what_they_meet_alone() {
         let sets = on_all_sets(&mesh);
         let far = [0.5, 3.0, 20.0][rng.index(3)];
         let origin = centre + rng.in_cube(far) * scale;
-        // A place in the scene, or a corner, at which several triangles meet.
+        // A point in the scene, or a corner at which several triangles meet.
         let at = match rng.index(3) {
             0 => mesh.corners(rng.index(mesh.triangles.len()))[rng.index(3)],
             _ => centre + rng.in_cube(1.0) * scale,
@@ -110,8 +110,8 @@ fn rays_together_meet_what_they_meet_alone() {
     assert!((0.2..0.8).contains(&met), "{met} of the rays meet anything");
 }
 
-/// What is not for the tests in lanes: directions along different axes, along none, not finite; a
-/// scene of nothing.
+/// Rays for which the tests in lanes are not valid: directions along different axes, zero or not
+/// finite; and an empty scene.
 #[test]
 fn rays_of_all_kinds_agree() {
     let mut rng = rng(42);

@@ -1,4 +1,4 @@
-//! The cases that a scene should not contain and does.
+//! Degenerate input: the cases that a scene should not contain, and does.
 
 use crate::common::{InSpace, Mesh, NONE, ask, by_hand, nearest, soup};
 use linelit_geometry::{DVec3, Segment};
@@ -17,7 +17,7 @@ fn square() -> (Vec<DVec3>, Vec<Segment>) {
     (light, lines)
 }
 
-/// Fractions of the square's lines that are visible from `point`, which must agree with brute
+/// The fractions of the square's lines that are visible from `point`, which must agree with brute
 /// force.
 fn fractions(mesh: &Mesh, point: DVec3) -> (ShaftClass, Vec<f64>) {
     let (light, lines) = square();
@@ -99,7 +99,7 @@ fn occluder_around_the_shading_point() {
 fn the_point_in_the_lights_plane() {
     let mut rng = linelit_testkit::cases::rng(3);
     let mesh = soup(&mut rng, 50, 0.5, DVec3::new(0.0, 0.0, 1.5), 1.0);
-    // In it, in the light itself, and a hair off.
+    // Points in the light's plane, in the light itself, and slightly off the plane.
     let places = [
         DVec3::new(4.0, 0.3, 2.0),
         DVec3::new(0.1, 0.2, 2.0),
@@ -122,8 +122,8 @@ fn lights_and_lines_without_extent() {
     let nan = [p, DVec3::NAN, DVec3::X];
     assert_eq!(LightCorners::new(&[]), None);
     assert_eq!(LightCorners::new(&[p]), None);
-    // Nothing is found for such a light as a whole; what is asked of it is answered all the same:
-    // a triangle is before `p`, and none before what is below it.
+    // Such a light has no frame, but queries are answered nevertheless: a triangle is before `p`,
+    // and none before the lines below it.
     let below = DVec3::new(0.3, 0.2, 0.5);
     for light in [&[p, p][..], &[p, p, p], &towards, &nan] {
         let query = ShaftQuery::new(DVec3::ZERO, LightCorners::new(light).unwrap());
@@ -149,7 +149,7 @@ fn lights_and_lines_without_extent() {
         assert!(!shaft.point_visible(p) && !shaft.point_visible(DVec3::NAN));
         assert!(shaft.point_visible(below));
     }
-    // A line without length on a good light, among others: nothing of it is visible.
+    // A line without length among others, on an ordinary light: nothing of it is visible.
     let half = one([-9.0, 0.0, 1.0], [9.0, 0.0, 1.0], [0.0, 20.0, 1.0]);
     let occluders = Occluders::build(&half.positions, &half.triangles);
     let (light, mut lines) = square();
@@ -176,7 +176,7 @@ fn triangles_that_hide_nothing_are_left_out() {
     let mut occluders = Occluders::build(&mesh.positions, &mesh.triangles);
     assert_eq!((occluders.triangle_count(), occluders.left_out()), (1, 5));
     assert!(occluders.memory() > 0);
-    // One of them is a mistake: there is no such position.
+    // One of them is the caller's mistake: a corner index without a position.
     assert_eq!(occluders.out_of_range(), 1);
     mesh.triangles[3] = [0, 1, v];
     occluders.refit(&mesh.positions, &mesh.triangles);
@@ -185,7 +185,7 @@ fn triangles_that_hide_nothing_are_left_out() {
 
 #[test]
 fn triangles_without_positions_are_counted_in_all_threads() {
-    // More than are looked at in one go, by several threads.
+    // More triangles than one parallel task handles, in several threads.
     let triangles: Vec<[u32; 3]> = (0..100_000)
         .map(|i| [i % 7, i % 7 + 1, i % 7 + 2])
         .collect();
@@ -280,7 +280,7 @@ fn closed_box(lo: DVec3, hi: DVec3) -> Mesh {
 
 #[test]
 fn the_point_inside_a_mesh() {
-    // The light outside: hidden, from any place inside, on a wall's inner side too.
+    // The light is outside: hidden from every point inside, also from a wall's inner side.
     let small = closed_box(DVec3::splat(-0.5), DVec3::splat(0.5));
     let mut rng = linelit_testkit::cases::rng(5);
     for _ in 0..200 {
@@ -295,10 +295,10 @@ fn the_point_inside_a_mesh() {
         let (_, f) = fractions(&small, point);
         assert_eq!(f, vec![0.0; 3], "{point}");
     }
-    // Outside it and behind: hidden in part or not at all, but seen.
+    // The point is between the box and the light: the light is visible.
     let (class, f) = fractions(&small, DVec3::new(0.0, 0.0, 0.7));
     assert_eq!((class, f), (ShaftClass::Empty, vec![1.0; 3]));
-    // The light and the point in one room: visible.
+    // The light and the point are both inside: visible.
     let room = closed_box(DVec3::splat(-3.0), DVec3::splat(3.0));
     for _ in 0..200 {
         let (class, f) = fractions(&room, rng.in_cube(1.9));
@@ -308,14 +308,14 @@ fn the_point_inside_a_mesh() {
 
 #[test]
 fn occluders_seen_edge_on() {
-    // In a plane with the shading point: hides nothing, whichever way it lies.
+    // A triangle in a plane with the shading point hides nothing, in any orientation.
     for mesh in [
         one([0.0, -9.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 5.0]),
         one([-0.1, 0.0, 0.5], [0.1, 0.0, 0.5], [0.0, 0.0, 1.9]),
         one([-0.5, -0.5, 1.0], [0.5, 0.5, 1.0], [0.25, 0.25, 1.5]),
     ] {
         let (_, f) = fractions(&mesh, DVec3::ZERO);
-        // Cut in two at the most, at a place that is rounded.
+        // The visible part is cut in two at most, at a rounded position.
         assert!(
             f.iter().all(|f| (f - 1.0).abs() <= 4.0 * f64::EPSILON),
             "{f:?}"
@@ -323,7 +323,7 @@ fn occluders_seen_edge_on() {
     }
 }
 
-/// The same picture a million times larger or smaller; by powers of two, to the bit.
+/// The same picture a million times larger or smaller; with powers of two, to the bit.
 #[test]
 fn scaled_scenes_look_the_same() {
     let mut rng = linelit_testkit::cases::rng(6);
@@ -415,7 +415,7 @@ fn corners_far_away() {
         for (axis, k) in [(2, 0), (0, 40), (1, 80)] {
             mesh.positions[k][axis] = far;
         }
-        // Two of a triangle: the product of one's coordinates and the other's overflows.
+        // Two such corners of one triangle: a product of their coordinates overflows.
         mesh.positions[45] = [far, far, 1.0];
         mesh.positions[46] = [0.5 * far, far, 1.0];
         let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
@@ -433,8 +433,8 @@ fn corners_far_away() {
                 continue;
             };
             let hit = occluders.closest_hit(&ray, &mut scratch);
-            // Of the volume and the area that t is the quotient of, a slanting plane keeps all
-            // but 1e6 roundings.
+            // t is the quotient of a volume and an area, of which a slanted plane loses 1e6
+            // roundings.
             let same = match (hit, want) {
                 (Some(hit), Some(t)) => (hit.t - t).abs() <= 1e6 * f64::EPSILON * t,
                 (None, None) => true,

@@ -1,4 +1,4 @@
-//! Rays traced together against the same rays one by one.
+//! Any hits of rays that are traced together, compared with the same rays one by one.
 
 use crate::common::{InSpace, Mesh, NONE, closed, on_all_sets, soup};
 use linelit_geometry::DVec3;
@@ -7,7 +7,7 @@ use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{Counters, FAN, Fan, Occluders, Ray, Scratch};
 use std::ops::Range;
 
-/// A bit for each ray that meets anything, one by one.
+/// A bit for each ray that hits anything, by tracing them one by one.
 fn alone(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
     let mut scratch = Scratch::new();
     let meets = |(i, direction): (usize, &DVec3)| {
@@ -23,7 +23,7 @@ fn alone(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
     rays.map(meets).fold(0, |a, b| a | b)
 }
 
-/// Holds a fan to its rays alone, on all instruction sets, which do the same work.
+/// Compares a fan with its rays alone, on all instruction sets, which do the same work.
 fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>, exclude: &Range<u32>) -> u64 {
     let want = alone(&sets[0], fan, exclude);
     let mut work: Option<Counters> = None;
@@ -42,7 +42,7 @@ fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>, exclude: &Range<u32>) -> 
     want
 }
 
-/// A point of a triangle: a corner, on an edge, or within.
+/// A point of a triangle: a corner, a point on an edge, or a point inside.
 fn on_triangle(rng: &mut SplitMix64, mesh: &Mesh, triangle: usize) -> DVec3 {
     let [a, b, c] = mesh.corners(triangle);
     let (u, v) = (rng.next_f64(), rng.next_f64());
@@ -54,8 +54,8 @@ fn on_triangle(rng: &mut SplitMix64, mesh: &Mesh, triangle: usize) -> DVec3 {
     }
 }
 
-/// Fans of all sizes towards small and large targets, corners and edges of triangles, from
-/// anywhere, from on triangles, a little above them and in their planes, at all scales.
+/// Fans of all sizes towards small and large targets and towards corners and edges of triangles,
+/// from anywhere, from points on triangles, a little above them and in their planes, at all scales.
 #[test]
 fn fans_agree_with_rays_alone() {
     let mut rng = rng(21);
@@ -76,9 +76,9 @@ fn fans_agree_with_rays_alone() {
         let origin = match rng.index(6) {
             0 => on_triangle(&mut rng, &mesh, triangle),
             1 => on_triangle(&mut rng, &mesh, triangle) + normal * (1e-6 * scale),
-            // In its plane, beside it.
+            // In the triangle's plane, outside of the triangle.
             2 => a + (b - a) * rng.in_range(-3.0, 3.0) + (c - a) * rng.in_range(-3.0, 3.0),
-            // Shares coordinates with it.
+            // With coordinates of the triangle's corners.
             3 => DVec3::new(a.x, b.y, centre.z + rng.in_range(-1.0, 1.0) * scale),
             _ => centre + rng.in_cube(1.3) * scale,
         };
@@ -114,8 +114,8 @@ fn fans_agree_with_rays_alone() {
     );
 }
 
-/// Rays that end, or begin, on either side of where they meet a triangle, nearer and nearer:
-/// `t_max` and `t_min` decide for a fan as they do for a ray, to the bit.
+/// Rays that end, or begin, closer and closer on either side of their hit: `t_max` and `t_min`
+/// decide for a fan as for a ray, to the bit.
 #[test]
 fn a_fan_begins_and_ends_where_its_rays_do() {
     let mut rng = rng(22);
@@ -136,7 +136,7 @@ fn a_fan_begins_and_ends_where_its_rays_do() {
         let Some(hit) = sets[0].closest_hit(&ray, &mut Scratch::new()) else {
             continue;
         };
-        // All meet the plane of the triangle at the same t, but for rounding.
+        // All rays meet the plane of the triangle at the same t, up to rounding.
         let directions: Vec<DVec3> = (0..8)
             .map(|k| {
                 towards + ((b - a) * f64::from(k) + (c - a)) * (1e-3 * u) * f64::from(k.min(1))
@@ -164,7 +164,7 @@ fn a_fan_begins_and_ends_where_its_rays_do() {
     );
 }
 
-/// What no ray can be traced with, among rays that can.
+/// Rays that cannot be traced, among rays that can.
 #[test]
 fn hostile_fans_agree_with_rays_alone() {
     let mut rng = rng(23);

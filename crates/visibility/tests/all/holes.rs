@@ -1,4 +1,4 @@
-//! Triangles with holes, held to every triangle, one by one, in `f64`.
+//! Triangles with holes, compared with tests of every triangle one by one in `f64`.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -10,7 +10,7 @@ use linelit_visibility::{
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// A scene of one list of triangles: solid ones before `solid`, those with holes behind.
+/// A scene from one list of triangles: solid ones before index `solid`, those with holes after it.
 struct World {
     scene: Occluders,
     mesh: Mesh,
@@ -44,7 +44,7 @@ fn mask(rng: &mut SplitMix64, triangles: usize) -> SharedFilter {
     Arc::new(AlphaMask::new(Arc::new(texels), uv).unwrap())
 }
 
-/// Some triangles that are solid, or none, and others with holes.
+/// Some solid triangles, or none, and others with holes.
 fn world(rng: &mut SplitMix64) -> World {
     let mut mesh = match rng.index(3) {
         0 => Mesh::default(),
@@ -62,7 +62,7 @@ fn world(rng: &mut SplitMix64) -> World {
             mesh.triangle(a, b, c);
         }
     }
-    // Corners without a position are left out: each list has the numbers of the other.
+    // Corners without a position are left out, so that both lists use the same numbers.
     const NONE: [u32; 3] = [u32::MAX; 3];
     let [mut own, mut holed] = [mesh.triangles.clone(), mesh.triangles.clone()];
     own[solid..].fill(NONE);
@@ -77,8 +77,8 @@ fn world(rng: &mut SplitMix64) -> World {
     }
 }
 
-/// What a ray meets, by determinants: t and the barycentric coordinates; `None` if it passes an
-/// edge within rounding.
+/// The hit of a ray with a triangle, by determinants: t and the barycentric coordinates; `None` if
+/// it passes an edge within rounding.
 fn meets(ray: &Ray, corners: [DVec3; 3]) -> Option<Option<(f64, [f64; 2])>> {
     let [a, b, c] = corners.map(|v| v - ray.origin);
     let d = ray.direction;
@@ -98,7 +98,7 @@ fn meets(ray: &Ray, corners: [DVec3; 3]) -> Option<Option<(f64, [f64; 2])>> {
 }
 
 impl World {
-    /// What a ray meets first, with the number of the triangle; `None` if rounding may tell.
+    /// The closest hit of a ray, with the number of the triangle; `None` if rounding may decide it.
     fn nearest(&self, ray: &Ray) -> Option<Option<(f64, usize)>> {
         let mut nearest: Option<(f64, usize)> = None;
         for k in 0..self.mesh.triangles.len() {
@@ -148,7 +148,8 @@ fn rays_agree(world: &World, rng: &mut SplitMix64) -> Result<u32, TestCaseError>
         prop_assert_eq!(hit.is_some(), expected.is_some(), "{:?}", ray);
         if let (Some(hit), Some((t, triangle))) = (hit, expected) {
             met += 1;
-            // Sides of at least 1e-9 of their terms: t to some 1e-15 over that.
+            // Signed volumes are at least 1e-9 of their terms, so t is known to some 1e-15 over
+            // that.
             prop_assert!((hit.t - t).abs() < 1e-4 * t.abs().max(1.0), "{} {t}", hit.t);
             prop_assert_eq!(hit.triangle as usize, triangle);
         }
@@ -165,7 +166,7 @@ fn is_in(parts: &[Interval], s: f64) -> Option<bool> {
     Some(parts.iter().any(|p| p.lo <= s && s <= p.hi))
 }
 
-/// Lines on a light, and points of it: what a ray to each point says is what the intervals say.
+/// For lines on a light, and points of them: a ray to each point agrees with the intervals.
 fn lines_agree(world: &World, rng: &mut SplitMix64) -> Result<u32, TestCaseError> {
     let (scene, mut scratch) = (&world.scene, Scratch::new());
     let (point, at, corners) = (rng.in_cube(2.5), rng.in_cube(2.5), 2 + rng.index(4));
@@ -219,8 +220,8 @@ proptest! {
     }
 }
 
-/// That the property above asks something: of its kind of scenes, many lines are partly hidden and
-/// many rays meet triangles.
+/// Checks that the property above tests something: in scenes of its kind, many lines are partly
+/// hidden, and many rays hit triangles.
 #[test]
 fn what_is_tried_is_hidden_in_part() {
     let mut rng = SplitMix64::new(5);
@@ -233,8 +234,9 @@ fn what_is_tried_is_hidden_in_part() {
     assert!(partial > 20 && met > 50, "{partial} lines, {met} rays");
 }
 
-/// A square of 8 × 8 texels, as two triangles with a mask and as two triangles for each texel that
-/// hides, lets the same through: both ends are of the same straight borders, within 1e-12.
+/// A square of 8 × 8 texels lets the same light through as two triangles with a mask and as two
+/// solid triangles for each texel that hides: the ends are on the same straight borders, within
+/// 1e-12.
 #[test]
 fn masks_hide_as_cut_out_triangles() {
     let mut rng = linelit_testkit::cases::rng(29);

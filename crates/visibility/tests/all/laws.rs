@@ -1,4 +1,4 @@
-//! What must not change the answer, and how it may change.
+//! Laws: what must not change the answers, and in which direction they may change.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Margins, Segment, intervals::Interval};
@@ -74,7 +74,8 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Intervals, classes, hits: the same bits on every instruction set, and the same work.
+    /// Intervals, classes and hits have the same bits on every instruction set, and take the same
+    /// work.
     #[test]
     fn instruction_sets_agree_to_the_bit(seed in any::<u64>()) {
         let (mesh, light, point, lines) = case(seed);
@@ -108,9 +109,9 @@ proptest! {
         }
     }
 
-    /// Neither the order of the triangles nor that of the lines matters, not by a bit; but for
-    /// shafts of as many triangles as make them dense, or nearly, where how `f32` rounds decides
-    /// which way they are looked at.
+    /// The order of triangles and that of lines do not change a bit; except for shafts with so many
+    /// triangles that they are dense, or nearly, where rounding in `f32` decides how triangles are
+    /// tested.
     #[test]
     fn order_does_not_matter(seed in any::<u64>()) {
         let (mut mesh, light, point, lines) = case(seed);
@@ -128,8 +129,8 @@ proptest! {
         for (got, want) in total(&got.1).into_iter().zip(total(&want.1)) {
             prop_assert!((got - want).abs() < 1e-9, "{} {}", got, want);
         }
-        // Another order of lines may take another line's direction for that of all, or walk a
-        // dense shaft in other company: rounding apart.
+        // In another order, another line may determine the common direction, and lines of a dense
+        // shaft share walks with others: results agree up to rounding.
         let reversed: Vec<_> = lines.iter().rev().copied().collect();
         let (_, got) = view(&after, point, &light, &reversed);
         for (got, want) in total(&got).iter().rev().zip(total(&want.1)) {
@@ -137,8 +138,7 @@ proptest! {
         }
     }
 
-    /// A line run through the other way shows the same pieces the other way round; and more
-    /// occluders never show more.
+    /// A reversed line has the same pieces in reverse; and more occluders never show more.
     #[test]
     fn reversal_and_monotonicity(seed in any::<u64>()) {
         let (mesh, light, point, lines) = case(seed);
@@ -159,7 +159,7 @@ proptest! {
         }
     }
 
-    /// A point of the light is visible through the shaft exactly if a ray gets there.
+    /// A point of the light is visible through the shaft exactly if a ray reaches it.
     #[test]
     fn shaft_points_agree_with_rays(seed in any::<u64>()) {
         let (mesh, light, point, lines) = case(seed);
@@ -184,7 +184,7 @@ proptest! {
     }
 }
 
-/// A hash of all that is written.
+/// A hash of everything that is written to it.
 struct Hash(DefaultHasher);
 
 impl fmt::Write for Hash {
@@ -194,7 +194,7 @@ impl fmt::Write for Hash {
     }
 }
 
-/// A fine closed mesh, and loose triangles around it: more than are looked at in one go.
+/// A fine closed mesh, and other triangles around it: more than one parallel task handles.
 fn many() -> Mesh {
     let mut rng = SplitMix64::new(7);
     let mut mesh = closed(&mut rng, 400, 100, 1.0, DVec3::ZERO, 1.0);
@@ -206,8 +206,8 @@ fn many() -> Mesh {
     mesh
 }
 
-/// The same hierarchy for any number of threads, and outside of a pool; built for rays alone, too,
-/// and moved.
+/// The hierarchy is the same for any number of threads, and outside of a pool; also if it is built
+/// for rays alone, and after triangles have moved.
 #[test]
 fn threads_do_not_matter() {
     let mesh = many();
@@ -232,8 +232,8 @@ fn threads_do_not_matter() {
     }
 }
 
-/// A hierarchy for rays alone tells rays the same and shafts what is visible, before and after its
-/// triangles have moved, and takes less memory.
+/// A hierarchy for rays alone gives the same answers to rays, and to shafts the same visible parts,
+/// before and after its triangles have moved, and takes less memory.
 #[test]
 fn hierarchies_for_rays_answer_shafts_as_well() {
     let mesh = many();
@@ -264,8 +264,8 @@ fn hierarchies_for_rays_answer_shafts_as_well() {
     assert!(dense > 10, "{dense} dense shafts");
 }
 
-/// Memory of the built-in scenes: below a hundred bytes a triangle, the least of which are the
-/// corners' 36 and the number's 4.
+/// The memory of the built-in scenes is below a hundred bytes per triangle, of which the corners
+/// take at least 36 and the number 4.
 #[test]
 fn hierarchies_are_compact() {
     for name in ["grid-planes-large", "triangle-soup-large"] {

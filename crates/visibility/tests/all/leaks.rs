@@ -1,5 +1,5 @@
-//! No light through closed surfaces: not along a shared edge, not through a shared corner, not
-//! far from the origin, not past slivers.
+//! No light passes through closed surfaces: not along a shared edge, not through a shared corner,
+//! not far from the origin, not past slivers.
 
 use crate::common::{InSpace, NONE, chord, closed, light};
 use linelit_geometry::DVec3;
@@ -14,7 +14,7 @@ const PLACES: [(DVec3, f64); 4] = [
     (DVec3::new(0.0, 1e5, 0.0), 10.0),
 ];
 
-/// Looks at lights outside from points inside until `pairs` pairs of a line and an edge of the
+/// Queries lights outside from points inside until `pairs` pairs of a line and an edge of the
 /// surface have been tried.
 #[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn look_out(seed: u64, pairs: u64) {
@@ -93,7 +93,7 @@ fn closed_surfaces_do_not_leak_long() {
     look_out(2, 3_000_000_000);
 }
 
-/// Rays at vertices and along edges: the places where a test that is not watertight lets some by.
+/// Rays towards vertices and along edges, where a test that is not watertight would let some pass.
 #[test]
 fn rays_do_not_slip_between_triangles() {
     let mut rng = linelit_testkit::cases::rng(5);

@@ -1,4 +1,4 @@
-//! What a query cannot hold is never taken for visible.
+//! What a query cannot represent in its numbers is never reported as visible.
 
 use crate::common::{self, InSpace, Mesh, NONE, by_hand, chord, light, nearest, soup};
 use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, Segment};
@@ -24,8 +24,8 @@ fn ask(
     (class, seen)
 }
 
-/// Coordinates up to 1e18, many of them alike, in the plane of the point, the light's, or next to
-/// it.
+/// Coordinates up to 1e18, many of them equal, in the plane of the point, in the light's plane, or
+/// next to it.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => -2.0..2.0_f32,
@@ -51,11 +51,11 @@ proptest! {
         wall in any::<bool>(),
     ) {
         let mut rng = SplitMix64::new(seed);
-        // All of it beyond the wall: a parallelogram reaches 1.7 from where it is put.
+        // The whole light is beyond the wall: a parallelogram extends up to 1.7 from its corner.
         let whole = light(&mut rng, corners, DVec3::new(0.0, 0.0, 1.9), 0.8);
         let mut polygon = ConvexPolygon::new(&whole).unwrap();
         for _ in 0..cuts {
-            // Near a corner, so that it adds one.
+            // Close to a corner, so that the clip adds one.
             let v = polygon.vertices();
             let corner = v[rng.index(v.len())];
             let inwards = polygon.centroid() - corner;
@@ -79,8 +79,8 @@ proptest! {
         }
     }
 
-    /// A wall hides the light whatever else is there: triangles of any size, slivers, and such as
-    /// lie along the planes that kernels cut at.
+    /// A wall hides the light no matter what else is there: triangles of any size, slivers, and
+    /// triangles along the planes at which kernels clip.
     #[test]
     fn nothing_opens_a_wall(
         corners in prop::collection::vec(prop::array::uniform3(coordinate()), 3..60),
@@ -95,16 +95,16 @@ proptest! {
         }
         let corner = |x: f64, y: f64| DVec3::new(x, y, 0.5);
         mesh.triangle(corner(-90.0, -90.0), corner(90.0, -90.0), corner(0.0, 90.0));
-        // All of it beyond the wall: a parallelogram reaches 0.85 from where it is put.
+        // The whole light is beyond the wall: a parallelogram extends up to 0.85 from its corner.
         let whole = light(&mut rng, number, DVec3::Z * 1.5, 0.4);
         let lines: Vec<_> = (0..9).map(|_| chord(&mut rng, &whole, Some(0.7))).collect();
         let (_, seen) = ask(&mesh, rng.in_cube(0.05), &whole, &lines);
         prop_assert_eq!(seen, vec![(0.0, false); 9]);
     }
 
-    /// Lights far beyond all occluders, as moons and suns are: as if seen through a window. What
-    /// hides them is told by brute force, and by rays that begin at the point itself: of how near
-    /// an occluder may be, those know nothing.
+    /// Lights far beyond all occluders, as moons and suns are, seen as if through a window. Brute
+    /// force determines what hides them, and so do rays that begin at the point itself, which
+    /// ignore how close an occluder may be.
     #[test]
     fn lights_beyond_the_scene_agree_with_brute_force(
         seed in any::<u64>(),
@@ -152,8 +152,8 @@ proptest! {
         }
     }
 
-    /// Lights seen edge on to the last digits, from outside and from within, and lights far
-    /// larger and smaller than `f32` can hold.
+    /// Lights seen edge on up to the last digits, from outside and from within, and lights far
+    /// larger and smaller than `f32` can represent.
     #[test]
     fn lights_beyond_the_kernels_agree_with_brute_force(
         seed in any::<u64>(),
@@ -180,9 +180,9 @@ proptest! {
             let offset = (point - line.p0).cross(line.vector().normalize()).length();
             if offset > 1e-3 {
                 let want = by_hand(&mesh, point, line);
-                // As in `agreement`: 1e-9 of the line. And places on the light are known to four
-                // roundings of its corners, divided by the least height that its frame is used at:
-                // by what lines that far to either side differ.
+                // As in `agreement`: 1e-9 of the line. Also, points on the light are known to four
+                // roundings of its corners, divided by the least height at which its frame is used:
+                // add how much lines differ that are this far to either side.
                 let aside = polygon.normal().cross(line.vector()).normalize() * (4.0 * f64::EPSILON / 1e-5);
                 let moved = [aside, -aside].map(|d| {
                     by_hand(&mesh, point, &Segment::new(line.p0 + d, line.p1 + d))
@@ -194,19 +194,19 @@ proptest! {
     }
 }
 
-/// A wall before lights of any size, near and far: beyond what `f32` holds, too, as long as the
-/// square of a shadow triangle's area is a number.
+/// A wall before lights of any size, near and far, even beyond what `f32` can represent, as long as
+/// the square of a shadow triangle's area is finite and normal.
 #[test]
 fn walls_hide_lights_of_any_size() {
     let mut mesh = Mesh::default();
     let corner = |x: f64, y: f64| DVec3::new(x, y, 0.5);
     mesh.triangle(corner(-9.0, -9.0), corner(9.0, -9.0), corner(0.0, 20.0));
-    // Half of what is beyond: y > 0 hidden.
+    // Hides half of what is beyond it: y > 0.
     let mut half = Mesh::default();
     half.triangle(corner(-900.0, 0.0), corner(900.0, 0.0), corner(0.0, 2000.0));
     for exponent in (-300..=75).step_by(3) {
         let size = 10f64.powi(exponent);
-        // Small ones at a distance of one, large ones as far as they are large.
+        // Small lights at a distance of one, large ones at a distance of their size.
         let centre = DVec3::Z * size.max(1.0);
         let square = [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)]
             .map(|(x, y)| centre + DVec3::new(x * size, y * size, 0.0));
@@ -222,7 +222,8 @@ fn walls_hide_lights_of_any_size() {
         let (_, seen) = ask(&half, DVec3::ZERO, &square, &lines);
         for (line, (got, _)) in lines.iter().zip(seen) {
             let (want, room) = match exponent {
-                // The largest coordinate, 2,000, is more than 1e15 of them: visible with both ends.
+                // The largest coordinate, 2,000, is more than 1e15 sizes of the light: it counts as
+                // visible only if both ends are.
                 ..=-12 => (0.0, 0.0),
                 // A few roundings of that coordinate in units of the light.
                 -11..0 => (0.5, 8.0 * f64::EPSILON * 2000.0 / size),

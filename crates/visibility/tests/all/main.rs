@@ -1,4 +1,4 @@
-//! Queries held to brute force, on ordinary, degenerate and hostile meshes.
+//! Queries compared with brute force, on ordinary, degenerate and extreme meshes.
 
 mod agreement;
 mod alpha;

@@ -1,4 +1,4 @@
-//! What touches a light, or lies in its plane.
+//! Margins: occluders that touch a light, or are in its plane.
 
 use crate::common::{InSpace, NONE};
 use linelit_geometry::{DVec3, Margins, Segment};
@@ -6,14 +6,14 @@ use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 
-/// A vector of whole numbers up to 15.
+/// A vector of integers up to 15.
 fn whole(rng: &mut SplitMix64) -> DVec3 {
     DVec3::from([(); 3].map(|()| rng.in_range(-15.0, 15.0).round()))
 }
 
 /// A triangle around the whole light and in its plane hides nothing of it; moved towards the point
-/// by what `f32` just tells, all; moved away, nothing. Corners are whole numbers, so that they are
-/// exact, from origins near and far and at all scales.
+/// by the least amount that `f32` resolves, it hides everything; moved away, nothing. Corners are
+/// integers, so that they are exact, from origins near and far and at all scales.
 #[test]
 fn without_margins_the_side_of_the_lights_plane_decides() {
     let (mut rng, mut scratch) = (rng(71), Scratch::new());
@@ -22,7 +22,7 @@ fn without_margins_the_side_of_the_lights_plane_decides() {
         let (a, b, step) = (whole(&mut rng), whole(&mut rng), whole(&mut rng));
         let normal = a.cross(b);
         let up = normal.dot(step);
-        // Three vectors in a plane leave no side to choose.
+        // If the three vectors are in one plane, there is no side to move to.
         if up == 0.0 {
             continue;
         }
@@ -39,7 +39,7 @@ fn without_margins_the_side_of_the_lights_plane_decides() {
             place(1.0, 1.0),
             place(0.0, 1.0),
         ];
-        // By the last bit of what stands at the larger origins.
+        // Move by the last bit that coordinates have at the larger origins.
         let move_by = [0.0, 1.0, -1.0][rng.index(3)] * 2f64.powi(-10);
         let around = [(-2.0, -2.0), (5.0, -2.0), (-2.0, 5.0)];
         let corners = around.map(|(i, j)| place(i, j) + step * (move_by * scale));

@@ -1,4 +1,4 @@
-//! Answers do not depend on who grew the tree.
+//! Answers do not depend on which builder grew the tree.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, nearest, past_all, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -14,9 +14,9 @@ fn both(mesh: &Mesh, for_rays: bool) -> [Occluders; 2] {
     })
 }
 
-/// Asks both about rays and lines from and to places within `size` of the origin; the answers are
-/// the same, and those of brute force as far as that is sure. `few`: they are so few that no shaft
-/// depends on the tree.
+/// Queries both with rays and lines from and to points within `size` of the origin: the answers are
+/// equal, and agree with brute force as far as that is certain. `few` says that there are so few
+/// triangles that no shaft depends on the tree.
 fn agree(mesh: &Mesh, size: f64, few: bool, rng: &mut SplitMix64) {
     let [own, other] = &both(mesh, !few);
     assert_eq!(own.triangle_count(), other.triangle_count());
@@ -39,7 +39,8 @@ fn agree(mesh: &Mesh, size: f64, few: bool, rng: &mut SplitMix64) {
         let lines: Vec<Segment> = (0..6).map(|_| chord(rng, &light, None)).collect();
         let (class, parts) = ask(other, point, (&light, &lines), &NONE, &mut a);
         let (expected, all) = ask(own, point, (&light, &lines), &NONE, &mut b);
-        // Of a triangle beside the shaft, a box may tell, or nothing before its image.
+        // A triangle next to the shaft may be rejected by its box in one tree, and only by its
+        // image in the other.
         if few && class != expected {
             assert!(![class, expected].contains(&ShaftClass::Blocked));
             assert!((0..lines.len()).all(|i| all.line(i) == [Interval::UNIT]));
@@ -70,8 +71,8 @@ proptest! {
     }
 }
 
-/// None, one and two; by hundreds without area, in rows, and copies; as large as scene files may
-/// be, and as small.
+/// None, one and two triangles; hundreds without area, in rows, and copies; as large and as small
+/// as scene files may be.
 #[test]
 fn trees_do_not_matter_on_hostile_meshes() {
     let mut rng = SplitMix64::new(3);

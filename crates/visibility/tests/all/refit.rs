@@ -1,4 +1,5 @@
-//! Triangles that have moved answer as if they had been built where they are.
+//! Triangles that have moved give the same answers as if the hierarchy had been built with them
+//! there.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -6,7 +7,7 @@ use linelit_testkit::{cases::cases, rng::SplitMix64};
 use linelit_visibility::{Occluders, Ray, Scratch, ShaftClass};
 use proptest::prelude::*;
 
-/// Asks both about rays and lines; neither is so dense that its shafts depend on the tree.
+/// Queries both with rays and lines; neither is so dense that its shafts depend on the tree.
 fn agree(moved: &Occluders, fresh: &Occluders, rng: &mut SplitMix64) -> Result<(), TestCaseError> {
     let (mut a, mut b) = (Scratch::new(), Scratch::new());
     for corners in [2, 3, 4, 6] {
@@ -15,7 +16,8 @@ fn agree(moved: &Occluders, fresh: &Occluders, rng: &mut SplitMix64) -> Result<(
         let lines: Vec<Segment> = (0..6).map(|_| chord(rng, &light, None)).collect();
         let (class, parts) = ask(moved, point, (&light, &lines), &NONE, &mut a);
         let (expected, all) = ask(fresh, point, (&light, &lines), &NONE, &mut b);
-        // Of a triangle beside the shaft, a box may tell, or nothing before its image.
+        // A triangle next to the shaft may be rejected by its box in one tree, and only by its
+        // image in the other.
         if class != expected {
             prop_assert!(![class, expected].contains(&ShaftClass::Blocked));
             prop_assert!((0..lines.len()).all(|i| all.line(i) == [Interval::UNIT]));
@@ -39,7 +41,7 @@ fn agree(moved: &Occluders, fresh: &Occluders, rng: &mut SplitMix64) -> Result<(
     Ok(())
 }
 
-/// The mesh with each of its corners elsewhere.
+/// The mesh with each of its corners moved.
 fn moved(mesh: &Mesh, rng: &mut SplitMix64, by: f64) -> Mesh {
     let mut mesh = mesh.clone();
     for corner in &mut mesh.positions {
@@ -68,7 +70,7 @@ proptest! {
         }
     }
 
-    /// A vertex that is lost, and comes back; fewer triangles; none.
+    /// A vertex that is not finite for a while, or equal to another; fewer triangles; none.
     #[test]
     fn what_can_hide_may_change(seed in any::<u64>(), size in 2usize..60) {
         let mut rng = SplitMix64::new(seed);

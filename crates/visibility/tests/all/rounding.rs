@@ -1,4 +1,5 @@
-//! Vertices in double precision: where they are rounded, and what that moves.
+//! Vertices in double precision: relative to which origin they are rounded, and how far that moves
+//! them.
 
 use linelit_geometry::{DVec3, origin_of_box};
 use linelit_testkit::cases::{cases, rng};
@@ -8,8 +9,8 @@ fn build(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Occluders {
     Occluders::build_with(positions, triangles, BuildOptions::default())
 }
 
-/// A vertex moves by half an ulp of its distance from the middle, on each axis: √3 · 2⁻²⁵ of twice
-/// the extent at most, and what rays meet is where it was to that.
+/// A vertex moves by half an ulp of its distance from the middle on each axis, √3 · 2⁻²⁵ of twice
+/// the extent at most, and hits of rays move by no more than that.
 #[test]
 fn doubles_are_rounded_by_the_extent_of_the_scene_wherever_it_is() {
     let (mut rng, mut scratch) = (rng(11), Scratch::new());
@@ -21,7 +22,8 @@ fn doubles_are_rounded_by_the_extent_of_the_scene_wherever_it_is() {
             [(); 3].map(|()| at + DVec3::from([(); 3].map(|()| rng.in_range(-size, size))));
         let occluders = build(&corners.map(|v| v.to_array()), &[[0, 1, 2]]);
         let moved = occluders.rounding().displacement;
-        // An axis has no middle where it is nearer than four sizes: up to nine units then.
+        // An axis has no middle if the scene is closer to zero than four sizes: coordinates up to
+        // nine units then.
         assert!(
             moved <= 9.0 * size * 2f64.powi(-24),
             "{far} {size}: {moved}"
@@ -41,7 +43,8 @@ fn doubles_are_rounded_by_the_extent_of_the_scene_wherever_it_is() {
     }
 }
 
-/// What no triangle uses, or triangles that can hide nothing use, has no say.
+/// Vertices that no triangle uses, or that only triangles use which can hide nothing, have no
+/// influence.
 #[test]
 fn stray_vertices_move_nothing() {
     let at = DVec3::new(500_000.3, 4_500_000.7, 100.1);
@@ -62,7 +65,7 @@ fn stray_vertices_move_nothing() {
     assert!(!plain.rounding().is_coarse());
 }
 
-/// A far triangle makes the scene large, and rounding coarse for a small one.
+/// A distant triangle makes the scene large, and the rounding coarse for a small triangle.
 #[test]
 fn details_that_rounding_loses_are_warned_about() {
     let small = [[0.1, 0.0, 0.0], [0.7, 0.0, 0.0], [0.1, 0.3, 0.0]];

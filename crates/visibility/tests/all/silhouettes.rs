@@ -1,4 +1,4 @@
-//! Fine closed meshes, which lines past many triangles see by their silhouettes.
+//! Fine closed meshes, which lines in dense shafts see by their silhouettes.
 
 use crate::common::{InSpace, Mesh, NONE, chord, closed, light, past_all};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -39,7 +39,7 @@ fn bumpy(rows: u32, centre: DVec3, radius: f64, open: usize) -> Mesh {
     mesh
 }
 
-/// Adds a mesh, some of whose triangles may be turned.
+/// Adds a mesh, with some of its triangles reversed.
 fn add(mesh: &mut Mesh, other: Mesh, turned: Option<&mut SplitMix64>) {
     let first = u32::try_from(mesh.positions.len()).unwrap();
     mesh.positions.extend(other.positions);
@@ -58,9 +58,9 @@ fn add(mesh: &mut Mesh, other: Mesh, turned: Option<&mut SplitMix64>) {
     mesh.triangles.extend(moved);
 }
 
-/// Meshes of a thousand triangles or more, in a cube of half side one around `centre`: smooth ones
-/// and crumpled ones, through each other, in one place twice, open, with turned triangles, and
-/// loose triangles between them.
+/// Meshes of a thousand triangles or more, in a cube of half side one around `centre`: smooth and
+/// crumpled ones, intersecting, two at the same position, open, with reversed triangles, and with
+/// other triangles between them.
 fn bodies(rng: &mut SplitMix64, case: usize, centre: DVec3, scale: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..3 {
@@ -103,8 +103,8 @@ fn see(
     (out, scratch.counters.dense_shafts)
 }
 
-/// Points and lights anywhere: on the meshes, inside, between, far away; some triangles excluded.
-/// Intervals agree with brute force, on every instruction set to the bit.
+/// Points and lights anywhere: on the meshes, inside, between, far away; with some triangles
+/// excluded. Intervals agree with brute force, and on all instruction sets to the bit.
 #[test]
 fn lines_past_fine_meshes_agree_with_brute_force() {
     let mut rng = linelit_testkit::cases::rng(31);

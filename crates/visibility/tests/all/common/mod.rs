@@ -9,7 +9,7 @@ use linelit_visibility::{
 };
 use std::ops::Range;
 
-/// Where the camera's rays first meet the scene, off the surface towards the eye, but for what is
+/// Where the camera's rays hit the scene, offset from the surface towards the eye, except for hits
 /// in the plane of a light: the scene shows its lights.
 pub(crate) fn shading_points(
     occluders: &Occluders,
@@ -38,9 +38,9 @@ pub(crate) fn shading_points(
     points.filter(|p| !in_plane(p)).collect()
 }
 
-/// Random points, directions and indices.
+/// A source of random points, directions and indices.
 pub(crate) trait InSpace {
-    /// A point of the cube of this half side around the origin.
+    /// A point in the cube with this half side around the origin.
     fn in_cube(&mut self, half: f64) -> DVec3;
     /// A unit vector.
     fn direction(&mut self) -> DVec3;
@@ -53,7 +53,8 @@ impl InSpace for SplitMix64 {
         DVec3::from([(); 3].map(|()| self.in_range(-half, half)))
     }
 
-    // Not `unit_vector` and `below`: tests name seeds of what they found.
+    // Not `unit_vector` and `below` of the generator, since tests refer to seeds of what they have
+    // found.
     fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.in_cube(1.0);
@@ -68,7 +69,7 @@ impl InSpace for SplitMix64 {
     }
 }
 
-/// What a shaft says of lines on a light: its class, and what is visible of each.
+/// The answers of a shaft about lines on a light: its class, and the visible part of each line.
 pub(crate) fn ask(
     occluders: &Occluders,
     point: DVec3,
@@ -85,7 +86,7 @@ pub(crate) fn ask(
     (shaft.class(), out)
 }
 
-/// The visible parts of a line past every triangle but some, one by one, in `f64`.
+/// The visible parts of a line past every triangle except some, tested one by one in `f64`.
 pub(crate) fn past_all(
     mesh: &Mesh,
     point: DVec3,
@@ -96,14 +97,14 @@ pub(crate) fn past_all(
     brute::visible(positions, triangles, point, line, exclude, Margins::DEFAULT)
 }
 
-/// The part of a line that is visible past every triangle, one by one, in `f64`.
+/// The visible fraction of a line past every triangle, tested one by one in `f64`.
 pub(crate) fn by_hand(mesh: &Mesh, point: DVec3, line: &Segment) -> f64 {
     let parts = past_all(mesh, point, line, &NONE);
     parts.iter().map(|part| part.hi - part.lo).sum()
 }
 
-/// Where a ray meets the nearest triangle, by determinants in `f64`; `None` for a ray that passes
-/// an edge within rounding.
+/// Where a ray hits the nearest triangle, by determinants in `f64`; `None` for a ray that passes an
+/// edge within rounding.
 pub(crate) fn nearest(mesh: &Mesh, ray: &Ray) -> Option<Option<f64>> {
     let d = ray.direction;
     let mut nearest: Option<f64> = None;
@@ -266,10 +267,10 @@ pub(crate) fn chord(rng: &mut SplitMix64, light: &[DVec3], angle: Option<f64>) -
     Segment::new(ends[0], ends[1])
 }
 
-/// Nothing excluded.
+/// No excluded triangles.
 pub(crate) const NONE: Range<u32> = 0..0;
 
-/// The triangles of a mesh for each instruction set.
+/// The occluders of a mesh for each instruction set.
 pub(crate) fn on_all_sets(mesh: &Mesh) -> Vec<Occluders> {
     let sets = [
         InstructionSet::Scalar,
