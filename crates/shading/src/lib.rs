@@ -29,5 +29,5 @@ mod special;
 pub mod spherical_gaussian;
 mod triangle_sum;
 
-// What public signatures name, so that one dependency is enough.
+// The geometry types appear in public signatures: with this export a caller needs one dependency.
 pub use linelit_geometry as geometry;
