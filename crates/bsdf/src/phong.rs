@@ -7,8 +7,9 @@ use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::TAU;
 
-/// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where ω_i·R
-/// > 0, and zero elsewhere; with k = 0 (the limit for k → 0) it is constant on the half-space of R.
+/// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
+/// ω_i·R > 0, and zero elsewhere; with k = 0 (the limit for k → 0) it is constant on the half-space
+/// of R.
 /// It is reciprocal. **Energy**: the albedo is k_s at normal incidence and less elsewhere, by the
 /// part below the surface.
 ///

@@ -1,4 +1,4 @@
-//! The laws that every reflection obeys.
+//! These tests check the laws that every reflection obeys.
 
 use super::*;
 use crate::lobe::Model;

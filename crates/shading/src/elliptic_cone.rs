@@ -21,8 +21,8 @@ const CLOSE: f64 = 1e-6;
 /// each of them it is decided on its own which side of the horizon it is on.
 ///
 /// **Formula**: half the sum of Lambert's `n·∫ w × dw/|w|²` over the boundary of the part above the
-/// horizon. A straight piece contributes [`polygon::edge`]. For an arc, let w = (a cos s, b sin s,
-/// 1) in the cone's axes, with a and b the tangents of the half angles, A² = 1 + a², B² = 1 + b²
+/// horizon. A straight piece contributes [`polygon::edge`]. For an arc, let w =
+/// (a cos s, b sin s, 1) in the cone's axes, with a and b the tangents of the half angles, A² = 1 + a², B² = 1 + b²
 /// and k² = a² − b². It contributes
 ///
 /// ```text

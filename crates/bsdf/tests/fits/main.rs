@@ -1,5 +1,5 @@
-//! Reflections as linearly transformed cosines: laws of the densities, albedos, and how far the
-//! fits are from what they stand for.
+//! These tests check reflections as linearly transformed cosines: laws of the densities, albedos,
+//! and the differences between the fits and the reflections.
 
 mod fit;
 mod fit_errors;

@@ -1,5 +1,5 @@
-//! Backward errors of linear lights and errors of solid angles: the rows of
-//! `docs/accuracy-lights.md`.
+//! This module measures the backward errors of linear lights and the errors of solid angles, which
+//! are the rows of `docs/accuracy-lights.md`.
 //!
 //! The backward error of a sample is the change of the random number ξ that explains it:
 //! |CDF(sample) − ξ|, with the CDF evaluated in `f64` for the very same input.

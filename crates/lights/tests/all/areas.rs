@@ -1,4 +1,5 @@
-//! Powers of lights and conversions of densities against their definitions.
+//! These tests compare the powers of lights and the conversions of densities with their
+//! definitions.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_lights::linear::ProjectedLine;

@@ -1,5 +1,5 @@
-//! Lights from plain numbers: what constructors make is what the fields say, of ordinary numbers,
-//! and no panic of hostile ones.
+//! These tests make lights from plain numbers: constructors set the fields that they should for
+//! ordinary numbers, and do not panic for hostile ones.
 
 use linelit_geometry::DVec3;
 use linelit_lights::{Extent, Light, Normals, PointDensity, SeenSurface, Surface};

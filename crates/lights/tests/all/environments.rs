@@ -1,5 +1,6 @@
-//! Images of all directions: every cell of the hierarchy is drawn as often as what a lookup returns
-//! in it demands, for each mapping and filter; means and irradiance; and where nothing is random.
+//! These tests check images of all directions: for each mapping and filter, every cell of the
+//! hierarchy is sampled in proportion to the lookups in it; also means and irradiance, and lookups
+//! that do not depend on random numbers.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "pixels are f32, and columns and rows a few thousand"

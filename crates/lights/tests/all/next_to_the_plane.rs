@@ -1,4 +1,5 @@
-//! Lines by projected solid angle from next to the light's plane, against 77 digits.
+//! These tests compare lines by projected solid angle, for shading points near the light's plane,
+//! with 77 digits.
 
 use crate::precise;
 use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};

@@ -1,4 +1,5 @@
-//! The octahedral map: where things lie, there and back, equal areas, and hostile input.
+//! These tests check the octahedral map: known directions, round trips, equal areas, and hostile
+//! input.
 
 use linelit_geometry::DVec3;
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere, wrap_texel};

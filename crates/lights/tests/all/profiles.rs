@@ -1,4 +1,4 @@
-//! Profiles: means, tables, images, and what is none.
+//! These tests check profiles: means, tables, images, and numbers that cannot be a profile.
 
 use linelit_geometry::{DMat3, DVec3, Frame};
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere};

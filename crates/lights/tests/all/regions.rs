@@ -1,5 +1,5 @@
-//! The laws of points of regions: χ², a density that integrates to one, and sample → invert →
-//! sample.
+//! These tests check the laws of samples on regions: χ², a density that integrates to one, and
+//! round trips from sample over invert to sample.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{PointTechnique, RegionSampler};

@@ -1,4 +1,5 @@
-//! Shapes as surfaces: outlines, borders and widths, and lobes on a part of a light.
+//! These tests check shapes as surfaces: outlines, borders and widths, and LTCs on a part of a
+//! light.
 
 use super::surfaces::{SLACK, Scene, off};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};

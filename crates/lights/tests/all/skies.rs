@@ -1,4 +1,4 @@
-//! Lights without size and skies: laws of their points, radiance, hostile input.
+//! These tests check delta lights and skies: laws of their points, radiance, and hostile input.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "pixels are f32, and bins a few thousand"

@@ -1,4 +1,4 @@
-//! Skies where their numbers are known, to rounding.
+//! These tests compare skies with known values, to rounding.
 
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 use linelit_lights::{Light, SkyView, Sphere};

@@ -1,5 +1,5 @@
-//! The solid angle from 1e-13 to 2π, in one technique: against closed forms, by additivity, and
-//! through the inverse.
+//! These tests check the solid angle from 1e-13 to 2π, by one technique: with closed forms, by
+//! additivity, and through the inverse.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AngularLines, LineTechnique, PointTechnique, SolidAngleSampler};

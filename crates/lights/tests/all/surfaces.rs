@@ -1,5 +1,5 @@
-//! The laws of surfaces: points lie on them, lines go through their points, and whatever drew a
-//! point says the same density of it again.
+//! These tests check the laws of surfaces: points lie on them, lines pass through their points, and
+//! every technique returns the same density for a point that it has drawn.
 
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};

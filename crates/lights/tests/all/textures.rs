@@ -1,4 +1,5 @@
-//! The laws of what samples textures: points and lines on parallelograms, by an image.
+//! These tests check the laws of textured techniques: points and lines on parallelograms, by an
+//! image.
 
 use super::surfaces::{Laws, SLACK, setup, viewer};
 use linelit_geometry::intervals::Interval;

@@ -1,4 +1,5 @@
-//! Blocks of a pattern: each is stratified as a pattern that stands alone, and so are all together.
+//! These tests check blocks of a pattern: each block is stratified like a pattern of its own, and
+//! so are all blocks together.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
 use crate::strata::{assert_each_once, assert_net, cell, fractions, stratum};

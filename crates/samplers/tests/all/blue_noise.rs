@@ -1,4 +1,4 @@
-//! The blue-noise tile: a permutation of its ranks, and blue.
+//! These tests check the blue-noise tile: it is a permutation of its ranks, and blue.
 #![allow(clippy::cast_possible_truncation, reason = "sizes are at most 64×64")]
 
 use linelit_samplers::{Sampler, SamplerKind, blue_noise_rank};

@@ -1,5 +1,5 @@
-//! How fast errors fall: exact variances where theory gives them, slopes where it gives rates (the
-//! table of variance exponents in the crate's README).
+//! These tests measure how fast errors fall: exact variances where theory gives them, and slopes
+//! where it gives rates (the table of variance exponents in the crate's README).
 
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_testkit::chi2::sidak;

@@ -1,5 +1,5 @@
-//! Whatever the lights and wherever the point: one light for each number, probabilities that add up
-//! to one, true zeros.
+//! These tests check the choice for any lights and any point: one light for each random number,
+//! probabilities that add up to one, and zero only for lights that cannot contribute.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
 use linelit_lights::{

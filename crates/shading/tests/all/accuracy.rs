@@ -1,4 +1,5 @@
-//! Errors of every integral, domain by domain, and the table and plots made of them.
+//! This module measures the errors of every integral, domain by domain, for the table and the plots
+//! of accuracy.
 
 use crate::polygon_oracle::Oracle as Positive;
 use crate::{naive, oracle};

@@ -1,5 +1,5 @@
-//! Measures every integral against double-double arithmetic, domain by domain, and writes the table
-//! and plots of `docs/accuracy.md`.
+//! This module measures every integral against double-double arithmetic, domain by domain, and
+//! writes the table and plots of `docs/accuracy.md`.
 //!
 //! `cargo xtask accuracy [--check] [--quick | --share=N] [--only=GROUP]`: `--check` compares with
 //! the table there instead of writing and fails when a row is worse; `--quick` takes a hundredth of

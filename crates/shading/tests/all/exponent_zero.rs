@@ -1,5 +1,5 @@
-//! A lobe of exponent zero: one where its cosine is positive, nothing elsewhere, wherever it is
-//! asked.
+//! These tests check a lobe with the exponent zero, in every integral: it is one where its cosine
+//! is positive, and zero elsewhere.
 
 use linelit_bsdf::Phong;
 use linelit_geometry::DVec3;

@@ -1,4 +1,4 @@
-//! Laws that every integral obeys, attacked with awkward floats.
+//! These tests check laws that every integral obeys, with awkward floats.
 
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_shading::ltc::Ltc;

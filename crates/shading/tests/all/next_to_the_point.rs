@@ -1,5 +1,5 @@
-//! Lights of which a corner, an edge or an end is as near to the shading point as numbers go: the
-//! squares of such distances are below the range of numbers, the light is not.
+//! These tests use lights with a corner, an edge or an end so near to the shading point that the
+//! squares of such distances underflow, while the light does not.
 
 use crate::accuracy::{flat_shape, from_its_plane};
 use crate::polygons_by_quadrature::facets;

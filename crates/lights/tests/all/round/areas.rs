@@ -1,4 +1,5 @@
-//! How much of what is round is seen, and where samples of it are, by elementary geometry.
+//! These tests check visible areas of round lights, and the positions of samples on them, by
+//! elementary geometry.
 
 use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_lights::{

@@ -1,5 +1,5 @@
-//! The laws of lines along cylinders and of points on them, what is seen of a cylinder, and its
-//! irradiance.
+//! These tests check the laws of lines along cylinders and of points on them, the visible part of a
+//! cylinder, and its irradiance.
 
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{
