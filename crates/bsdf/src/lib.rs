@@ -1,4 +1,5 @@
-//! Reflection models behind one trait, and what integrals in closed form know of them.
+//! This crate holds reflection models behind one trait, which also says which closed forms of
+//! integrals are known for a reflection.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]

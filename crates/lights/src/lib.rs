@@ -1,4 +1,4 @@
-//! The lights of linelit, and every technique that samples points or lines on them. There are
+//! This crate holds lights, and techniques that sample points and lines on them. There are
 //! polygons, spheres, disks, cylinders, linear lights, points, parallel light and skies; each
 //! technique has `sample`, `pdf` and `invert`.
 //!

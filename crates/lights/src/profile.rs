@@ -310,6 +310,7 @@ impl ProfileTable {
         if values.is_empty() || vertical.len().checked_mul(horizontal.len()) != Some(values.len()) {
             return Err(ProfileError::Count);
         }
+        // Check that angles ascend within their range, to rounding.
         for (angles, most) in [(&vertical, PI), (&horizontal, TAU)] {
             let most = most * (1.0 + 1e-9);
             let is_bad = |k: &usize| {

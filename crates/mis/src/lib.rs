@@ -1,4 +1,4 @@
-//! Heuristics for multiple importance sampling, as functions of plain numbers.
+//! This crate holds heuristics for multiple importance sampling, as functions of plain numbers.
 //!
 //! A sample that is drawn by technique i of several has the density pⱼ under each of them. A
 //! heuristic turns these densities and the sample counts Nⱼ into a weight wᵢ with Σᵢ wᵢ = 1, for

@@ -1,4 +1,5 @@
-//! Sample sequences in which every number is a pure function of seed, pixel, dimension and sample.
+//! This crate makes sample sequences in which every number is a pure function of seed, pixel,
+//! dimension and sample.
 //!
 //! A [`Sampler`] has a [kind](SamplerKind) and a seed. [`Sampler::points`] returns the
 //! [`SampleSet`] of one pixel in one dimension. Its numbers are f64 in [0, 1), never 1, in one or

@@ -1,5 +1,5 @@
-//! The choice of one light among many (Shirley & Wang 1991, §3): one sample for the union of N
-//! lights.
+//! This crate chooses one light among many, so that one sample serves for the union of N lights
+//! (Shirley & Wang 1991, §3).
 //!
 //! Light i is chosen with the probability αᵢ, and a point of it with its own density pᵢ, so that
 //! the density on the union is αᵢ pᵢ (eq. 7). This crate has several ways to choose α. Each can

@@ -280,8 +280,8 @@ mod tests {
     use linelit_testkit::quadrature::cubature;
     use std::f64::consts::TAU;
 
-    /// A unit vector's mean is the density, and the mean over a cap what cubature says, to a
-    /// quarter: caps of 2° to 30° on and beside the axes of lobes of 3° to 45°.
+    /// The mean for a unit vector is the density, and the mean over a cap agrees with cubature to a
+    /// quarter, for caps of 2° to 30° on the axes of lobes of 3° to 45° and away from them.
     #[test]
     fn means_of_a_lobe_are_near() {
         let mut worst = 1.0_f64;

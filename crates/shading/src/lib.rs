@@ -1,4 +1,4 @@
-//! Closed-form integrals of reflected light along lines and over polygons.
+//! This crate integrates reflected light in closed form, along lines and over polygons.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]

@@ -478,6 +478,7 @@ impl LineView {
         let inverse = 1.0 / sum;
         let (lambda, rest) = (w1 * inverse, w0 * inverse);
         if SHORT {
+            // Interpolate the position from the nearer end, and derive the direction.
             let kept = if lambda > rest {
                 self.kept[1]
             } else {
@@ -496,6 +497,7 @@ impl LineView {
                 point,
             };
         }
+        // Compute the direction from the first end, and derive the position.
         let other = self.cos_delta * c + self.sin_delta * s;
         let cosine = if second { other } else { c } * self.inverse[0];
         let direction = self.ends[0] * cosine + self.tangent * last;

@@ -234,6 +234,7 @@ impl SphereProjected {
     /// Returns the height |q| below which the fraction `share` of the mass of its side lies. It
     /// uses Newton's method in a bracket, from a start that is exact where slices shrink to zero.
     fn height(&self, cut: &Cut, share: f64) -> f64 {
+        // Start as if the mass above a height fell as the power 3/2 of the distance to the end.
         let target = share * cut.half;
         let (mut low, mut high) = (0.0, cut.last);
         let rest = cbrt(1.0 - share);

@@ -190,6 +190,7 @@ impl SphereCone {
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3) -> Self {
         let (d, frame) = seen_from(sphere, x);
+        // Scale lengths whose products would overflow or underflow.
         let size = if d > sphere.radius { d } else { sphere.radius };
         let scale = if size > 1e-30 && size < 1e30 {
             1.0
@@ -197,6 +198,7 @@ impl SphereCone {
             power_of_two_over(size)
         };
         let (d, r) = (d * scale, sphere.radius * scale);
+        // Compute 1 − cos θ_max from terms of one sign.
         let k = if d >= r {
             let s = r / d;
             s * s / (1.0 + ((d - r) * (d + r)).sqrt() / d)

@@ -121,6 +121,8 @@ impl<'a> SkyPoints<'a> {
     /// Sets up the technique for the shading point of a view.
     #[must_use]
     pub fn new(view: SkyView<'a>, by: SkyBy) -> Self {
+        // A sun ignores the density and the portal, and an image a portal that is seen edge-on;
+        // [`Self::shows`] tests the portal for each direction.
         let kind = match (&view.sky.emission, &view.sky.portal, by) {
             (
                 SkyEmission::Sun {

@@ -342,7 +342,8 @@ const CLASSES: [&str; 17] = [
     "sizes 1e3 to 1e18",
 ];
 
-/// Rows of lines whose numbers are those of `f32`, the printed algorithm in `f32` beside ours.
+/// Returns the rows of lines whose numbers are `f32`, with the printed algorithm in `f32` next to
+/// ours.
 pub(crate) fn beside_printed(cases: u64) -> Vec<Row> {
     let row = |name: &&'static str| {
         let mut rng = Random(5);
@@ -488,7 +489,7 @@ fn measure(row: &Row) -> f64 {
     }]
 }
 
-/// Rows that are worse than those of a table, or than their goal.
+/// Returns the rows that are worse than in a table, or worse than their goal.
 pub(crate) fn regressions(rows: &[Row], table: &str) -> Vec<String> {
     let mut out = Vec::new();
     for row in rows {

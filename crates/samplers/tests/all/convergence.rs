@@ -92,9 +92,9 @@ fn variances_of_a_ramp() {
     }
 }
 
-/// A jump at a random place c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 −
-/// p)] = 1/6, so that the variance is 1/(6 N²) for all stratified patterns and for uniform jitter,
-/// whatever N; 1/(6 N) independent.
+/// A jump at a random position c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 −
+/// p)] = 1/6, so that for any N the variance is 1/(6 N²) for all stratified patterns and for
+/// uniform jitter, and 1/(6 N) for independent samples.
 #[test]
 fn variances_of_a_jump() {
     use SamplerKind::{Independent, MultiJitter, Sobol, Stratified, UniformJitter};

@@ -132,7 +132,7 @@ fn lamps() -> impl Strategy<Value = Vec<Light>> {
     prop::collection::vec(lamp(), 1..40).prop_map(|all| all.into_iter().flatten().collect())
 }
 
-/// Lights of any magnitude, some of which overflow whatever is made of them.
+/// Lights of any magnitude, some of which overflow in any product.
 fn hostile() -> impl Strategy<Value = Vec<Light>> {
     let magnitude = || {
         prop_oneof![

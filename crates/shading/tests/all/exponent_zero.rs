@@ -50,7 +50,7 @@ fn behind_the_lobe_is_dark() {
 }
 
 proptest! {
-    /// The lobe and its opposite are all of the light, whichever form is asked.
+    /// The lobe and its opposite together give all of the light, in every form.
     #[test]
     fn two_opposite_lobes_are_diffuse(p0 in point(), p1 in point(), n in unit(), r in unit()) {
         // Along the border of both there is neither.
