@@ -144,6 +144,7 @@ struct Place {
 }
 
 impl Place {
+    /// Finds the position of a width and of the cosine of the view.
     fn new(alpha: f64, cosine: f64) -> Self {
         let [least, most] = ALPHAS.map(f64::sqrt);
         let axes = [

@@ -99,6 +99,7 @@ impl Layers {
         self.lobes.is_empty() && self.diffuse == DVec3::ZERO
     }
 
+    /// Returns the frame of the surface, with the tangent as x if there is one.
     fn frame(&self, n: DVec3) -> Frame {
         if self.tangent == DVec3::ZERO {
             Frame::from_normal(n)

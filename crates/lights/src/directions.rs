@@ -61,6 +61,7 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
+    /// Makes a grid with `count` cells along each side.
     pub(crate) fn new(mapping: SkyMapping, count: usize) -> Self {
         let height = |k: usize| {
             let sine = sin(FRAC_PI_2 * k as f64 / count as f64);

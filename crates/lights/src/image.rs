@@ -32,6 +32,7 @@ struct Rows {
 }
 
 impl Rows {
+    /// Sums `count` rows of `length` numbers; `value` takes the index in the row, and the row.
     fn new(count: usize, length: usize, value: impl Fn(usize, usize) -> f64) -> Self {
         let mut sums = Vec::with_capacity(count * (length + 1));
         let mut totals = Vec::with_capacity(count + 1);
@@ -55,6 +56,7 @@ impl Rows {
         }
     }
 
+    /// Returns the running sums of a row.
     fn row(&self, j: usize) -> &[f64] {
         &self.sums[j * (self.length + 1)..(j + 1) * (self.length + 1)]
     }
@@ -189,6 +191,7 @@ impl ImportanceImage {
         self.rows.totals[self.rows.count]
     }
 
+    /// Returns the table whose rows run along `axis`.
     fn table(&self, axis: TextureAxis) -> &Rows {
         match axis {
             TextureAxis::U => &self.rows,

@@ -427,6 +427,7 @@ impl ProfileMap {
         self
     }
 
+    /// Makes an image of any mapping, and checks its size and its values.
     fn of(size: [usize; 2], mapping: SkyMapping, values: Vec<f32>) -> Result<Self, ProfileError> {
         let pixels = size[0].checked_mul(size[1]);
         let fits = |n: usize| values.len() == n || Some(values.len()) == n.checked_mul(3);

@@ -211,6 +211,7 @@ struct Factor<const T: usize> {
 }
 
 impl<const T: usize> Factor<T> {
+    /// Factorises the scaled matrix A, with a ridge added to its diagonal.
     fn new(a: &[[f64; T]; T], ridge: f64) -> Self {
         // Scale the matrix to a diagonal of ones, and add the ridge.
         let scale: [f64; T] = std::array::from_fn(|k| {

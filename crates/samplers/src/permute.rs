@@ -23,6 +23,7 @@ pub(crate) enum Permutation {
     Hashed(Hashed),
 }
 
+/// The constants of a hashed permutation of 0..n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Hashed {
     n: u32,
@@ -147,6 +148,7 @@ impl Hashed {
         }
     }
 
+    /// Returns the image of `i` < n.
     #[inline]
     fn get(&self, i: u32) -> u32 {
         debug_assert!(i < self.n);

@@ -163,6 +163,7 @@ pub struct SampleSet {
     dimension: u32,
 }
 
+/// The pattern of a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,

@@ -40,6 +40,7 @@ impl Stratified {
         }
     }
 
+    /// Returns the jitter of sample `i` along an axis, in [0, 1).
     #[inline]
     fn offset(&self, axis: usize, i: u32) -> f64 {
         unit_f64(word(self.jitter[axis], u64::from(i)))

@@ -134,6 +134,8 @@ impl LightBounds {
         self.power * area * self.orientation_measure()
     }
 
+    /// Returns the measure of the directions that are lit, by the cone of normals (Conty & Kulla
+    /// 2018, eq. 1).
     fn orientation_measure(&self) -> f64 {
         let o = self.spread;
         let w = (o + 0.5 * PI).min(PI);

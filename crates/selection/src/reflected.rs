@@ -171,6 +171,7 @@ struct Cap {
 }
 
 impl Cap {
+    /// Makes the cap under which a sphere is seen from `x`.
     fn of_sphere(light: &SphereLight, x: DVec3) -> Self {
         let to = light.sphere.center - x;
         let reach = (light.sphere.radius / to.length()).min(1.0);
@@ -182,6 +183,7 @@ impl Cap {
         }
     }
 
+    /// Makes the cap under which a disk is seen from `x`.
     fn of_disk(light: &DiskLight, x: DVec3) -> Self {
         let to = light.disk.center - x;
         let (w, reach) = (to.normalize_or_zero(), light.disk.radius / to.length());

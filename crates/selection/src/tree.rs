@@ -25,6 +25,7 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::BELOW_ONE;
 use linelit_lights::Light;
 
+/// A node of the tree: a group of lights, or a single light.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: LightBounds,
@@ -157,6 +158,7 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
+    /// Builds the tree over some lights, at the end of a trail of branches.
     fn build(&mut self, members: &mut [(usize, LightBounds)], trail: u64, depth: u32) {
         let bounds = together(members.iter().map(|m| &m.1));
         let at = self.nodes.len();
@@ -453,6 +455,7 @@ fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
     members.len() / 2
 }
 
+/// Returns the bucket of a coordinate.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -39,6 +39,7 @@ pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
     by(Isa::best(), segments, n, out);
 }
 
+/// Computes [`ribbons`] by a given instruction set.
 fn by(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
     if segments.len() <= FEW * LANES {
         transposed::<FEW>(isa, segments, n, out);

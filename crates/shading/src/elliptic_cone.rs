@@ -195,10 +195,12 @@ impl<'a> PartOfCone<'a> {
         nonnegative(0.5 * self.sum).min(PI * self.n.length())
     }
 
+    /// Whether a point is above the horizon.
     fn is_up(&self, p: DVec3) -> bool {
         self.n.dot(p) > 0.0
     }
 
+    /// Returns the point between a and b on the horizon.
     fn crossing(&self, a: DVec3, b: DVec3) -> DVec3 {
         let (ha, hb) = (self.n.dot(a), self.n.dot(b));
         a + (b - a) * (ha / (ha - hb))

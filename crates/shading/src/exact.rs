@@ -55,6 +55,7 @@ pub(crate) fn length(v: DVec3) -> f64 {
     }
 }
 
+/// Returns the length of a vector whose squares may overflow or underflow.
 #[cold]
 #[inline(never)]
 fn extreme_length(v: DVec3) -> f64 {

@@ -86,6 +86,7 @@ impl<const N: usize> Fan<N> {
         Self::measure(ends, whole, values, fraction, unit)
     }
 
+    /// Makes the fan of clipped ends; a fan with an end near the shading point is scaled first.
     fn measure(
         ends: [DVec3; 2],
         whole: [DVec3; 2],
@@ -118,6 +119,7 @@ impl<const N: usize> Fan<N> {
         Self::of(ends, radii, whole, values, fraction, unit * scale)
     }
 
+    /// Makes the fan of clipped ends whose distances have all digits.
     #[inline(always)]
     fn of(
         ends: [DVec3; 2],

@@ -105,6 +105,7 @@ pub(crate) fn max(a: f64, b: f64) -> f64 {
     One.dmax(a, b)
 }
 
+/// Computes the products of a segment, and whether they are accurate.
 #[inline(always)]
 fn measure<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Products<L> {
     let (a, b) = (products::<L>(p0, p0), products::<L>(p1, p1));

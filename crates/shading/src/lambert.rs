@@ -25,6 +25,7 @@ struct Round {
     held: u8,
 }
 
+/// Sums the terms of eight edges for which the fast path holds and `also` is set.
 #[inline(always)]
 fn add_up<S: Simd>(s: S, a: [S::D; 3], b: [S::D; 3], n: [S::D; 3], also: S::M) -> Round {
     let (value, square, held) = fast_path::edge(s, a, b, n);

@@ -165,6 +165,7 @@ pub(crate) fn window(k: f64, slope: f64) -> f64 {
     2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
 }
 
+/// Integrates one panel that starts at `start`, in the direction of `sign`.
 fn panel_sum(fan: &Fan<3>, start: f64, width: f64, slope: f64, sign: f64, k: f64) -> f64 {
     let far = if sign > 0.0 { fan.angle - start } else { start };
     // Meet an end of the arc exactly.

@@ -77,6 +77,7 @@ impl Ltc {
         self.over(frame, vertices, polygon::irradiance_by_edges)
     }
 
+    /// Integrates over a polygon: it is clipped to the horizon, and mapped to the cosine's space.
     fn over(
         &self,
         frame: &Frame,

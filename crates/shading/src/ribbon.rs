@@ -66,6 +66,7 @@ pub(crate) fn robust(p0: Point, p1: Point, n: Point) -> f64 {
     general(p0, p1, n)
 }
 
+/// Computes [`line_integral`] from the part of the segment above the horizon.
 #[inline(never)]
 fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {

@@ -52,6 +52,7 @@ impl Span {
         Self::rescaled(p0, p1, n)
     }
 
+    /// Does what [`Self::new`] does, after scaling by a power of two.
     #[cold]
     #[inline(never)]
     fn rescaled(p0: DVec3, p1: DVec3, n: DVec3) -> Option<Self> {
@@ -74,6 +75,7 @@ impl Span {
         Self::measured(left, radii, whole, unit * scale)
     }
 
+    /// Measures a clipped segment whose distances have all digits.
     #[inline(always)]
     fn measured(
         clipped: ClippedSegment,
@@ -109,6 +111,7 @@ impl Span {
         Self::unclipped_rescaled(p0, p1)
     }
 
+    /// Does what [`Self::unclipped`] does, after scaling by a power of two.
     #[cold]
     #[inline(never)]
     fn unclipped_rescaled(p0: DVec3, p1: DVec3) -> Option<Self> {
@@ -117,6 +120,7 @@ impl Span {
         Self::near_or_far(Self::all(whole), whole, unit)
     }
 
+    /// Returns the whole segment as if it had been clipped.
     fn all([p0, p1]: [DVec3; 2]) -> ClippedSegment {
         ClippedSegment {
             p0,

@@ -74,6 +74,7 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     })
 }
 
+/// Integrates over the fan of a segment; `scale` is the factor of the model.
 fn integrate(
     [p0, p1, n, xi]: [DVec3; 4],
     lambda: f64,

@@ -205,6 +205,7 @@ impl AngularLines {
         }
     }
 
+    /// Sets up lines of which none can be drawn.
     fn nothing(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         Self {
             pieces: Pieces::new(core::iter::empty()),
@@ -223,6 +224,7 @@ impl AngularLines {
         Self::with_foot(lines, x, foot, height, normal, marginal, false)
     }
 
+    /// Sets up lines, given the foot and the height of the shading point in their coordinates.
     #[inline(always)]
     fn with_foot(
         lines: ParallelLines,
@@ -289,6 +291,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns a piece between neighbouring knots.
     fn piece<const CLOSE: bool>(&self, k: usize) -> Piece<CLOSE> {
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
         let piece = Piece {
@@ -330,6 +333,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns the measure of a part of a piece, for the density of offsets.
     fn measure<const CLOSE: bool>(&self, part: &Trapezoid<CLOSE>) -> f64 {
         match self.marginal_normal() {
             None => part.solid_angle(),
@@ -373,6 +377,7 @@ impl AngularLines {
             .map_or(0.0, |line| line.projected_solid_angle())
     }
 
+    /// Returns the solid angle of a line per radius.
     #[inline(always)]
     fn thin_solid_angle(&self, line: Line) -> f64 {
         let thin = 2.0 * line.sine_range(self.z) / (line.u * line.u + self.z * self.z).sqrt();
@@ -523,6 +528,7 @@ impl AngularLines {
         locate(&self.lines, point)
     }
 
+    /// Returns a part of the line at an offset, with the measure along it.
     fn interval(&self, offset: f64, part: Interval) -> Option<ThinLine> {
         let whole = self.line_at(offset)?;
         let lo = whole.lo + whole.length * part.lo;
@@ -539,6 +545,7 @@ impl AngularLines {
         })
     }
 
+    /// Returns the measures of the line at an offset; `None` if no part is visible.
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
         let total: f64 = visible
             .iter()
@@ -558,6 +565,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns the joint density at a point of a line with these measures.
     fn joint_value(&self, point: DVec3, line: &LineMeasure) -> Pdf<SolidAngle> {
         let density = line.whole / (line.visible * self.total());
         match self.normal {

@@ -70,10 +70,12 @@ impl LineSampler {
         (u[k] - u[k - 1], length(k - 1), length(k))
     }
 
+    /// Returns the area of the polygon.
     fn area(&self) -> f64 {
         self.cumulative[self.lines.knots().len() - 1]
     }
 
+    /// Inverts the CDF of offsets by length.
     fn by_length(&self, u: f64) -> f64 {
         let knots = self.lines.knots();
         let target = u * self.area();
@@ -90,6 +92,7 @@ impl LineSampler {
         at_most(knots[k - 1] + w * sample_linear(xi, l0, l1), knots[k])
     }
 
+    /// Returns the joint density of an offset and a uniform point on the visible length.
     fn joint(offset: Pdf<Offset>, visible_length: f64) -> Pdf<Area> {
         offset.joint(Pdf::<Length>::new(1.0 / visible_length))
     }

@@ -137,6 +137,7 @@ impl<'i> TexturedLines<'i> {
         )
     }
 
+    /// Returns the density of the offsets in a strip.
     #[allow(clippy::cast_precision_loss, reason = "few strips")]
     fn strip_density(&self, k: usize) -> Pdf<Offset> {
         let count = self.strip_count();
@@ -144,10 +145,12 @@ impl<'i> TexturedLines<'i> {
         Pdf::new(mass / self.strips[count] * (count as f64 / self.width()))
     }
 
+    /// Returns the joint density of an offset and a point with the image's `value`.
     fn joint(offset: Pdf<Offset>, value: f64, mass: f64) -> Pdf<Area> {
         offset.joint(Pdf::<Length>::new(value / mass))
     }
 
+    /// Returns the line at an offset in texture coordinates.
     fn track(&self, segment: &Segment, offset: f64) -> Track<'i> {
         let [from, to] = [segment.p0, segment.p1].map(|p| self.texture.coordinates(p));
         let edge = self.edge.map(|(axis, against)| {
@@ -353,6 +356,7 @@ struct Track<'i> {
 }
 
 impl Track<'_> {
+    /// Returns a texture coordinate at a parameter of the line, clamped to [0, 1].
     fn coordinate(&self, axis: TextureAxis, t: f64) -> f64 {
         let i = axis as usize;
         fraction(self.from[i] * (1.0 - t) + self.to[i] * t)
@@ -424,6 +428,7 @@ impl Track<'_> {
         self.image.pixel(i, j)
     }
 
+    /// Returns the integral of the image over the visible intervals of the parameter.
     fn mass(&self, visible: &[Interval]) -> f64 {
         visible
             .iter()

@@ -65,6 +65,7 @@ impl<const CLOSE: bool> Piece<CLOSE> {
         }
     }
 
+    /// Whether the first line is the one with the larger offset.
     pub(crate) fn is_reversed(&self) -> bool {
         CLOSE && self.width < 0.0
     }
@@ -123,10 +124,12 @@ pub(crate) struct Warp {
 }
 
 impl Warp {
+    /// Returns the integral of the density over the piece.
     pub(crate) fn mass(&self) -> f64 {
         0.5 * (self.first + self.last) * self.angles.end
     }
 
+    /// Returns the density at the fraction `t` of the angle.
     pub(crate) fn at(&self, t: f64) -> f64 {
         self.first + (self.last - self.first) * t
     }

@@ -181,6 +181,7 @@ impl Rectangle {
 }
 
 impl Cut {
+    /// Computes the quantities at the line with the offset `u`.
     fn new(first: &Line, [q0, q1]: [f64; 2], z: f64, u: f64) -> Self {
         let line = Line { u, ..*first };
         let (y0, y1) = (line.lo, line.hi);

@@ -183,6 +183,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         along - 0.5 * n.z * across
     }
 
+    /// Returns Lambert's sum over the edges.
     fn by_edges(&self, n: DVec3) -> f64 {
         let mut sum = 0.0;
         for i in 0..4 {
@@ -196,6 +197,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         0.5 * sum
     }
 
+    /// Returns Lambert's sum, centred on the first corner so that the full turn cancels by hand.
     fn centred(&self, n: DVec3) -> f64 {
         let v0 = self.corners[0];
         let big = v0.length();

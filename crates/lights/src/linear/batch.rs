@@ -84,6 +84,7 @@ impl Batch {
     }
 }
 
+/// Returns the angles from which the iteration starts.
 #[inline(never)]
 fn start(arc: &Inversion, view: &LineView, xi: &Column, n: usize) -> Angles {
     let (n, arc) = (n.min(BLOCK), *arc);
@@ -99,6 +100,7 @@ fn start(arc: &Inversion, view: &LineView, xi: &Column, n: usize) -> Angles {
     out
 }
 
+/// Returns the next step of each sample, limited to the arc.
 #[inline(never)]
 fn steps(arc: &Inversion, xi: &Column, n: usize, at: &Angles) -> Column {
     let (n, arc) = (n.min(BLOCK), *arc);

@@ -33,6 +33,7 @@ pub(crate) struct LineIntegral {
 }
 
 impl LineIntegral {
+    /// Sets the integral up; `None` if it is not a positive number.
     pub(crate) fn new(view: &LineView, normal: DVec3) -> Option<Self> {
         let (p0, p1) = view.ends();
         let d = (p1 - p0).try_normalize()?;

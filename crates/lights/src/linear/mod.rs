@@ -78,6 +78,7 @@ impl LinearTechnique {
     }
 }
 
+/// The set-up of each technique; several techniques share the solid angle.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Area,
@@ -199,6 +200,7 @@ impl LinearSampler {
         }
     }
 
+    /// Returns the density at a position on the clipped line.
     fn pdf_at(&self, lambda: f64) -> Pdf<ThinSolidAngle> {
         match &self.kind {
             Kind::Area => Pdf::<Length>::new(self.density)
@@ -214,6 +216,7 @@ impl LinearSampler {
         }
     }
 
+    /// Returns the sample at a position on the clipped line.
     fn at_place(&self, lambda: f64) -> LinearSample {
         let offset = self.view.at(lambda);
         LinearSample {

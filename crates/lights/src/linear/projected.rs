@@ -347,10 +347,12 @@ impl Inversion {
         held.then_some(out)
     }
 
+    /// Returns the projected solid angle per radius of the line.
     pub(crate) fn projected_solid_angle(&self, view: &LineView) -> f64 {
         self.total / view.line_distance()
     }
 
+    /// Returns the sample for a random number.
     pub(crate) fn sample(&self, view: &LineView, xi: f64) -> ArcPoint {
         let (second, at) = self.find(view, xi);
         view.arc_point(second, at.s, at.c)
@@ -425,6 +427,7 @@ impl Inversion {
         step
     }
 
+    /// Returns the fraction of the mass below the angle `v` from the first end.
     pub(crate) fn cdf(&self, v: f64) -> f64 {
         let v = v.at_least(0.0).at_most(self.delta);
         let (s, c) = sin_cos(v);

@@ -109,6 +109,7 @@ impl LineView {
         Self::build(p0, p1, edge, x, normal)
     }
 
+    /// Makes the view from the ends, the edge and the cross product of the ends.
     #[inline(always)]
     fn build(p0: DVec3, p1: DVec3, edge: DVec3, x: DVec3, normal: Option<DVec3>) -> Option<Self> {
         let whole = edge.length();

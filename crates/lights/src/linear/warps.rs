@@ -54,6 +54,7 @@ impl Warp {
         3.0 * (b0 * s * s + 2.0 * b1 * s * t + b2 * t * t) / self.total()
     }
 
+    /// Returns the CDF at `t`.
     pub(crate) fn cdf(&self, t: f64) -> f64 {
         let s = 1.0 - t;
         let total = self.total();

@@ -69,6 +69,7 @@ impl Proxy {
         predicates::dot(predicates::cross(ab, ac), self.corners[0]).abs() / (la * lb * lc)
     }
 
+    /// Returns the area of the proxy triangle.
     fn area(&self) -> f64 {
         let ([a, b, c], [la, lb, lc]) = (self.corners, self.length);
         // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), where the last difference is computed from the
@@ -156,6 +157,7 @@ impl PointTechnique for ProxySampler {
     }
 }
 
+/// Converts fan coordinates to barycentric coordinates.
 fn barycentric(at: &FanPoint) -> [f64; 3] {
     let (kappa, lambda) = (at.kappa, at.lambda);
     [1.0 - kappa, kappa * (1.0 - lambda), kappa * lambda]

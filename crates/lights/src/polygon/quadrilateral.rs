@@ -92,6 +92,7 @@ fn two_product<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
 }
 
+/// Computes a sum and its rounding error in each lane.
 #[inline(always)]
 fn two_sum<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     let s = a + b;
@@ -99,6 +100,7 @@ fn two_sum<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     (s, (a - (s - t)) + (b - t))
 }
 
+/// Computes ab − cd with little more than one rounding, in each lane.
 #[inline(always)]
 fn diff_of_products<S: Simd>(a: S::D, b: S::D, c: S::D, d: S::D) -> S::D {
     let (p, ep) = two_product::<S>(a, b);
@@ -107,6 +109,7 @@ fn diff_of_products<S: Simd>(a: S::D, b: S::D, c: S::D, d: S::D) -> S::D {
     s + (es + (ep - eq))
 }
 
+/// Computes a dot product in twice the working precision, in each lane.
 #[inline(always)]
 fn exact_dot<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> S::D {
     let (p0, e0) = two_product::<S>(a[0], b[0]);

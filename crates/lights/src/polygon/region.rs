@@ -81,6 +81,7 @@ impl Side {
         })
     }
 
+    /// Returns q on the side at p.
     #[inline]
     fn at(&self, p: f64) -> f64 {
         self.from[1] + self.slope * (p - self.from[0])

@@ -89,6 +89,7 @@ impl SolidAngleSampler {
         self.pdf = Pdf::new(1.0 / self.solid_angle());
     }
 
+    /// Sets up the two triangles of a quadrilateral.
     fn look_at_two(&mut self, [a, b, c, d]: [DVec3; 4], seen: &Quadrilateral) {
         let [at_a, at_b, at_c, _] = seen.corners;
         let [la, lb, lc, ld] = seen.lengths;
@@ -102,6 +103,7 @@ impl SolidAngleSampler {
         self.pieces.push(second.solid_angle());
     }
 
+    /// Sets up the triangles of the fan one by one.
     fn look_at_each(&mut self) {
         let [first, second, rest @ ..] = self.polygon.vertices() else {
             return;
@@ -127,6 +129,7 @@ impl SolidAngleSampler {
         }
     }
 
+    /// Computes [`PointTechnique::sample_into`] by a given instruction set.
     fn sample_by(&self, isa: Isa, u: [&[[f64; 8]]; 2], out: &mut PointColumns<'_>) {
         let rows = out.rows(u);
         out.pdf[..rows].fill([self.pdf.value(); 8]);

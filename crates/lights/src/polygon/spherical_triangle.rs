@@ -133,6 +133,7 @@ impl Side {
         Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
     }
 
+    /// Makes a side from the products of its ends, by the form that does not cancel.
     #[inline]
     fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
         let length = predicates::length(cross);
@@ -323,6 +324,7 @@ impl SphericalTriangle {
         (angle / self.half).clamp(0.0, 1.0)
     }
 
+    /// Inverts `sin²(s/2) = ξ₂ sin²(s₁/2)` on the arc from a to the outer edge.
     fn invert_inner(&self, lambda: f64, kappa: f64) -> f64 {
         let half_sine = |edge: DVec3| {
             let p = self.a + edge;

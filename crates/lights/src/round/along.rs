@@ -46,6 +46,7 @@ impl Along {
         visible.iter().map(measure).sum()
     }
 
+    /// Returns the measure of a part of a line.
     fn part_measure(&self, line: &Segment, part: Interval) -> f64 {
         match self.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => {

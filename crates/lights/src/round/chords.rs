@@ -195,12 +195,14 @@ impl DiskChords {
         (ends[1] > ends[0]).then_some(ends)
     }
 
+    /// Returns the part of the chord at an offset between two ends.
     fn segment(&self, offset: f64, [from, to]: [f64; 2]) -> Segment {
         let [along, across] = self.axes;
         let middle = self.disk.center + across * offset;
         Segment::new(middle + along * from, middle + along * to)
     }
 
+    /// Returns μ at an offset.
     fn chord_measure(&self, offset: f64) -> f64 {
         let Some(ends) = self.extent(offset) else {
             return 0.0;

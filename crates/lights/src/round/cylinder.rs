@@ -535,6 +535,7 @@ impl CylinderArea {
         }
     }
 
+    /// Returns the random numbers of a point; `None` outside the sampled part.
     fn locate(&self, point: DVec3) -> Option<[f64; 2]> {
         let Cylinder { axis, radius } = self.cylinder;
         let (out, length) = (point - axis.p0, axis.length());

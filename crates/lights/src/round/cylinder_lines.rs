@@ -85,6 +85,7 @@ impl CylinderLines {
         }
     }
 
+    /// Sets up lines of which none can be drawn.
     fn nothing(x: DVec3, horizons: &[DVec3], measure: ChordMeasure) -> Self {
         let normal = horizons.first().copied().unwrap_or(DVec3::Z);
         Self {
@@ -308,6 +309,7 @@ impl CylinderLines {
             .then(|| self.number_of(view, &slice_at(view, offset)))?
     }
 
+    /// Returns the random number of a line; `None` outside the range.
     fn number_of(&self, view: &CylinderView, slice: &Slice) -> Option<f64> {
         let (piece, place) = self.piece_of(view, slice)?;
         let [a, b] = [self.density[piece], self.density[piece + 1]];

@@ -190,6 +190,7 @@ impl SphereProjected {
         }
     }
 
+    /// Returns the direction for two random numbers if the horizon cuts the sphere.
     fn in_slice(&self, cut: &Cut, u: [f64; 2]) -> Direction {
         let side = 2.0 * u[0] - 1.0;
         let height = self.height(cut, side.abs());
@@ -210,6 +211,7 @@ impl SphereProjected {
         }
     }
 
+    /// Returns the slice at the height q.
     fn slice(&self, cut: &Cut, q: f64) -> Slice {
         let y = self.sigma * q;
         let root = ((1.0 - q) * (1.0 + q)).max(0.0).sqrt();
@@ -279,6 +281,7 @@ impl SphereProjected {
         room * y - under_circle(y) + 0.5 * sigma * sigma * self.cos * disk(q)
     }
 
+    /// Returns the point of the sphere in a direction.
     fn point(&self, direction: &Direction) -> DVec3 {
         let (r, d) = (self.r, self.d);
         let [a, b] = direction.across;

@@ -163,6 +163,7 @@ impl Surface<'_> {
     }
 }
 
+/// Sets up the lines on a polygon by a density.
 fn polygon<'t>(
     light: &ConvexPolygon,
     by: LineDensity,

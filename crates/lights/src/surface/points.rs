@@ -130,6 +130,7 @@ impl<'t> PointSource<'t> {
     }
 }
 
+/// Sets up the points of a polygon by a density.
 #[inline(always)]
 fn polygon<'t>(light: &'t ConvexPolygon, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let (x, n) = (from.position, from.normal);
@@ -148,6 +149,7 @@ fn polygon<'t>(light: &'t ConvexPolygon, by: By, from: &Viewer<'_>) -> PointSour
     }
 }
 
+/// Sets up the points of a sphere by a density.
 #[inline(always)]
 fn sphere<'t>(light: &Sphere, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let x = from.position;
@@ -168,6 +170,7 @@ fn sphere<'t>(light: &Sphere, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     }
 }
 
+/// Sets up the points of a disk by a density.
 #[inline(always)]
 fn disk<'t>(light: &Disk, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let x = from.position;
@@ -188,6 +191,7 @@ fn disk_lobes(disk: &Disk, from: &Viewer<'_>) -> Option<DiskLobes> {
     DiskLobes::new(disk, from.position, cosines)
 }
 
+/// Sets up the points of a cylinder by a density.
 #[inline(always)]
 fn cylinder<'t>(light: &CylinderView, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let by_area = PointSource::CylinderArea;
@@ -200,6 +204,7 @@ fn cylinder<'t>(light: &CylinderView, by: By, from: &Viewer<'_>) -> PointSource<
     }
 }
 
+/// Sets up the points of a sky by a density.
 fn sky<'t>(light: SkyView<'t>, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let by = match by {
         By::ProjectedSolidAngle | By::Lobes => SkyBy::Projected(from.normal),

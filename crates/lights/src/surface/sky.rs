@@ -99,6 +99,7 @@ pub struct SkyPoints<'a> {
     kind: Kind<'a>,
 }
 
+/// The distributions by which directions of a sky are drawn.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,

@@ -36,6 +36,7 @@ enum Side {
     Horizon,
 }
 
+/// A vertex of the part above the horizon.
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
     corner: Corner,
