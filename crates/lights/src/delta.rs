@@ -16,7 +16,7 @@ use std::sync::Arc;
 pub struct PointLight {
     /// The position of the light.
     pub position: DVec3,
-    /// Radiant intensity in W/sr, linear RGB.
+    /// The radiant intensity in W/sr, linear RGB.
     pub intensity: DVec3,
     /// A factor of the intensity that depends on the direction, for spots, goniometric lights and
     /// IES luminaires.

@@ -31,22 +31,22 @@ macro_rules! measure {
 }
 
 measure!(
-    /// Surface area of the light, dA; densities in 1/m².
+    /// The surface area of the light, dA; densities are in 1/m².
     Area,
     "1/m²"
 );
 measure!(
-    /// Solid angle at the shading point, dω; densities in 1/sr.
+    /// The solid angle at the shading point, dω; densities are in 1/sr.
     SolidAngle,
     "1/sr"
 );
 measure!(
-    /// Offset of a line sample across the light, du; densities in 1/m.
+    /// The offset of a line sample across the light, du; densities are in 1/m.
     Offset,
     "1/m"
 );
 measure!(
-    /// Length along a segment (a line sample or a linear light), dt; densities in 1/m.
+    /// The length along a segment (a line sample or a linear light), dt; densities are in 1/m.
     Length,
     "1/m"
 );

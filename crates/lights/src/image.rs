@@ -14,9 +14,9 @@ use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 /// The direction in which a line runs over a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureAxis {
-    /// Along u, at a constant v: along the rows of the image.
+    /// The line runs along u, at a constant v: along the rows of the image.
     U,
-    /// Along v, at a constant u: along its columns.
+    /// The line runs along v, at a constant u: along the columns of the image.
     V,
 }
 

@@ -5,8 +5,8 @@ use linelit_geometry::{DVec3, Segment};
 /// The radiance that a surface light emits, and from which of its sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// Emitted radiance in W/(m² sr), linear RGB, the same in all directions of the emitting
-    /// side(s).
+    /// The emitted radiance in W/(m² sr), linear RGB. It is the same in all directions from a side
+    /// that emits.
     pub radiance: DVec3,
     /// Whether both sides emit; otherwise only the side that the normal points to.
     pub two_sided: bool,
@@ -68,6 +68,6 @@ pub(crate) fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64)
 pub struct LinearLight {
     /// The axis of the cylinder.
     pub segment: Segment,
-    /// Radiance times radius in W/(m sr), linear RGB.
+    /// The radiance times the radius in W/(m sr), linear RGB.
     pub radiance_radius: DVec3,
 }

@@ -217,15 +217,15 @@ pub fn average(ns: &[f64], ps: &[f64], i: usize) -> f64 {
 /// A heuristic that is chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heuristic {
-    /// [`balance`].
+    /// The heuristic of [`balance`].
     Balance,
-    /// [`power`] with an exponent.
+    /// The heuristic of [`power`], with an exponent.
     Power(f64),
-    /// [`maximum`].
+    /// The heuristic of [`maximum`].
     Maximum,
-    /// [`cutoff`] with a threshold.
+    /// The heuristic of [`cutoff`], with a threshold.
     Cutoff(f64),
-    /// [`average`].
+    /// The heuristic of [`average`].
     Average,
 }
 

@@ -141,7 +141,7 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, widths: [f64; 2]) -> f64 {
 pub enum Sides {
     /// The side to which its normal points.
     One,
-    /// Both sides.
+    /// Both of its sides.
     Both,
 }
 

@@ -35,11 +35,11 @@ use warps::Warp;
 /// The techniques that sample a linear light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LinearTechnique {
-    /// Uniform along the line.
+    /// The samples are uniform along the line.
     Area,
-    /// Uniform in solid angle, also below the horizon.
+    /// The samples are uniform in solid angle, also below the horizon.
     SolidAngle,
-    /// Uniform in the solid angle above the horizon.
+    /// The samples are uniform in the solid angle above the horizon.
     ClippedSolidAngle,
     /// Clipped solid angle with a linear warp of the random number (Hart et al. 2020).
     LinearCosine,

@@ -15,7 +15,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 pub struct Cylinder {
     /// The axis, from the middle of one end to the middle of the other.
     pub axis: Segment,
-    /// Radius > 0, in scene units.
+    /// The radius > 0, in scene units.
     pub radius: f64,
 }
 
@@ -39,7 +39,7 @@ impl Cylinder {
 pub struct CylinderLight {
     /// The shape.
     pub cylinder: Cylinder,
-    /// Emitted radiance in W/(m² sr), linear RGB.
+    /// The emitted radiance in W/(m² sr), linear RGB.
     pub radiance: DVec3,
 }
 

@@ -15,7 +15,7 @@ pub struct Disk {
     pub center: DVec3,
     /// The unit normal, on the side that emits.
     pub normal: DVec3,
-    /// Radius > 0, in scene units.
+    /// The radius > 0, in scene units.
     pub radius: f64,
 }
 

@@ -17,7 +17,7 @@ use linelit_geometry::{DVec3, Triangle, predicates};
 pub struct Sphere {
     /// The centre of the sphere.
     pub center: DVec3,
-    /// Radius > 0, in scene units.
+    /// The radius > 0, in scene units.
     pub radius: f64,
 }
 
@@ -61,7 +61,7 @@ impl Sphere {
 pub struct SphereLight {
     /// The shape.
     pub sphere: Sphere,
-    /// Emitted radiance in W/(m² sr), linear RGB.
+    /// The emitted radiance in W/(m² sr), linear RGB.
     pub radiance: DVec3,
 }
 
