@@ -79,8 +79,8 @@ pub fn occluder_width(gap: f64, d_m: f64) -> f64 {
 /// beyond each end: Salesin & Jarosz 2019, eq. 24. **Units**: the units of
 /// [`border`].
 ///
-/// An end that is the light's own border has the gap 0: its factor is 1 here, and [`border`] smooths
-/// it. For smoothing of a fixed width (their Fig. 4, middle) pass infinite gaps at occluders.
+/// An end that is the light's own border has the gap 0: its factor is 1 here, and [`border`]
+/// smooths it. For smoothing of a fixed width (their Fig. 4, middle) pass infinite gaps at occluders.
 ///
 /// ```
 /// use linelit_mis::smoothing::visible_interval;

@@ -413,7 +413,8 @@ fn together<'a>(mut members: impl Iterator<Item = &'a LightBounds>) -> LightBoun
     members.fold(first, |all, m| all.union(m))
 }
 
-/// Divides the members into two halves by reordering them, and returns where the second half begins.
+/// Divides the members into two halves by reordering them, and returns where the second half
+/// begins.
 fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
     let center = |m: &(usize, LightBounds)| m.1.center();
     let (lo, hi) = members

@@ -22,8 +22,8 @@ const CLOSE: f64 = 1e-6;
 ///
 /// **Formula**: half the sum of Lambert's `n·∫ w × dw/|w|²` over the boundary of the part above the
 /// horizon. A straight piece contributes [`polygon::edge`]. For an arc, let w =
-/// (a cos s, b sin s, 1) in the cone's axes, with a and b the tangents of the half angles, A² = 1 + a², B² = 1 + b²
-/// and k² = a² − b². It contributes
+/// (a cos s, b sin s, 1) in the cone's axes, with a and b the tangents of the half angles, A² = 1 +
+/// a², B² = 1 + b² and k² = a² − b². It contributes
 ///
 /// ```text
 /// ∫ (−b cos s, −a sin s, ab)/(A² cos² s + B² sin² s) ds

@@ -137,7 +137,7 @@ impl Estimate {
     }
 }
 
-/// The model of a linear light in [`line`]; see [`cylinder`](crate::cylinder) for both.
+/// The model of a linear light in [`line()`]; see [`cylinder`](crate::cylinder) for both.
 /// both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {

@@ -24,8 +24,8 @@ pub(crate) trait Bounds: Copy {
     fn at_most(self, other: Self) -> Self;
     /// Whether the number is positive and finite.
     fn is_usable(self) -> bool;
-    /// Whether the number, which is the root of a square, is finite, and so large that its square had
-    /// all digits.
+    /// Whether the number, which is the root of a square, is finite, and so large that its square
+    /// had all digits.
     fn has_square(self) -> bool;
 }
 

@@ -159,8 +159,8 @@ impl PointTechnique for SphereCap {
 /// **Formula**: `1/(2πk)` with `k = 1 − cos θ_max = s²/(1 + √(1 − s²))`, s = R/d, `1 − s² = (d −
 /// R)(d + R)/d²`. This is accurate relative to its size, from the inside to cones of any smallness.
 /// The point is placed by its normal, from the central angle, with `s² − sin² θ = k(1 − ξ)(2 −
-/// k(1 + ξ))`, so that no direction misses at the rim and no digits are lost far from the origin. The
-/// density is zero on the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
+/// k(1 + ξ))`, so that no direction misses at the rim and no digits are lost far from the origin.
+/// The density is zero on the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
