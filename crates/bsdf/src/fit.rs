@@ -1,4 +1,5 @@
-//! Transformed cosines fitted to any reflection.
+//! This module fits linearly transformed cosines (LTCs) to any isotropic reflection. Use it to give
+//! a reflection of your own the closed forms of LTCs.
 #![allow(
     clippy::disallowed_types,
     reason = "a fit is made once, before anything is lit"
@@ -9,19 +10,19 @@ use linelit_elementary::{exp, ln};
 use linelit_geometry::{DMat3, DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
 
-/// Views that are fitted: their cosines are squares of even steps, for lobes change fastest at
-/// grazing angles.
+/// The number of views that are fitted. Their cosines are the squares of even steps, since lobes
+/// change fastest at grazing angles.
 const VIEWS: u8 = 33;
-/// Directions for each view: the square of this.
+/// The square root of the number of directions for each view.
 const SIDE: u32 = 32;
-/// The constant added to the cosine of the view where a map is divided by it.
+/// The constant that is added to the cosine of the view where a map is divided by it.
 const NEAR: f64 = 0.1;
 
-/// The diffuse part and the lobe that a reflection looks like, by the cosine of the view: what
-/// [`Reflection::transformed_cosines`] asks for, of any isotropic reflection.
+/// A diffuse part and one LTC that approximate an isotropic reflection, tabulated by the cosine of
+/// the view. They are what [`Reflection::transformed_cosines`] has to return.
 ///
-/// With it `exact` and `hybrid` integrate these cosines in closed form over what is visible of a
-/// light, and points complete them; without it they take points alone.
+/// With this fit, `exact` and `hybrid` integrate these cosines in closed form over the visible part
+/// of a light, and correct the result by samples of points; without it they use points alone.
 ///
 /// ```
 /// use linelit_bsdf::{Bsdf, CosineFit, Known, Lambert, Phong, Reflection, TransformedCosines};
@@ -52,36 +53,36 @@ const NEAR: f64 = 0.1;
 /// assert_eq!(own.transformed_cosines(DVec3::Z, DVec3::Z).unwrap().lobes().len(), 1);
 /// ```
 ///
-/// **Fit**: of the mixture p of the cosine and of one map that has the least divergence
-/// ∫ g ln(g/p) dω of Kullback and Leibler from g = f cos/albedo, by the downhill simplex, with
-/// directions of [`Reflection::sample`]; a tenth of a second. Maps between views are interpolated.
-/// Only noise depends on how near it is.
+/// **Fit**: the mixture p of the cosine and of one LTC that has the smallest divergence ∫ g ln(g/p)
+/// dω of Kullback and Leibler from g = f cos/albedo. It is found by the downhill simplex, with
+/// directions of [`Reflection::sample`], in a tenth of a second. Maps between views are
+/// interpolated. The accuracy of the fit affects only the noise.
 ///
-/// **Source**: Heitz, Dupuy, Hill & Neubelt 2016; the form of the map is that of `facet_cosine`.
+/// **Source**: Heitz, Dupuy, Hill & Neubelt 2016; the form of the map is the one of `facet_cosine`.
 #[derive(Clone, Debug)]
 pub struct CosineFit {
     views: Vec<View>,
 }
 
-/// The sums kept for a view.
+/// The fit for one view.
 #[derive(Clone, Copy, Debug, Default)]
 struct View {
     diffuse: DVec3,
     lobe: DVec3,
-    /// p, q and r of the map's entries p/(c + k)², q and −r s/(c + k).
+    /// The numbers p, q and r of the map's entries p/(c + k)², q and −r s/(c + k).
     map: [f64; 3],
 }
 
-/// A mixture in the frame whose x axis lies towards the viewer.
+/// A mixture of the cosine and an LTC, in the frame whose x axis points towards the viewer.
 struct Mixture {
-    /// The share of the cosine itself.
+    /// The fraction of the cosine itself.
     flat: f64,
-    /// Widths along x and y, and how far x moves with z.
+    /// The widths along x and y, and the shift of x with z.
     map: [f64; 3],
 }
 
 impl Mixture {
-    /// Creates the mixture from logarithms of widths, r, and the logit of the share.
+    /// Makes the mixture from the logarithms of the widths, r, and the logit of the fraction.
     fn new([p, q, r, logit]: [f64; 4], cosine: f64) -> Self {
         Self {
             flat: 1.0 / (1.0 + exp(-logit)),
@@ -89,7 +90,7 @@ impl Mixture {
         }
     }
 
-    /// The densities of the cosine and of the lobe, with their shares.
+    /// Returns the densities of the cosine and of the LTC, each times its fraction.
     fn densities(&self, w: DVec3) -> [f64; 2] {
         let [a, b, skew] = self.map;
         let (x, y) = ((w.x + skew * w.z) / a, w.y / b);
@@ -99,7 +100,7 @@ impl Mixture {
     }
 }
 
-/// The entries of a map for a view.
+/// Returns the entries of a map for a view.
 fn entries([p, q, r]: [f64; 3], cosine: f64) -> [f64; 3] {
     let near = cosine + NEAR;
     let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
@@ -107,7 +108,7 @@ fn entries([p, q, r]: [f64; 3], cosine: f64) -> [f64; 3] {
 }
 
 impl CosineFit {
-    /// Fits an isotropic reflection: one that does not change when it is turned about the normal.
+    /// Fits a reflection that is isotropic: it does not change when it is rotated about the normal.
     #[must_use]
     pub fn new(reflection: &impl Reflection) -> Self {
         let mut start = [ln(0.2), ln(0.2), 1.0, 0.0];
@@ -125,9 +126,10 @@ impl CosineFit {
         Self { views }
     }
 
-    /// About f cos for light that goes to ω_o.
+    /// Returns the fit to f cos for light that leaves in the direction ω_o.
     #[must_use]
     pub fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
+        // Interpolate between the two nearest views.
         let cosine = wo.dot(n).abs().min(1.0);
         let last = usize::from(VIEWS - 1);
         let place = cosine.sqrt() * f64::from(VIEWS - 1);
@@ -142,6 +144,7 @@ impl CosineFit {
         let [a, b] = [self.views[k], self.views[k + 1]];
         let mix = |a: f64, b: f64| a * (1.0 - t) + b * t;
         let [along, across, skew] = entries([0, 1, 2].map(|i| mix(a.map[i], b.map[i])), cosine);
+        // Orient the map towards the viewer.
         let x = (wo - n * wo.dot(n)).try_normalize();
         let x = x.unwrap_or_else(|| Frame::from_normal(n).x);
         let frame = Frame {
@@ -162,7 +165,7 @@ impl CosineFit {
     }
 }
 
-/// Fits one view; what was found is where the next one starts.
+/// Fits one view, starting from the numbers of the previous view, and also returns the new ones.
 fn fit(reflection: &impl Reflection, cosine: f64, start: [f64; 4]) -> (View, [f64; 4]) {
     let wo = DVec3::new(
         ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt(),
@@ -170,6 +173,7 @@ fn fit(reflection: &impl Reflection, cosine: f64, start: [f64; 4]) -> (View, [f6
         cosine,
     );
     let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+    // Draw directions of the reflection, with their weights.
     let nodes: Vec<(DVec3, DVec3)> = (0..SIDE * SIDE)
         .filter_map(|i| {
             let w = reflection.sample([middle(i / SIDE), middle(i % SIDE)], wo, DVec3::Z)?;
@@ -189,6 +193,7 @@ fn fit(reflection: &impl Reflection, cosine: f64, start: [f64; 4]) -> (View, [f6
             start,
         );
     }
+    // Minimise the divergence, and restart once from the result.
     let divergence = |p: [f64; 4]| {
         let mixture = Mixture::new(p, cosine);
         let at = |(w, sent): &(DVec3, DVec3)| {
@@ -198,7 +203,7 @@ fn fit(reflection: &impl Reflection, cosine: f64, start: [f64; 4]) -> (View, [f6
         -nodes.iter().map(at).sum::<f64>() / total
     };
     let found = minimise(minimise(start, divergence), divergence);
-    // What each part sends by channel, as far as it explains the directions.
+    // Divide the reflected light between both parts, by channel, in proportion to their densities.
     let mixture = Mixture::new(found, cosine);
     let (mut diffuse, mut lobe) = (DVec3::ZERO, DVec3::ZERO);
     for (w, sent) in &nodes {
@@ -211,14 +216,15 @@ fn fit(reflection: &impl Reflection, cosine: f64, start: [f64; 4]) -> (View, [f6
     (View { diffuse, lobe, map }, found)
 }
 
-/// A place near the start where `f` is least: the downhill simplex of Nelder and Mead, to 1e-9 of a
-/// value.
+/// Returns a point near the start at which `f` has a local minimum, by the downhill simplex of
+/// Nelder and Mead, until values differ by less than 1e-9.
 pub fn minimise<const N: usize>(start: [f64; N], f: impl Fn([f64; N]) -> f64) -> [f64; N] {
     let corner = |i: usize| {
         let p = std::array::from_fn(|j| start[j] + if i == j + 1 { 0.05 } else { 0.0 });
         (p, f(p))
     };
     let mut simplex: Vec<([f64; N], f64)> = (0..=N).map(corner).collect();
+    // Sort the corners; the worst one is last.
     for _ in 0..200 {
         simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
         if simplex[N].1 - simplex[0].1 < 1e-9 {
@@ -227,12 +233,15 @@ pub fn minimise<const N: usize>(start: [f64; N], f: impl Fn([f64; N]) -> f64) ->
         #[allow(clippy::cast_precision_loss, reason = "a few")]
         let centre: [f64; N] =
             std::array::from_fn(|j| simplex[..N].iter().map(|s| s.0[j]).sum::<f64>() / N as f64);
+        // Reflect the worst corner at the centre of the others.
         let worst = simplex[N];
         let along = |t: f64| -> ([f64; N], f64) {
             let p = std::array::from_fn(|j| centre[j] + t * (worst.0[j] - centre[j]));
             (p, f(p))
         };
         let reflected = along(-1.0);
+        // Go further if this is the best corner; contract, or shrink the simplex, if it is no
+        // better.
         if reflected.1 < simplex[0].1 {
             let expanded = along(-2.0);
             simplex[N] = if expanded.1 < reflected.1 {

@@ -1,11 +1,11 @@
-//! How much of the light an interface reflects.
+//! This module holds Fresnel's factor: the fraction of light that an interface reflects.
 
 use crate::microfacet::schlick;
 use linelit_elementary::hypot;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative_vector};
 
-/// The share of light that an interface reflects, by the cosine of incidence and by channel.
+/// The fraction of light that an interface reflects, by the cosine of incidence and by channel.
 ///
 /// **Domain**: cosines in [0, 1] (others are clamped). **Range**: [0, 1]. **Source**: Lagarde 2013,
 /// "Memo on Fresnel equations"; Schlick 1994.
@@ -13,30 +13,30 @@ use linelit_geometry::finite::{fraction, nonnegative_vector};
 pub enum Fresnel {
     /// All light is reflected.
     Full,
-    /// F0 + (F90 − F0)(1 − cos)⁵.
+    /// Schlick's approximation F0 + (F90 − F0)(1 − cos)⁵.
     Schlick {
-        /// F0, at normal incidence.
+        /// F0, the reflectance at normal incidence.
         f0: DVec3,
-        /// F90, at grazing incidence.
+        /// F90, the reflectance at grazing incidence.
         f90: f64,
     },
-    /// Unpolarised light on a dielectric.
+    /// Unpolarised light at a dielectric.
     Dielectric {
-        /// The index beyond the interface over that before it; below one, there is total
-        /// reflection at grazing incidence.
+        /// The index of refraction beyond the interface divided by the index in front of it. If it
+        /// is below one, there is total reflection at grazing incidence.
         eta: f64,
     },
-    /// Unpolarised light on a conductor.
+    /// Unpolarised light at a conductor.
     Conductor {
-        /// Index of refraction relative to the outside.
+        /// The index of refraction relative to the outside.
         eta: DVec3,
-        /// Absorption coefficient relative to the outside.
+        /// The absorption coefficient relative to the outside.
         k: DVec3,
     },
 }
 
 impl Fresnel {
-    /// The reflected share at a cosine of incidence.
+    /// Returns the reflected fraction at a cosine of incidence.
     ///
     /// ```
     /// use linelit_bsdf::Fresnel;
@@ -61,14 +61,14 @@ impl Fresnel {
     }
 }
 
-/// ½ (r∥² + r⊥²) for a cosine c and relative index η.
+/// Returns ½ (r∥² + r⊥²) for a cosine c and a relative index η.
 fn dielectric(c: f64, eta: f64) -> f64 {
     let sine_square = (1.0 - c) * (1.0 + c);
     let inside = (eta * eta - sine_square).max(0.0);
     if inside <= 0.0 {
         return 1.0;
     }
-    // η cos of the refracted direction.
+    // This is η times the cosine of the refracted direction.
     let g = inside.sqrt();
     let perpendicular = (c - g) / (c + g);
     let e2 = eta * eta;
@@ -76,11 +76,11 @@ fn dielectric(c: f64, eta: f64) -> f64 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// ½ (r∥² + r⊥²) for a cosine c, an index η and an absorption k.
+/// Returns ½ (r∥² + r⊥²) for a cosine c, an index η and an absorption k.
 fn conductor(c: f64, eta: f64, k: f64) -> f64 {
     let (c2, s2) = (c * c, (1.0 - c) * (1.0 + c));
     let difference = eta * eta - k * k - s2;
-    // a² + b² and a of the complex refracted cosine a + ib, scaled.
+    // These are a² + b² and a of the complex refracted cosine a + ib, scaled.
     let modulus = hypot(difference, 2.0 * eta * k);
     let a = (0.5 * (modulus + difference)).max(0.0).sqrt();
     let cross = 2.0 * a * c;
@@ -89,7 +89,7 @@ fn conductor(c: f64, eta: f64, k: f64) -> f64 {
     0.5 * (parallel + perpendicular)
 }
 
-/// (x − y)/(x + y) for 0 ≤ y ≤ x; one where both vanish.
+/// Returns (x − y)/(x + y) for 0 ≤ y ≤ x; one where both are zero.
 fn ratio(x: f64, y: f64) -> f64 {
     let sum = x + y;
     if sum > 0.0 {

@@ -1,4 +1,4 @@
-//! Frostbite's standard material.
+//! This module holds Frostbite's standard material.
 
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
@@ -7,33 +7,33 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative_vector};
 use std::f64::consts::FRAC_1_PI;
 
-/// Frostbite's standard material: Disney's diffuse reflection, renormalised, and GGX with the
-/// height-correlated masking of Smith. With the linear roughness r:
+/// Frostbite's standard material: Disney's diffuse reflection, renormalised, and GGX with Smith's
+/// height-correlated masking. With the linear roughness r:
 ///
-/// - f_d = ρ/π s(cos_i) s(cos_o) (1 − r + r/1.51), where s(c) = 1 + (F90 − 1)(1 − c)⁵ and
-///   F90 = r/2 + 2 r (ω_i·h)²;
+/// - f_d = ρ/π s(cos_i) s(cos_o) (1 − r + r/1.51), where s(c) = 1 + (F90 − 1)(1 − c)⁵ and F90 = r/2
+///   + 2 r (ω_i·h)²;
 /// - f_s = D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o) with α = r² and Schlick's F.
 ///
-/// Reciprocal. **Energy**: what the second reflects is not taken from the first. Of base colours
-/// ([`from_base_color`](Self::from_base_color)) the albedo is at most 1.13, at the horizon; of ρ
-/// and F0 chosen apart up to 2.
+/// It is reciprocal. **Energy**: the light that the second term reflects is not subtracted from the
+/// first. For base colours ([`from_base_color`](Self::from_base_color)) the albedo is at most 1.13,
+/// at the horizon; for independent ρ and F0 it is up to 2.
 ///
 /// **Source**: Lagarde & de Rousiers 2014, "Moving Frostbite to PBR", sections 3.1.2–3.1.3, the
 /// material of Peters 2021.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frostbite {
-    /// ρ, by channel.
+    /// The diffuse albedo ρ, by channel.
     pub diffuse: DVec3,
-    /// Reflectance at normal incidence, by channel.
+    /// The reflectance at normal incidence, by channel.
     pub f0: DVec3,
-    /// r in [0, 1].
+    /// The linear roughness r in [0, 1].
     roughness: f64,
-    /// D and G.
+    /// The microfacets, with D and G.
     pub(crate) facets: TrowbridgeReitz,
 }
 
 impl Frostbite {
-    /// Creates the model from the diffuse albedo, F0 and the linear roughness.
+    /// Makes the model from the diffuse albedo, F0 and the linear roughness.
     #[must_use]
     pub fn new(diffuse: DVec3, f0: DVec3, roughness: f64) -> Self {
         let roughness = fraction(roughness);
@@ -45,7 +45,8 @@ impl Frostbite {
         }
     }
 
-    /// Creates it from a base colour and metalness m: ρ = (1 − m) c, F0 = 0.04 (1 − m) + m c.
+    /// Makes the model from a base colour c and metalness m: ρ = (1 − m) c, F0 = 0.04 (1 − m) + m
+    /// c.
     #[must_use]
     pub fn from_base_color(color: DVec3, metalness: f64, roughness: f64) -> Self {
         let m = fraction(metalness);
@@ -53,13 +54,13 @@ impl Frostbite {
         Self::new(color * (1.0 - m), f0, roughness)
     }
 
-    /// The linear roughness r.
+    /// Returns the linear roughness r.
     #[must_use]
     pub const fn roughness(&self) -> f64 {
         self.roughness
     }
 
-    /// f(ω_i, ω_o), 1/sr, in the local frame; zero below the surface.
+    /// Returns f(ω_i, ω_o) in 1/sr, in the local frame; zero below the surface.
     #[must_use]
     pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
         let Some(h) = half(wi, wo) else {
@@ -74,7 +75,7 @@ impl Frostbite {
         nonnegative_vector(self.diffuse * flat + glossy)
     }
 
-    /// F.
+    /// Returns F.
     pub(crate) const fn fresnel(&self) -> Fresnel {
         Fresnel::Schlick {
             f0: self.f0,
@@ -83,7 +84,7 @@ impl Frostbite {
     }
 }
 
-/// 1 − r + r/1.51.
+/// Returns 1 − r + r/1.51.
 fn renormalised(r: f64) -> f64 {
     1.0 - r * (0.51 / 1.51)
 }
@@ -101,8 +102,8 @@ impl Model for Frostbite {
         Some(self.facets)
     }
 
-    /// The diffuse part with the mean of (ω_i·h)² = (1 + ω_i·ω_o)/2 over the cosine in F90, and
-    /// ∫ s(cos_i) cos_i/π = 1 + (F90 − 1)/21.
+    /// The diffuse part takes in F90 the mean of (ω_i·h)² = (1 + ω_i·ω_o)/2 over the cosine, and
+    /// uses ∫ s(cos_i) cos_i/π = 1 + (F90 − 1)/21.
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
         let r = self.roughness;
         let f90 = 0.5 * r + r * (1.0 + wo.z * (2.0 / 3.0));
@@ -113,7 +114,7 @@ impl Model for Frostbite {
         )
     }
 
-    /// Returns false: it reflects at grazing directions whatever its colours.
+    /// Returns false: it reflects at grazing directions whatever its colours are.
     fn is_black(&self) -> bool {
         false
     }

@@ -1,4 +1,4 @@
-//! Diffuse reflection.
+//! This module holds diffuse reflection: Lambert's, and Oren and Nayar's.
 
 use crate::lobe::Model;
 use crate::peaks::{crossing, level};
@@ -11,45 +11,45 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 /// A diffuse surface: f = k_d/π.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
-    /// Albedo k_d, by channel.
+    /// The albedo k_d, by channel.
     pub albedo: DVec3,
 }
 
 impl Lambert {
-    /// The constant value k_d/π, 1/sr.
+    /// Returns the constant value k_d/π in 1/sr.
     #[must_use]
     pub fn value(&self) -> DVec3 {
         nonnegative_vector(self.albedo * FRAC_1_PI)
     }
 }
 
-/// The greatest σ²: twice as much is still a number.
+/// The largest σ²; twice this number does not overflow.
 const MOST: f64 = 1e300;
 
-/// A rough diffuse surface: f = k_d/π (A + B max(0, cos Δφ) sin α tan β), α the larger and β the
-/// smaller angle of the two directions with the normal. Reciprocal.
+/// A rough diffuse surface: f = k_d/π (A + B max(0, cos Δφ) sin α tan β), where α is the larger and
+/// β the smaller angle of the two directions with the normal. It is reciprocal.
 ///
-/// **Energy**: the albedo is at most A + B/2, at the horizon, and so up to 1.0152 k_d (σ = 11.4°);
-/// light that is reflected twice is left out.
+/// **Energy**: the albedo is at most A + B/2, at the horizon, and therefore up to 1.0152 k_d (for σ
+/// = 11.4°). Light that is reflected twice is neglected.
 ///
 /// **Source**: Oren & Nayar 1994, the qualitative model (its equation 30).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrenNayar {
-    /// k_d, by channel: the albedo is near it.
+    /// k_d, by channel; the albedo is close to it.
     pub albedo: DVec3,
-    /// A.
+    /// The constant A.
     a: f64,
-    /// B.
+    /// The constant B.
     b: f64,
 }
 
 impl OrenNayar {
-    /// Creates the model for a standard deviation σ of the facets' slope angle, in radians: A = 1 −
+    /// Makes the model for a standard deviation σ of the facets' slope angle, in radians: A = 1 −
     /// σ²/(2(σ² + 0.33)), B = 0.45 σ²/(σ² + 0.09).
     #[must_use]
     pub fn new(albedo: DVec3, sigma: f64) -> Self {
         let s = if sigma.is_finite() {
-            // Beyond, all is rough: the quotients are at their limits.
+            // For larger σ the quotients are at their limits.
             (sigma * sigma).min(MOST)
         } else {
             0.0
@@ -61,13 +61,13 @@ impl OrenNayar {
         }
     }
 
-    /// f(ω_i, ω_o), 1/sr, in the local frame; zero below the surface.
+    /// Returns f(ω_i, ω_o) in 1/sr, in the local frame; zero below the surface.
     #[must_use]
     pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
         if wi.z <= 0.0 || wo.z < 0.0 {
             return DVec3::ZERO;
         }
-        // sin α tan β cos Δφ = (sin_i sin_o cos Δφ)/max(cos_i, cos_o): no angle is formed.
+        // sin α tan β cos Δφ = (sin_i sin_o cos Δφ)/max(cos_i, cos_o): no angle is needed.
         let tangential = (wi.x * wo.x + wi.y * wo.y).max(0.0);
         let rise = self.b * tangential / wi.z.max(wo.z);
         nonnegative_vector(self.albedo * ((self.a + rise) * FRAC_1_PI))
@@ -83,17 +83,17 @@ impl Model for OrenNayar {
         [self.albedo, DVec3::ZERO]
     }
 
-    /// The kinks of max(0, cos Δφ) and of max(cos_i, cos_o).
+    /// These are the kinks of max(0, cos Δφ) and of max(cos_i, cos_o).
     fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
         peaks.add_kink(crossing(line, DVec3::new(wo.x, wo.y, 0.0)));
         level(line, wo, DVec3::Z).for_each(|t| peaks.add_kink(t));
     }
 
-    /// The albedo itself: with sin α tan β cos_i integrated below and beyond θ_o.
+    /// This is the exact albedo, with sin α tan β cos_i integrated below and above θ_o.
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
         let (cos, sin) = (wo.z, hypot(wo.x, wo.y));
         let below = 0.5 * sin * (atan2(sin, cos) - sin * cos);
-        // tan (1 − sin³)/3 without the difference.
+        // This is tan (1 − sin³)/3 without the difference.
         let beyond = sin * cos * (1.0 + sin + sin * sin) / (3.0 * (1.0 + sin));
         let rise = self.b * (below + beyond) / FRAC_PI_2;
         (self.albedo * (self.a + rise), None)

@@ -1,4 +1,4 @@
-//! A sum of reflections.
+//! This module holds a reflection that is a sum of other reflections.
 
 use crate::lobe::{Model, by_cosine};
 use crate::microfacet::TrowbridgeReitz;
@@ -8,36 +8,37 @@ use linelit_geometry::{DVec3, Frame, Segment};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_1_PI;
 
-/// The share of a sample's probability that is spread evenly over the lobes: bounds the weight of a
-/// sample where the estimated albedos are far from the truth.
+/// The fraction of a sample's probability that is distributed evenly over the lobes. It bounds the
+/// weight of a sample where the estimated albedos are wrong.
 const EVEN: f64 = 0.1;
 
 /// A sum of a diffuse reflection and up to [`Layers::MAX`] other lobes, each scaled by a colour.
 ///
-/// All lobes share the tangent that anisotropic ones refer to. A direction ω_o below the shading
-/// normal's horizon (smooth normals at a silhouette) counts as mirrored above it, and ω_i there
-/// gets nothing: the sum is reciprocal, if its lobes are, for directions above the surface only.
+/// All lobes share the tangent to which anisotropic ones refer. A direction ω_o below the horizon
+/// of the shading normal (which smooth normals cause at a silhouette) counts as mirrored above it,
+/// and the reflection is zero for ω_i there. The sum is therefore reciprocal, if its lobes are,
+/// only for directions above the surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
     diffuse: DVec3,
     tangent: DVec3,
-    /// The lobes and their scales, inline for all materials but mixtures: inline lobes are copied
-    /// with every shading point, of whichever material.
+    /// The lobes and their scales. One is stored inline, which is enough for all materials except
+    /// mixtures: inline lobes are copied with every shading point of any material.
     lobes: SmallVec<[(DVec3, Lobe); 1]>,
 }
 
-/// Probabilities of the ways to draw a direction: diffuse, and by each lobe.
+/// The probabilities with which a direction is drawn by the diffuse part and by each lobe.
 struct Choice {
     diffuse: f64,
     lobes: [f64; Layers::MAX],
 }
 
 impl Layers {
-    /// The number of lobes that fit beside the diffuse one.
+    /// The largest number of lobes in addition to the diffuse one.
     pub const MAX: usize = TransformedCosines::MAX;
 
-    /// Nothing, with the direction (in the world, of any length) that anisotropic lobes call x;
-    /// zero if there are none.
+    /// Makes a black reflection, with the direction (in the world, of any length) that anisotropic
+    /// lobes use as x; zero if there are none.
     #[must_use]
     pub fn new(tangent: DVec3) -> Self {
         Self {
@@ -46,13 +47,13 @@ impl Layers {
         }
     }
 
-    /// The direction that anisotropic lobes call x; zero if there is none.
+    /// Returns the direction that anisotropic lobes use as x; zero if there is none.
     #[must_use]
     pub const fn tangent(&self) -> DVec3 {
         self.tangent
     }
 
-    /// Changes the direction that anisotropic lobes call x.
+    /// Sets the direction that anisotropic lobes use as x.
     pub const fn set_tangent(&mut self, tangent: DVec3) {
         self.tangent = tangent;
     }
@@ -62,7 +63,8 @@ impl Layers {
         self.diffuse += albedo;
     }
 
-    /// Adds a lobe, scaled; black ones are left out. `false` if it does not fit.
+    /// Adds a lobe with a scale; a black lobe is left out. Returns `false` if there is no room for
+    /// it.
     #[must_use = "a lobe that does not fit is lost"]
     pub fn add(&mut self, scale: DVec3, lobe: Lobe) -> bool {
         if scale == DVec3::ZERO || lobe.is_black() {
@@ -75,28 +77,29 @@ impl Layers {
         fits
     }
 
-    /// The albedo of the diffuse part.
+    /// Returns the albedo of the diffuse part.
     #[must_use]
     pub const fn diffuse(&self) -> DVec3 {
         self.diffuse
     }
 
-    /// The lobes with their scales.
+    /// Returns the lobes with their scales.
     pub fn lobes(&self) -> impl Iterator<Item = (DVec3, &Lobe)> {
         self.lobes.iter().map(|(scale, lobe)| (*scale, lobe))
     }
 
-    /// The lobes with their scales.
+    /// Returns the lobes with their scales as a slice.
     pub(crate) fn as_slice(&self) -> &[(DVec3, Lobe)] {
         &self.lobes
     }
 
-    /// Whether it reflects nothing.
+    /// Whether it reflects no light.
     #[must_use]
     pub fn is_black(&self) -> bool {
         self.lobes.is_empty() && self.diffuse == DVec3::ZERO
     }
 
+    /// Returns the frame of the surface, with the tangent as x if there is one.
     fn frame(&self, n: DVec3) -> Frame {
         if self.tangent == DVec3::ZERO {
             Frame::from_normal(n)
@@ -105,7 +108,7 @@ impl Layers {
         }
     }
 
-    /// f(ω_i, ω_o), 1/sr.
+    /// Returns f(ω_i, ω_o) in 1/sr.
     pub(crate) fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
         let frame = self.frame(n);
         let (wi, wo) = (frame.to_local(wi), above(frame.to_local(wo)));
@@ -116,7 +119,8 @@ impl Layers {
         )
     }
 
-    /// Adds where along a segment, relative to the point, lobes are largest or have kinks.
+    /// Adds the positions along a segment, given relative to the point, at which lobes are largest
+    /// or have kinks.
     pub(crate) fn add_peaks(&self, line: &Segment, wo: DVec3, n: DVec3, peaks: &mut Peaks) {
         let frame = self.frame(n);
         let [p0, p1] = [line.p0, line.p1].map(|p| frame.to_local(p));
@@ -131,12 +135,14 @@ impl Layers {
         let frame = self.frame(n);
         let wo = above(frame.to_local(wo));
         let choice = self.choice(wo)?;
+        // Draw by the cosine if the diffuse part is chosen.
         let mut rest = u[0];
         let rescaled = |rest: f64, share: f64| [(rest / share).min(crate::ONE_MINUS), u[1]];
         if rest < choice.diffuse || self.lobes.is_empty() {
             let wi = by_cosine(rescaled(rest, choice.diffuse));
             return numbers(frame.to_world(wi));
         }
+        // Otherwise find the lobe that the number falls into.
         rest -= choice.diffuse;
         let mut chosen = None;
         for (i, (_, lobe)) in self.lobes().enumerate() {
@@ -153,7 +159,7 @@ impl Layers {
             .and_then(|wi| numbers(frame.to_world(wi)))
     }
 
-    /// The density of [`sample`](Self::sample), per solid angle.
+    /// Returns the density of [`sample`](Self::sample), per solid angle.
     pub(crate) fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
         let frame = self.frame(n);
         let (wi, wo) = (frame.to_local(wi), above(frame.to_local(wo)));
@@ -171,7 +177,7 @@ impl Layers {
         )
     }
 
-    /// The lobes of all layers; what is nearly diffuse of them is one cosine.
+    /// Returns the LTCs of all lobes; their nearly diffuse parts are summed into one cosine.
     pub(crate) fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
         let frame = self.frame(n);
         let wo = above(frame.to_local(wo));
@@ -198,9 +204,11 @@ impl Layers {
         }
     }
 
-    /// Chooses lobes in proportion to their approximate albedos, with an even part for all sampled
-    /// lobes, as some report an albedo of about zero. `None` for black.
+    /// Returns probabilities of the lobes in proportion to their approximate albedos, plus an even
+    /// part for all lobes that are sampled, since some report an albedo of about zero. `None` for a
+    /// black reflection.
     fn choice(&self, wo: DVec3) -> Option<Choice> {
+        // Sum the diffuse parts of all lobes, and collect their glossy parts.
         let mut diffuse = self.diffuse.element_sum();
         let mut lobes = [(0.0, false); Self::MAX];
         for ((scale, lobe), (share, drawn)) in self.lobes().zip(&mut lobes) {
@@ -209,6 +217,7 @@ impl Layers {
             *share = glossy;
             *drawn = glossy > 0.0 || flat <= 0.0;
         }
+        // Turn them into probabilities.
         let total = diffuse + lobes.iter().map(|(share, _)| share).sum::<f64>();
         let used = lobes.iter().filter(|(_, drawn)| *drawn).count() + usize::from(diffuse > 0.0);
         if used == 0 || total.is_nan() {
@@ -228,7 +237,7 @@ impl Layers {
     }
 }
 
-/// ω_o, mirrored above the horizon.
+/// Returns ω_o, mirrored above the horizon.
 fn above(wo: DVec3) -> DVec3 {
     DVec3::new(wo.x, wo.y, wo.z.abs())
 }

@@ -1,4 +1,5 @@
-//! Reflection models behind one trait, and what integrals in closed form know of them.
+//! This crate holds reflection models behind one trait, which also says which closed forms of
+//! integrals are known for a reflection.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -35,7 +36,7 @@ pub use reflection::{ClosedForm, ClosedLobe, Known, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
 
-// What public signatures name, so that one dependency is enough.
+// The geometry types appear in public signatures: with this export a caller needs one dependency.
 pub use linelit_geometry as geometry;
 pub use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
 
@@ -43,19 +44,19 @@ use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
-/// Reflection of a surface, as what the estimators can do with it.
+/// A reflection of a surface, classified by what the estimators can do with it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Bsdf {
-    /// Diffuse.
+    /// A diffuse reflection, for which most integrals have closed forms.
     Lambert(Lambert),
-    /// Diffuse and a Phong lobe.
+    /// A diffuse reflection and a Phong lobe, with closed forms along lines and over polygons.
     Phong(Lambert, Phong),
     /// Any sum of lobes.
     Layers(Layers),
 }
 
 impl From<Layers> for Bsdf {
-    /// The simplest that is the same.
+    /// Converts to the simplest variant that is the same reflection.
     #[inline]
     fn from(layers: Layers) -> Self {
         let lambert = Lambert {
@@ -76,7 +77,8 @@ impl From<Layers> for Bsdf {
 }
 
 impl Bsdf {
-    /// The share of the diffuse part in the albedo at normal incidence; `None` for black.
+    /// Returns the fraction of the diffuse part in the albedo at normal incidence; `None` for
+    /// black.
     fn diffuse_share(&self) -> Option<f64> {
         let (diffuse, glossy) = match self {
             Self::Lambert(lambert) => (lambert.albedo.element_sum(), 0.0),
@@ -101,10 +103,10 @@ impl Reflection for Bsdf {
         }
     }
 
-    /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R,
-    /// microfacets by their visible normals; one of them, with a probability in proportion to about
-    /// its albedo, for which `u[0]` is split and rescaled. `None` for a black surface, and where a
-    /// microfacet reflects into the surface.
+    /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R, and
+    /// microfacets by their visible normals. One of them is chosen with a probability about in
+    /// proportion to its albedo, for which `u[0]` is split and rescaled. `None` for a black
+    /// surface, and where a microfacet reflects into the surface.
     fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
         if let Self::Layers(layers) = self {
             return layers.sample(u, wo, n);
@@ -123,9 +125,9 @@ impl Reflection for Bsdf {
         }
     }
 
-    /// Returns, for diffuse and Phong, α max(0, n·ω)/π + (1 − α) (k + 1)/(2π) max(0, R·ω)ᵏ with the
-    /// share α of the diffuse part. With microfacets it integrates to less than one, by what they
-    /// reflect into the surface.
+    /// Returns, for diffuse and Phong, α max(0, n·ω)/π + (1 − α) (k + 1)/(2π) max(0, R·ω)ᵏ, where α
+    /// is the fraction of the diffuse part. For microfacets the integral is less than one, by the
+    /// fraction that they reflect into the surface.
     fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
         if let Self::Layers(layers) = self {
             return layers.pdf(wi, wo, n);
@@ -189,14 +191,14 @@ impl Reflection for Bsdf {
 /// The largest number below one.
 const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// The direction at a cosine from `axis`, at the azimuth `turn` (in turns).
+/// Returns the direction at a cosine from `axis`, at the azimuth `turn` (in turns).
 fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
     let (s, c) = linelit_elementary::sin_cos(TAU * turn);
     Frame::from_normal(axis).to_world(DVec3::new(sine * c, sine * s, cosine))
 }
 
-/// A direction, unless input that is no direction has made it one of no numbers.
+/// Returns the direction if it is finite, which it is unless the input was not a direction.
 fn numbers(direction: DVec3) -> Option<DVec3> {
     direction.is_finite().then_some(direction)
 }

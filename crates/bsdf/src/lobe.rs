@@ -1,4 +1,5 @@
-//! One rough lobe of a reflection, whichever its model.
+//! This module holds a single rough lobe of a reflection, and the trait that each model of a lobe
+//! implements.
 
 use crate::microfacet::TrowbridgeReitz;
 use crate::peaks::ridges;
@@ -8,33 +9,35 @@ use std::f64::consts::FRAC_1_PI;
 
 /// A model of reflection in the local frame of the surface (normal +z).
 ///
-/// [`value`](Self::value), [`shares`](Self::shares), [`cosines`](Self::cosines) and
-/// [`is_black`](Self::is_black) make a model that every technique renders without bias; the rest
-/// takes noise away.
+/// A model that implements [`value`](Self::value), [`shares`](Self::shares),
+/// [`cosines`](Self::cosines) and [`is_black`](Self::is_black) is rendered by every technique
+/// without bias. The other methods reduce noise.
 ///
-/// ω_i is drawn by one of two ways, as often as [`shares`](Self::shares) says: by the cosine about
-/// the normal, or by [`sample`](Self::sample). A model that overrides one of `sample` and
+/// ω_i is drawn in one of two ways, with frequencies from [`shares`](Self::shares): by the cosine
+/// about the normal, or by [`sample`](Self::sample). A model that overrides one of `sample` and
 /// [`pdf`](Self::pdf) has to override the other.
 pub(crate) trait Model {
-    /// f(ω_i, ω_o), 1/sr; zero below the surface.
+    /// Returns f(ω_i, ω_o) in 1/sr; zero below the surface.
     fn value(&self, wi: DVec3, wo: DVec3) -> DVec3;
 
-    /// About the albedo for light from ω_o, by channel, in two parts: what is drawn by the cosine
-    /// about the normal, and all that is not, which is drawn by [`sample`](Self::sample).
+    /// Returns the approximate albedo for light from ω_o, by channel, in two parts: the part that
+    /// is drawn by the cosine about the normal, and the rest, which is drawn by
+    /// [`sample`](Self::sample).
     ///
-    /// Only their ratio to each other, and to other lobes', matters. A part of zero is never drawn
-    /// by; of a model that says zero twice though it is not black, the second is drawn seldom.
+    /// Only their ratio to each other, and to the parts of other lobes, matters. A part of zero is
+    /// never used for drawing. If both parts are zero although the model is not black, the second
+    /// is drawn, but seldom.
     fn shares(&self, wo: DVec3) -> [DVec3; 2];
 
-    /// The microfacets by whose visible normals the second of [`shares`](Self::shares) is drawn,
-    /// unless `sample` and `pdf` are overridden.
+    /// Returns the microfacets by whose visible normals the second part of [`shares`](Self::shares)
+    /// is drawn, unless `sample` and `pdf` are overridden.
     fn facets(&self) -> Option<TrowbridgeReitz> {
         None
     }
 
-    /// Draws ω_i for the second of [`shares`](Self::shares): by the visible normals of
-    /// [`facets`](Self::facets); without facets, by the cosine about the normal. `None` for a
-    /// sample that is lost, where the model reflects nothing.
+    /// Draws ω_i for the second part of [`shares`](Self::shares): by the visible normals of
+    /// [`facets`](Self::facets) or, without facets, by the cosine about the normal. `None` for a
+    /// sample that is lost, where the model reflects no light.
     fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
         match self.facets() {
             Some(facets) => facets.sample(wo, u),
@@ -42,9 +45,9 @@ pub(crate) trait Model {
         }
     }
 
-    /// The density of [`sample`](Self::sample) alone, per solid angle: without facets
-    /// max(0, cos)/π. It integrates to one, less the share of samples that are lost, and is
-    /// positive wherever [`value`](Self::value) is, unless the first of [`shares`](Self::shares) is
+    /// Returns the density of [`sample`](Self::sample) alone, per solid angle; without facets it is
+    /// max(0, cos)/π. It integrates to one minus the fraction of lost samples. It is positive
+    /// wherever [`value`](Self::value) is, unless the first part of [`shares`](Self::shares) is
     /// positive.
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
         match self.facets() {
@@ -53,20 +56,20 @@ pub(crate) trait Model {
         }
     }
 
-    /// Adds where along a segment the model is much larger than elsewhere, by the
-    /// [`facets`](Self::facets) unless said, and where it has a kink.
+    /// Adds the positions along a segment at which the model is much larger than elsewhere, by
+    /// default by the [`facets`](Self::facets), or at which it has a kink.
     fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
         if let Some(facets) = self.facets() {
             ridges(line, wo, facets, peaks);
         }
     }
 
-    /// About f cos for light from ω_o as linearly transformed cosines, in two parts: the albedo, by
-    /// channel, of what is nearly diffuse, and the lobe about the mirror direction, if any.
-    /// Lights are sampled by it, so it changes noise only.
+    /// Returns an approximation of f cos for light from ω_o by LTCs, in two parts: the albedo, by
+    /// channel, of the nearly diffuse part, and the lobe about the mirror direction, if there is
+    /// one. Lights are sampled by it, so that its accuracy affects only the noise.
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>);
 
-    /// Whether it reflects nothing.
+    /// Whether it reflects no light.
     fn is_black(&self) -> bool;
 }
 
@@ -75,7 +78,7 @@ pub(crate) fn by_cosine([v, turn]: [f64; 2]) -> DVec3 {
     crate::about(DVec3::Z, (1.0 - v).sqrt(), turn)
 }
 
-/// The enumeration of models, and its answers, which are those of the model that it holds.
+/// Defines the enumeration of models, whose methods call the methods of the model that it holds.
 macro_rules! lobes {
     ($($(#[$doc:meta])* $model:ident,)+) => {
         /// One model of reflection, in the local frame of the surface (normal +z).
@@ -114,13 +117,13 @@ macro_rules! lobes {
 }
 
 lobes! {
-    /// Rough diffuse.
+    /// A rough diffuse reflection.
     OrenNayar,
-    /// About the mirror direction, by a power of the cosine.
+    /// A lobe about the mirror direction, by a power of the cosine.
     Phong,
     /// A rough mirror.
     Reflector,
-    /// Diffuse under a glossy coat.
+    /// A diffuse base under a glossy coat.
     Substrate,
     /// Frostbite's standard material.
     Frostbite,

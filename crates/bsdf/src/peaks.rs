@@ -1,31 +1,33 @@
-//! Where along a segment a reflection is largest or has a kink: where quadrature has to look.
+//! This module finds the positions along a segment at which a reflection is largest or has a kink,
+//! so that quadrature can split the integral there.
 
 use crate::Layers;
 use crate::microfacet::TrowbridgeReitz;
 use linelit_geometry::{DVec2, DVec3, Segment};
 
-/// Steps towards the least slope: each squares the error, which is below a tenth at first.
+/// The number of Newton steps towards the smallest slope: each squares the error, which is below a
+/// tenth at first.
 const STEPS: usize = 5;
 
-/// Four of each lobe that fits into [`Layers`].
+/// The largest number of peaks and kinks: four for each lobe that fits into [`Layers`].
 const MOST: usize = 4 * Layers::MAX;
 
-/// The places where an integral is split about a peak, in widths: a tail like x⁻⁴ holds 1e-2 of the
-/// peak's integral past 4, 1e-5 past 32, 3e-8 past 256.
+/// The positions at which an integral is split about a peak, in widths: a tail like x⁻⁴ holds 1e-2
+/// of the peak's integral beyond 4, 1e-5 beyond 32, and 3e-8 beyond 256.
 const KNOTS: [f64; 7] = [-256.0, -32.0, -4.0, 0.0, 4.0, 32.0, 256.0];
 
-/// Places on a segment, as fractions of it, where an integrand is much larger than elsewhere or has
-/// a kink.
+/// Positions on a segment, as fractions of it, at which an integrand is much larger than elsewhere
+/// or has a kink.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peaks {
-    /// The places and their widths; those of kinks are zero.
+    /// The positions and their widths; the width of a kink is zero.
     at: [(f64, f64); MOST],
     count: usize,
 }
 
 impl Peaks {
-    /// Adds one, with the distance at which it has fallen to about a third; both as fractions of
-    /// the segment. Peaks that are known, and those past the 32nd, are left out.
+    /// Adds a peak, with the distance at which it has fallen to about a third; both are fractions
+    /// of the segment. A peak that is already known, and peaks after the 32nd, are left out.
     pub fn add(&mut self, t: f64, width: f64) {
         let is_known = |(other, w): &(f64, f64)| (t - other).abs() < 0.125 * width.min(*w);
         let known = self.at[..self.count].iter().any(is_known);
@@ -34,8 +36,8 @@ impl Peaks {
         }
     }
 
-    /// Adds a place where the derivative jumps, such as the end of a `max`, as a fraction of the
-    /// segment. Kinks past the 32nd are left out.
+    /// Adds a position at which the derivative jumps, such as the end of a `max`, as a fraction of
+    /// the segment. Kinks after the 32nd are left out.
     pub fn add_kink(&mut self, t: f64) {
         self.push(t, 0.0);
     }
@@ -47,24 +49,25 @@ impl Peaks {
         }
     }
 
-    /// Adds the peak and the kink of max(0, axis·ω)ᵏ, ω the direction to a point of the segment.
+    /// Adds the peak and the kink of max(0, axis·ω)ᵏ, where ω is the direction to a point of the
+    /// segment.
     pub fn add_power(&mut self, line: &Segment, axis: DVec3, k: f64) {
         let t = nearest(line, axis);
         let p = line.at(t);
-        // dω/dt = |p × e|/|p|².
+        // The direction changes by dω/dt = |p × e|/|p|².
         let turn = p.cross(line.vector()).length() / p.length_squared();
         self.add(t, 1.0 / ((k + 1.0).sqrt() * turn));
         self.add_kink(crossing(line, axis));
     }
 
-    /// The fractions at which to split an integral along the segment, in order, so that each part
-    /// is smooth on its own scale; the last is one.
+    /// Returns the fractions at which an integral along the segment should be split, in order, so
+    /// that each part is smooth on its own scale; the last is one.
     pub fn knots(&self) -> impl Iterator<Item = f64> {
         let mut knots = [1.0; MOST * KNOTS.len() + 1];
         let mut count = 0;
         for (t, width) in &self.at[..self.count] {
             let around: &[f64] = if *width > 0.0 { &KNOTS } else { &[0.0] };
-            // What is as wide as the segment needs none.
+            // A peak as wide as the segment needs no split.
             let inside = |knot: &f64| *knot > 0.0 && *knot < 1.0 && *width < 0.5;
             for knot in around.iter().map(|k| t + k * width).filter(inside) {
                 knots[count] = knot;
@@ -76,8 +79,8 @@ impl Peaks {
     }
 }
 
-/// The point of a segment that is seen the nearest to a direction: the largest of axis·p/|p|, which
-/// has one stationary point on the line. As a fraction, kept within the segment.
+/// Returns the point of a segment whose direction is closest to an axis: the maximum of axis·p/|p|,
+/// which has one stationary point on the line. It is a fraction, clamped to the segment.
 pub(crate) fn nearest(line: &Segment, axis: DVec3) -> f64 {
     let (p, e) = (line.p0, line.vector());
     let (ap, ae, pe) = (axis.dot(p), axis.dot(e), p.dot(e));
@@ -90,8 +93,9 @@ pub(crate) fn nearest(line: &Segment, axis: DVec3) -> f64 {
     }
 }
 
-/// Adds the points of a segment, in the local frame, where the half vector with ω_o has the least
-/// slope in units of α: the largest D, of anisotropic facets at up to three places.
+/// Adds the points of a segment, in the local frame, at which the half vector with ω_o has the
+/// smallest slope in units of α. There D is largest; for anisotropic facets there are up to three
+/// such points.
 pub(crate) fn ridges(line: &Segment, wo: DVec3, facets: TrowbridgeReitz, peaks: &mut Peaks) {
     let alpha = DVec2::from(facets.alpha());
     let mirrored = DVec3::new(-wo.x, -wo.y, wo.z);
@@ -108,14 +112,15 @@ pub(crate) fn ridges(line: &Segment, wo: DVec3, facets: TrowbridgeReitz, peaks: 
     }
 }
 
-/// The fraction of a segment at which it crosses the plane of a normal through the origin.
+/// Returns the fraction of a segment at which it crosses the plane through the origin with a
+/// normal.
 pub(crate) fn crossing(line: &Segment, normal: DVec3) -> f64 {
     -normal.dot(line.p0) / normal.dot(line.vector())
 }
 
-/// The points of a segment whose half vector with ω_o has no part along an axis:
-/// axis·p = −(axis·ω_o) |p|, of whose square these are the roots, and so the points that are seen
-/// as far from the axis as ω_o.
+/// Returns the points of a segment whose half vector with ω_o is perpendicular to an axis: axis·p =
+/// −(axis·ω_o) |p|. They are computed as the roots of the square of this equation, which also
+/// include the points that are seen at the same angle from the axis as ω_o.
 pub(crate) fn level(line: &Segment, wo: DVec3, axis: DVec3) -> impl Iterator<Item = f64> {
     let (p, e, w) = (line.p0, line.vector(), axis.dot(wo));
     let (ap, ae) = (axis.dot(p), axis.dot(e));
@@ -127,7 +132,8 @@ pub(crate) fn level(line: &Segment, wo: DVec3, axis: DVec3) -> impl Iterator<Ite
     [sum / a, c / sum].into_iter().filter(|t| t.is_finite())
 }
 
-/// Adds the stationary point of the slope in units of α that Gauss and Newton find from a start.
+/// Adds the stationary point of the slope in units of α that the Gauss–Newton method finds from a
+/// start.
 fn add_descended(line: &Segment, wo: DVec3, alpha: DVec2, start: f64, peaks: &mut Peaks) {
     let (e, mut t, mut width) = (line.vector(), start.clamp(0.0, 1.0), 0.0);
     for _ in 0..STEPS {
@@ -137,7 +143,7 @@ fn add_descended(line: &Segment, wo: DVec3, alpha: DVec2, start: f64, peaks: &mu
         let slope = h.truncate() / alpha / h.z;
         let turn = (change.truncate() / alpha - slope * change.z) / h.z;
         let step = slope.dot(turn) / turn.length_squared();
-        // D falls where the slope leaves α, or the least slope if that is larger.
+        // D falls off where the slope is beyond α, or beyond the smallest slope if that is larger.
         width = (1.0 + slope.length_squared()).sqrt() / turn.length();
         if !step.is_finite() {
             break;

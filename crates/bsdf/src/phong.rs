@@ -1,4 +1,4 @@
-//! The modified Phong lobe.
+//! This module holds the modified Phong lobe.
 
 use crate::lobe::Model;
 use crate::{ClosedLobe, Peaks, TransformedCosine};
@@ -8,43 +8,44 @@ use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::TAU;
 
 /// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
-/// ω_i·R > 0, and zero elsewhere: with k = 0 (its limit for k → 0) constant on the half-space of R.
-/// Reciprocal. **Energy**: the albedo is k_s from above and less from elsewhere, by what is below
-/// the surface.
+/// ω_i·R > 0, and zero elsewhere; with k = 0 (the limit for k → 0) it is constant on the half-space
+/// of R.
+/// It is reciprocal. **Energy**: the albedo is k_s at normal incidence and less elsewhere, by the
+/// part below the surface.
 ///
 /// **Source**: Billen & Dutré 2016, eq. 9 (Lafortune & Willems 1994).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phong {
-    /// k_s, by channel: the albedo at normal incidence.
+    /// k_s by channel, the albedo at normal incidence.
     pub specular: DVec3,
     /// The exponent k ≥ 0.
     pub exponent: f64,
 }
 
 impl Phong {
-    /// The mirror direction R of the direction `wo` to the viewer.
+    /// Returns the mirror direction R of the direction `wo` to the viewer.
     #[must_use]
     pub fn axis(wo: DVec3, n: DVec3) -> DVec3 {
         n * (2.0 * n.dot(wo)) - wo
     }
 
-    /// k_s (k + 2)/(2π).
+    /// Returns k_s (k + 2)/(2π).
     #[must_use]
     pub fn scale(&self) -> DVec3 {
         nonnegative_vector(self.specular * nonnegative((self.exponent + 2.0) / TAU))
     }
 
-    /// f for a cosine ω_i·R.
+    /// Returns f for a cosine ω_i·R.
     #[must_use]
     pub fn value(&self, cosine: f64) -> DVec3 {
-        // Asked first: nothing to the power of zero would be one.
+        // Test this first: zero to the power of zero would be one.
         if cosine <= 0.0 {
             return DVec3::ZERO;
         }
         nonnegative_vector(self.scale() * pow(cosine, self.exponent))
     }
 
-    /// The density (k + 1)/(2π) (ω_i·R)ᵏ, per solid angle; zero unless ω_i·R > 0.
+    /// Returns the density (k + 1)/(2π) (ω_i·R)ᵏ per solid angle; zero unless ω_i·R > 0.
     #[must_use]
     pub fn pdf(&self, cosine: f64) -> f64 {
         if cosine <= 0.0 {
@@ -53,7 +54,7 @@ impl Phong {
         nonnegative((self.exponent + 1.0) / TAU * pow(cosine, self.exponent))
     }
 
-    /// The cosine ω_i·R that belongs to a uniform number.
+    /// Returns the cosine ω_i·R for a uniform random number.
     pub(crate) fn sample_cosine(&self, u: f64) -> f64 {
         pow(1.0 - u, 1.0 / (self.exponent + 1.0))
     }
@@ -99,7 +100,7 @@ impl Model for Phong {
     }
 }
 
-/// The mirror direction of ω_o.
+/// Returns the mirror direction of ω_o.
 fn mirrored(wo: DVec3) -> DVec3 {
     DVec3::new(-wo.x, -wo.y, wo.z)
 }

@@ -1,4 +1,5 @@
-//! What an estimator asks of the reflection at a shading point.
+//! This module holds the trait [`Reflection`], by which estimators use the reflection at a shading
+//! point, and the types that describe its closed forms.
 
 use crate::{Lambert, Layers, Lobe, Peaks, Phong, TransformedCosines};
 use linelit_geometry::{DVec3, Segment};
@@ -6,74 +7,79 @@ use linelit_geometry::{DVec3, Segment};
 /// The reflection of a surface at one point: implement it for a BSDF of your own, and every
 /// estimator works on it.
 ///
-/// Directions are unit vectors in the world: ω_i to the light, ω_o to the viewer, n the shading
-/// normal on the viewer's side. Three methods are needed. Estimators that integrate over the
-/// reflection ask what is [`known`](Self::known) of it, and for its
-/// [transformed cosines](Self::transformed_cosines); given neither, they take points instead.
+/// Directions are unit vectors in the world: ω_i points to the light, ω_o to the viewer, and n is
+/// the shading normal on the viewer's side. Three methods are required. Estimators that integrate
+/// over the reflection call [`known`](Self::known) and
+/// [`transformed_cosines`](Self::transformed_cosines); if both return `Nothing` or `None`, they
+/// sample points instead.
 pub trait Reflection {
-    /// f(ω_i, ω_o) in 1/sr by channel, for ω_i above the surface. Finite and not negative.
+    /// Returns f(ω_i, ω_o) in 1/sr by channel, for ω_i above the surface; finite and not negative.
     fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3;
 
-    /// Draws ω_i from two uniform numbers in [0, 1). `None` where the draw fails: it counts as a
-    /// sample of no light.
+    /// Draws ω_i from two uniform random numbers in [0, 1). `None` where the draw fails; it counts
+    /// as a sample without light.
     ///
-    /// The direction may lie below the surface: it then contributes nothing, and its density is
-    /// still that of [`pdf`](Self::pdf).
+    /// The direction may lie below the surface. It then contributes zero, and its density is still
+    /// [`pdf`](Self::pdf).
     fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3>;
 
-    /// The density of [`sample`](Self::sample) per solid angle; integrates to one less the share of
-    /// draws that fail.
+    /// Returns the density of [`sample`](Self::sample) per solid angle. It integrates to one minus
+    /// the fraction of draws that fail.
     fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64;
 
-    /// Whether nothing is reflected in any direction. `false` is always allowed.
+    /// Whether no light is reflected in any direction. `false` is always allowed.
     fn is_black(&self) -> bool {
         false
     }
 
-    /// Returns what closed forms know of the reflection for light that goes to ω_o:
-    /// [`Known::Nothing`], the default, is always allowed.
+    /// Returns which closed forms are known for the reflection towards ω_o. The default,
+    /// [`Known::Nothing`], is always allowed.
     fn known(&self, wo: DVec3, n: DVec3) -> Known<'_> {
         let _ = (wo, n);
         Known::Nothing
     }
 
-    /// Returns the places along a segment, given relative to the point, where the reflection peaks
-    /// or has a kink: between them adaptive quadrature resolves it, to 1e-6 if no kink is left out.
-    /// `None`, the default, if that is not known: estimators then take points of the segment.
+    /// Returns the positions along a segment, given relative to the point, at which the reflection
+    /// has a peak or a kink. Adaptive quadrature between them resolves the reflection, to 1e-6 if
+    /// no kink is missing. `None`, the default, if the positions are not known: estimators then
+    /// sample points of the segment.
     fn peaks(&self, line: &Segment, wo: DVec3, n: DVec3) -> Option<Peaks> {
         let _ = (line, wo, n);
         None
     }
 
-    /// About f cos for light that goes to ω_o as a sum of linearly transformed cosines, by which
-    /// lights are sampled and samples weighed (Peters 2021, section 4). Only noise depends on it:
-    /// the default is that of the closed form; `None` if nothing is known.
+    /// Returns an approximation of f cos towards ω_o by a sum of LTCs, by which lights are sampled
+    /// and samples weighted (Peters 2021, section 4). Its accuracy affects only the noise. The
+    /// default is the approximation of the closed form; `None` if there is none.
     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
         let form = self.known(wo, n).closed_form()?;
         Some(form.transformed_cosines(wo, n))
     }
 }
 
-/// The knowledge that integrals in closed form have of a reflection.
+/// The closed forms that are known for a reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known<'a> {
-    /// Nothing but its transformed cosines, if it gives any: without, estimators take points.
+    /// No closed form, and LTCs only if [`Reflection::transformed_cosines`] returns any; without
+    /// them estimators sample points.
     Nothing,
-    /// All of it: a sum whose integrals over lines and polygons are known. Without lobes the value
-    /// is that of its diffuse part in all directions above the surface.
+    /// The whole reflection is a sum whose integrals over lines and polygons are known. If there
+    /// are no lobes, its value is the value of the diffuse part in all directions above the
+    /// surface.
     All(ClosedForm<'a>),
-    /// [Transformed cosines](Reflection::transformed_cosines) that look like it.
+    /// [LTCs](Reflection::transformed_cosines) that approximate the reflection.
     Cosines {
-        /// Whether samples by these cosines alone would have rare and large values, since the
-        /// reflection has much where they are next to nothing: estimators then draw by
-        /// [`Reflection::sample`], too. Of this crate's reflections, that of facets that are rough
-        /// in one direction alone: seen from beside it, its light lies along a curve.
+        /// Whether samples by these LTCs alone would have rare and large values, since the
+        /// reflection is large where they are almost zero: estimators then draw by
+        /// [`Reflection::sample`], too. Among the reflections of this crate this holds for facets
+        /// that are rough in one direction only: if they are seen from the side, the reflected
+        /// light lies along a curve.
         are_unlike: bool,
     },
 }
 
 impl<'a> Known<'a> {
-    /// The sum whose integrals are known, if there is one.
+    /// Returns the sum whose integrals are known, if there is one.
     #[must_use]
     pub const fn closed_form(self) -> Option<ClosedForm<'a>> {
         match self {
@@ -82,21 +88,21 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// f in 1/sr by channel, where it is the same for all directions above the surface.
+    /// Returns f in 1/sr by channel if it is the same for all directions above the surface.
     #[must_use]
     pub fn constant(self) -> Option<DVec3> {
         let form = self.closed_form().filter(|form| form.is_diffuse());
         form.map(|form| form.diffuse.value())
     }
 
-    /// Whether the reflection is unlike its transformed cosines.
+    /// Whether samples by the LTCs alone would have rare and large values.
     #[must_use]
     pub const fn is_unlike_cosines(self) -> bool {
         matches!(self, Self::Cosines { are_unlike: true })
     }
 }
 
-/// A reflection that integrals in closed form know: diffuse, and any number of lobes.
+/// A reflection whose integrals have closed forms: a diffuse part and any number of lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosedForm<'a> {
     /// The diffuse part.
@@ -108,40 +114,40 @@ pub struct ClosedForm<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lobes<'a> {
     Phong(&'a Phong),
-    /// Layers whose lobes are all Phong's.
+    /// Layers whose lobes are all Phong lobes.
     Layers(&'a Layers),
     Own(&'a [ClosedLobe]),
 }
 
-/// One lobe of a reflection whose integral along a line is known: a function of the direction ω to
-/// the light alone, the viewer being where it is, on the part of it above the surface. Reciprocal
-/// only if its axis and scale follow the viewer so.
+/// One lobe of a reflection whose integral along a line is known. For a fixed viewer it is a
+/// function of the direction ω to the light alone, on the part above the surface. It is reciprocal
+/// only if its axis and its scale depend on the viewer accordingly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClosedLobe {
-    /// scale · max(0, axis·ω)ᵏ: Phong's, and Lafortune's about any direction. Known over polygons,
-    /// too, at the cost of a line for each edge that the lobe meets (of two below an exponent of
-    /// some hundred).
+    /// A power of a cosine, scale · max(0, axis·ω)ᵏ: Phong's lobe, and Lafortune's about any
+    /// direction. Its integral over polygons is known, too, at the cost of one line integral for
+    /// each edge that meets the lobe (of two for exponents below some hundred).
     Power {
-        /// The factor by channel, 1/sr.
+        /// The factor by channel, in 1/sr.
         scale: DVec3,
         /// The unit vector in the world where the lobe is largest.
         axis: DVec3,
-        /// k ≥ 0.
+        /// The exponent k ≥ 0.
         exponent: f64,
     },
-    /// A spherical Gaussian, scale · exp(λ(axis·ω − 1)): known along lines alone.
+    /// A spherical Gaussian, scale · exp(λ(axis·ω − 1)). Its integral is known along lines only.
     Gaussian {
-        /// The factor by channel, 1/sr.
+        /// The factor by channel, in 1/sr.
         scale: DVec3,
         /// The unit vector in the world where the lobe is largest.
         axis: DVec3,
-        /// λ ≥ 0.
+        /// The sharpness λ ≥ 0.
         sharpness: f64,
     },
 }
 
 impl ClosedLobe {
-    /// Returns the factor of the lobe's function of the direction, by channel, 1/sr.
+    /// Returns the factor of the lobe by channel, in 1/sr.
     #[must_use]
     pub const fn scale(&self) -> DVec3 {
         match self {
@@ -151,21 +157,21 @@ impl ClosedLobe {
 }
 
 impl<'a> ClosedForm<'a> {
-    /// A diffuse part and lobes, which may be none.
+    /// Makes a closed form of a diffuse part and lobes; there may be no lobes.
     #[must_use]
     pub const fn new(diffuse: Lambert, lobes: &'a [ClosedLobe]) -> Self {
         let lobes = Lobes::Own(lobes);
         Self { diffuse, lobes }
     }
 
-    /// Diffuse and Phong's lobe.
+    /// Makes a closed form of a diffuse part and a Phong lobe.
     #[must_use]
     pub const fn phong(diffuse: Lambert, lobe: &'a Phong) -> Self {
         let lobes = Lobes::Phong(lobe);
         Self { diffuse, lobes }
     }
 
-    /// `None` unless all lobes are Phong's.
+    /// Makes the closed form of layers; `None` unless all lobes are Phong lobes.
     pub(crate) fn layers(layers: &'a Layers) -> Option<Self> {
         let closed = |(_, lobe): (DVec3, &Lobe)| matches!(lobe, Lobe::Phong(_));
         layers.lobes().all(closed).then_some(Self {
@@ -176,7 +182,7 @@ impl<'a> ClosedForm<'a> {
         })
     }
 
-    /// The lobes for a direction to the viewer and a normal.
+    /// Returns the lobes for a direction to the viewer and a normal.
     pub fn lobes(self, wo: DVec3, n: DVec3) -> impl Iterator<Item = ClosedLobe> + 'a {
         let phong = move |scale: DVec3, lobe: &Phong, axis: DVec3| ClosedLobe::Power {
             scale: scale * lobe.scale(),

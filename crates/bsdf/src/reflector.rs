@@ -1,4 +1,4 @@
-//! A rough mirror.
+//! This module holds a rough mirror.
 
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half};
@@ -6,24 +6,24 @@ use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 
-/// A rough mirror: f = k D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o). Reciprocal.
+/// A rough mirror: f = k D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o). It is reciprocal.
 ///
-/// **Energy**: the albedo is at most k; light that is reflected twice is left out, which facets of
-/// α = 1 lose 0.7 of from above, and those of α = 0.1 a sixtieth.
+/// **Energy**: the albedo is at most k. Light that is reflected twice is neglected: at normal
+/// incidence this loses 0.7 of the light for facets with α = 1, and a sixtieth for α = 0.1.
 ///
 /// **Source**: Torrance & Sparrow 1967; Walter et al. 2007; Heitz 2014 (masking).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflector {
-    /// k, by channel: scales everything.
+    /// The factor k by channel, which scales the reflection.
     pub reflectance: DVec3,
-    /// D and G.
+    /// The microfacets, with D and G.
     pub facets: TrowbridgeReitz,
-    /// F.
+    /// Fresnel's factor F.
     pub fresnel: Fresnel,
 }
 
 impl Reflector {
-    /// f(ω_i, ω_o), 1/sr, in the local frame; zero below the surface.
+    /// Returns f(ω_i, ω_o) in 1/sr, in the local frame; zero below the surface.
     #[must_use]
     pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
         let Some(h) = half(wi, wo) else {

@@ -1,4 +1,4 @@
-//! The laws that every reflection obeys.
+//! These tests check the laws that every reflection obeys.
 
 use super::*;
 use crate::lobe::Model;
@@ -410,8 +410,8 @@ fn values_follow_the_printed_formulas() {
     }
 }
 
-/// f is the sum, and the density a mixture of the cosine's and the lobe's with the same share of
-/// the former everywhere.
+/// f is a sum, and the density a mixture of the densities of the cosine and the lobe, with the same
+/// fraction of the cosine everywhere.
 #[test]
 fn layers_are_their_parts() {
     let lobe = Lobe::Reflector(Reflector {
@@ -508,7 +508,7 @@ fn kinks_are_knots() {
             let knots: Vec<f64> = peaks.expect("known").knots().collect();
             let mut from = 0.0;
             for to in knots {
-                // Knots are rounded by far less than a thousandth of the parts beside them.
+                // Knots are rounded by far less than a thousandth of the parts next to them.
                 let at = |k: u32| {
                     line.at(from + (to - from) * f64::from(k) / 1000.0)
                         .normalize()

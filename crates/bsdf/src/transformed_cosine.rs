@@ -1,4 +1,5 @@
-//! Reflections as sums of linearly transformed cosines.
+//! This module approximates reflections with closed forms by sums of linearly transformed cosines
+//! (LTCs).
 
 use crate::{ClosedForm, ClosedLobe};
 use linelit_elementary::exp_m1;
@@ -7,7 +8,7 @@ use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
 use std::f64::consts::{PI, TAU};
 
 impl ClosedForm<'_> {
-    /// The diffuse part as the cosine itself, and each lobe.
+    /// Returns the diffuse part as the cosine itself, and each lobe as an LTC.
     #[must_use]
     pub fn transformed_cosines(self, wo: DVec3, n: DVec3) -> TransformedCosines {
         let frame = Frame::from_normal(n);
@@ -20,11 +21,12 @@ impl ClosedForm<'_> {
 }
 
 impl ClosedLobe {
-    /// The lobe in a local frame: the cosine about its axis, shrunk across it to be as high as the
-    /// lobe of the same integral (wider ones stay the cosine), with the albedo that it has but for
-    /// what is below the horizon.
+    /// Returns the lobe as an LTC in a local frame: the cosine about the lobe's axis, shrunk across
+    /// the axis so that it is as high as the lobe and has the same integral. Lobes that are wider
+    /// than the cosine are approximated by the cosine. The albedo is the lobe's, except that the
+    /// part below the horizon is neglected.
     pub(crate) fn transformed_cosine(&self, frame: &Frame) -> TransformedCosine {
-        // Its integrals over the sphere, without and (of powers) with the cosine about its axis.
+        // Integrate over the sphere, without and (for powers) with the cosine about the axis.
         let (axis, whole, with_cosine) = match self {
             Self::Power { axis, exponent, .. } => {
                 (axis, TAU / (exponent + 1.0), TAU / (exponent + 2.0))
@@ -32,7 +34,7 @@ impl ClosedLobe {
             Self::Gaussian {
                 axis, sharpness, ..
             } => {
-                // Flat ones like the flattest that is told from them.
+                // Flat Gaussians are treated like the flattest one that differs from a constant.
                 let sharpness = sharpness.max(f64::EPSILON);
                 let whole = -TAU / sharpness * exp_m1(-2.0 * sharpness);
                 (axis, whole, whole.min(PI))

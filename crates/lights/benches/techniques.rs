@@ -1,4 +1,5 @@
-//! Nanoseconds per light and per sample of every technique, scalar and batched.
+//! This bench measures nanoseconds per light and per sample of every technique, one by one and
+//! batched.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"

@@ -1,5 +1,6 @@
-//! Lights without size: points and parallel light. One direction leads to each, so that one shadow
-//! ray answers for it and no point of it can be drawn.
+//! This module holds the delta lights: point lights and parallel light. Each has no size, so that a
+//! shading point sees it in one direction only: one shadow ray decides whether it is visible, and
+//! there is no point to sample.
 #![allow(
     clippy::disallowed_types,
     reason = "lights share the tables of luminaires"
@@ -10,43 +11,46 @@ use core::f64::consts::PI;
 use linelit_geometry::DVec3;
 use std::sync::Arc;
 
-/// A point that emits: a lamp that is small for its distance.
+/// A point that emits light, such as a lamp that is small compared with its distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointLight {
-    /// The place.
+    /// The position of the light.
     pub position: DVec3,
-    /// Radiant intensity in W/sr, linear RGB.
+    /// The radiant intensity in W/sr, linear RGB.
     pub intensity: DVec3,
-    /// The factor of the intensity by direction: spots, goniometers and IES luminaires.
+    /// A factor of the intensity that depends on the direction, for spots, goniometric lights and
+    /// IES luminaires.
     pub profile: Option<Arc<Profile>>,
 }
 
-/// Parallel light, as from a star: the same everywhere.
+/// Parallel light, as from a star: its direction and its irradiance are the same everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistantLight {
     /// The unit vector towards the light.
     pub direction: DVec3,
-    /// Irradiance of a surface that faces the light, W/m², linear RGB.
+    /// The irradiance of a surface that faces the light, in W/m², linear RGB.
     pub irradiance: DVec3,
-    /// A ball that holds the scene. Its shadow rays leave the ball, and its power is what falls on
-    /// the ball.
+    /// A ball that holds the scene. Shadow rays towards the light end outside the ball, and the
+    /// light's power is the power that falls on the ball.
     pub scene: Sphere,
 }
 
-/// The light that arrives at a shading point along one direction.
+/// The light that arrives at a shading point from a delta light, along one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
-    /// The place that the light comes from, relative to the shading point; of light from
-    /// infinity, a place beyond the scene.
+    /// The vector from the shading point to the light; for light from infinity, to a point beyond
+    /// the scene.
     pub to_light: DVec3,
-    /// The unit vector there.
+    /// The unit vector along `to_light`.
     pub direction: DVec3,
-    /// Irradiance of a surface that faces it, W/m²; infinite, NaN and negative values are zero.
+    /// The irradiance of a surface that faces the light, in W/m². Negative channels are zero; a
+    /// light whose irradiance is not finite arrives nowhere.
     pub irradiance: DVec3,
 }
 
 impl PointLight {
-    /// The light at `x`; `None` at the light itself, and where nothing arrives.
+    /// Returns the light that arrives at `x`; `None` at the light itself, and where no light
+    /// arrives.
     #[must_use]
     pub fn beam(&self, x: DVec3) -> Option<Beam> {
         let to_light = self.position - x;
@@ -62,7 +66,7 @@ impl PointLight {
         )
     }
 
-    /// Emitted power by channel, 4π I in W, times the profile's mean.
+    /// Returns the emitted power by channel in W: 4π I times the mean of the profile.
     pub(crate) fn power(&self) -> DVec3 {
         let mean = self.profile.as_ref().map_or(DVec3::ONE, |p| p.mean());
         self.intensity * (mean * (4.0 * PI))
@@ -70,14 +74,14 @@ impl PointLight {
 }
 
 impl DistantLight {
-    /// The light at `x`; `None` where nothing arrives.
+    /// Returns the light that arrives at `x`; `None` where no light arrives.
     #[must_use]
     pub fn beam(&self, x: DVec3) -> Option<Beam> {
         let to_light = self.direction * self.scene.beyond(x);
         Beam::new(to_light, self.direction, self.irradiance)
     }
 
-    /// The power by channel that falls on the ball which holds the scene, π R² E in W.
+    /// Returns the power by channel, in W, that falls on the ball which holds the scene: π R² E.
     pub(crate) fn power(&self) -> DVec3 {
         self.irradiance * (PI * self.scene.radius * self.scene.radius)
     }

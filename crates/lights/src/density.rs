@@ -1,4 +1,4 @@
-//! Probability densities that carry their measure in the type.
+//! This module holds [`Pdf`], a probability density that carries its measure in its type.
 //!
 //! A density per square metre and a density per steradian are both just numbers, and mixing them up
 //! is the most common bug in light sampling code. Here each measure is a type and there is one
@@ -31,22 +31,22 @@ macro_rules! measure {
 }
 
 measure!(
-    /// Surface area of the light, dA; densities in 1/m².
+    /// The surface area of the light, dA; densities are in 1/m².
     Area,
     "1/m²"
 );
 measure!(
-    /// Solid angle at the shading point, dω; densities in 1/sr.
+    /// The solid angle at the shading point, dω; densities are in 1/sr.
     SolidAngle,
     "1/sr"
 );
 measure!(
-    /// Offset of a line sample across the light, du; densities in 1/m.
+    /// The offset of a line sample across the light, du; densities are in 1/m.
     Offset,
     "1/m"
 );
 measure!(
-    /// Length along a segment (a line sample or a linear light), dt; densities in 1/m.
+    /// The length along a segment (a line sample or a linear light), dt; densities are in 1/m.
     Length,
     "1/m"
 );
@@ -61,8 +61,8 @@ measure!(
 
 /// A probability density with respect to the measure `M`, never negative.
 ///
-/// The value 0 means "cannot be sampled" (degenerate input); infinities and NaN are mapped to 0 by
-/// [`Pdf::new`], so an estimator has one thing to check: [`Pdf::is_positive`].
+/// The value 0 means "cannot be sampled" (degenerate input). [`Pdf::new`] maps infinities and NaN
+/// to 0, so that an estimator has one thing to check: [`Pdf::is_positive`].
 ///
 /// ```
 /// use linelit_lights::{Area, Pdf};
@@ -86,19 +86,20 @@ impl<M: Measure> fmt::Debug for Pdf<M> {
 }
 
 impl<M: Measure> Pdf<M> {
-    /// The density of what cannot be sampled.
+    /// The density zero, for samples that cannot be drawn.
     pub const ZERO: Self = Self(0.0, PhantomData);
 
-    /// A density of `value`; negative, infinite and NaN values become 0.
+    /// Makes a density from a number; negative, infinite and NaN values become 0.
     #[inline(always)]
     #[must_use]
     pub fn new(value: f64) -> Self {
-        // Below infinity would be a test of the bits, of a dozen instructions.
+        // Compare with the largest number: `is_finite` would test the bits, in a dozen
+        // instructions.
         let usable = value > 0.0 && value <= f64::MAX;
         Self(if usable { value } else { 0.0 }, PhantomData)
     }
 
-    /// The number, in the unit of the measure.
+    /// Returns the density as a number, in the unit of the measure.
     #[must_use]
     pub const fn value(self) -> f64 {
         self.0
@@ -110,20 +111,22 @@ impl<M: Measure> Pdf<M> {
         self.0 > 0.0
     }
 
-    /// The density of a sample taken with probability `p` from this technique (one of several
-    /// luminaires or pieces).
+    /// Returns the density of a sample of this technique if the technique is chosen with
+    /// probability `p`, as one of several lights or pieces.
     #[must_use]
     pub fn scaled(self, p: f64) -> Self {
         Self::new(self.0 * p)
     }
 }
 
-/// A measure of points on a surface, as a shading point sees them.
+/// A measure of points on a surface as a shading point sees them: surface area or solid angle.
 pub trait SurfaceMeasure: Measure {
-    /// Whether a density of this measure knows nothing of distance and cosine.
+    /// Whether a density of this measure depends neither on the distance of the shading point nor
+    /// on the cosine at the light.
     const IS_LOCAL: bool;
 
-    /// The density per solid angle at the shading point: see [`Pdf::<Area>::to_solid_angle`].
+    /// Converts a density to the measure of solid angle at the shading point: see
+    /// [`Pdf::<Area>::to_solid_angle`].
     fn to_solid_angle(pdf: Pdf<Self>, distance_squared: f64, cos_light: f64) -> Pdf<SolidAngle>;
 }
 
@@ -146,9 +149,10 @@ impl SurfaceMeasure for SolidAngle {
 }
 
 impl Pdf<Area> {
-    /// Area → solid angle: `p_ω = p_A r²/|cos θ'|` with `distance_squared` = r² and `cos_light` =
-    /// cos θ', the cosine between the light's normal and the direction (its sign does not matter).
-    /// 0 where the light is seen edge-on.
+    /// Converts a density per area to a density per solid angle: `p_ω = p_A r²/|cos θ'|`. Here
+    /// `distance_squared` is r², and `cos_light` is cos θ', the cosine between the light's normal
+    /// and the direction, whose sign does not matter. The result is 0 where the light is seen
+    /// edge-on.
     #[must_use]
     pub fn to_solid_angle(self, distance_squared: f64, cos_light: f64) -> Pdf<SolidAngle> {
         Pdf::new(self.0 * distance_squared / cos_light.abs())
@@ -156,7 +160,8 @@ impl Pdf<Area> {
 }
 
 impl Pdf<SolidAngle> {
-    /// Solid angle → area: `p_A = p_ω |cos θ'|/r²`. The inverse of [`Pdf::<Area>::to_solid_angle`].
+    /// Converts a density per solid angle to a density per area: `p_A = p_ω |cos θ'|/r²`. This is
+    /// the inverse of [`Pdf::<Area>::to_solid_angle`].
     #[must_use]
     pub fn to_area(self, distance_squared: f64, cos_light: f64) -> Pdf<Area> {
         Pdf::new(self.0 * cos_light.abs() / distance_squared)
@@ -164,7 +169,8 @@ impl Pdf<SolidAngle> {
 }
 
 impl Pdf<Offset> {
-    /// The joint density per area of a point at density `along` on a line sample: `p_A = p_u p_t`.
+    /// Returns the joint density per area of a line at this density and a point at density `along`
+    /// on it: `p_A = p_u p_t`.
     ///
     /// Offset and length are orthogonal coordinates on the light, so du dt = dA (Billen & Dutré
     /// 2016, eq. 4).
@@ -175,9 +181,9 @@ impl Pdf<Offset> {
 }
 
 impl Pdf<Length> {
-    /// Length along a linear light → thin solid angle: dω/R = 2h/r³ dt, so `p = p_t r³/(2h)`, where
-    /// r is the distance of the point and h that of the whole line (`line_distance`). Peters 2021,
-    /// §3.1.
+    /// Converts a density per length along a linear light to thin solid angle. With dω/R = 2h/r³ dt
+    /// it is `p = p_t r³/(2h)`, where r is the distance of the point and h, `line_distance`, is the
+    /// distance of the infinite line. See Peters 2021, §3.1.
     #[must_use]
     pub fn to_thin_solid_angle(self, distance: f64, line_distance: f64) -> Pdf<ThinSolidAngle> {
         Pdf::new(self.0 * (distance * distance) * (distance / (2.0 * line_distance)))
@@ -185,7 +191,8 @@ impl Pdf<Length> {
 }
 
 impl Pdf<ThinSolidAngle> {
-    /// Thin solid angle → length along the linear light: `p_t = p 2h/r³`.
+    /// Converts a density per thin solid angle to a density per length along the linear light: `p_t
+    /// = p 2h/r³`.
     #[must_use]
     pub fn to_length(self, distance: f64, line_distance: f64) -> Pdf<Length> {
         Pdf::new(self.0 * 2.0 * (line_distance / distance) / (distance * distance))

@@ -1,4 +1,5 @@
-//! Textured quads: images as densities.
+//! This module draws points on textured quads in proportion to an image: the image is a density
+//! that is constant on each pixel, tabulated as running sums.
 #![allow(
     clippy::disallowed_types,
     reason = "tables of a textured light, built with it"
@@ -10,27 +11,28 @@ use crate::samples::PointSample;
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
-/// The way a line runs over a texture.
+/// The direction in which a line runs over a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureAxis {
-    /// Along u, at a constant v: along the rows of the image.
+    /// The line runs along u, at a constant v: along the rows of the image.
     U,
-    /// Along v, at a constant u: along its columns.
+    /// The line runs along v, at a constant u: along the columns of the image.
     V,
 }
 
-/// Rows of numbers as running sums, and the running sum of their totals.
+/// Running sums of each row of a table of numbers, and the running sum of the rows' totals.
 #[derive(Clone, Debug, PartialEq)]
 struct Rows {
     count: usize,
     length: usize,
-    /// Running sums of each row, count × (length + 1).
+    /// Running sums of each row, count × (length + 1) numbers.
     sums: Vec<f64>,
-    /// Running sums of the row totals, count + 1.
+    /// Running sums of the row totals, count + 1 numbers.
     totals: Vec<f64>,
 }
 
 impl Rows {
+    /// Sums `count` rows of `length` numbers; `value` takes the index in the row, and the row.
     fn new(count: usize, length: usize, value: impl Fn(usize, usize) -> f64) -> Self {
         let mut sums = Vec::with_capacity(count * (length + 1));
         let mut totals = Vec::with_capacity(count + 1);
@@ -54,33 +56,35 @@ impl Rows {
         }
     }
 
+    /// Returns the running sums of a row.
     fn row(&self, j: usize) -> &[f64] {
         &self.sums[j * (self.length + 1)..(j + 1) * (self.length + 1)]
     }
 }
 
-/// A density on the unit square that is constant on the pixels of an image: rows by their sums,
-/// then pixels of a row; or, for lines, rows or columns by their sums, then pixels along them.
+/// A density on the unit square that is constant on each pixel of an image. A point is drawn by
+/// choosing a row by its total, and then a pixel of the row. For line samples, rows or columns are
+/// chosen by their totals, and the pixels along them serve as a density along the line.
 ///
-/// Allocates when made, two numbers for each pixel; sampling is one or two binary searches.
+/// Construction allocates two numbers for each pixel; a sample costs one or two binary searches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportanceImage {
     rows: Rows,
     columns: Rows,
 }
 
-/// The place in [0, 1) where the fraction `u` of the last of the running sums is reached: a cell of
-/// positive share, and the place in it.
+/// Finds where the running sums reach the fraction `u` of their last: returns a cell with positive
+/// mass, and the position within it, in [0, 1).
 pub(crate) fn pick(sums: &[f64], u: f64) -> (usize, f64) {
     pick_mass(sums, fraction(u) * sums[sums.len() - 1])
 }
 
-/// [`pick`] by mass instead of fraction.
+/// Does the same as [`pick`] for an absolute mass in place of a fraction.
 fn pick_mass(sums: &[f64], target: f64) -> (usize, f64) {
     let last = sums.len() - 1;
     let after = sums.partition_point(|&s| s <= target);
     let mut i = after.clamp(1, last) - 1;
-    // Rounding at the very end may land in an empty cell: step back to one that is not.
+    // Rounding at the very end may lead to an empty cell: step back to one that is not empty.
     while i > 0 && sums[i + 1] - sums[i] <= 0.0 {
         i -= 1;
     }
@@ -93,18 +97,19 @@ fn pick_mass(sums: &[f64], target: f64) -> (usize, f64) {
     (i, below_one(place))
 }
 
-/// The inverse of [`pick`].
+/// Inverts [`pick`]: returns the fraction at a position in a cell.
 pub(crate) fn unpick(sums: &[f64], i: usize, place: f64) -> f64 {
     let last = sums.len() - 1;
     below_one(below(sums, i, place) / sums[last])
 }
 
-/// The running sum at a place in a cell.
+/// Returns the running sum at a position within a cell.
 fn below(sums: &[f64], i: usize, place: f64) -> f64 {
     sums[i] + (sums[i + 1] - sums[i]) * place
 }
 
-/// Cell and place of a coordinate in [0, 1].
+/// Returns the cell, out of `n`, that a coordinate in [0, 1] falls into, and the position within
+/// it.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -117,7 +122,8 @@ pub(crate) fn cell(x: f64, n: usize) -> (usize, f64) {
     (i, below_one(scaled - i as f64))
 }
 
-/// The coordinate of a place in a cell, which [`cell`] finds in that cell again.
+/// Returns the coordinate of a position within a cell, such that [`cell`] finds the same cell
+/// again.
 #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
 fn coordinate(i: usize, place: f64, n: usize) -> f64 {
     let (cell_start, count) = (i as f64, n as f64);
@@ -129,8 +135,9 @@ fn coordinate(i: usize, place: f64, n: usize) -> f64 {
     within_cell(x, i, n)
 }
 
-/// Quotient and product each round: next to a border the cell may be the neighbour's, which may be
-/// black. One or two steps bring it back.
+/// Moves a coordinate into cell `i`. The quotient and the product are rounded separately, so that
+/// next to a border [`cell`] may name the neighbour, which may be black; one or two steps to the
+/// next number bring it back.
 #[cold]
 #[inline(never)]
 fn within_cell(mut x: f64, i: usize, n: usize) -> f64 {
@@ -143,13 +150,14 @@ fn within_cell(mut x: f64, i: usize, n: usize) -> f64 {
     x
 }
 
-/// The value that counts as zero next to a largest one of one.
+/// Values at most this large, relative to a largest value of one, count as zero.
 const LEAST: f64 = 1e-280;
 
 impl ImportanceImage {
-    /// An image of `width × height` values ≥ 0 (luminance, say), first row at v = 0; a value below
-    /// 1e-280 of the largest counts as zero, since the density of a row of them would not be a
-    /// number. `None` if the count is wrong, a value is negative or not finite, or all are zero.
+    /// Makes an image of `width × height` values ≥ 0 (luminance, say), with its first row at v = 0.
+    /// Values up to 1e-280 of the largest count as zero, since the density of a row of such values
+    /// would not be a number. `None` if the number of values is wrong, a value is negative or not
+    /// finite, or all are zero.
     #[must_use]
     pub fn new(width: usize, height: usize, values: &[f64]) -> Option<Self> {
         let usable = values.iter().all(|v| *v >= 0.0 && v.is_finite());
@@ -160,7 +168,7 @@ impl ImportanceImage {
         if largest <= 0.0 {
             return None;
         }
-        // Sums and densities of the largest numbers are numbers, too.
+        // Scale by a power of two, so that no sum and no density of very large values overflows.
         let scale = power_of_two_over(largest);
         let value = |i: usize, j: usize| match values[j * width + i] * scale {
             v if v > LEAST => v,
@@ -173,7 +181,7 @@ impl ImportanceImage {
         Some(image)
     }
 
-    /// Columns and rows of pixels.
+    /// Returns the numbers of columns and rows of pixels.
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
         (self.columns.count, self.rows.count)
@@ -183,6 +191,7 @@ impl ImportanceImage {
         self.rows.totals[self.rows.count]
     }
 
+    /// Returns the table whose rows run along `axis`.
     fn table(&self, axis: TextureAxis) -> &Rows {
         match axis {
             TextureAxis::U => &self.rows,
@@ -190,19 +199,19 @@ impl ImportanceImage {
         }
     }
 
-    /// The value of a pixel.
+    /// Returns the value of a pixel, as the difference of two running sums.
     pub(crate) fn pixel(&self, i: usize, j: usize) -> f64 {
         let row = self.rows.row(j);
         row[i + 1] - row[i]
     }
 
-    /// Running sums over the lines along `axis`.
+    /// Returns the running sums over the totals of the lines along `axis`.
     pub(crate) fn line_sums(&self, axis: TextureAxis) -> &[f64] {
         &self.table(axis).totals
     }
 
-    /// The point (u, v) of the unit square for two random numbers in [0, 1): `x[1]` picks the row,
-    /// `x[0]` the place in it.
+    /// Returns the point (u, v) of the unit square for two random numbers in [0, 1): `x[1]` chooses
+    /// the row, and `x[0]` the position in it.
     #[must_use]
     pub fn sample(&self, x: [f64; 2]) -> [f64; 2] {
         let (j, v) = pick(&self.rows.totals, x[1]);
@@ -211,7 +220,7 @@ impl ImportanceImage {
         [coordinate(i, u, width), coordinate(j, v, height)]
     }
 
-    /// The density at (u, v), with mean 1 on the unit square.
+    /// Returns the density at (u, v); its mean over the unit square is 1.
     #[must_use]
     pub fn density(&self, uv: [f64; 2]) -> f64 {
         let (width, height) = self.size();
@@ -221,7 +230,8 @@ impl ImportanceImage {
         self.pixel(i, j) * pixels / self.total()
     }
 
-    /// The random numbers that give (u, v); `None` where the density is zero.
+    /// Returns the random numbers from which [`sample`](Self::sample) gives (u, v); `None` where
+    /// the density is zero.
     #[must_use]
     pub fn invert(&self, uv: [f64; 2]) -> Option<[f64; 2]> {
         let (width, height) = self.size();
@@ -235,14 +245,14 @@ impl ImportanceImage {
         })
     }
 
-    /// The running sum of the pixels of line `j` along `axis` at a place in [0, 1].
+    /// Returns the running sum of the pixels of line `j` along `axis` up to a coordinate in [0, 1].
     pub(crate) fn mass_below(&self, axis: TextureAxis, j: usize, place: f64) -> f64 {
         let table = self.table(axis);
         let (i, within) = cell(place, table.length);
         below(table.row(j), i, within)
     }
 
-    /// The place where the running sum of line `j` along `axis` reaches `mass`.
+    /// Returns the coordinate at which the running sum of line `j` along `axis` reaches `mass`.
     pub(crate) fn place_of_mass(&self, axis: TextureAxis, j: usize, mass: f64) -> f64 {
         let table = self.table(axis);
         let (i, within) = pick_mass(table.row(j), mass);
@@ -250,10 +260,11 @@ impl ImportanceImage {
     }
 }
 
-/// Samples a parallelogram by an image on it; the image's u runs along the first edge, v along the
-/// last.
+/// Samples points of a parallelogram in proportion to an image on it. The image's u runs along the
+/// polygon's first edge, and its v along the last.
 ///
-/// Density per area: the image's, over A. Zero variance for what is proportional to the image.
+/// The density per area is the image's density divided by the area. An integrand that is
+/// proportional to the image has no variance.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -276,7 +287,7 @@ pub struct TexturedSampler<'i> {
 }
 
 impl<'i> TexturedSampler<'i> {
-    /// `None` unless the polygon is a parallelogram.
+    /// Sets the technique up; `None` if the polygon is not a parallelogram.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, image: &'i ImportanceImage) -> Option<Self> {
         let (origin, a, b) = polygon.as_parallelogram()?;
@@ -289,7 +300,7 @@ impl<'i> TexturedSampler<'i> {
         })
     }
 
-    /// Texture coordinates of a point of the light's plane.
+    /// Returns the texture coordinates of a point in the light's plane.
     #[must_use]
     pub fn coordinates(&self, point: DVec3) -> [f64; 2] {
         let [a, b] = self.edges;

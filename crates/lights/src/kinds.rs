@@ -1,7 +1,8 @@
-//! A light of any kind, made of plain numbers; its emission and its power.
+//! This module holds [`Light`], the enum of all kinds of light, with constructors from plain
+//! numbers, emission and power.
 //!
-//! Lights with a surface are in `surface`, one file for each shape; lines in `light`, lights
-//! without size in `delta`, and light from infinity in `sky`.
+//! Each shape with a surface has its own file in `surface`. Linear lights are in `light`, delta
+//! lights (points and parallel light) in `delta`, and light from infinity in `sky`.
 
 #![allow(clippy::disallowed_types, reason = "points share their profiles")]
 
@@ -21,25 +22,25 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "lights are few")]
 pub enum Light {
-    /// A polygon.
+    /// A convex polygon.
     Area(AreaLight),
-    /// A line.
+    /// A linear light: a segment that shines like an infinitely thin cylinder.
     Linear(LinearLight),
-    /// A sphere.
+    /// A sphere that emits outwards.
     Sphere(SphereLight),
     /// A disk.
     Disk(DiskLight),
-    /// A cylinder.
+    /// The side of a cylinder, which emits outwards.
     Cylinder(CylinderLight),
-    /// A point.
+    /// A point that emits in all directions, or by a profile.
     Point(PointLight),
-    /// Parallel light.
+    /// Parallel light, as from a star.
     Distant(DistantLight),
     /// An environment, or a sun.
     Sky(Sky),
 }
 
-/// The code for a light with a surface, whatever its shape, and what is said of the other kinds.
+/// Runs the same code for each light that has a surface, and other arms for the other kinds.
 macro_rules! with_surface {
     ($light:expr, $one:ident => $code:expr, $($others:tt)+) => {
         match $light {
@@ -53,7 +54,7 @@ macro_rules! with_surface {
 }
 
 impl Light {
-    /// The name of its kind, in one word.
+    /// Returns the name of the kind of light, in one word.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -68,8 +69,9 @@ impl Light {
         }
     }
 
-    /// Returns the emission of each point; in place of radiance, of linear lights radiance times
-    /// radius, of points intensity, of parallel light irradiance, and of skies the mean radiance.
+    /// Returns the emission of each point of the light. Kinds without a radiance have another
+    /// quantity in its field: linear lights have radiance times radius, points intensity, parallel
+    /// light irradiance, and skies their mean radiance.
     #[inline]
     #[must_use]
     pub fn emission(&self) -> Emission {
@@ -81,7 +83,8 @@ impl Light {
         )
     }
 
-    /// The light of a source without size at the point `x`, if it is one and light arrives.
+    /// Returns the light that arrives at the point `x` from a delta light (a point or parallel
+    /// light); `None` for other lights, and where no light arrives.
     #[must_use]
     pub fn beam(&self, x: DVec3) -> Option<Beam> {
         match self {
@@ -91,7 +94,7 @@ impl Light {
         }
     }
 
-    /// Sets the ball that holds the scene, of light from infinity; other lights have none.
+    /// Sets the ball that holds the scene, which light from infinity needs; other lights ignore it.
     pub const fn set_scene(&mut self, ball: Sphere) {
         match self {
             Self::Distant(l) => l.scene = ball,
@@ -100,8 +103,8 @@ impl Light {
         }
     }
 
-    /// The area of the surface that emits, of one side if both do; zero of lights without a
-    /// surface.
+    /// Returns the area of the surface that emits. If both sides emit, it is the area of one side;
+    /// it is zero for lights without a surface.
     #[must_use]
     pub fn area(&self) -> f64 {
         with_surface!(self, l => l.area(),
@@ -109,8 +112,8 @@ impl Light {
         )
     }
 
-    /// The unit normal at a point of the surface, on the side that emits; `None` of lights without
-    /// sides: lines, points and light from infinity.
+    /// Returns the unit normal at a point of the surface, on the side that emits; `None` for lights
+    /// without sides: linear lights, points and light from infinity.
     #[inline]
     #[must_use]
     pub fn normal(&self, point: DVec3) -> Option<DVec3> {
@@ -119,14 +122,14 @@ impl Light {
         )
     }
 
-    /// Whether all of its surface is in one plane.
+    /// Whether the whole surface lies in one plane.
     #[must_use]
     pub const fn is_flat(&self) -> bool {
         matches!(self, Self::Area(_) | Self::Disk(_))
     }
 
-    /// The densities of points that its shape has, without those of textures and reflections; none
-    /// of lights without sides.
+    /// Returns the densities by which points can be drawn on the shape of this light, except the
+    /// densities that follow a texture or a reflection. The list is empty for lights without sides.
     #[must_use]
     pub const fn densities(&self) -> &'static [PointDensity] {
         use PointDensity::{Area, ProjectedSolidAngle, Proxy, SolidAngle, VisibleArea};
@@ -140,8 +143,8 @@ impl Light {
         }
     }
 
-    /// The surface as the shading point `x` sees it; `None` of lights without one, and of a
-    /// cylinder from inside.
+    /// Returns the surface as the shading point `x` sees it; `None` for lights without a surface,
+    /// and for a cylinder that is seen from inside.
     #[inline]
     #[must_use]
     pub fn seen_from(&self, x: DVec3) -> Option<SeenSurface<'_>> {
@@ -155,9 +158,9 @@ impl Light {
         })
     }
 
-    /// Whether any point of the light can light a surface at `x` with the unit normal `n`, if
-    /// nothing is in between: some of it is above the tangent plane, and `x` is on a side that
-    /// emits.
+    /// Whether any point of the light can light a surface at `x` with the unit normal `n` when
+    /// there are no occluders: a part of the light is above the tangent plane, and `x` is on a side
+    /// that emits.
     #[must_use]
     pub fn can_light(&self, x: DVec3, n: DVec3) -> bool {
         with_surface!(self, l => l.can_light(x, n),
@@ -172,8 +175,9 @@ impl Light {
         )
     }
 
-    /// A point uniform on the area that `x` sees, of a convex light on all of it, from two random
-    /// numbers in [0, 1); `None` of lights without an area.
+    /// Samples a point uniformly on the area that `x` sees, from two random numbers in [0, 1). Of a
+    /// convex light (a sphere or a cylinder) this is the part that faces `x`; of a flat light it is
+    /// the whole area. `None` for lights without an area.
     #[must_use]
     pub fn sample_area(&self, x: DVec3, u: [f64; 2]) -> Option<PointSample<Area>> {
         Some(match self {
@@ -185,9 +189,9 @@ impl Light {
         })
     }
 
-    /// The middle of the part of the surface that `x` sees, and the fraction of the area that it
-    /// stands for as seen across: one of flat lights, a quarter of spheres. `None` of lights
-    /// without an area.
+    /// Returns the middle of the part of the surface that `x` sees, and the fraction of the
+    /// surface's area that this part has in projection: one for flat lights, a quarter for spheres.
+    /// `None` for lights without an area.
     #[must_use]
     pub fn middle(&self, x: DVec3) -> Option<(DVec3, f64)> {
         with_surface!(self, l => Some(l.middle(x)),
@@ -195,8 +199,8 @@ impl Light {
         )
     }
 
-    /// Whether its emission is finite and not negative, its shape has a size and a direction, and
-    /// no coordinate is beyond `largest`.
+    /// Whether the emission is finite and not negative, the shape has a size and a direction, and
+    /// no coordinate is larger than `largest` in magnitude.
     #[must_use]
     pub fn is_valid(&self, largest: f64) -> bool {
         let emission = self.emission().radiance;
@@ -218,8 +222,8 @@ impl Light {
             )
     }
 
-    /// Where it is, and where it shines. Light from infinity counts as spread over the ball that
-    /// holds the scene.
+    /// Returns the light's position and size, and the directions in which it shines. Light from
+    /// infinity counts as spread over the ball that holds the scene.
     #[must_use]
     pub fn extent(&self) -> Extent {
         with_surface!(self, l => l.extent(),
@@ -238,24 +242,26 @@ impl Light {
         )
     }
 
-    /// Emitted power in W, averaged over the channels: π A L for each side that emits, where the
-    /// area A of a linear light is that of the cylinder's surface, 2πR l. A point's is 4π I, and
-    /// that of light from infinity what falls on the ball that holds the scene. Of every kind of
-    /// light, it is `f64::MAX` where it overflows, and zero where it is negative or no number.
+    /// Returns the emitted power in W, averaged over the channels: π A L for each side that emits.
+    /// The area A of a linear light is the area 2πR l of its cylinder's surface. A point has the
+    /// power 4π I, and light from infinity the power that falls on the ball that holds the scene.
+    /// For every kind of light the result is `f64::MAX` where it overflows, and zero where it is
+    /// negative or not a number.
     #[must_use]
     pub fn power(&self) -> f64 {
         let (factor, emission) = self.power_factors();
         bounded(factor * (emission.element_sum() / 3.0))
     }
 
-    /// Emitted power in W of each channel, linear RGB; their mean is [`Light::power`].
+    /// Returns the emitted power in W of each channel, linear RGB; the mean of the three is
+    /// [`Light::power`].
     #[must_use]
     pub fn power_by_channel(&self) -> DVec3 {
         let (factor, emission) = self.power_factors();
         (factor * emission).map(bounded)
     }
 
-    /// A measure of the light and its emission, whose product is the power.
+    /// Returns a factor and an emission whose product is the power.
     fn power_factors(&self) -> (f64, DVec3) {
         let emission = self.emission();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
@@ -270,17 +276,17 @@ impl Light {
     }
 }
 
-/// The ball of a scene that is not known yet ([`Light::set_scene`]).
+/// A placeholder for the scene's ball until [`Light::set_scene`] gives it.
 const NO_SCENE: Sphere = Sphere {
     center: DVec3::ZERO,
     radius: 0.0,
 };
 
-/// Lights from plain numbers, in linear RGB. Those with two sides emit from the one that their
-/// normal points to ([`Light::two_sided`] makes both emit).
+/// Constructors from plain numbers, in linear RGB. Lights that could emit from two sides emit from
+/// the side that their normal points to, unless [`Light::two_sided`] makes both sides emit.
 impl Light {
-    /// A convex polygon of a radiance in W/(m² sr). Its corners run counter-clockwise as seen from
-    /// the side that emits.
+    /// Makes a convex polygon with a radiance in W/(m² sr). The corners run counter-clockwise as
+    /// seen from the side that emits.
     ///
     /// ```
     /// use linelit_lights::Light;
@@ -290,7 +296,8 @@ impl Light {
     /// ```
     ///
     /// # Errors
-    /// Those of [`ConvexPolygon::new`]: 3 to 16 finite corners that make a flat, convex polygon.
+    /// The errors of [`ConvexPolygon::new`]: there must be 3 to 16 finite corners that make a flat,
+    /// convex polygon.
     pub fn polygon(
         corners: &[impl Vector3 + Copy],
         radiance: impl Vector3,
@@ -301,11 +308,11 @@ impl Light {
         }))
     }
 
-    /// The parallelogram `corner`, `corner + u`, `corner + u + v`, `corner + v` of a radiance in
-    /// W/(m² sr), which emits along `u × v`.
+    /// Makes the parallelogram `corner`, `corner + u`, `corner + u + v`, `corner + v` with a
+    /// radiance in W/(m² sr). It emits along `u × v`.
     ///
     /// # Errors
-    /// Those of [`ConvexPolygon::parallelogram`].
+    /// The errors of [`ConvexPolygon::parallelogram`].
     pub fn rectangle(
         corner: impl Vector3,
         u: impl Vector3,
@@ -318,7 +325,8 @@ impl Light {
         }))
     }
 
-    /// A disk of a radiance in W/(m² sr), which emits along its normal, of any length but zero.
+    /// Makes a disk with a radiance in W/(m² sr). It emits along its normal, which may have any
+    /// length but zero.
     #[must_use]
     pub fn disk(
         center: impl Vector3,
@@ -336,8 +344,8 @@ impl Light {
         })
     }
 
-    /// A sphere of a radiance in W/(m² sr), which emits outwards: points inside it get nothing of
-    /// it.
+    /// Makes a sphere with a radiance in W/(m² sr). It emits outwards, so that points inside it
+    /// receive no light from it.
     #[must_use]
     pub fn sphere(center: impl Vector3, radius: f64, radiance: impl Vector3) -> Self {
         Self::Sphere(SphereLight {
@@ -349,8 +357,8 @@ impl Light {
         })
     }
 
-    /// The side of a cylinder of a radiance in W/(m² sr), around the axis between two points, which
-    /// emits outwards: points inside it get nothing of it.
+    /// Makes the side of a cylinder, without caps, around the axis between two points, with a
+    /// radiance in W/(m² sr). It emits outwards, so that points inside it receive no light from it.
     #[must_use]
     pub fn cylinder(
         from: impl Vector3,
@@ -367,8 +375,8 @@ impl Light {
         })
     }
 
-    /// A linear light between two points: a cylinder so thin that only its radiance times its
-    /// radius counts, in W/(m sr).
+    /// Makes a linear light between two points: a cylinder so thin that only the product of its
+    /// radiance and its radius matters, in W/(m sr).
     #[must_use]
     pub fn line(from: impl Vector3, to: impl Vector3, radiance_radius: impl Vector3) -> Self {
         Self::Linear(LinearLight {
@@ -377,7 +385,7 @@ impl Light {
         })
     }
 
-    /// A point of an intensity in W/sr, the same in all directions.
+    /// Makes a point light with an intensity in W/sr that is the same in all directions.
     #[must_use]
     pub fn point(position: impl Vector3, intensity: impl Vector3) -> Self {
         Self::Point(PointLight {
@@ -387,8 +395,9 @@ impl Light {
         })
     }
 
-    /// A point of an intensity in W/sr along a direction of any length but zero, which falls to
-    /// nothing, as pbrt-v4's spots do, between two angles to it, in radians.
+    /// Makes a spot: a point light with an intensity in W/sr along a direction of any length but
+    /// zero. Between two angles to this direction, in radians, the intensity falls to zero as in
+    /// pbrt-v4.
     #[must_use]
     pub fn spot(
         position: impl Vector3,
@@ -409,8 +418,8 @@ impl Light {
         })
     }
 
-    /// Parallel light from a direction, of any length but zero, that points towards the light. The
-    /// irradiance, in W/m², is that of a surface which faces it.
+    /// Makes parallel light. The direction points towards the light and may have any length but
+    /// zero; the irradiance, in W/m², is the irradiance of a surface that faces the light.
     #[must_use]
     pub fn distant(direction: impl Vector3, irradiance: impl Vector3) -> Self {
         Self::Distant(DistantLight {
@@ -420,16 +429,16 @@ impl Light {
         })
     }
 
-    /// A sky of a radiance in W/(m² sr), the same in all directions.
+    /// Makes a sky with a radiance in W/(m² sr) that is the same in all directions.
     #[must_use]
     pub fn sky(radiance: impl Vector3) -> Self {
         let emission = SkyEmission::Constant(radiance.dvec3());
         Self::from(emission)
     }
 
-    /// A sun: a disk at infinity of a radiance in W/(m² sr), around a direction of any length but
-    /// zero that points towards it. `half_angle_rad` is half of the angle that it is seen under, in
-    /// radians, above 0 and up to π/2.
+    /// Makes a sun: a disk at infinity with a radiance in W/(m² sr). The direction points towards
+    /// its centre and may have any length but zero; `half_angle_rad` is half of the angle under
+    /// which the sun is seen, in radians, above 0 and up to π/2.
     #[must_use]
     pub fn sun(direction: impl Vector3, half_angle_rad: f64, radiance: impl Vector3) -> Self {
         let (direction, radiance) = (unit(direction), radiance.dvec3());
@@ -440,7 +449,8 @@ impl Light {
         })
     }
 
-    /// Makes both sides emit, of a polygon or a disk; others have one side.
+    /// Makes both sides of a polygon or a disk emit; lights of other kinds have one side, and do
+    /// not change.
     #[must_use]
     pub fn two_sided(mut self) -> Self {
         match &mut self {
@@ -462,7 +472,7 @@ impl From<SkyEmission> for Light {
     }
 }
 
-/// The unit vector along `v`; zero of zero.
+/// Returns the unit vector along `v`, or zero if `v` is zero.
 fn unit(v: impl Vector3) -> DVec3 {
     predicates::normalize(v.dvec3()).unwrap_or(DVec3::ZERO)
 }

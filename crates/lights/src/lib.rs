@@ -1,10 +1,12 @@
-//! Area and linear lights, points and skies, with `sample`, `pdf` and `invert` for every sampling
-//! technique, and line parametrisations.
+//! This crate holds lights, and techniques that sample points and lines on them. There are
+//! polygons, spheres, disks, cylinders, linear lights, points, parallel light and skies; each
+//! technique has `sample`, `pdf` and `invert`.
 //!
-//! A technique is set up once per light and shading point and then takes any number of random
-//! numbers: it never allocates (but for images and regions), never fails and never panics.
-//! Degenerate input (a light seen edge-on, of no size, or with the shading point on it) gives the
-//! density 0, or `None`. Densities name their measure in their type, [`Pdf`].
+//! A technique is set up once per light and shading point, and then takes any number of random
+//! numbers. It never allocates (except for images and visible regions), never fails and never
+//! panics. Degenerate input (a light seen edge-on, a light without size, or a shading point that
+//! lies on the light) gives the density 0, or `None`. Each density names its measure in its type,
+//! [`Pdf`].
 //!
 //! ```
 //! use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -93,7 +95,7 @@ pub use surface::texture::{EmissionTexture, NoTexture, TexturedPoints};
 pub use surface::{LightPoint, SeenSurface, Surface, Viewer};
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines, through};
 
-// What public signatures name, so that one dependency is enough.
+// The geometry types appear in public signatures: with this export a caller needs one dependency.
 pub use linelit_geometry as geometry;
 
 /// The README's example is a test.

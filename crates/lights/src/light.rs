@@ -1,19 +1,19 @@
-//! The emission of surfaces, and linear lights.
+//! This module holds the emission that all surface lights share, and the linear light.
 
 use linelit_geometry::{DVec3, Segment};
 
-/// Emission of a surface light.
+/// The radiance that a surface light emits, and from which of its sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// Emitted radiance in W/(m² sr), linear RGB, the same in all directions of the emitting
-    /// side(s).
+    /// The emitted radiance in W/(m² sr), linear RGB. It is the same in all directions from a side
+    /// that emits.
     pub radiance: DVec3,
     /// Whether both sides emit; otherwise only the side that the normal points to.
     pub two_sided: bool,
 }
 
 impl Emission {
-    /// One-sided emission of constant radiance in W/(m² sr).
+    /// Returns one-sided emission of a constant radiance in W/(m² sr).
     #[must_use]
     pub const fn one_sided(radiance: DVec3) -> Self {
         Self {
@@ -22,15 +22,15 @@ impl Emission {
         }
     }
 
-    /// Whether anything is sent to a receiver, where `side` is positive on the side that the normal
-    /// points to: not behind a one-sided light, nor in its plane.
+    /// Whether the light emits towards a receiver, where `side` is positive on the side that the
+    /// normal points to. It does not behind a one-sided light, nor in the plane of any light.
     #[inline]
     pub(crate) fn reaches(&self, side: f64) -> bool {
         side > 0.0 || (self.two_sided && side < 0.0)
     }
 
-    /// Radiance towards a receiver, where `side` is positive on the side that the normal points to:
-    /// zero behind a one-sided light and in its plane.
+    /// Returns the radiance towards a receiver, where `side` is positive on the side that the
+    /// normal points to. It is zero behind a one-sided light, and in the plane of the light.
     #[must_use]
     #[inline]
     pub fn towards(&self, side: f64) -> DVec3 {
@@ -42,18 +42,19 @@ impl Emission {
     }
 }
 
-/// The signed height of `x` over the plane of a light that is about `size` large and has the unit
-/// normal `normal` at `at`: zero within `margin` of the distance or the size, and within rounding.
+/// Returns the signed height of `x` above the plane of a light: the plane passes through `at`,
+/// `normal` is its unit normal, and `size` is about the light's extent. Heights within rounding
+/// count as zero, and so do heights up to `margin` times the larger of the distance and the size.
 #[inline]
 pub(crate) fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64) -> f64 {
     let from = x - at;
     let height = normal.dot(from);
     let reach = from.abs().max_element().max(size);
-    // Far above the plane, as most points are, nothing else is looked at.
+    // Most points are high above the plane, where no tolerance has to be computed.
     if height.abs() > 1e-5 * reach && margin <= 1e-5 {
         return height;
     }
-    // Eight roundings of the coordinates, and some of the distance.
+    // Allow for eight roundings of the coordinates, and for some roundings of the distance.
     let coordinates = x.abs().max(at.abs()).max_element();
     let rounding = 4.0 * f64::EPSILON * coordinates;
     if height.abs() > margin.max(1e-12) * reach + rounding {
@@ -68,8 +69,8 @@ pub(crate) fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64)
 /// so BSDF sampling contributes nothing and its own techniques have the MIS weight 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearLight {
-    /// The axis.
+    /// The axis of the cylinder.
     pub segment: Segment,
-    /// Radiance times radius in W/(m sr), linear RGB.
+    /// The radiance times the radius in W/(m sr), linear RGB.
     pub radiance_radius: DVec3,
 }

@@ -1,4 +1,6 @@
-//! Points of a light by linearly transformed cosines that look like the reflection.
+//! This module samples points of a light in proportion to the reflection: as a mixture of linearly
+//! transformed cosines (LTCs) that approximate the BSDF, restricted to the light, and a uniform
+//! density.
 
 use crate::surface::draw::Draw;
 use crate::{
@@ -11,39 +13,44 @@ use linelit_shading::ltc::TransformedCosines;
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
 
-/// Lobes that are drawn by: those that reflect the most of the light, others as the cosine.
+/// The number of LTCs that are sampled: the ones that reflect the most of the light. The rest
+/// counts as diffuse.
 const KEPT: usize = 2;
 
-/// The least share of samples uniform in the solid angle: bounds weights where the reflection has
-/// more than its transformed cosines, which may be zero.
+/// The smallest fraction of samples that is uniform in the solid angle. It bounds the weights where
+/// the reflection is larger than its LTCs, which may be zero.
 const LEAST_UNIFORM: f64 = 0.1;
 
-/// Disks that cover less than this of a lobe's cosine are drawn by it alone: its density there is
-/// everywhere more than a hundredth of its largest.
+/// The coverage from which on a lobe is mixed with uniform samples. A disk that covers a smaller
+/// part of the lobe's cosine is sampled by the lobe alone: its density over such a disk is
+/// everywhere above a hundredth of its largest value.
 const TAIL: f64 = 0.9;
 
-/// The lobes of a reflection over a light, drawn from as one technique.
+/// A mixture of the LTCs of a reflection over one light, and a uniform density, as one technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture<U, L> {
-    /// Uniform in the solid angle, with its share of the samples.
+    /// The uniform technique, with its fraction of the samples.
     uniform: (U, f64),
     lobes: [Option<(L, f64)>; KEPT],
 }
 
-/// The lobes of a reflection over a polygon.
+/// The LTCs of a reflection over a polygon.
 pub type Lobes = Mixture<SolidAngleSampler, TransformedSampler>;
 
-/// The lobes of a reflection over what is visible of a polygon.
+/// The LTCs of a reflection over the visible region of a polygon.
 pub type VisibleLobes<'r> = Mixture<&'r RegionSampler, TransformedSampler>;
 
-/// The lobes of a reflection over a disk; uniform in what the cosine makes of it if need be.
+/// The LTCs of a reflection over a disk; in place of a uniform density it has the clamped cosine,
+/// where one is needed.
 pub type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
 
 impl<U, L: Copy> Mixture<U, L> {
-    /// Shares of the samples in proportion to what each lobe reflects of the light: `rest` is what
-    /// the cosine itself does, `sampler` gives what draws by a lobe of that number and map to the
-    /// world with what it reflects, `least` the least share that is to be drawn uniformly beside
-    /// it, and `uniform` what draws so, given its share.
+    /// Divides the samples between the lobes in proportion to the light that each reflects.
+    ///
+    /// `rest` is the light that the diffuse part reflects. `sampler` takes a lobe's number and its
+    /// map to the world, and returns the technique of this lobe and the light that it reflects.
+    /// `least` is the smallest fraction of samples that has to be uniform next to a given lobe.
+    /// `uniform` makes the uniform technique, given its fraction.
     fn shared(
         cosines: &TransformedCosines,
         mut rest: f64,
@@ -55,6 +62,7 @@ impl<U, L: Copy> Mixture<U, L> {
         let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
         let size = |slot: &Option<(L, f64)>| slot.map_or(0.0, |(_, part)| part);
         let mut lobes = [None; KEPT];
+        // Keep the lobes that reflect most, by insertion; the light of all others goes to the rest.
         for (k, lobe) in cosines.lobes().iter().enumerate() {
             let mut next = sampler(k, to_world * lobe.map).filter(|(_, part)| *part > 0.0);
             for slot in &mut lobes {
@@ -64,10 +72,12 @@ impl<U, L: Copy> Mixture<U, L> {
             }
             rest += size(&next);
         }
+        // The uniform technique gets the fraction of the rest, and at least what the lobes demand.
         let sum: f64 = lobes.iter().flatten().map(|(_, part)| part).sum();
         let least = lobes.iter().flatten().map(|(lobe, _)| least(lobe));
         let mut share = least.fold(rest / (rest + sum), f64::max);
-        // What is smaller has no reciprocal.
+        // A sum that overflows, or whose reciprocal does, leaves all samples to the uniform
+        // technique.
         if !((f64::MIN_POSITIVE..=f64::MAX).contains(&sum) && share <= 1.0) {
             (share, lobes) = (1.0, [None; KEPT]);
         }
@@ -80,7 +90,8 @@ impl<U, L: Copy> Mixture<U, L> {
         }
     }
 
-    /// A lobe, or else what draws uniformly, for the choice of which `u[0]` is split and rescaled.
+    /// Chooses a lobe (`Ok`) or the uniform technique (`Err`) by `u[0]`, and rescales `u[0]` for
+    /// the sample that follows.
     fn pick(&self, [mut a, b]: [f64; 2]) -> (Result<&L, &U>, [f64; 2]) {
         for (lobe, share) in self.lobes.iter().flatten() {
             if a < *share {
@@ -92,7 +103,8 @@ impl<U, L: Copy> Mixture<U, L> {
         (Err(uniform), [below_one(a / share), b])
     }
 
-    /// The density of all together.
+    /// Returns the density of the mixture at a point, from its density by each lobe and the uniform
+    /// density.
     fn pdf(&self, by_lobe: impl Fn(&L) -> Pdf<SolidAngle>, uniformly: Pdf<SolidAngle>) -> f64 {
         let lobes = self.lobes.iter().flatten();
         let densities = lobes.map(|(lobe, share)| share * by_lobe(lobe).value());
@@ -101,13 +113,15 @@ impl<U, L: Copy> Mixture<U, L> {
 }
 
 impl Lobes {
-    /// The lobes of a reflection over a polygon, for the shading point `x`.
+    /// Sets up the LTCs of a reflection over a polygon, for the shading point `x`.
     #[must_use]
     pub fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
+        // Integrate the diffuse part over the light, in closed form.
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         let seen = light.relative_to(x, &mut relative);
         let flat = polygon::irradiance_by_edges(seen, cosines.frame.z);
         let rest = cosines.diffuse.element_sum() * FRAC_1_PI * flat;
+        // Integrate each lobe over the light, in closed form, too.
         let sampler = |k: usize, map| {
             let sampler = TransformedSampler::new(light, x, map)?;
             let integral = polygon::irradiance_by_edges(sampler.image().vertices(), DVec3::Z);
@@ -135,8 +149,9 @@ impl Draw for Lobes {
 }
 
 impl<'r> VisibleLobes<'r> {
-    /// The lobes of a reflection on what is visible of a light, if it is known, and what of it the
-    /// cosine itself and each lobe reflect: one number more than there are lobes.
+    /// Sets up the LTCs of a reflection over the visible region of a light. `reflected` holds the
+    /// light that the diffuse part reflects of this region, and then the light that each lobe
+    /// reflects.
     #[must_use]
     pub fn within(
         visible: &'r RegionSampler,
@@ -151,8 +166,8 @@ impl<'r> VisibleLobes<'r> {
         Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| visible)
     }
 
-    /// A visible point and the density per solid angle there; `None` where a lobe leads to what is
-    /// hidden.
+    /// Returns a visible point and the density per solid angle there; `None` where a lobe leads to
+    /// a point that is hidden.
     pub fn draw(&self, u: [f64; 2], light: &ConvexPolygon, x: DVec3) -> Option<(LightPoint, f64)> {
         let visible = self.uniform.0;
         let point = match self.pick(u) {
@@ -169,11 +184,12 @@ impl<'r> VisibleLobes<'r> {
 }
 
 impl DiskLobes {
-    /// `None` where directions are no way to draw points of the disk: it is seen from its plane, or
-    /// very small.
+    /// Sets up the LTCs of a reflection over a disk; `None` where no cone of directions represents
+    /// the disk well: it is seen from its plane, or it is very small.
     #[must_use]
     pub fn new(disk: &Disk, x: DVec3, cosines: &TransformedCosines) -> Option<Self> {
         let Frame { x: e, y: f, z } = cosines.frame;
+        // Integrate each lobe, and the diffuse part, approximately over the disk.
         let sampler = |k: usize, map| {
             let sampler = TransformedCone::new(disk, x, map)?;
             let albedo = cosines.lobes()[k].albedo.element_sum();
@@ -185,6 +201,7 @@ impl DiskLobes {
             true => diffuse * flat()?.about_integral(),
             false => 0.0,
         };
+        // Lobes that the disk truncates little need uniform samples for the lobe's tail.
         let least = |lobe: &TransformedCone| match lobe.coverage() > TAIL {
             true => LEAST_UNIFORM,
             false => 0.0,

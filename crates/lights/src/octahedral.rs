@@ -1,22 +1,33 @@
-//! The sphere of directions on a square: the equal-area octahedral map of pbrt-v4.
+//! This module holds the equal-area octahedral map of pbrt-v4, between the sphere of directions and
+//! the unit square.
 //!
-//! The octants about +z fill the diamond in the middle of the square, each in the quadrant of the
-//! signs of its x and y; those about −z fill the corners, so that −z is all four of them. Equal
-//! areas of the square are equal solid angles: the square stands for 4π.
+//! The four octants about +z fill the diamond in the middle of the square, each in the quadrant
+//! with the signs of its x and y. The octants about −z fill the corners, so that −z is at all four
+//! of them. Equal areas of the square are equal solid angles, and the whole square is 4π.
+//!
+//! ```text
+//!   −z───────+y───────−z
+//!    │     ╱    ╲     │
+//!    │   ╱        ╲   │
+//!   −x        +z       +x
+//!    │   ╲        ╱   │
+//!    │     ╲    ╱     │
+//!   −z───────−y───────−z
+//! ```
 //!
 //! **Source**: Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD";
-//! `EqualAreaSquareToSphere` and `EqualAreaSphereToSquare` of pbrt-v4, whose polynomials stand for
-//! the functions that are called here.
+//! `EqualAreaSquareToSphere` and `EqualAreaSphereToSquare` of pbrt-v4. These approximate the
+//! trigonometric functions by polynomials; here the functions are called.
 
 use linelit_elementary::{atan2, hypot, sin_cos};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
-/// The unit vector at a place in [0, 1]². Coordinates beyond it are moved to its border, and those
-/// that are not numbers to 0.
+/// Returns the unit vector at a point of the unit square. Coordinates outside [0, 1] are clamped,
+/// and those that are not numbers become 0.
 ///
-/// **Error**: of each coordinate, 16 ε.
+/// **Error**: 16 ε in each coordinate.
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -28,7 +39,8 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 pub fn square_to_sphere(place: [f64; 2]) -> DVec3 {
     let [u, v] = place.map(|p| 2.0 * fraction(p) - 1.0);
     let distance = 1.0 - (u.abs() + v.abs());
-    // One minus the distance from the diamond, formed without loss next to the middle.
+    // r is one minus the signed distance from the diamond, computed without loss next to the
+    // middle.
     let r = if distance >= 0.0 {
         u.abs() + v.abs()
     } else {
@@ -48,13 +60,13 @@ pub fn square_to_sphere(place: [f64; 2]) -> DVec3 {
     )
 }
 
-/// The place in [0, 1]² of a unit vector, which [`square_to_sphere`] takes back to it; some place
-/// of the square for what is no unit vector.
+/// Returns the point of the unit square that belongs to a unit vector: the inverse of
+/// [`square_to_sphere`]. A vector that is not a unit vector gives some point of the square.
 ///
-/// **Error**: of each coordinate, 8 ε.
+/// **Error**: 8 ε in each coordinate.
 #[must_use]
 pub fn sphere_to_square(w: DVec3) -> [f64; 2] {
-    // 1 − |z| of a unit vector, without cancellation next to the poles.
+    // r² is 1 − |z| of a unit vector, computed without cancellation next to the poles.
     let r = hypot(w.x, w.y) / (1.0 + w.z.abs()).sqrt();
     let v = r * atan2(w.y.abs(), w.x.abs()) * FRAC_2_PI;
     let u = r - v;
@@ -66,13 +78,13 @@ pub fn sphere_to_square(w: DVec3) -> [f64; 2] {
     [u.copysign(w.x), v.copysign(w.y)].map(|p| fraction(0.5 * p + 0.5))
 }
 
-/// Column and row of the texel of an image of size² texels that stands at a column and a row up to
-/// one beyond its border: a side of the square meets itself, turned about its middle, and all
-/// corners are one direction.
+/// Returns the column and the row of the texel that continues an octahedral image of size² texels
+/// beyond its border, for a column and a row up to one outside. Each side of the square meets
+/// itself, turned about its middle, and all corners are the same direction.
 ///
-/// What crosses a side is mirrored at the side itself, so that bilinear interpolation is continuous
-/// and keeps the mean of the image. (`RemapPixelCoords` of pbrt-v4 mirrors column −1 to 1 in place
-/// of 0; its lights look up the nearest texel, which never crosses.)
+/// Texels beyond a side are mirrored at the side itself, so that bilinear interpolation is
+/// continuous and keeps the mean of the image. (`RemapPixelCoords` of pbrt-v4 mirrors column −1 to
+/// 1, not to 0; its lights look up the nearest texel, which never crosses the border.)
 #[must_use]
 pub fn wrap_texel(texel: [isize; 2], size: usize) -> [usize; 2] {
     let last = size.max(1).cast_signed() - 1;

@@ -1,15 +1,16 @@
-//! What techniques are made of: a choice among pieces, and a density linear over one.
+//! This module holds the two parts that many techniques are built from: a discrete choice among
+//! pieces of a light, and samples of a density that is linear over a piece.
 
 use linelit_geometry::ConvexPolygon;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_simd::Lanes;
 
-/// The most pieces: trapezoids between the vertices of a polygon.
+/// The largest number of pieces: as many as the trapezoids between the vertices of a polygon.
 const MOST: usize = ConvexPolygon::CAPACITY - 1;
 
-/// A choice among at most 23 pieces of a light, in proportion to their weights: triangles of a fan,
-/// or trapezoids between vertices; held in place. The random number that chooses a piece is
-/// stretched, and goes on to choose a place in it.
+/// A discrete choice among at most 23 pieces of a light in proportion to their weights, stored
+/// without allocation. The pieces are triangles of a fan, or trapezoids between vertices. The
+/// random number that chooses a piece is rescaled, and then serves to choose a position in it.
 ///
 /// ```
 /// use linelit_lights::Pieces;
@@ -27,7 +28,8 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Pieces of these weights: 0 where one is negative or no number; those beyond 23 are dropped.
+    /// Takes the weights of the pieces. Weights that are negative or not numbers become 0, and
+    /// pieces beyond 23 are dropped.
     #[must_use]
     pub fn new(weights: impl Iterator<Item = f64>) -> Self {
         let mut out = Self::default();
@@ -35,7 +37,7 @@ impl Pieces {
         out
     }
 
-    /// Adds a piece, of the weight 0 where it is negative or no number, while there is room.
+    /// Adds a piece unless there are 23 already. Its weight is 0 if it is negative or not a number.
     #[inline(always)]
     pub(crate) fn push(&mut self, weight: f64) {
         if let Some(slot) = self.weight.get_mut(self.count) {
@@ -45,14 +47,14 @@ impl Pieces {
         }
     }
 
-    /// Whether there is anything to pick.
+    /// Whether a piece can be picked: the sum of the weights is positive and finite.
     #[inline]
     #[must_use]
     pub fn is_usable(&self) -> bool {
         self.total > 0.0 && self.total <= f64::MAX
     }
 
-    /// The sum of the weights.
+    /// Returns the sum of the weights.
     #[inline]
     #[must_use]
     pub const fn total(&self) -> f64 {
@@ -64,7 +66,7 @@ impl Pieces {
         self.weight[i]
     }
 
-    /// The piece that `u` in [0, 1) falls into and the place in it in [0, 1].
+    /// Returns the piece that `u` in [0, 1) falls into, and the position in it, in [0, 1].
     #[inline]
     #[must_use]
     pub fn pick(&self, u: f64) -> (usize, f64) {
@@ -82,12 +84,14 @@ impl Pieces {
         (last, 1.0)
     }
 
-    /// [`Pieces::pick`] for one number or eight, to the bit; without branches.
+    /// Does what [`Pieces::pick`] does for one number or eight at once, to the bit and without
+    /// branches.
     #[inline(always)]
     pub(crate) fn pick_each<L: Lanes>(&self, l: L, u: L::D) -> (L::D, L::D) {
         let (zero, one) = (l.dsplat(0.0), l.dsplat(1.0));
         let mut rest = fraction_each(l, u) * self.total;
-        // The place is rest over weight where the rest is below the weight for the first time.
+        // The position is rest / weight at the first piece whose weight exceeds the rest. All lanes
+        // visit all pieces; a lane that has found its piece keeps it.
         let (mut piece, mut found) = (zero, l.dlt(one, zero));
         let (mut part, mut whole) = (one, one);
         let mut last = zero;
@@ -108,7 +112,7 @@ impl Pieces {
         (l.select(found, last, piece), part / whole)
     }
 
-    /// The inverse of [`Pieces::pick`], clamped to [0, 1).
+    /// Inverts [`Pieces::pick`]; the result is clamped to [0, 1).
     #[inline]
     #[must_use]
     pub fn unpick(&self, piece: usize, place: f64) -> f64 {
@@ -118,14 +122,14 @@ impl Pieces {
     }
 }
 
-/// [`linelit_geometry::finite::fraction`] of one number or eight.
+/// Clamps one number or eight to [0, 1], like [`linelit_geometry::finite::fraction`].
 #[inline(always)]
 pub(crate) fn fraction_each<L: Lanes>(l: L, value: L::D) -> L::D {
     l.dmin(l.dmax(value, l.dsplat(0.0)), l.dsplat(1.0))
 }
 
-/// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥
-/// 0): the place with the fraction `xi` of the mass below it.
+/// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (at any scale,
+/// both ≥ 0): returns the position below which the fraction `xi` of the mass lies.
 ///
 /// ```
 /// use linelit_lights::sample_linear;

@@ -1,4 +1,5 @@
-//! Emission that depends on direction: cones, powers of the cosine, measured tables and images.
+//! This module holds profiles: factors of a light's emission that depend on the direction, such as
+//! cones, powers of the cosine, measured tables (IES) and images.
 #![allow(
     clippy::disallowed_types,
     clippy::disallowed_macros,
@@ -13,39 +14,40 @@ use linelit_elementary::{atan2, hypot, pow, sin, sin_cos};
 use linelit_geometry::DVec3;
 use std::sync::Arc;
 
-/// A factor by which emission depends on the direction in which light leaves, in linear RGB.
+/// A factor of the emission, in linear RGB, that depends on the direction in which light leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     space: LightSpace,
     kind: ProfileKind,
     scale: f64,
-    /// The mean over all directions of the light's space, before it is scaled.
+    /// The mean of the factor over all directions of the light's own space, before `scale`.
     mean: DVec3,
 }
 
-/// The factor as a function of directions in the space of a [`Profile`], whose z is the axis.
+/// The factor of a [`Profile`] as a function of directions in the light's own space, whose z axis
+/// is the light's axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProfileKind {
-    /// One within the inner cone, zero beyond the outer, and between them a function of
-    /// t = (cos θ − `cos_outer`)/(`cos_inner` − `cos_outer`).
+    /// A cone: the factor is one within the inner cone, zero outside the outer cone, and between
+    /// them a function of t = (cos θ − `cos_outer`)/(`cos_inner` − `cos_outer`).
     Cone {
         /// The cosine of the half angle of the inner cone.
         cos_inner: f64,
         /// The cosine of the half angle of the outer cone.
         cos_outer: f64,
-        /// The function.
+        /// The function of t between the cones.
         falloff: Falloff,
     },
-    /// max(0, cos θ) to a power (`UsdLux`'s `shaping:focus`); one below zero, or no number, counts
-    /// as zero.
+    /// The power max(0, cos θ)ⁿ (`UsdLux`'s `shaping:focus`). An exponent that is negative or not a
+    /// number counts as zero.
     CosinePower(f64),
-    /// A table of angles, as IES files have it.
+    /// A table over angles, as IES files have it.
     Table(Arc<ProfileTable>),
-    /// An image of directions.
+    /// An image over all directions.
     Map(Arc<ProfileMap>),
 }
 
-/// The decrease between the cones of a spot.
+/// The function by which the factor of a spot decreases between its cones, from t = 1 to t = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Falloff {
     /// 3 t² − 2 t³ (pbrt-v4).
@@ -57,7 +59,7 @@ pub enum Falloff {
 }
 
 impl Falloff {
-    /// The coefficients of t², t³ and t⁴.
+    /// Returns the coefficients of t², t³ and t⁴.
     const fn polynomial(self) -> [f64; 3] {
         match self {
             Self::Smooth => [3.0, -2.0, 0.0],
@@ -68,7 +70,7 @@ impl Falloff {
 }
 
 impl Profile {
-    /// A profile about the z axis of a light's space, or of a frame.
+    /// Makes a profile about the z axis of a light's space or of a frame.
     #[must_use]
     pub fn new(kind: ProfileKind, space: impl Into<LightSpace>) -> Self {
         let mut profile = Self {
@@ -88,29 +90,31 @@ impl Profile {
         self
     }
 
-    /// Returns the profile of a light that is placed in the world by `to_world`.
+    /// Returns the profile of a light that the transform `to_world` moves into the world.
     #[must_use]
     pub fn placed(mut self, to_world: &LightSpace) -> Self {
         self.space = self.space.within(to_world);
         self
     }
 
-    /// Whether it is a table or an image, not a function of the angle to the axis alone.
+    /// Whether the profile is a table or an image, in contrast to a function of the angle to the
+    /// axis alone.
     #[must_use]
     pub const fn has_angles(&self) -> bool {
         matches!(self.kind, ProfileKind::Table(_) | ProfileKind::Map(_))
     }
 
-    /// The factor for light that leaves in the unit direction `w`: finite and not negative; zero
-    /// where `w` is not a number.
+    /// Returns the factor for light that leaves in the unit direction `w`. It is finite and not
+    /// negative, and zero where `w` is not a number.
     #[must_use]
     pub fn factor(&self, w: DVec3) -> DVec3 {
         self.value(self.space.to_light(w))
     }
 
-    /// The factor where the axis is the unit normal `n` of a surface, in place of the profile's
-    /// own. Horizontal angles begin as near to the x axis of the light's space as the surface
-    /// allows, and run from there towards n × x; under a reflection the other way round.
+    /// Returns the factor for light that leaves a surface in the direction `w`, where the unit
+    /// normal `n` of the surface takes the part of the profile's axis. Horizontal angles begin at
+    /// the tangent of the surface next to the x axis of the light's space, and run from there
+    /// towards n × x, or the other way round if the light's transform is a reflection.
     #[must_use]
     pub fn on_surface(&self, n: DVec3, w: DVec3) -> DVec3 {
         self.value(match self.kind {
@@ -122,7 +126,7 @@ impl Profile {
         })
     }
 
-    /// The factor in a direction of the light's space.
+    /// Returns the factor in a direction of the light's own space.
     fn value(&self, w: DVec3) -> DVec3 {
         let factor = match &self.kind {
             ProfileKind::Cone {
@@ -146,29 +150,29 @@ impl Profile {
         (factor * self.scale).max(DVec3::ZERO).min(DVec3::MAX)
     }
 
-    /// The mean of the factor over all directions of the light's own space: the power of a point
-    /// light is 4π times it, as long as its transform has no uneven scale. (pbrt's `power` is by
-    /// this mean under any transform.)
+    /// Returns the mean of the factor over all directions of the light's own space. The power of a
+    /// point light is 4π times this mean, unless its transform scales unevenly. (pbrt's `power`
+    /// uses this mean under any transform.)
     ///
-    /// **Error**: 10⁻¹² of it, in closed form: tables are linear between their angles, however
-    /// narrow.
+    /// **Error**: 10⁻¹² of the mean, in closed form: tables are linear between their angles,
+    /// however narrow these are.
     #[must_use]
     pub fn mean(&self) -> DVec3 {
         self.scale * self.mean
     }
 
-    /// The mean of the factor over the hemisphere about the axis, weighted by the cosine,
-    /// (1/π) ∫ p cos θ dω, and over the channels: the power of a surface over that of a Lambertian
-    /// one.
+    /// Returns (1/π) ∫ p cos θ dω over the hemisphere about the axis, averaged over the channels:
+    /// the power of a surface with this profile divided by the power of a Lambertian surface.
     ///
-    /// **Error**: as of [`Profile::mean`]; of images without sharp borders, 10⁻⁵ of their mean.
+    /// **Error**: the error of [`Profile::mean`]; for images without sharp borders, 10⁻⁵ of their
+    /// mean.
     #[must_use]
     pub fn lambertian_mean(&self) -> f64 {
         self.scale * self.integral(true).element_sum() / 3.0
     }
 
-    /// The part of the light of a point with this profile that leaves below the horizon of the
-    /// axis, which a surface does not send.
+    /// Returns the fraction of a point light with this profile that leaves below the horizon of the
+    /// axis. A surface does not send this fraction. It is zero for profiles that are not tables.
     #[must_use]
     pub fn part_behind(&self) -> f64 {
         let above = match &self.kind {
@@ -178,8 +182,8 @@ impl Profile {
         (1.0 - above.x / (2.0 * self.mean.x)).max(0.0)
     }
 
-    /// The integral over c = cos θ of the factor's mean around the axis: over all c, or, of a
-    /// Lambertian surface, over c ≥ 0 with the weight 2c.
+    /// Returns the integral over c = cos θ of the factor's mean around the axis: over all c, or,
+    /// for a Lambertian surface, over c ≥ 0 with the weight 2c.
     fn integral(&self, is_lambertian: bool) -> DVec3 {
         match &self.kind {
             ProfileKind::Cone {
@@ -187,6 +191,7 @@ impl Profile {
                 cos_outer,
                 falloff,
             } => {
+                // Integrate the weight one + slope · c over the inner cone.
                 let ([one, slope], lowest) = match is_lambertian {
                     true => ([0.0, 2.0], 0.0_f64),
                     false => ([1.0, 0.0], -1.0),
@@ -197,7 +202,8 @@ impl Profile {
                 if height.is_nan() || height <= 0.0 {
                     return DVec3::splat(whole);
                 }
-                // With c = outer + height t, from t = first on.
+                // Between the cones substitute c = outer + height · t, and integrate from t = first
+                // to 1.
                 let first = ((lowest - cos_outer) / height).clamp(0.0, 1.0);
                 let (flat, rise) = (one + slope * cos_outer, slope * height);
                 let moment = |n: i32| (1.0 - first.powi(n + 1)) / f64::from(n + 1);
@@ -209,7 +215,7 @@ impl Profile {
                 true => 2.0 / (power.max(0.0) + 2.0),
                 false => 1.0 / (power.max(0.0) + 1.0),
             }),
-            // The weight 2 cos θ sin θ is the sine of twice the angle.
+            // For a Lambertian surface the weight 2 cos θ sin θ is the sine of twice the angle.
             ProfileKind::Table(table) => {
                 rings_integral(&table.rings(), if is_lambertian { 2.0 } else { 1.0 }, PI)
             }
@@ -218,11 +224,12 @@ impl Profile {
     }
 }
 
-/// The integral over θ, while `turns` θ ≤ `end`, of f(θ) sin(`turns` θ), where f is linear between
-/// rings: angles from the axis, each with the mean of a factor around it.
+/// Returns the integral over θ, as long as `turns` θ ≤ `end`, of f(θ) sin(`turns` θ), where f is
+/// linear between rings. A ring is an angle from the axis with the mean of the factor around the
+/// axis.
 ///
-/// With the middle m and the half width h of a piece, and its values p and q at the ends,
-/// ∫ f sin θ dθ = (p + q) sin m sin h + (q − p) cos m (sin h − h cos h)/h, without cancellation.
+/// On a piece with the middle m, the half width h and the values p and q at its ends, ∫ f sin θ dθ
+/// = (p + q) sin m sin h + (q − p) cos m (sin h − h cos h)/h, without cancellation.
 fn rings_integral(rings: &[(f64, DVec3)], turns: f64, end: f64) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for pair in rings.windows(2) {
@@ -239,7 +246,7 @@ fn rings_integral(rings: &[(f64, DVec3)], turns: f64, end: f64) -> DVec3 {
     sum / turns
 }
 
-/// (sin h − h cos h)/h, by its series where that would cancel.
+/// Returns (sin h − h cos h)/h, by its series where the difference would cancel.
 fn rise(h: f64) -> f64 {
     let square = h * h;
     if h < 0.1 {
@@ -250,14 +257,14 @@ fn rise(h: f64) -> f64 {
     sin / h - cos
 }
 
-/// The reason why numbers are no profile.
+/// The reason why a table or an image of numbers cannot be a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileError {
-    /// The number of values is not that of the angles, or of the pixels, or zero.
+    /// The number of values is zero, or differs from the number of angles or pixels.
     Count,
-    /// The angle of this number is not greater than the one before, or out of range.
+    /// The angle with this index is not greater than the angle before it, or it is out of range.
     Angle(usize),
-    /// The value of this number is negative, infinite or not a number.
+    /// The value with this index is negative, infinite or not a number.
     Value(usize),
 }
 
@@ -278,8 +285,8 @@ fn check_values(values: &[f32]) -> Result<(), ProfileError> {
     bad.map_or(Ok(()), |k| Err(ProfileError::Value(k)))
 }
 
-/// Values over vertical and horizontal angles, interpolated between them; zero beyond the vertical
-/// angles.
+/// A table of values over vertical and horizontal angles, with linear interpolation between them.
+/// It is zero beyond the vertical angles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileTable {
     vertical: Vec<f64>,
@@ -288,13 +295,13 @@ pub struct ProfileTable {
 }
 
 impl ProfileTable {
-    /// A table of ascending angles in radians: vertical ones from the axis, in [0, π], and
-    /// horizontal ones from x towards y, in [0, 2π]; a single horizontal angle is all of them. The
-    /// values of the first horizontal angle come first. Between the last horizontal angle and the
-    /// first the table goes on around the axis.
+    /// Makes a table of ascending angles in radians. Vertical angles are measured from the axis, in
+    /// [0, π], and horizontal angles from x towards y, in [0, 2π]; a single horizontal angle means
+    /// that all of them are alike. The values of the first horizontal angle come first. Between the
+    /// last horizontal angle and the first the table continues around the axis.
     ///
     /// # Errors
-    /// Where counts, angles or values do not fit.
+    /// Returns an error if the number of values, an angle or a value is not valid.
     pub fn new(
         vertical: Vec<f64>,
         horizontal: Vec<f64>,
@@ -303,6 +310,7 @@ impl ProfileTable {
         if values.is_empty() || vertical.len().checked_mul(horizontal.len()) != Some(values.len()) {
             return Err(ProfileError::Count);
         }
+        // Check that angles ascend within their range, to rounding.
         for (angles, most) in [(&vertical, PI), (&horizontal, TAU)] {
             let most = most * (1.0 + 1e-9);
             let is_bad = |k: &usize| {
@@ -321,15 +329,16 @@ impl ProfileTable {
         })
     }
 
-    /// The value in a direction of the light's space.
+    /// Returns the value in a direction of the light's own space.
     fn at(&self, w: DVec3) -> f64 {
-        // Next to the axis the cosine does not determine the angle.
+        // Next to the axis the cosine does not determine the angle, but the tangent does.
         let theta = atan2(hypot(w.x, w.y), w.z);
         let (first, last) = (self.vertical[0], self.vertical[self.vertical.len() - 1]);
-        // Rounding of the poles and of right angles.
+        // Allow for rounding at the poles and at right angles.
         if !(theta >= first - 1e-9 && theta <= last + 1e-9) {
             return 0.0;
         }
+        // Interpolate along the two columns of values on either side, and then between them.
         let (i, a) = between(&self.vertical, theta);
         let (j, next, b) = self.around(atan2(w.y, w.x));
         let rows = self.vertical.len();
@@ -338,7 +347,7 @@ impl ProfileTable {
         column(j) * (1.0 - b) + column(next) * b
     }
 
-    /// The vertical angles, each with the mean of the values around the axis.
+    /// Returns the vertical angles, each with the mean of the values around the axis.
     fn rings(&self) -> Vec<(f64, DVec3)> {
         let (angles, rows) = (&self.horizontal, self.vertical.len());
         let mean = |i: usize| {
@@ -354,13 +363,14 @@ impl ProfileTable {
             .collect()
     }
 
-    /// The horizontal angles on both sides of one, and the place between them.
+    /// Returns the indices of the horizontal angles on both sides of `phi`, and the fraction of the
+    /// way from the first to the second.
     fn around(&self, phi: f64) -> (usize, usize, f64) {
         let angles = &self.horizontal;
         let (first, last) = (angles[0], angles[angles.len() - 1]);
         let phi = if phi < first { phi + TAU } else { phi };
         if phi >= last {
-            // On from the last angle to the first.
+            // Between the last angle and the first the table continues around the axis.
             let gap = first + TAU - last;
             let place = if gap > 1e-9 { (phi - last) / gap } else { 0.0 };
             return (angles.len() - 1, 0, place.clamp(0.0, 1.0));
@@ -370,8 +380,8 @@ impl ProfileTable {
     }
 }
 
-/// The place of a number among ascending ones: the index of the last that is not greater, and the
-/// fraction of the way to the next.
+/// Returns the index of the last of ascending numbers that is not greater than `x`, and the
+/// fraction of the way from it to the next one.
 fn between(angles: &[f64], x: f64) -> (usize, f64) {
     let i = angles.partition_point(|a| *a <= x).saturating_sub(1);
     let Some(next) = angles.get(i + 1) else {
@@ -390,32 +400,34 @@ pub struct ProfileMap {
 }
 
 impl ProfileMap {
-    /// A square image by the equal-area octahedral map
+    /// Makes a square image by the equal-area octahedral map
     /// ([`square_to_sphere`](crate::octahedral::square_to_sphere)), first row first, with one value
-    /// for each pixel, or three.
+    /// or three for each pixel.
     ///
     /// # Errors
-    /// Where count or values do not fit.
+    /// Returns an error if the number of values, or a value, is not valid.
     pub fn octahedral(side: usize, values: Vec<f32>) -> Result<Self, ProfileError> {
         Self::of([side; 2], SkyMapping::EqualArea, values)
     }
 
-    /// An image with columns by longitude, from x towards y, and rows by the angle from the axis,
-    /// with one value for each pixel, or three.
+    /// Makes an image whose columns run by longitude, from x towards y, and whose rows run by the
+    /// angle from the axis, with one value or three for each pixel.
     ///
     /// # Errors
-    /// Where count or values do not fit.
+    /// Returns an error if the number of values, or a value, is not valid.
     pub fn equirectangular(size: [usize; 2], values: Vec<f32>) -> Result<Self, ProfileError> {
         Self::of(size, SkyMapping::Equirectangular, values)
     }
 
-    /// Returns the image with the value of the pixel that a direction lies in, not interpolated.
+    /// Returns the image without interpolation: a direction gets the value of the pixel that it
+    /// lies in.
     #[must_use]
     pub const fn nearest(mut self) -> Self {
         self.raster.filter = SkyFilter::Nearest;
         self
     }
 
+    /// Makes an image of any mapping, and checks its size and its values.
     fn of(size: [usize; 2], mapping: SkyMapping, values: Vec<f32>) -> Result<Self, ProfileError> {
         let pixels = size[0].checked_mul(size[1]);
         let fits = |n: usize| values.len() == n || Some(values.len()) == n.checked_mul(3);
@@ -432,7 +444,7 @@ impl ProfileMap {
         Ok(Self { raster, values })
     }
 
-    /// The value of a pixel.
+    /// Returns the value of a pixel in linear RGB.
     fn pixel(&self, k: usize) -> DVec3 {
         let channels = self.values.len() / (self.raster.size[0] * self.raster.size[1]);
         let value = |i: usize| f64::from(self.values[channels * k + (channels - 1) / 2 * i]);
@@ -443,8 +455,8 @@ impl ProfileMap {
         self.raster.lookup(w, |k| self.pixel(k))
     }
 
-    /// Twice the mean over all directions, or, of a Lambertian surface, over π the integral
-    /// weighted by max(0, cos θ).
+    /// Returns twice the mean over all directions or, for a Lambertian surface, the integral
+    /// weighted by max(0, cos θ), divided by π.
     fn integral(&self, is_lambertian: bool) -> DVec3 {
         if is_lambertian {
             return 4.0 * self.raster.weighted(|k| self.pixel(k), |w| w.z.max(0.0));

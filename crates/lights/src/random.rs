@@ -1,11 +1,11 @@
-//! Techniques as distributions of rand: feature `rand`.
+//! With the feature `rand`, this module makes every technique a distribution of the crate `rand`.
 
 use crate::linear::LinearSample;
 use crate::{LineSample, LineTechnique, LinearPointTechnique, PointSample, PointTechnique};
 use rand::distr::Distribution;
 use rand::{Rng, RngExt};
 
-/// Any technique as a [`Distribution`]: its samples from a generator's numbers.
+/// A technique as a [`Distribution`]: it takes its random numbers from a generator.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3};

@@ -1,9 +1,11 @@
-//! The two currencies of the crate, as traits: points of a light, and lines on it.
+//! This module holds the traits that all techniques implement: [`PointTechnique`] for points of a
+//! surface, [`LineTechnique`] for lines on a flat light and [`LinearPointTechnique`] for points of
+//! a linear light.
 //!
-//! A technique is one way to sample one light for one shading point, ready for use: whatever it
-//! needs besides random numbers (the shading point, a normal, an image) its constructor has taken,
-//! and where it can give no sample its constructor says so, or its densities are zero. Code that
-//! works for any technique is generic over [`PointTechnique`] or [`LineTechnique`].
+//! A technique is one way to sample one light for one shading point, ready for use. Its constructor
+//! takes all that it needs except random numbers: the shading point, a normal, an image. Where the
+//! technique cannot give a sample, its constructor returns `None`, or its densities are zero. Code
+//! that works for any technique is generic over these traits.
 //!
 //! ```
 //! use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -26,24 +28,27 @@ use crate::samples::{LineSample, LinearSample, PointColumns, PointSample};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, ParallelLines, Segment};
 
-/// A way to choose points of a surface light, with its density.
+/// A technique that samples points of a surface light with a known density.
 ///
-/// **Laws**, which tests hold every technique to: samples follow the density; the density
-/// integrates to one over the part of the light that the technique reaches; `sample` of what
-/// `invert` gives is the same point to rounding.
+/// **Laws**, which tests check for every technique: samples follow the density; the density
+/// integrates to one over the part of the light that the technique reaches; `sample` of the numbers
+/// that `invert` returns gives the same point, to rounding.
 pub trait PointTechnique {
     /// The measure of densities: [`Area`] of the light (1/m²), or [`SolidAngle`] at the shading
     /// point (1/sr).
     type Measure: SurfaceMeasure;
 
-    /// A point of the light from two random numbers in [0, 1), with its density.
+    /// Samples a point of the light from two random numbers in [0, 1), and returns it with its
+    /// density.
     ///
-    /// Continuous in both numbers wherever the light allows, so that stratified numbers give
-    /// stratified points. Density 0 where nothing can be sampled: skip it.
+    /// The point depends continuously on both numbers wherever the light allows it, so that
+    /// stratified numbers give stratified points. The density is 0 where no point can be sampled:
+    /// skip the sample.
     fn sample(&self, u: [f64; 2]) -> PointSample<Self::Measure>;
 
-    /// The points of many pairs of random numbers, eight side by side: those that
-    /// [`PointTechnique::sample`] gives one by one, to the bit. As many as all columns hold.
+    /// Samples points from many pairs of random numbers, in columns of eight. The points are the
+    /// ones that [`PointTechnique::sample`] gives one by one, to the bit; their number is the
+    /// length of the shortest column.
     fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) {
         let [x, y, z] = out.point.map(<[[f64; 8]]>::as_flattened_mut);
         let u = u[0].as_flattened().iter().zip(u[1].as_flattened());
@@ -56,25 +61,28 @@ pub trait PointTechnique {
         }
     }
 
-    /// The density with which [`PointTechnique::sample`] gives a point of the light.
+    /// Returns the density with which [`PointTechnique::sample`] gives a point of the light.
     ///
-    /// The point is taken to lie on the light to rounding; 0 where the technique never goes.
+    /// The point is assumed to lie on the light, to rounding. The density is 0 where the technique
+    /// places no samples.
     fn pdf(&self, point: DVec3) -> Pdf<Self::Measure>;
 
-    /// The two random numbers in [0, 1) from which [`PointTechnique::sample`] gives the point;
-    /// `None` where its density is zero, and beside the light.
+    /// Returns the two random numbers in [0, 1) from which [`PointTechnique::sample`] gives the
+    /// point; `None` where its density is zero, and for points outside the light.
     fn invert(&self, point: DVec3) -> Option<[f64; 2]>;
 }
 
-/// A way to choose parallel lines on a flat light, and points on their visible parts.
+/// A technique that samples parallel lines on a flat light, and points on their visible parts.
 ///
-/// A line is chosen by its offset across the light, with a density per metre ([`Offset`]); what is
-/// visible of it, asked for elsewhere, comes back as intervals of its parameter in [0, 1]; a point
-/// of those has a joint density in [`LineTechnique::Measure`].
+/// A line is chosen by its offset across the light, with a density per metre ([`Offset`]). The
+/// caller then finds which parts of the line are visible, and passes them as intervals of the
+/// line's parameter in [0, 1]. A point of these intervals has a joint density in
+/// [`LineTechnique::Measure`].
 ///
-/// **Laws**, which tests hold every technique to: offsets follow their density, which integrates to
-/// one over the range of [`LineTechnique::lines`]; the joint density integrates to one over what is
-/// visible, as long as some of each line is; both inverses lead back.
+/// **Laws**, which tests check for every technique: offsets follow their density, which integrates
+/// to one over the range of [`LineTechnique::lines`]; the joint density integrates to one over the
+/// visible part of the light, as long as some part of each line is visible; both inverses return
+/// the numbers that lead to the sample.
 ///
 /// **Source**: Billen & Dutré 2016, section 4; the joint density: Salesin & Jarosz 2019, eqs.
 /// 12–15.
@@ -83,51 +91,54 @@ pub trait LineTechnique {
     /// [`SolidAngle`] at the shading point (1/sr).
     type Measure: SurfaceMeasure;
 
-    /// All lines of the technique's direction: offsets, and where each line begins and ends.
+    /// Returns all lines of the technique's direction: the range of offsets, and where each line
+    /// begins and ends.
     fn lines(&self) -> &ParallelLines;
 
-    /// The unit direction of the lines; zero where there are none.
+    /// Returns the unit direction of the lines; zero where there are no lines.
     fn direction(&self) -> DVec3 {
         self.lines().direction()
     }
 
-    /// The line through a point of the light.
+    /// Returns the line through a point of the light.
     fn through(&self, point: DVec3) -> Segment {
         through(self.lines(), point)
     }
 
-    /// A line of the light from one random number in [0, 1), with the density of its offset in 1/m.
+    /// Samples a line of the light from one random number in [0, 1), and returns it with the
+    /// density of its offset in 1/m.
     ///
-    /// Density 0 where nothing can be sampled: skip it.
+    /// The density is 0 where no line can be sampled: skip the sample.
     fn sample(&self, u: f64) -> LineSample;
 
-    /// The density in 1/m with which [`LineTechnique::sample`] gives the line at an offset across
-    /// the light; 0 beside the light.
+    /// Returns the density in 1/m with which [`LineTechnique::sample`] gives the line at an offset
+    /// across the light; 0 for offsets outside the light.
     fn pdf(&self, offset: f64) -> Pdf<Offset>;
 
-    /// The random number in [0, 1) from which [`LineTechnique::sample`] gives the line at an
-    /// offset; `None` where its density is zero.
+    /// Returns the random number in [0, 1) from which [`LineTechnique::sample`] gives the line at
+    /// an offset; `None` where its density is zero.
     fn invert(&self, offset: f64) -> Option<f64>;
 
-    /// A point of what is visible of a line, from one random number in [0, 1), with the joint
-    /// density of line and point.
+    /// Samples a point of the visible part of a line from one random number in [0, 1), and returns
+    /// it with the joint density of line and point.
     ///
-    /// `visible` holds disjoint ascending intervals of the line's parameter in [0, 1], from its
-    /// segment's first end to the second. Density 0 where nothing is visible.
+    /// `visible` holds disjoint ascending intervals of the line's parameter in [0, 1], from the
+    /// first end of its segment to the second. The density is 0 where no part is visible.
     fn point(&self, line: &LineSample, visible: &[Interval], u: f64) -> PointSample<Self::Measure>;
 
-    /// The joint density with which [`LineTechnique::sample`] gives the line through a point of
-    /// the light and [`LineTechnique::point`] the point.
+    /// Returns the joint density with which [`LineTechnique::sample`] gives the line through a
+    /// point of the light, and [`LineTechnique::point`] the point on it.
     ///
-    /// `visible` is what is visible of that line; 0 where the point is hidden or beside the light.
+    /// `visible` holds the visible intervals of that line. The density is 0 where the point is
+    /// hidden or outside the light.
     fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Self::Measure>;
 
-    /// The random numbers of [`LineTechnique::sample`] and of [`LineTechnique::point`] that give a
-    /// point of the light; `None` where the joint density is zero.
+    /// Returns the random numbers of [`LineTechnique::sample`] and of [`LineTechnique::point`] that
+    /// give a point of the light; `None` where the joint density is zero.
     fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]>;
 }
 
-/// The line of a family of parallel lines through a point of the light.
+/// Returns the line, out of a family of parallel lines, through a point of the light.
 #[must_use]
 pub fn through(lines: &ParallelLines, point: DVec3) -> Segment {
     let (a, b) = lines.range();
@@ -135,31 +146,31 @@ pub fn through(lines: &ParallelLines, point: DVec3) -> Segment {
     lines.segment(offset.clamp(a, b)).unwrap_or_default()
 }
 
-/// A way to choose points of a linear light, from one random number.
+/// A technique that samples points of a linear light from one random number.
 ///
-/// The third currency, for lights without a surface: a place t in [0, 1] along the light, and the
-/// density per solid angle times the light's radius, [`ThinSolidAngle`] in m/sr (Peters 2021,
-/// §3.1).
+/// A point is given by its position t in [0, 1] along the light; its density is per solid angle
+/// times the light's radius, [`ThinSolidAngle`] in m/sr (Peters 2021, §3.1).
 ///
-/// **Laws**: those of [`PointTechnique`], along the light.
+/// **Laws**: the laws of [`PointTechnique`], along the light.
 pub trait LinearPointTechnique {
-    /// A point of the light from one random number in [0, 1), with its density.
+    /// Samples a point of the light from one random number in [0, 1), and returns it with its
+    /// density.
     fn sample(&self, u: f64) -> LinearSample;
 
-    /// The density in m/sr with which [`LinearPointTechnique::sample`] gives the fraction `t` of
-    /// the light; 0 where the technique never goes.
+    /// Returns the density in m/sr with which [`LinearPointTechnique::sample`] gives the position
+    /// `t` of the light; 0 where the technique places no samples.
     fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle>;
 
-    /// The random number in [0, 1) from which [`LinearPointTechnique::sample`] gives the fraction
-    /// `t` of the light; `None` where its density is zero.
+    /// Returns the random number in [0, 1) from which [`LinearPointTechnique::sample`] gives the
+    /// position `t` of the light; `None` where its density is zero.
     fn invert(&self, t: f64) -> Option<f64>;
 }
 
-/// The points that a line technique gives with nothing in between, as a point technique: the first
-/// random number chooses the line, the second the point on all of it.
+/// A line technique used as a point technique, with the whole line visible: the first random number
+/// chooses the line, and the second a point on all of it.
 ///
-/// `AngularLines::by_projected_solid_angle` becomes the technique of no variance on a diffuse
-/// surface.
+/// `AngularLines::by_projected_solid_angle` so becomes the point technique without variance on a
+/// diffuse surface.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3};

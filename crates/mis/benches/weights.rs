@@ -1,4 +1,4 @@
-//! Nanoseconds per weight.
+//! This bench measures nanoseconds per weight.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use linelit_mis::smoothing::{smoothed_balance, visible_interval};

@@ -1,4 +1,4 @@
-//! The weights of a light sample and a BSDF sample.
+//! This example computes the weights of a light sample and a BSDF sample.
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 use linelit_mis::{balance, power};

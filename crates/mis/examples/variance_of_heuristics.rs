@@ -1,5 +1,6 @@
-//! Two techniques, a sharp and a broad one, for an integrand that is their sum with a shadow in it:
-//! the standard deviation of each heuristic over the share of the shadow.
+//! This example has two techniques, a sharp and a broad one, for an integrand that is their sum
+//! with a shadow in it. It prints the standard deviation of each heuristic by the fraction of the
+//! integrand that is in shadow.
 //!
 //! `cargo run --release -p linelit-mis --example variance_of_heuristics`
 #![expect(clippy::print_stdout, reason = "an example prints")]

@@ -1,20 +1,21 @@
-//! Weights that know the integrand's parts: weighted balance, optimal with a visibility estimate,
-//! clamped optimal.
+//! This module holds weights that use estimates of the integrand's parts: the weighted balance
+//! heuristic, the optimal heuristic with a visibility estimate, and its clamped form.
 
 use crate::heuristics::{balance, score, share};
 use crate::optimal::optimal_contribution;
 
 /// The weighted balance heuristic.
 ///
-/// **Formula.** wᵢ = cᵢpᵢ/Σₖ cₖpₖ. If the integrand is Σₖ cₖpₖ exactly (each technique perfect for
-/// a part whose integral cₖ is known: diffuse and specular unshadowed shading), every sample of
-/// technique i contributes the constant cᵢ/Nᵢ: zero variance for any sample counts, which therefore
-/// do not enter.
+/// **Formula.** wᵢ = cᵢpᵢ/Σₖ cₖpₖ. Suppose the integrand is exactly Σₖ cₖpₖ: each technique is
+/// perfect for a part whose integral cₖ is known, as for diffuse and specular shading without
+/// occluders. Then every sample of technique i contributes the constant cᵢ/Nᵢ. The variance is zero
+/// for any sample counts, which therefore do not appear.
 ///
-/// **Measure.** Densities in one measure; `cs` in the integral's unit, any common factor.
-/// **Domain.** Terms with cₖ ≤ 0, pₖ ≤ 0 or NaN count as zero; if all do, the weight is 0. A
-/// technique with cᵢ = 0 is never heard: c must be positive for techniques that alone cover a part
-/// (Peters clamps diffuse albedos to 0.01). **Error bound.** The weights sum to 1 within (T + 2)ε.
+/// **Measure.** All densities are in one measure; `cs` are in the unit of the integral, up to a
+/// common factor. **Domain.** Terms with cₖ ≤ 0, pₖ ≤ 0 or NaN count as zero; if all do, the weight
+/// is 0. A technique with cᵢ = 0 has no weight anywhere: c must be positive for a technique that
+/// alone covers a part (Peters clamps diffuse albedos to 0.01). **Error bound.** The weights sum to
+/// 1 within (T + 2)ε.
 ///
 /// **Reference.** Peters 2021, *BRDF importance sampling for polygonal lights*, section 5.
 ///
@@ -40,16 +41,16 @@ pub fn weighted_balance(cs: &[f64], ps: &[f64], i: usize) -> f64 {
 /// The clamped optimal heuristic.
 ///
 /// **Formula.** wᵢ = ν cᵢpᵢ/Σₖ cₖpₖ + (1 − ν) Nᵢpᵢ/Σₖ Nₖpₖ (Peters 2021, *BRDF importance sampling
-/// for linear lights*, section 4.2, with the sample counts that it leaves at one). ν = 0 is
-/// [`balance`], ν = 1 [`weighted_balance`].
+/// for linear lights*, section 4.2, here with sample counts, which the paper sets to one). ν = 0 is
+/// [`balance`], and ν = 1 is [`weighted_balance`].
 ///
 /// It is the optimal heuristic (Kondapaneni et al. 2019) under the assumption that the shadowed
-/// shading is ν times the unshadowed parts `cs`, clamped so that a blocked sample contributes
-/// nothing; the unclamped form is [`visibility_optimal_contribution`]. Peters recommends ν = ½.
+/// shading is ν times the unshadowed parts `cs`, clamped so that a blocked sample contributes zero.
+/// The unclamped form is [`visibility_optimal_contribution`]. Peters recommends ν = ½.
 ///
-/// **Measure, domain, error bound** as for [`weighted_balance`]; `nu` is clamped to [0, 1], NaN to
-/// 0. Where all cₖpₖ vanish the balance heuristic takes over, so that the weights still sum to 1
-/// there.
+/// **Measure, domain and error bound** are those of [`weighted_balance`]; `nu` is clamped to [0,
+/// 1], and NaN counts as 0. Where all cₖpₖ are zero the balance heuristic is used, so that the
+/// weights sum to 1 there as well.
 ///
 /// # Panics
 /// If `i` is not an index of all slices.
@@ -73,11 +74,12 @@ pub fn clamped_optimal(cs: &[f64], ns: &[f64], ps: &[f64], nu: f64, i: usize) ->
     }
 }
 
-/// One sample's contribution under the optimal heuristic with a visibility estimate, unclamped.
+/// Returns one sample's contribution under the optimal heuristic with a visibility estimate,
+/// unclamped.
 ///
 /// **Formula.** [`optimal_contribution`] with αₖ = ν cₖ: ν cᵢ/Nᵢ + (f − ν Σₖ cₖpₖ)/Σₖ Nₖpₖ, where f
-/// includes the true visibility. Unbiased for every ν and every c; contributions may be negative,
-/// and blocked samples contribute, too.
+/// includes the true visibility. It is unbiased for every ν and every c. Contributions may be
+/// negative, and blocked samples contribute as well.
 ///
 /// **Reference.** Peters 2021, *BRDF importance sampling for polygonal lights*, section 5;
 /// Kondapaneni et al. 2019, *Optimal multiple importance sampling*, eq. 14.

@@ -1,21 +1,22 @@
-//! Weights for the multi-sample estimator: balance, power, maximum, cutoff, average.
+//! This module holds weights for the multi-sample estimator: balance, power, maximum, cutoff and
+//! average.
 
 use linelit_elementary::pow;
 
-/// N·p, or zero where either is not positive (so that NaN and negative densities count as "cannot
-/// sample this").
+/// Returns N·p, or zero where either is not positive, so that NaN and negative densities mean "the
+/// technique cannot draw this sample".
 #[inline]
 pub(crate) fn score(n: f64, p: f64) -> f64 {
     if n > 0.0 && p > 0.0 { n * p } else { 0.0 }
 }
 
-/// `x`, or zero where it is not finite.
+/// Returns `x`, or zero if it is not finite.
 #[inline]
 pub(crate) fn finite(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-/// `part/whole` for `part` ≤ `whole`, with ∞/∞ = 1.
+/// Returns `part/whole` for `part` ≤ `whole`, with ∞/∞ = 1.
 #[inline]
 #[expect(
     clippy::float_cmp,
@@ -25,7 +26,7 @@ pub(crate) fn ratio(part: f64, whole: f64) -> f64 {
     if part == whole { 1.0 } else { part / whole }
 }
 
-/// g(sᵢ/s_max)/Σⱼ g(sⱼ/s_max) over the scores `s(0..count)`; 0 if none is positive.
+/// Returns g(sᵢ/s_max)/Σⱼ g(sⱼ/s_max) over the scores `s(0..count)`; 0 if none is positive.
 #[inline]
 pub(crate) fn share(
     count: usize,
@@ -42,11 +43,12 @@ pub(crate) fn share(
     g(ratio(s(i), largest)) / sum
 }
 
-/// Σⱼ Nⱼpⱼ: the density of all samples together; ∞ where a product is (a Dirac delta), never
-/// negative or NaN.
+/// Returns Σⱼ Nⱼpⱼ, the density of all samples together. It is ∞ where a product is (a Dirac
+/// delta), and never negative or NaN.
 ///
-/// Dividing f by it is the balance heuristic's whole contribution, wᵢf/(Nᵢpᵢ), for whichever
-/// technique drew the sample. Positive terms only. **Measure:** that of the densities.
+/// f divided by this density is the whole contribution of the balance heuristic, wᵢf/(Nᵢpᵢ), for
+/// any technique that drew the sample. Only positive terms are summed. **Measure:** the measure of
+/// the densities.
 ///
 /// ```
 /// use linelit_mis::{balance, balance_density};
@@ -60,17 +62,18 @@ pub fn balance_density(ns: &[f64], ps: &[f64]) -> f64 {
     ns.iter().zip(ps).map(|(&n, &p)| score(n, p)).sum()
 }
 
-/// The balance heuristic.
+/// Returns the weight of the balance heuristic.
 ///
 /// **Formula.** wᵢ = Nᵢpᵢ/Σⱼ Nⱼpⱼ for the estimator Σₛ (1/Nₛ) Σₖ wₛ f/pₛ, *without* a further 1/S
 /// in front (Salesin & Jarosz 2019, eqs. 7 and 8; the 1/S printed in eq. 7 divides the result by
 /// the number of techniques).
 ///
-/// **Measure.** All densities `ps` at the sample in one measure, no matter which. `ns` are sample
-/// counts or, in the one-sample model, probabilities. **Domain.** A density that is zero, negative
-/// or NaN means that the technique cannot draw this sample; an infinite one (a Dirac delta) takes
-/// all the weight, several share it. If no technique can, the weight is 0. **Error bound.** The
-/// weights of all techniques sum to 1 within (T + 2)ε.
+/// **Measure.** All densities `ps` at the sample are in one measure, which may be any. `ns` are
+/// sample counts or, in the one-sample model, probabilities. **Domain.** A density that is zero,
+/// negative or NaN means that the technique cannot draw this sample. An infinite density (a Dirac
+/// delta) takes all the weight, and several infinite ones share it. If no technique can draw the
+/// sample, the weight is 0. **Error bound.** The weights of all techniques sum to 1 within (T +
+/// 2)ε.
 ///
 /// **Reference.** Veach & Guibas 1995, *Optimally combining sampling techniques for Monte Carlo
 /// rendering*, eq. 10.
@@ -96,11 +99,11 @@ pub fn balance(ns: &[f64], ps: &[f64], i: usize) -> f64 {
     share(ns.len().min(ps.len()), |j| score(ns[j], ps[j]), |t| t, i)
 }
 
-/// The power heuristic.
+/// Returns the weight of the power heuristic.
 ///
-/// **Formula.** wᵢ = (Nᵢpᵢ)^β/Σⱼ (Nⱼpⱼ)^β; β = 2 is the usual choice, β = 1 the [`balance`]
-/// heuristic, β → ∞ the [`maximum`] heuristic; below 0, and for NaN, β counts as 0, the
-/// [`average`]. Measure, domain, error bound and panics as for [`balance`]; squares neither
+/// **Formula.** wᵢ = (Nᵢpᵢ)^β/Σⱼ (Nⱼpⱼ)^β. β = 2 is the usual choice, β = 1 is the [`balance`]
+/// heuristic, and β → ∞ the [`maximum`] heuristic. Below 0, and for NaN, β counts as 0, the
+/// [`average`]. Measure, domain, error bound and panics are those of [`balance`]; squares neither
 /// overflow nor underflow to 0/0.
 ///
 /// **Reference.** Veach & Guibas 1995, section 3.2.
@@ -128,7 +131,8 @@ pub fn power(ns: &[f64], ps: &[f64], beta: f64, i: usize) -> f64 {
     if beta == 2.0 {
         share(count, scores, |t| t * t, i)
     } else {
-        // A negative exponent would favour the worst, without bound; `max` takes 0 for NaN, too.
+        // A negative exponent would favour the worst technique, without bound; `max` also maps NaN
+        // to 0.
         let beta = beta.max(0.0);
         // A technique that cannot draw the sample has no weight for any exponent, 0 included.
         share(
@@ -140,15 +144,17 @@ pub fn power(ns: &[f64], ps: &[f64], beta: f64, i: usize) -> f64 {
     }
 }
 
-/// Scores closer than this, relatively, are the same.
+/// Scores that differ by less than this fraction count as equal.
 const TIE: f64 = 1e-6;
 
-/// The maximum heuristic: all the weight to the technique with the largest Nᵢpᵢ, shared where
-/// several are, to a part in a million: techniques that agree over a region (lines and points where
-/// nothing is hidden) come with densities that differ by rounding, each by its own, so that without
-/// this width both could claim the weight of a sample, or neither.
+/// Returns the weight of the maximum heuristic: the technique with the largest Nᵢpᵢ gets all the
+/// weight, and techniques whose Nᵢpᵢ is equal, to a part in a million, share it. The tolerance is
+/// needed because techniques that agree over a region (lines and points without occluders) compute
+/// their densities separately, with different rounding errors. Without it, both could claim the
+/// weight of a sample, or neither.
 ///
-/// Measure, domain and panics as for [`balance`]. **Reference.** Veach & Guibas 1995, section 3.2.
+/// Measure, domain and panics are those of [`balance`]. **Reference.** Veach & Guibas 1995, section
+/// 3.2.
 ///
 /// ```
 /// assert_eq!(linelit_mis::maximum(&[1.0, 1.0], &[3.0, 1.0], 0), 1.0);
@@ -159,11 +165,12 @@ pub fn maximum(ns: &[f64], ps: &[f64], i: usize) -> f64 {
     cutoff(ns, ps, 1.0, i)
 }
 
-/// The cutoff heuristic: balance among the techniques whose Nᵢpᵢ is at least α times the largest;
-/// the others get none.
+/// Returns the weight of the cutoff heuristic: the balance heuristic among the techniques whose
+/// Nᵢpᵢ is at least α times the largest; the others get weight 0.
 ///
-/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1) (larger values and
-/// NaN act as [`maximum`], negative ones as 0). **Reference.** Veach & Guibas 1995, section 3.2.
+/// Measure, domain, error bound and panics are those of [`balance`]; `alpha` is in [0, 1) (larger
+/// values and NaN act as [`maximum`], negative ones as 0). **Reference.** Veach & Guibas 1995,
+/// section 3.2.
 ///
 /// ```
 /// assert_eq!(linelit_mis::cutoff(&[1.0, 1.0], &[30.0, 1.0], 0.1, 0), 1.0);
@@ -186,14 +193,15 @@ pub fn cutoff(ns: &[f64], ps: &[f64], alpha: f64, i: usize) -> f64 {
     )
 }
 
-/// The plain average of the techniques.
+/// Returns the weight in the plain average of the techniques.
 ///
 /// **Formula.** wᵢ = 1/(number of techniques that can draw the sample): Salesin & Jarosz 2019, eq.
-/// 6, whose 1/S is right; where a technique does not reach a point the others share its part, which
-/// keeps the estimator unbiased when techniques do not cover all of the integrand (a line that is
-/// hidden, an LTC lobe that ends).
+/// 6, whose 1/S is right. Where a technique does not reach a point, the others share its part. This
+/// keeps the estimator unbiased when techniques do not cover the whole integrand (a line that is
+/// hidden, an LTC that ends at its horizon).
 ///
-/// Measure, domain, error bound and panics as for [`balance`]; of the counts only the sign matters.
+/// Measure, domain, error bound and panics are those of [`balance`]; of the counts only the sign
+/// matters.
 ///
 /// ```
 /// use linelit_mis::average;
@@ -206,23 +214,23 @@ pub fn average(ns: &[f64], ps: &[f64], i: usize) -> f64 {
     power(ns, ps, 0.0, i)
 }
 
-/// A heuristic chosen at run time.
+/// A heuristic that is chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heuristic {
-    /// [`balance`].
+    /// The heuristic of [`balance`].
     Balance,
-    /// [`power`] with an exponent.
+    /// The heuristic of [`power`], with an exponent.
     Power(f64),
-    /// [`maximum`].
+    /// The heuristic of [`maximum`].
     Maximum,
-    /// [`cutoff`] with a threshold.
+    /// The heuristic of [`cutoff`], with a threshold.
     Cutoff(f64),
-    /// [`average`].
+    /// The heuristic of [`average`].
     Average,
 }
 
 impl Heuristic {
-    /// The weight of technique `i`; see the function of the variant's name.
+    /// Returns the weight of technique `i`; see the function with the variant's name.
     ///
     /// # Panics
     /// If `i` is not an index of both slices.
@@ -243,11 +251,11 @@ impl Heuristic {
         }
     }
 
-    /// The weighted contribution wᵢf/(Nᵢpᵢ) of one sample of technique `i` to the multi-sample
-    /// estimator; 0 where the technique cannot have drawn it, and where f or the result is not
-    /// finite.
+    /// Returns the weighted contribution wᵢf/(Nᵢpᵢ) of one sample of technique `i` to the
+    /// multi-sample estimator. It is 0 where the technique cannot have drawn the sample, and where
+    /// f or the result is not finite.
     ///
-    /// In the one-sample model (`ns` are the probabilities of choosing each technique) it is the
+    /// In the one-sample model (`ns` are the probabilities of choosing each technique) this is the
     /// whole estimate.
     ///
     /// # Panics

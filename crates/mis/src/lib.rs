@@ -1,9 +1,10 @@
-//! Multiple importance sampling heuristics on plain numbers.
+//! This crate holds heuristics for multiple importance sampling, as functions of plain numbers.
 //!
-//! A sample drawn by technique i of several has the density pⱼ under each of them. A heuristic
-//! turns these densities and the sample counts Nⱼ into a weight wᵢ with Σᵢ wᵢ = 1, and Σᵢ (1/Nᵢ) Σₖ
-//! wᵢ f/pᵢ is unbiased. This crate knows nothing of lights, lines or directions; it never
-//! allocates, fails or returns NaN for densities that are zero, infinite or NaN.
+//! A sample that is drawn by technique i of several has the density pⱼ under each of them. A
+//! heuristic turns these densities and the sample counts Nⱼ into a weight wᵢ with Σᵢ wᵢ = 1, for
+//! which Σᵢ (1/Nᵢ) Σₖ wᵢ f/pᵢ is unbiased. This crate does not depend on lights, lines or
+//! directions. It never allocates, never fails, and returns no NaN for densities that are zero,
+//! infinite or NaN.
 //!
 //! ```
 //! use linelit_mis::{balance, power};

@@ -1,16 +1,17 @@
-//! Optimal multiple importance sampling by a linear system (Kondapaneni et al. 2019).
+//! This module computes optimal weights for multiple importance sampling from a linear system
+//! (Kondapaneni et al. 2019).
 
 use crate::heuristics::{balance_density, finite, score};
 
-/// One sample's contribution wᵢf/(Nᵢpᵢ) under the optimal heuristic.
+/// Returns one sample's contribution wᵢf/(Nᵢpᵢ) under the optimal heuristic.
 ///
 /// **Formula.** αᵢ/Nᵢ + (f − Σₖ αₖpₖ)/Σₖ Nₖpₖ: the balance estimator of f minus the control variate
-/// Σ αₖpₖ, plus the variate's integral. Sum it over all Nᵢ samples of all techniques. Defined where
-/// f = 0, too; α = 0 is the balance heuristic.
+/// Σ αₖpₖ, plus the integral of the variate. Sum it over all Nᵢ samples of all techniques. It is
+/// defined where f = 0, too; α = 0 is the balance heuristic.
 ///
-/// **Measure.** α in the unit of the integral, `ps` in one measure. **Domain.** Every technique
-/// with Nₖ > 0 must report its density; one with Nₖ = 0 is ignored. If no density is positive (the
-/// sample cannot exist), or the result is not finite, it is 0.
+/// **Measure.** α is in the unit of the integral, and `ps` are in one measure. **Domain.** Every
+/// technique with Nₖ > 0 must report its density; a technique with Nₖ = 0 is ignored. If no density
+/// is positive (the sample cannot exist), or the result is not finite, it is 0.
 ///
 /// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal
 /// multiple importance sampling*, eqs. 13 and 14. The α that minimise variance solve the
@@ -41,7 +42,7 @@ pub fn optimal_contribution<const T: usize>(
     finite(alphas[i] / ns[i] + (f - control(alphas, ns, ps)) / density)
 }
 
-/// Σₖ αₖpₖ over the techniques that take samples.
+/// Returns Σₖ αₖpₖ over the techniques that take samples.
 #[inline]
 fn control<const T: usize>(alphas: &[f64; T], ns: &[f64; T], ps: &[f64; T]) -> f64 {
     (0..T)
@@ -50,8 +51,8 @@ fn control<const T: usize>(alphas: &[f64; T], ns: &[f64; T], ps: &[f64; T]) -> f
         .sum()
 }
 
-/// The linear system A α = b of the optimal heuristic, estimated from samples; T techniques, C
-/// colour channels.
+/// The linear system A α = b of the optimal heuristic, estimated from samples, for T techniques and
+/// C colour channels.
 ///
 /// **Formula.** Aᵢₖ = ∫ pᵢpₖ/Σⱼ Nⱼpⱼ, bᵢ = ∫ f pᵢ/Σⱼ Nⱼpⱼ (Kondapaneni et al. 2019, eqs. 10 to 12),
 /// both estimated with the balance heuristic from the very samples of the estimator: with W = p/Σⱼ
@@ -81,7 +82,7 @@ impl<const T: usize, const C: usize> Default for OptimalSystem<T, C> {
 }
 
 impl<const T: usize, const C: usize> OptimalSystem<T, C> {
-    /// The empty system; its α are zero, which is the balance heuristic.
+    /// Makes the empty system; its α are zero, which is the balance heuristic.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -90,8 +91,8 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
-    /// Adds a sample of any technique: the densities of all techniques there, and the integrand's
-    /// value.
+    /// Adds a sample of any technique, given the densities of all techniques there and the value of
+    /// the integrand.
     ///
     /// A sample that no technique can draw, or whose numbers or their products are not finite, is
     /// ignored.
@@ -107,7 +108,7 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
                 0.0
             }
         });
-        // The largest of the products below, up to a factor of the number of terms.
+        // Bound the products below, up to a factor of the number of terms.
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let most = largest(&w);
         if !(most * most).is_finite() || !(largest(&f) / density * most).is_finite() {
@@ -125,12 +126,12 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
-    /// Adds the samples with f = 0 that [`OptimalSystem::add`] did not get, by expectation:
-    /// all count as drawn where no other technique draws.
+    /// Adds the samples with f = 0 that [`OptimalSystem::add`] did not get, by their expectation,
+    /// as if all of them were drawn where no other technique draws.
     ///
-    /// **Formula.** Σₖ Nₖ Aᵢₖ = ∫ pᵢ is one. What the samples of all techniques, as many as `ns` in
-    /// the mean, leave of it is added as Aᵢᵢ = (1/Nᵢ) ∫ pᵢ. This does not depend on how many
-    /// samples technique i had this time, nor on whether it had any.
+    /// **Formula.** Σₖ Nₖ Aᵢₖ = ∫ pᵢ is one. The samples of all techniques, `ns` on average, sum up
+    /// to a part of this, and the rest is added as Aᵢᵢ = (1/Nᵢ) ∫ pᵢ. It depends neither on how
+    /// many samples technique i had this time, nor on whether it had any.
     ///
     /// ```
     /// use linelit_mis::OptimalSystem;
@@ -165,21 +166,22 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
-    /// The coefficients α of each channel.
+    /// Returns the coefficients α of each channel.
     ///
-    /// **Method.** Cholesky factorisation with diagonal scaling and complete pivoting. A technique
-    /// whose scaled pivot is below √ε is a combination of the others as far as the samples tell
-    /// (the system is a normal equation, which squares the condition); it gets α = 0. Any α is
-    /// unbiased, so this affects variance alone. All are 0, too, where one is not finite: sums of
-    /// numbers near the largest that there are.
+    /// **Method.** Cholesky factorisation with diagonal scaling and complete pivoting. If the
+    /// scaled pivot of a technique is below √ε, the technique is a combination of the others as far
+    /// as the samples can show (the system is a normal equation, which squares the condition), and
+    /// it gets α = 0. Any α is unbiased, so that this affects only the variance. All α are 0 if one
+    /// is not finite, which happens for sums of numbers near the largest.
     #[must_use]
     pub fn alphas(&self) -> [[f64; T]; C] {
         self.damped_alphas(0.0)
     }
 
-    /// Returns [`alphas`](Self::alphas) with `ridge` ≥ 0 added to the scaled diagonal (whose
-    /// entries are one): pulls α towards zero, the balance heuristic, the more so the less the
-    /// samples determine it. Any ridge is unbiased. NaN and what is negative count as 0.
+    /// Returns [`alphas`](Self::alphas) with `ridge` ≥ 0 added to the scaled diagonal, whose
+    /// entries are one. This pulls α towards zero, the balance heuristic, and the more so the less
+    /// the samples determine α. The estimate is unbiased for any ridge. NaN and negative numbers
+    /// count as 0.
     ///
     /// Each batch of samples may be weighted by the α of all before it (Algorithm 2). Undamped, α
     /// from few samples are so noisy that the early batches are *worse* than the balance heuristic.
@@ -209,7 +211,9 @@ struct Factor<const T: usize> {
 }
 
 impl<const T: usize> Factor<T> {
+    /// Factorises the scaled matrix A, with a ridge added to its diagonal.
     fn new(a: &[[f64; T]; T], ridge: f64) -> Self {
+        // Scale the matrix to a diagonal of ones, and add the ridge.
         let scale: [f64; T] = std::array::from_fn(|k| {
             if a[k][k] > 0.0 {
                 1.0 / a[k][k].sqrt()
@@ -222,6 +226,7 @@ impl<const T: usize> Factor<T> {
         for (k, row) in m.iter_mut().enumerate() {
             row[k] += if scale[k] > 0.0 { ridge } else { 0.0 };
         }
+        // Factorise, with the largest remaining diagonal entry as the pivot.
         let mut order: [usize; T] = std::array::from_fn(|k| k);
         let mut lower = [[0.0; T]; T];
         let mut rank = 0;
@@ -257,6 +262,7 @@ impl<const T: usize> Factor<T> {
         }
     }
 
+    /// Solves the system by forward substitution and back substitution.
     fn solve(&self, b: &[f64; T]) -> [f64; T] {
         let mut y = [0.0; T];
         for r in 0..self.rank {

@@ -1,5 +1,5 @@
-//! Nanoseconds per number: the set-up of a set shared among its samples, as an integrator would
-//! draw them.
+//! This bench measures nanoseconds per number, with the set-up of a set divided among its samples,
+//! in the order in which an integrator draws them.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_samplers::hash::{mix, unit_f64};

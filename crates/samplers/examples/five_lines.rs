@@ -1,4 +1,4 @@
-//! The integral of x² + y over the unit square by 64 Owen–Sobol' points.
+//! This example integrates x² + y over the unit square by 64 Owen–Sobol' points.
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 use linelit_samplers::{Sampler, SamplerKind};

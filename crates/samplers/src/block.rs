@@ -1,19 +1,21 @@
-//! Blocks of a pattern: what each of several users takes of one larger set of samples.
+//! This module holds blocks of a pattern: the parts that several users take of one larger set of
+//! samples.
 
 use crate::cells::Cells;
 use crate::hash::{lane, word};
 use crate::sobol::sobol_02;
 use crate::stratified::{in_cell, in_grid};
 
-/// One of several blocks of samples, equally many each, that together are one pattern: the light
-/// samples of each camera sample of a pixel, for one.
+/// One of several blocks of samples, of equal size, that together are one pattern. An example is
+/// the light samples of each camera sample of a pixel.
 ///
-/// [`Sampler::block`](crate::Sampler::block) gives the samples of a block. Each block is a pattern
-/// by itself, as good as one that stands alone, and so are all blocks together, and any run of
-/// blocks with numbers in a row.
+/// [`Sampler::block`](crate::Sampler::block) returns the samples of a block. Each block is a
+/// pattern by itself, as good as a pattern of its size. So are all blocks together, and any run of
+/// blocks with consecutive numbers.
 ///
-/// What a block chooses once, by a number of its own ([`Block::spread`]), makes groups of the
-/// blocks that choose alike; [`Block::among`] gives a block's place in its group.
+/// If a block makes one choice for all of its samples, by a random number of its own
+/// ([`Block::spread`]), the choices divide the blocks into groups. [`Block::among`] returns a
+/// block's index within its group.
 ///
 /// ```
 /// use linelit_samplers::{Block, Sampler, SamplerKind};
@@ -32,10 +34,10 @@ pub struct Block {
     of: u32,
 }
 
-/// The golden ratio less one: its multiples modulo one, any run of them, are spread most evenly.
+/// The golden ratio minus one. Its multiples modulo one, in any run, are spread most evenly.
 const GOLDEN_TURN: f64 = 0.618_033_988_749_894_9;
 
-/// Lanes of a key for the parts of strata and for blocks; those below 2³³ belong to patterns.
+/// The lanes of a key for the parts of strata and for blocks; lanes below 2³³ belong to patterns.
 const PARTS: u64 = 1 << 33;
 const BLOCKS: u64 = 1 << 34;
 
@@ -43,7 +45,8 @@ impl Block {
     /// The only block of a pattern.
     pub const WHOLE: Self = Self { index: 0, of: 1 };
 
-    /// Block `index` of `of`, which counts as 1 if it is 0; the index is taken modulo `of`.
+    /// Makes block `index` of `of` blocks. `of` = 0 counts as 1, and the index is taken modulo
+    /// `of`.
     #[must_use]
     pub const fn new(index: u32, of: u32) -> Self {
         let of = if of == 0 { 1 } else { of };
@@ -51,20 +54,21 @@ impl Block {
         Self { index, of }
     }
 
-    /// The number of this block.
+    /// Returns the number of this block.
     #[must_use]
     pub const fn index(&self) -> u32 {
         self.index
     }
 
-    /// The number of blocks.
+    /// Returns the number of blocks.
     #[must_use]
     pub const fn of(&self) -> u32 {
         self.of
     }
 
-    /// The number u + index/of, modulo one, of this block for what it chooses once. Over all blocks
-    /// these are spread evenly; `u` in [0, 1) is the same for all.
+    /// Returns u + index/of, modulo one: a number by which this block can make a choice for all of
+    /// its samples. Over all blocks these numbers are spread evenly; `u` in [0, 1) is the same for
+    /// all of them.
     ///
     /// ```
     /// use linelit_samplers::Block;
@@ -75,8 +79,9 @@ impl Block {
         (u + f64::from(self.index) / f64::from(self.of)).fract()
     }
 
-    /// The place of this block, whose [number](Block::spread) is `v`, in its group: two marks in
-    /// [0, 1] divide the blocks into those whose numbers lie between them and the others.
+    /// Returns this block's index in its group. The block has the [number](Block::spread) `v`, and
+    /// two marks in [0, 1] divide the blocks into the group whose numbers lie between the marks and
+    /// the group of the others.
     ///
     /// ```
     /// use linelit_samplers::Block;
@@ -96,7 +101,7 @@ impl Block {
             return *self;
         }
         let of = f64::from(self.of);
-        // In order of their numbers, which are whole ones and the same fraction, over `of`.
+        // The numbers are whole ones plus one common fraction, over `of`: order the blocks by them.
         let own = (v * of).floor();
         let first_from = |mark: f64| (mark * of - (v * of - own)).ceil().clamp(0.0, of);
         let [low, high] = [marks[0].min(marks[1]), marks[0].max(marks[1])].map(first_from);
@@ -109,8 +114,8 @@ impl Block {
         Self::new(place as u32, len as u32)
     }
 
-    /// Returns the block at its place in another order, of which any run is spread evenly over all
-    /// blocks. Choices by it are not correlated with choices by the plain order.
+    /// Returns the block with its index in another order, in which any run of indices is spread
+    /// evenly over all blocks. Choices by it are not correlated with choices by the plain order.
     #[must_use]
     pub fn interleaved(&self) -> Self {
         Self {
@@ -119,14 +124,14 @@ impl Block {
         }
     }
 
-    /// Whether it is the only one.
+    /// Whether this is the only block.
     #[inline]
     pub(crate) const fn is_whole(&self) -> bool {
         self.of == 1
     }
 
-    /// The keys of a pattern and of this block of it from that of a stream. Blocks of another
-    /// `size` or number are of another pattern.
+    /// Returns the keys of a pattern and of this block of it, from the key of a stream. Blocks of
+    /// another `size` or number belong to another pattern.
     #[inline]
     pub(crate) const fn keys(&self, key: u64, size: u32) -> [u64; 2] {
         if self.is_whole() {
@@ -137,24 +142,24 @@ impl Block {
     }
 }
 
-/// The part that a block takes of each stratum or cell of its pattern, of as many equal parts as
-/// there are blocks.
+/// The part that a block takes of each stratum or cell of its pattern. A stratum or cell has as
+/// many equal parts as there are blocks.
 ///
-/// Blocks take parts in an order of which any run is spread evenly over a stratum or a cell: that
-/// of a (0,2)-sequence if the number of blocks is a power of two, else that of
-/// [`Block::interleaved`]. Each stratum adds a random shift, so that the part of a block in one
-/// stratum is independent of its part in another.
+/// Blocks take parts in an order in which any run is spread evenly over a stratum or a cell: the
+/// order of a (0,2)-sequence if the number of blocks is a power of two, and the order of
+/// [`Block::interleaved`] otherwise. Each stratum adds a random shift, so that the part of a block
+/// in one stratum is independent of its part in another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Parts {
-    /// The parts of a cell.
+    /// The division of a cell into parts.
     cells: Cells,
     key: u64,
-    /// The part of a stratum, and of a cell, before it counts at random.
+    /// The part of a stratum, and of a cell, before the random shift.
     places: [u32; 2],
 }
 
 impl Parts {
-    /// Creates the parts from the key of the pattern.
+    /// Makes the parts from the key of the pattern.
     #[inline]
     pub(crate) fn new(key: u64, block: Block) -> Self {
         if block.is_whole() {
@@ -180,31 +185,31 @@ impl Parts {
         }
     }
 
-    /// Whether there is one part.
+    /// Whether there is only one part.
     #[inline]
     pub(crate) const fn is_whole(&self) -> bool {
         self.of() == 1
     }
 
-    /// The number of parts.
+    /// Returns the number of parts.
     #[inline]
     pub(crate) const fn of(&self) -> u32 {
         self.cells.count
     }
 
-    /// The parts of a cell.
+    /// Returns the division of a cell into parts.
     #[inline]
     pub(crate) const fn cells(&self) -> &Cells {
         &self.cells
     }
 
-    /// The `k`-th random number of the pattern, below the number of parts.
+    /// Returns the `k`-th random number of the pattern, below the number of parts.
     #[inline(always)]
     pub(crate) const fn random(&self, k: u64) -> u32 {
         scaled((word(self.key, k) >> 32) as u32, self.of(), 1 << 32)
     }
 
-    /// The part of stratum or, with `axes` 2, of cell `k`.
+    /// Returns the part of stratum `k` or, with `axes` = 2, of cell `k`.
     #[inline(always)]
     pub(crate) const fn part(&self, axes: usize, k: u64) -> u32 {
         let (place, random) = (self.places[axes - 1], self.random(k));
@@ -215,7 +220,8 @@ impl Parts {
         }
     }
 
-    /// Returns the block's place in stratum `k`, relative to its length, from that in its part.
+    /// Returns the block's position in stratum `k`, relative to its length, from the position in
+    /// its part.
     #[inline]
     pub(crate) fn along(&self, k: u32, offset: f64) -> f64 {
         if self.is_whole() {
@@ -224,10 +230,11 @@ impl Parts {
         (f64::from(self.part(1, u64::from(k))) + offset) / f64::from(self.of())
     }
 
-    /// Returns the block's place in cell `k`, relative to its size, from the place in its part.
+    /// Returns the block's position in cell `k`, relative to its size, from the position in its
+    /// part.
     ///
-    /// Cells are no wider than high, and as the square is cut, its parts are no wider than high;
-    /// cells are cut along the other axis.
+    /// Cells are at least as high as wide, and so are the parts into which the unit square would be
+    /// divided. Therefore a cell is divided along the other axis.
     #[inline]
     pub(crate) fn within(&self, k: u32, [x, y]: [f64; 2]) -> [f64; 2] {
         if self.is_whole() {
@@ -240,7 +247,7 @@ impl Parts {
         [x, y]
     }
 
-    /// Returns the place within a cell whose parts make a grid.
+    /// Returns the position within a cell whose parts form a grid.
     #[inline(always)]
     pub(crate) fn within_grid(&self, k: u32, [x, y]: [f64; 2]) -> [f64; 2] {
         let part = self.part(2, u64::from(k));
@@ -255,29 +262,29 @@ impl Parts {
     }
 }
 
-/// ⌊ab/n⌋, of a below n.
+/// Returns ⌊ab/n⌋ for a below n.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "below b")]
 pub(crate) const fn scaled(a: u32, b: u32, n: u64) -> u32 {
     (a as u64 * b as u64 / n) as u32
 }
 
-/// The product of two numbers modulo n.
+/// Returns the product of two numbers modulo n.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "less than n")]
 pub(crate) const fn times(a: u32, b: u32, n: u32) -> u32 {
     (a as u64 * b as u64 % n as u64) as u32
 }
 
-/// The sum of two numbers below n modulo n.
+/// Returns the sum of two numbers below n, modulo n.
 #[inline(always)]
 pub(crate) const fn plus(a: u32, b: u32, n: u32) -> u32 {
     let room = n - b;
     if a < room { a + b } else { a - room }
 }
 
-/// The number next below n over the golden ratio that has no divisor in common with n, so that its
-/// multiples modulo n are all numbers below n.
+/// Returns the largest number, up to n over the golden ratio (rounded), that has no common divisor
+/// with n, so that its multiples modulo n are all numbers below n.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -291,7 +298,7 @@ pub(crate) fn step(n: u32) -> u32 {
     step
 }
 
-/// The greatest common divisor (Euclid).
+/// Returns the greatest common divisor (Euclid).
 pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
     while b > 0 {
         (a, b) = (b, a % b);

@@ -1,18 +1,19 @@
-//! Blue noise: numbers whose differences between neighbouring pixels have little low-frequency
-//! content.
+//! This module holds blue noise: numbers whose differences between neighbouring pixels have little
+//! low-frequency content.
 
 use crate::block::Block;
 use crate::hash::{lane, unit_f64, word};
 use crate::stratified::UniformJitter;
 
-/// Width and height of the tile.
+/// The width and height of the tile.
 const SIZE: usize = 64;
 
-/// The ranks 0..4096 of a void-and-cluster dither array, row by row, little-endian; made by
-/// `examples/blue_noise_tile`, which reproduces it bit for bit.
+/// The ranks 0..4096 of a void-and-cluster dither array, row by row, little-endian;
+/// `examples/blue_noise_tile` reproduces it bit for bit.
 static TILE: &[u8; SIZE * SIZE * 2] = include_bytes!("blue_noise_64.bin");
 
-/// The rank, 0 to 4095, of a pixel in the 64×64 blue-noise tile (repeated over the plane).
+/// Returns the rank, 0 to 4095, of a pixel in the 64×64 blue-noise tile, which is repeated over the
+/// plane.
 ///
 /// For every threshold k the pixels with rank below k are spread evenly: Ulichney 1993, *The
 /// void-and-cluster method for dither array generation*, σ = 1.5.
@@ -28,11 +29,11 @@ pub fn blue_noise_rank(pixel: [u32; 2]) -> u16 {
     u16::from_le_bytes([TILE[at], TILE[at + 1]])
 }
 
-/// A number in [0, 1) for a pixel from the tile, placed on the plane as `placement` says.
+/// Returns a number in [0, 1) for a pixel from the tile, which `placement` moves over the plane.
 ///
-/// `placement` (a hash of seed and dimension, not of the pixel) picks one of 64² shifts × 8
-/// symmetries × negation or not; all keep the noise blue. `jitter` in [0, 1) fills the 4096 steps,
-/// so that over random placements and jitters the number is uniform.
+/// `placement` (a hash of seed and dimension, not of the pixel) chooses one of 64² shifts × 8
+/// symmetries × negation or not; all of them keep the noise blue. `jitter` in [0, 1) fills the 4096
+/// steps, so that the number is uniform over random placements and jitters.
 #[inline]
 fn blue_value(pixel: [u32; 2], placement: u64, jitter: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "the low bits are wanted")]
@@ -41,6 +42,7 @@ fn blue_value(pixel: [u32; 2], placement: u64, jitter: f64) -> f64 {
         pixel[0].wrapping_add(shift_x),
         pixel[1].wrapping_add(shift_y),
     ];
+    // Apply the symmetry.
     if placement >> 16 & 1 == 1 {
         (x, y) = (y, x);
     }
@@ -51,16 +53,17 @@ fn blue_value(pixel: [u32; 2], placement: u64, jitter: f64) -> f64 {
         y = !y;
     }
     let rank = blue_noise_rank([x, y]);
+    // Negate the ranks.
     let rank = if placement >> 19 & 1 == 1 {
         4095 - rank
     } else {
         rank
     };
-    // At most (4095 + 1 − 2⁻⁵³)/4096, which rounds to 1 − 2⁻⁵³ or below only after the clamp.
+    // This is at most (4095 + 1 − 2⁻⁵³)/4096, which may round to one: clamp it.
     crate::hash::below_one((f64::from(rank) + jitter) / 4096.0)
 }
 
-/// Uniform jitter whose offset comes from the tile: Peters 2021, section 5.3 and Fig. 7.
+/// Makes uniform jitter whose offset comes from the tile: Peters 2021, section 5.3 and Fig. 7.
 #[inline]
 pub(crate) fn blue_uniform_jitter(
     dimension_key: u64,
@@ -73,7 +76,7 @@ pub(crate) fn blue_uniform_jitter(
     UniformJitter::with_offset(keys, count, block, offset)
 }
 
-/// The two blue numbers of sample `i`, each from its own placement of the tile.
+/// Returns the two blue numbers of sample `i`, each from its own placement of the tile.
 #[inline]
 fn blue_point(dimension_key: u64, key: u64, pixel: [u32; 2], i: u32) -> [f64; 2] {
     let counter = 2 * u64::from(i);
@@ -86,7 +89,7 @@ fn blue_point(dimension_key: u64, key: u64, pixel: [u32; 2], i: u32) -> [f64; 2]
     })
 }
 
-/// Independent samples in each pixel, each blue across the pixels.
+/// Independent samples in each pixel, each of which is blue noise across the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BlueIndependent {
     dimension_key: u64,

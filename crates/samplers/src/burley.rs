@@ -1,10 +1,10 @@
-//! The Sobol' sequence of the `sobol_burley` crate.
+//! This module holds the Sobol' sequence of the `sobol_burley` crate, for comparison.
 
 use crate::block::Block;
 
 /// The points 0 to 2¹⁶ − 1 of `sobol_burley`'s Owen-scrambled Sobol' sequence (Burley 2020,
-/// *Practical hash-based Owen scrambling*), dimensions 0 and 1, as f32; past them another sequence
-/// begins. Its seeds have 32 bits.
+/// *Practical hash-based Owen scrambling*), dimensions 0 and 1, as f32. After these points another
+/// sequence begins. Its seeds have 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SobolBurley {
     seed: u32,
@@ -12,7 +12,7 @@ pub(crate) struct SobolBurley {
     first: u32,
 }
 
-/// The length of a sequence, as a power of two.
+/// The base-2 logarithm of the length of a sequence.
 const LENGTH: u32 = 16;
 
 impl SobolBurley {

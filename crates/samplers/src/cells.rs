@@ -1,48 +1,56 @@
-//! The unit square in N equal cells, for any N.
+//! This module divides the unit square into N equal cells, for any N.
 
 /// A partition of the unit square into N cells of equal area and nearly square shape, for any N ≥
 /// 1.
 ///
 /// **Rule.** If N = a·b with a ≤ b ≤ 2a, the cells are the a×b grid (the squarest such
-/// factorisation). Otherwise they are laid like bricks: a = round(√N) rows, row r holding n_r =
-/// ⌊(r+1)N/a⌋ − ⌊rN/a⌋ cells (two neighbouring values at most) of width 1/n_r and height n_r/N. All
-/// cells have area 1/N, so that one sample per cell with equal weights is unbiased; no cell is
-/// empty and none holds two, which a rounded-up grid cannot offer for a prime N.
+/// factorisation). Otherwise they are laid like bricks: there are a = round(√N) rows, and row r
+/// holds n_r = ⌊(r+1)N/a⌋ − ⌊rN/a⌋ cells (at most two different values) of the width 1/n_r and the
+/// height n_r/N. All cells have the area 1/N, so that one sample per cell with equal weights is
+/// unbiased. No cell is empty and none holds two samples, in contrast to a grid that is rounded up
+/// for a prime N.
 ///
-/// Every row of a 1-by-N column of strata is kept apart, too: cell k owns the k-th of N equal
-/// strata in y up to a permutation inside its row (used by the multi-jittered pattern).
+/// ```text
+///   N = 6: a grid         N = 5: bricks
+///   ┌───┬───┬───┐         ┌───┬───┬───┐
+///   ├───┼───┼───┤         ├───┴─┬─┴───┤
+///   └───┴───┴───┘         └─────┴─────┘
+/// ```
+///
+/// Along y the cells also define N equal strata: cell k owns the k-th of them up to a permutation
+/// inside its row (used by the multi-jittered pattern).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cells {
-    /// Number of cells.
+    /// The number of cells.
     pub(crate) count: u32,
-    /// Number of rows.
+    /// The number of rows.
     pub(crate) rows: u32,
-    /// Cells in each row of a grid; 0 for bricks.
+    /// The number of cells in each row of a grid; 0 for bricks.
     pub(crate) columns: u32,
 }
 
-/// One cell: its row and column, and the size of its row.
+/// A cell: its row and column, and the size of its row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cell {
-    /// Index of the row, below [`Cells::rows`].
+    /// The index of the row, below [`Cells::rows`].
     pub(crate) row: u32,
-    /// Index of the cell inside its row, below `columns`.
+    /// The index of the cell inside its row, below `columns`.
     pub(crate) column: u32,
-    /// Number of cells in the row.
+    /// The number of cells in the row.
     pub(crate) columns: u32,
-    /// Number of cells in all rows below this one.
+    /// The number of cells in all rows below this one.
     pub(crate) first: u32,
 }
 
 impl Cells {
-    /// The whole square.
+    /// The whole square as one cell.
     pub(crate) const ONE: Self = Self {
         count: 1,
         rows: 1,
         columns: 1,
     };
 
-    /// The partition into `count` ≥ 1 cells.
+    /// Divides the square into `count` ≥ 1 cells.
     #[inline]
     pub(crate) fn new(count: u32) -> Self {
         let rows = rows(count);
@@ -58,13 +66,13 @@ impl Cells {
         }
     }
 
-    /// Whether all rows hold equally many cells.
+    /// Whether all rows hold the same number of cells.
     #[inline]
     pub(crate) fn is_grid(&self) -> bool {
         self.columns > 0
     }
 
-    /// The cell with index `k` < count; rows are numbered upwards, cells left to right.
+    /// Returns the cell with index `k` < count; rows are numbered upwards, and cells left to right.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
@@ -94,7 +102,7 @@ impl Cells {
     }
 }
 
-/// The number of rows for `count` cells: the rule of [`Cells`].
+/// Returns the number of rows for `count` cells, by the rule of [`Cells`].
 ///
 /// The search for a divisor in [√(N/2), √N] is bounded to 64 candidates nearest to √N, which finds
 /// every power of two, every m² and m(m+1), and every N below 40 000 that has one.

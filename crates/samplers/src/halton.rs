@@ -1,4 +1,5 @@
-//! The Halton sequence in bases 2 and 3, Owen-scrambled, its points taken in random order.
+//! This module holds the Halton sequence in bases 2 and 3, Owen-scrambled, with its points in
+//! random order.
 
 use crate::block::Block;
 use crate::hash::{below_one, mix, unit_f64};
@@ -15,16 +16,16 @@ use crate::sobol::OwenSobol;
 /// different N are not nested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Halton {
-    /// The sequence in base 2, and the order of the points.
+    /// The sequence in base 2, with the order of the points.
     base_2: OwenSobol,
-    /// Base-3 digits that tell the points of all blocks apart, and the weight 3^−digits of the last
-    /// one.
+    /// The number of base-3 digits that distinguish the points of all blocks, and the weight
+    /// 3^−digits of the last digit.
     digits: u32,
     weight: f64,
 }
 
 impl Halton {
-    /// Creates the sequence from the keys of pattern and block, repeated past 2³² points.
+    /// Makes the sequence from the keys of pattern and block; it repeats after 2³² points.
     #[inline]
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let (mut digits, mut power) = (0, 1_u64);
@@ -51,8 +52,8 @@ impl Halton {
         [self.base_2.first_axis(number), self.base_3(number)]
     }
 
-    /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine
-    /// maps a·d + b mod 3.
+    /// Returns the scrambled radical inverse in base 3, digit by digit. The state is a hash of the
+    /// digits so far, and chooses one of the six affine maps a·d + b mod 3.
     #[inline]
     fn base_3(&self, index: u64) -> f64 {
         let mut state = mix(self.base_2.scramble[1] ^ 3);

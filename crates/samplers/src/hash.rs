@@ -1,4 +1,4 @@
-//! Counter-based hashing: the one source of randomness of this crate.
+//! This module holds counter-based hashing, the only source of randomness of this crate.
 
 /// 2⁶⁴ divided by the golden ratio, made odd: the step of a Weyl sequence that fills 64 bits
 /// evenly.
@@ -10,8 +10,8 @@ pub(crate) const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Evensen's *moremur* parameters for the construction of D. Stafford and S. Vigna's SplitMix64
 /// finaliser).
 ///
-/// Zero maps to zero; callers add or xor constants first. Being a bijection, it never merges two
-/// streams.
+/// Zero maps to zero, so that callers add or xor constants first. Since it is a bijection, it never
+/// merges two streams.
 ///
 /// ```
 /// assert_ne!(linelit_samplers::hash::mix(1), linelit_samplers::hash::mix(2));
@@ -26,10 +26,10 @@ pub const fn mix(mut x: u64) -> u64 {
     x ^ (x >> 27)
 }
 
-/// The key of the stream named by a salted seed, a pixel and a dimension.
+/// Returns the key of the stream for a salted seed, a pixel and a dimension.
 ///
-/// For one seed, different pixels give different intermediate words by construction; two (pixel,
-/// dimension) pairs share a key only as 64-bit birthdays do.
+/// For one seed, different pixels have different intermediate words by construction. Two (pixel,
+/// dimension) pairs share a key only with the probability of a 64-bit birthday collision.
 #[inline]
 #[must_use]
 pub(crate) const fn stream_key(salted_seed: u64, pixel: [u32; 2], dimension: u32) -> u64 {
@@ -38,26 +38,27 @@ pub(crate) const fn stream_key(salted_seed: u64, pixel: [u32; 2], dimension: u32
     mix(here.wrapping_add((dimension as u64 + 1).wrapping_mul(GOLDEN)))
 }
 
-/// Derives a further key from `key`: one independent sub-stream for each `lane`.
+/// Derives a further key from `key`, for one independent sub-stream for each `lane`.
 #[inline]
 #[must_use]
 pub(crate) const fn lane(key: u64, lane: u64) -> u64 {
     mix(key ^ lane.wrapping_add(1).wrapping_mul(0xD1B5_4A32_D192_ED03))
 }
 
-/// The `counter`-th random word of a stream.
+/// Returns the `counter`-th random word of a stream.
 ///
-/// The counter enters by xor, so that two streams can share single words (as 64-bit birthdays do)
-/// but never a run.
+/// The counter enters by xor, so that two streams can share single words (by 64-bit birthday
+/// collisions), but never a run.
 #[inline]
 #[must_use]
 pub(crate) const fn word(key: u64, counter: u64) -> u64 {
     mix(key ^ counter.wrapping_add(1).wrapping_mul(GOLDEN))
 }
 
-/// Maps the top 53 bits of a word to the multiples of 2⁻⁵³ in [0, 1): never 1.
+/// Maps the top 53 bits of a word to the multiples of 2⁻⁵³ in [0, 1); the result is never 1.
 ///
-/// **Error bound.** Exact: every result is representable. The mean of the 2⁵³ values is ½ − 2⁻⁵⁴.
+/// **Error bound.** The result is exact: every value is representable. The mean of the 2⁵³ values
+/// is ½ − 2⁻⁵⁴.
 ///
 /// ```
 /// use linelit_samplers::hash::unit_f64;
@@ -73,7 +74,7 @@ pub const fn unit_f64(word: u64) -> f64 {
 /// The largest f64 below one, 1 − 2⁻⁵³.
 pub(crate) const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Keeps a number that rounding may have lifted to one inside [0, 1).
+/// Returns a number that rounding may have raised to one, moved below one.
 #[inline]
 #[must_use]
 pub(crate) const fn below_one(x: f64) -> f64 {

@@ -1,22 +1,23 @@
-//! Independent numbers, by `rand_pcg`.
+//! This module holds independent random numbers, by `rand_pcg`.
 
 use crate::hash::{lane, unit_f64};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// A PCG-XSH-RR 64/32 generator (O'Neill 2014, *PCG*) whose state and stream come from a key.
+/// Returns a PCG-XSH-RR 64/32 generator (O'Neill 2014, *PCG*) whose state and stream come from a
+/// key.
 pub(crate) fn generator(key: u64) -> Pcg32 {
     Pcg32::new(key, lane(key, 0))
 }
 
-/// Independent uniform numbers: three of 64 bits for each sample of one generator, the first for
-/// one dimension, the others for two.
+/// Independent uniform numbers. Each sample takes three numbers of 64 bits from one generator: the
+/// first for one dimension, and the others for two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Independent {
     key: u64,
 }
 
-/// 32-bit words that a sample takes of the generator.
+/// The number of 32-bit words that a sample takes from the generator.
 const WORDS: u64 = 6;
 
 impl Independent {
@@ -24,7 +25,7 @@ impl Independent {
         Self { key }
     }
 
-    /// The generator before a word of sample `i`.
+    /// Returns the generator before a word of sample `i`.
     fn before(&self, i: u32, word: u64) -> Pcg32 {
         let mut generator = generator(self.key);
         generator.advance(WORDS * u64::from(i) + word);
@@ -40,7 +41,7 @@ impl Independent {
         [generator.next_u64(), generator.next_u64()].map(unit_f64)
     }
 
-    /// The points of the samples from `first` on, drawn in a row.
+    /// Draws the points of the samples from `first` on, in sequence.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
         let mut generator = self.before(first, 0);
         for (x, y) in x.iter_mut().zip(y) {

@@ -1,4 +1,4 @@
-//! The names of the sampling patterns.
+//! This module holds the names of the sampling patterns.
 #![allow(clippy::disallowed_types, reason = "the name that an error quotes")]
 
 use std::fmt;
@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 /// A sampling pattern. [`FromStr`] and [`Display`](fmt::Display) use the names of the command line.
 ///
-/// The variance exponents are those for N samples of a one- and of a two-dimensional integrand that
-/// is smooth / has a jump (Billen & Dutré 2016, section 3; Owen 1997, *Scrambled net variance*;
+/// The variance exponents are for N samples of an integrand in one and in two dimensions that is
+/// smooth / has a jump (Billen & Dutré 2016, section 3; Owen 1997, *Scrambled net variance*;
 /// measured in this crate's tests).
 ///
 /// ```
@@ -18,40 +18,41 @@ use std::str::FromStr;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SamplerKind {
-    /// `independent`: uniform random numbers. Variance N⁻¹ always.
+    /// `independent`: uniform random numbers. The variance is always N⁻¹.
     Independent,
     /// `stratified`: one jittered sample per stratum or cell. 1-D N⁻³ / N⁻², 2-D N⁻² / N^−1.5.
     Stratified,
-    /// `multijitter`: one sample per cell and per stratum of each axis. 2-D N⁻² or better / N^−1.5;
-    /// N⁻³ for the part of an integrand that depends on one axis alone.
+    /// `multijitter`: one sample per cell and per stratum of each axis. 2-D N⁻² or better / N^−1.5,
+    /// and N⁻³ for the part of an integrand that depends on one axis only.
     MultiJitter,
     /// `sobol`: Owen-scrambled Sobol' (0,2)-nets. 1-D N⁻³ / N⁻², 2-D N⁻³ log N / N^−1.5.
     Sobol,
-    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as Sobol', 2-D N⁻² / N^−1.5,
-    /// for any N alike.
+    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as for Sobol', 2-D N⁻² /
+    /// N^−1.5, equally good for any N.
     Halton,
     /// `uniform-jitter`: (ξ + k)/N with one ξ for all k; in 2-D a randomly shifted lattice. 1-D N⁻²
     /// / N⁻², 2-D N⁻² / N^−1.5.
     UniformJitter,
-    /// `bluenoise`: uniform jitter whose ξ comes from a 64×64 blue-noise tile: the error is
+    /// `bluenoise`: uniform jitter whose ξ comes from a 64×64 blue-noise tile, so that the error is
     /// high-frequency across pixels.
     BlueNoise,
     /// `bluenoise-independent`: each sample has its own placement of the blue-noise tile and no
     /// stratification; N⁻¹ (the comparison of Peters 2021, Fig. 7).
     BlueNoiseIndependent,
-    /// `zsobol`: one Owen–Sobol' sequence for the whole image, dealt out along a shuffled Z-order
-    /// curve.
+    /// `zsobol`: one Owen–Sobol' sequence for the whole image, distributed over the pixels along a
+    /// shuffled Z-order curve.
     ZSobol,
-    /// `auto`: points of `sobol` where their number is a power of two, else of `multijitter`: the
-    /// better of both, and better than `stratified` in two dimensions.
+    /// `auto`: the points of `sobol` if their number is a power of two, and of `multijitter`
+    /// otherwise. It is as good as the better of the two, and better than `stratified` in two
+    /// dimensions.
     Auto,
-    /// `sobol-burley`: the sequence of the `sobol_burley` crate (Burley 2020), to compare `sobol`
-    /// with. Numbers of 24 bits; after 2¹⁶ points another sequence begins.
+    /// `sobol-burley`: the sequence of the `sobol_burley` crate (Burley 2020), for comparison with
+    /// `sobol`. Its numbers have 24 bits; after 2¹⁶ points another sequence begins.
     SobolBurley,
 }
 
 impl SamplerKind {
-    /// All patterns, in the order of this page.
+    /// All patterns, in the order of their declaration.
     pub const ALL: [Self; 11] = [
         Self::Independent,
         Self::Stratified,
@@ -66,7 +67,7 @@ impl SamplerKind {
         Self::SobolBurley,
     ];
 
-    /// The name on the command line.
+    /// Returns the name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -84,14 +85,14 @@ impl SamplerKind {
         }
     }
 
-    /// Whether sample i does not depend on the number of samples asked for, so that a larger set
-    /// extends a smaller one.
+    /// Whether sample i does not depend on the number of samples, so that a larger set extends a
+    /// smaller one.
     #[must_use]
     pub const fn is_progressive(self) -> bool {
         matches!(self, Self::Independent | Self::BlueNoiseIndependent)
     }
 
-    /// Whether different pixels hold independent numbers. Blue-noise and Z-order patterns couple
+    /// Whether different pixels have independent numbers. Blue-noise and Z-order patterns couple
     /// neighbours on purpose.
     #[must_use]
     pub const fn pixels_are_independent(self) -> bool {
@@ -101,8 +102,8 @@ impl SamplerKind {
         )
     }
 
-    /// Keeps the streams of different patterns apart: frozen with the order of the variants, which
-    /// the golden values of the tests hold.
+    /// Returns a salt that separates the streams of different patterns. It is frozen with the order
+    /// of the variants, which the golden values of the tests check.
     pub(crate) const fn salt(self) -> u64 {
         self as u64 + 1
     }
@@ -127,7 +128,7 @@ impl FromStr for SamplerKind {
     }
 }
 
-/// The error of parsing a [`SamplerKind`]: no pattern has this name.
+/// The error that [`SamplerKind`] cannot be parsed because no pattern has this name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownSampler {
     name: String,

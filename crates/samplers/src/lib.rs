@@ -1,10 +1,10 @@
-//! Counter-based sample sequences: every number is a pure function of seed, pixel, dimension and
-//! sample.
+//! This crate makes sample sequences in which every number is a pure function of seed, pixel,
+//! dimension and sample.
 //!
-//! A [`Sampler`] has a [kind](SamplerKind) and a seed. [`Sampler::points`] gives the [`SampleSet`]
-//! of one pixel in one dimension; its numbers are f64 in [0, 1), never 1, in one or two dimensions,
-//! for any number of samples. Nothing is stored, shared or ordered, so that images do not depend on
-//! threads, tiles or the order of work.
+//! A [`Sampler`] has a [kind](SamplerKind) and a seed. [`Sampler::points`] returns the
+//! [`SampleSet`] of one pixel in one dimension. Its numbers are f64 in [0, 1), never 1, in one or
+//! two dimensions, for any number of samples. There is no stored or shared state and no order of
+//! evaluation, so that images do not depend on threads, tiles or the order of work.
 //!
 //! ```
 //! use linelit_samplers::{Sampler, SamplerKind};
@@ -15,13 +15,14 @@
 //! assert!((mean - 5.0 / 6.0).abs() < 1e-3);
 //! ```
 //!
-//! Numbers of different dimensions are padded: independent, each set stratified in itself. A
-//! [`Block`] of a set is for one of several that share it. [`Slopes`] are control variates between
-//! the numbers of a set.
-//! [`Sampler::rng`] is a generator for code that takes one of `rand`'s. The building blocks
-//! ([`sobol_02`], [`owen_scramble`], [`blue_noise_rank`], [`hash`]) are public.
+//! The numbers of different dimensions are *padded*: they are independent, and each set is
+//! stratified by itself. A [`Block`] of a set is for one of several users that share it. [`Slopes`]
+//! are control variates between the numbers of a set. [`Sampler::rng`] returns a generator for code
+//! that takes one of `rand`'s. The building blocks ([`sobol_02`], [`owen_scramble`],
+//! [`blue_noise_rank`], [`hash`]) are public.
 //!
-//! Streams are frozen: golden values in the tests pin them, and changing one is a breaking change.
+//! Streams are frozen: golden values in the tests check them, and a change of one is a breaking
+//! change.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

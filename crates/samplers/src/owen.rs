@@ -1,19 +1,19 @@
-//! Owen's nested uniform scrambling by hashing.
+//! This module holds Owen's nested uniform scrambling, by hashing.
 
 use crate::hash::{mix, unit_f64};
 
 /// Scrambles the base-2 digits of a fraction whose digits are numbered from the **lowest** bit: bit
-/// k of the result is bit k of `digits` flipped by a random bit that depends on the bits below k
-/// and on `seed` only.
+/// k of the result is bit k of `digits`, flipped by a random bit that depends only on the bits
+/// below k and on `seed`.
 ///
-/// **Formula.** `d ^= d·e₁; d += s₀; d *= s₁|1; d ^= d·e₂; d ^= d·e₃` with even constants eᵢ: every
-/// step lets information flow from lower to higher bits alone. Laine & Karras 2011, *Stratified
+/// **Formula.** `d ^= d·e₁; d += s₀; d *= s₁|1; d ^= d·e₂; d ^= d·e₃` with even constants eᵢ: in
+/// every step information flows only from lower to higher bits. Laine & Karras 2011, *Stratified
 /// sampling for stochastic transparency*, section 3.1; Burley 2020, *Practical hash-based Owen
-/// scrambling*, section 4; constants of N. Vegdahl, *Building a better LK hash* (2021), here keyed
-/// by 64 bits instead of 32.
+/// scrambling*, section 4; the constants are from N. Vegdahl, *Building a better LK hash* (2021),
+/// here with a key of 64 bits, not 32.
 ///
 /// **Error bound.** Over 2¹⁶ random seeds no pair of tree nodes in the first six levels has flips
-/// that correlate by more than sampling noise (tested).
+/// whose correlation exceeds sampling noise (tested).
 #[inline]
 #[must_use]
 #[expect(
@@ -28,12 +28,12 @@ const fn scramble_low_first(mut digits: u32, seed: u64) -> u32 {
     digits ^ digits.wrapping_mul(0x53A2_2864)
 }
 
-/// Nested uniform scrambling of a 32-bit binary fraction (the highest bit is the first digit after
-/// the point).
+/// Applies nested uniform scrambling to a 32-bit binary fraction, whose highest bit is the first
+/// digit after the point.
 ///
-/// **Formula.** Owen 1995: digit k of the result is digit k of `fraction` flipped by a random bit
-/// that depends on the digits before k. **Domain.** All of u32, a bijection for each seed.
-/// Elementary intervals are mapped onto elementary intervals, so that a net stays a net.
+/// **Formula.** Owen 1995: digit k of the result is digit k of `fraction`, flipped by a random bit
+/// that depends on the digits before k. **Domain.** All of u32; it is a bijection for each seed.
+/// Elementary intervals are mapped to elementary intervals, so that a net remains a net.
 ///
 /// ```
 /// use linelit_samplers::owen_scramble;
@@ -48,10 +48,11 @@ pub const fn owen_scramble(fraction: u32, seed: u64) -> u32 {
     scramble_low_first(fraction.reverse_bits(), seed).reverse_bits()
 }
 
-/// A 32-bit fraction as f64, its digits 33 to 53 drawn at random.
+/// Converts a 32-bit fraction to f64, with random digits 33 to 53.
 ///
 /// Owen scrambling to infinite depth gives points that differ in their first 32 digits independent
-/// further ones; with them the number is uniform on [0, 1) down to 2⁻⁵³ instead of biased by 2⁻³³.
+/// further digits. With these digits the number is uniform on [0, 1) down to 2⁻⁵³; without them it
+/// would be biased by 2⁻³³.
 #[inline]
 #[must_use]
 pub(crate) const fn deepen(fraction: u32, seed: u64) -> f64 {

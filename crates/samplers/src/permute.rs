@@ -1,33 +1,34 @@
-//! Keyed random permutations of 0..n with random access.
+//! This module holds keyed random permutations of 0..n with random access.
 
 use crate::hash::lane;
 
-/// The largest n that is shuffled in a table.
+/// The largest n for which a permutation is a shuffled table.
 const TABLE: u32 = 64;
-/// Rounds of the hashed permutation for larger n.
+/// The number of rounds of the hashed permutation for larger n.
 const ROUNDS: usize = 5;
 
 /// A pseudo-random permutation of 0..n, chosen by a 64-bit key.
 ///
-/// **Method.** Up to n = 64 a table, shuffled by Fisher & Yates (exactly uniform over all n! orders
-/// but for a bias of n/2³²): the small sets of rendering are just where hashed permutations show
-/// structure. Above, five rounds of (add, odd multiply, reverse the bits) on the bits that n needs
-/// are a bijection of the next power of two; values that fall outside 0..n are sent round again
-/// (cycle walking, fewer than two turns on average), and a rotation by a random amount makes each
-/// single image exactly uniform. The idea of hashing is Kensler's (2013, *Correlated Multi-Jittered
-/// Sampling*, section 4), the rounds are ours: measured differences π(i) − π(j) are uniform from n
-/// = 65 on (tested).
+/// **Method.** Up to n = 64 it is a table, shuffled by Fisher & Yates, which is exactly uniform
+/// over all n! orders except for a bias of n/2³²: hashed permutations show structure just in the
+/// small sets that are used in rendering. For larger n, five rounds of (add, odd multiply, reverse
+/// the bits) on the bits that n needs are a bijection of the next power of two. Values that fall
+/// outside 0..n pass through the rounds again (cycle walking, fewer than two turns on average). A
+/// rotation by a random amount makes each single image exactly uniform. The idea of hashing is
+/// Kensler's (2013, *Correlated Multi-Jittered Sampling*, section 4), the rounds are ours: measured
+/// differences π(i) − π(j) are uniform from n = 65 on (tested).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Permutation {
     Table { n: u8, images: [u8; TABLE as usize] },
     Hashed(Hashed),
 }
 
+/// The constants of a hashed permutation of 0..n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Hashed {
     n: u32,
     mask: u32,
-    /// 32 − the bits of the mask.
+    /// 32 minus the number of bits of the mask.
     spare: u32,
     rotation: u32,
     add: [u32; ROUNDS],
@@ -41,7 +42,7 @@ impl Permutation {
         images: [0; TABLE as usize],
     };
 
-    /// The permutation of 0..n (n ≥ 1) that `key` names.
+    /// Makes the permutation of 0..n (n ≥ 1) that belongs to `key`.
     #[inline]
     pub(crate) fn new(n: u32, key: u64) -> Self {
         debug_assert!(n >= 1);
@@ -56,7 +57,7 @@ impl Permutation {
         }
     }
 
-    /// The number of things permuted.
+    /// Returns the number of permuted elements.
     #[inline]
     pub(crate) fn len(&self) -> u32 {
         match self {
@@ -65,7 +66,7 @@ impl Permutation {
         }
     }
 
-    /// The image of `i`, which must be below n.
+    /// Returns the image of `i`, which must be below n.
     #[inline]
     pub(crate) fn get(&self, i: u32) -> u32 {
         match self {
@@ -75,11 +76,11 @@ impl Permutation {
     }
 }
 
-/// The image of `i` < n under a permutation of 0..n, for one that is asked for once: a cheaper and
-/// poorer one than [`Permutation`], of which single images are only nearly uniform.
+/// Returns the image of `i` < n under a permutation of 0..n, for permutations that are used once.
+/// It is cheaper than [`Permutation`], and its single images are only nearly uniform.
 ///
 /// Three rounds of (odd multiply, add, shift and xor) are a bijection of the next power of two;
-/// values that fall outside 0..n are sent round again.
+/// values that fall outside 0..n pass through the rounds again.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "words are cut into parts")]
 pub(crate) const fn permuted(i: u32, n: u32, key: u64) -> u32 {
@@ -103,8 +104,8 @@ pub(crate) const fn permuted(i: u32, n: u32, key: u64) -> u32 {
     }
 }
 
-/// Fisher & Yates from the inside out (Durstenfeld 1964): entry i goes to a random place among the
-/// first i + 1.
+/// Shuffles by Fisher & Yates from the inside out (Durstenfeld 1964): entry i goes to a random
+/// index among the first i + 1.
 #[inline]
 #[expect(
     clippy::cast_possible_truncation,
@@ -114,7 +115,7 @@ fn shuffled(n: u32, key: u64) -> [u8; TABLE as usize] {
     let mut table = [0; TABLE as usize];
     let mut i = 1;
     while i < n as usize {
-        // One word places two entries.
+        // One random word serves for two entries.
         let random = lane(key, i as u64);
         for half in [random >> 32, random & 0xFFFF_FFFF] {
             if i < n as usize {
@@ -147,6 +148,7 @@ impl Hashed {
         }
     }
 
+    /// Returns the image of `i` < n.
     #[inline]
     fn get(&self, i: u32) -> u32 {
         debug_assert!(i < self.n);

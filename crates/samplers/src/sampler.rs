@@ -1,4 +1,4 @@
-//! The sampler: from (seed, pixel, dimension) to a set of points.
+//! This module holds the sampler, which maps (seed, pixel, dimension) to a set of points.
 
 use crate::block::Block;
 use crate::blue_noise::{BlueIndependent, blue_uniform_jitter};
@@ -16,7 +16,7 @@ use std::fmt::Debug;
 /// A sampling pattern with a seed: a pure function from (pixel, dimension, sample) to numbers in
 /// [0, 1).
 ///
-/// Two samplers of different seeds give independent numbers, which makes independent trials of an
+/// Two samplers with different seeds give independent numbers, for independent trials of an
 /// experiment.
 ///
 /// ```
@@ -34,7 +34,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// A sampler of the given kind; every seed is as good as any other.
+    /// Makes a sampler of the given kind; all seeds are equally good.
     #[inline]
     #[must_use]
     pub const fn new(kind: SamplerKind, seed: u64) -> Self {
@@ -44,41 +44,43 @@ impl Sampler {
         }
     }
 
-    /// The pattern.
+    /// Returns the pattern.
     #[inline]
     #[must_use]
     pub const fn kind(&self) -> SamplerKind {
         self.kind
     }
 
-    /// The `count` samples of a pixel in one dimension.
+    /// Returns the `count` samples of a pixel in one dimension.
     ///
     /// `dimension` names a stream. Different dimensions, like different pixels, are independent of
     /// each other (the numbers are *padded*: each dimension is a stratified set of its own, in its
-    /// own random order). Draw either 1-D or 2-D numbers from a dimension; those of one dimension
-    /// are not independent of each other.
+    /// own random order). Draw either 1-D or 2-D numbers from a dimension, since the 1-D and 2-D
+    /// numbers of one dimension are not independent.
     ///
-    /// `count` = 0 is taken as 1. Sample indices beyond `count` are allowed and continue with
+    /// `count` = 0 counts as 1. Sample indices of `count` and more are allowed, and continue with
     /// further, independent sets of `count` samples ([progressive](SamplerKind::is_progressive)
-    /// patterns simply go on). Does not allocate.
+    /// patterns simply continue). This does not allocate.
     #[must_use]
     pub fn points(&self, pixel: [u32; 2], dimension: u32, count: u32) -> SampleSet {
         self.block(pixel, dimension, count, Block::WHOLE)
     }
 
-    /// The `count` samples of a pixel in one dimension that one [`Block`] takes of a pattern of as
-    /// many such blocks as there are. Of a single block, they are [`Sampler::points`].
+    /// Returns the `count` samples of a pixel in one dimension that belong to one [`Block`] of a
+    /// larger pattern, which consists of as many such blocks as there are. For a single block they
+    /// are [`Sampler::points`].
     ///
-    /// Blocks of sequences (`sobol`, `halton`, `zsobol`) are runs of it: those of nets are nets. In
-    /// strata, each block has one sample in each of its own `count`, and all blocks have one in
-    /// each part of them. Blocks of another `count`, like other dimensions, are of another pattern.
+    /// Blocks of sequences (`sobol`, `halton`, `zsobol`) are runs of the sequence; blocks of nets
+    /// are nets. For strata, each block has one sample in each of its own `count` strata, and all
+    /// blocks together have one sample in each part of them. Blocks of another `count`, like other
+    /// dimensions, belong to another pattern.
     #[must_use]
     pub fn block(&self, pixel: [u32; 2], dimension: u32, count: u32, block: Block) -> SampleSet {
         let count = count.max(1);
         let key = stream_key(self.salted_seed, pixel, dimension);
         let keys = block.keys(key, if self.kind.is_progressive() { 0 } else { count });
         let [_, own] = keys;
-        // A pattern is large: it is made where it stays.
+        // A pattern is large: it is built where it is stored.
         let set = |pattern| SampleSet {
             pattern,
             count,
@@ -125,11 +127,11 @@ impl Sampler {
         }
     }
 
-    /// A generator of random numbers for a pixel and a dimension, for code that takes one of
-    /// `rand`'s: PCG-XSH-RR 64/32 with a state and a stream of its own (O'Neill 2014, *PCG*).
+    /// Returns a generator of random numbers for a pixel and a dimension, for code that takes one
+    /// of `rand`'s: PCG-XSH-RR 64/32 with its own state and stream (O'Neill 2014, *PCG*).
     ///
-    /// Independent of [`Self::points`] and of the generators of other pixels, dimensions, patterns
-    /// and seeds, but for 127-bit birthdays. Like them, its numbers are frozen.
+    /// It is independent of [`Self::points`] and of the generators of other pixels, dimensions,
+    /// patterns and seeds, except for 127-bit birthday collisions. Its numbers are frozen as well.
     ///
     /// ```
     /// use linelit_samplers::{Sampler, SamplerKind};
@@ -143,14 +145,14 @@ impl Sampler {
         generator(key)
     }
 
-    /// A key that does not depend on the pixel but on its tile.
+    /// Returns a key that depends on the tile of the pixel, but not on the pixel within it.
     fn dimension_key(&self, tile: [u32; 2], dimension: u32) -> u64 {
         stream_key(lane(self.salted_seed, 0), tile, dimension)
     }
 }
 
-/// The samples of one pixel in one dimension; made by [`Sampler::points`]. Random access, `Copy`,
-/// no allocation.
+/// The samples of one pixel in one dimension, from [`Sampler::points`]. They have random access;
+/// the set is `Copy` and does not allocate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleSet {
     pattern: Pattern,
@@ -161,6 +163,7 @@ pub struct SampleSet {
     dimension: u32,
 }
 
+/// The pattern of a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
@@ -178,18 +181,19 @@ enum Pattern {
 }
 
 impl SampleSet {
-    /// The number of samples that the set was made for, at least 1.
+    /// Returns the number of samples for which the set was made, at least 1.
     #[inline]
     #[must_use]
     pub const fn count(&self) -> u32 {
         self.count
     }
 
-    /// Whether the `count` numbers of [`SampleSet::get_1d`] are one in each of as many equal
-    /// strata, each uniform in its stratum and independent of where the others are in theirs.
+    /// Whether the `count` numbers of [`SampleSet::get_1d`] lie one in each of `count` equal
+    /// strata, each uniform in its stratum and independent of the positions of the others in
+    /// theirs.
     ///
-    /// So it is for `stratified`, `multijitter` and `auto`, and for powers of two of the scrambled
-    /// nets: `sobol`, `halton` and `zsobol`.
+    /// This holds for `stratified`, `multijitter` and `auto`, and for powers of two for the
+    /// scrambled nets: `sobol`, `halton` and `zsobol`.
     ///
     /// ```
     /// use linelit_samplers::{Sampler, SamplerKind};
@@ -216,9 +220,10 @@ impl SampleSet {
         }
     }
 
-    /// The number of equal parts of [0, 1) in one of which each number is uniform, whatever the
-    /// other numbers are, if the set has [independent strata](Self::has_independent_strata). For a
-    /// whole pattern these are the strata; for a [`Block`], the strata of all blocks together.
+    /// Returns the number of equal parts of [0, 1) in one of which each number is uniform, for any
+    /// values of the other numbers, if the set has [independent
+    /// strata](Self::has_independent_strata). For a whole pattern the parts are the strata; for a
+    /// [`Block`] they are the strata of all blocks together.
     ///
     /// ```
     /// use linelit_samplers::{Block, Sampler, SamplerKind};
@@ -238,10 +243,10 @@ impl SampleSet {
         parts as f64
     }
 
-    /// The number of sample `i`, in [0, 1).
+    /// Returns the number of sample `i`, in [0, 1).
     ///
-    /// The `count` numbers together are stratified as the pattern says; each alone is uniform, to
-    /// 2⁻⁵³, over random seeds.
+    /// The `count` numbers together are stratified according to the pattern; each alone is uniform,
+    /// to 2⁻⁵³, over random seeds.
     #[inline]
     #[must_use]
     pub fn get_1d(&self, i: u32) -> f64 {
@@ -261,7 +266,7 @@ impl SampleSet {
         }
     }
 
-    /// The point of sample `i`, in [0, 1)².
+    /// Returns the point of sample `i`, in [0, 1)².
     #[inline]
     #[must_use]
     pub fn get_2d(&self, i: u32) -> [f64; 2] {
@@ -281,8 +286,9 @@ impl SampleSet {
         }
     }
 
-    /// The points of the samples from `first` on, as many as both columns hold: those that
-    /// [`SampleSet::get_2d`] gives one by one, and cheaper each.
+    /// Fills both columns with the points of the samples from `first` on, until the shorter column
+    /// is full. They are the points that [`SampleSet::get_2d`] returns one by one, and each of them
+    /// is cheaper.
     pub fn fill_2d(&self, first: u32, [x, y]: [&mut [f64]; 2]) {
         let len = x.len().min(y.len());
         let (x, y) = (&mut x[..len], &mut y[..len]);
@@ -301,19 +307,19 @@ impl SampleSet {
         }
     }
 
-    /// The `count` numbers, in sample order.
+    /// Returns the `count` numbers, in sample order.
     pub fn iter_1d(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
         let set = *self;
         (0..set.count).map(move |i| set.get_1d(i))
     }
 
-    /// The `count` points, in sample order.
+    /// Returns the `count` points, in sample order.
     pub fn iter_2d(&self) -> impl ExactSizeIterator<Item = [f64; 2]> + use<> {
         let set = *self;
         (0..set.count).map(move |i| set.get_2d(i))
     }
 
-    /// The set, and the index in it, that continue a pattern of fixed size.
+    /// Returns the set, and the index in it, that continue a pattern of fixed size.
     #[cold]
     fn beyond(&self, i: u32) -> (Self, u32) {
         let again = lane(self.sampler.salted_seed, 1 + u64::from(i / self.count));

@@ -1,19 +1,20 @@
-//! Control variates: slopes between the numbers on either side of each.
+//! This module holds control variates: an estimate of the slope at each number of a set, from the
+//! values on both sides, removes most of the noise of stratified sampling.
 #![allow(clippy::disallowed_types, reason = "kept from one set to the next")]
 
 use crate::SampleSet;
 
-/// The numbers of a set with their shares: how much f counts at each, where 1 is as much as in a
-/// plain mean.
+/// The numbers of a set with their weights: the weight is the factor with which f counts at a
+/// number, where 1 is the factor of a plain mean.
 ///
-/// N numbers lie one in each stratum: number k at u_k, in a stratum with middle m_k. The slope
-/// s_k = (f_{k+1} − f_{k−1})/(u_{k+1} − u_{k−1}), and 0 in the first and last stratum, makes the
-/// mean of f_k − s_k (u_k − m_k) an estimate of ∫ f du. It is unbiased, since s_k does not depend
-/// on u_k, which is m_k on average. Its variance falls as N⁻⁴ where f is continuous and smooth
-/// between its corners, for N⁻³ of the plain mean, and both fall as N⁻² where f jumps: what is
-/// linear in u has no noise but in the outer two strata. Since s_k is linear in f, number k counts
-/// 1 − (u_{k−1} − m_{k−1})/(u_k − u_{k−2}) + (u_{k+1} − m_{k+1})/(u_{k+2} − u_k): from 0 to 2, so
-/// that no estimate of a positive f becomes negative.
+/// N numbers lie one in each stratum: number k at u_k, in a stratum with the middle m_k. Let the
+/// slope be s_k = (f_{k+1} − f_{k−1})/(u_{k+1} − u_{k−1}), and 0 in the first and last stratum.
+/// Then the mean of f_k − s_k (u_k − m_k) is an estimate of ∫ f du. It is unbiased, since s_k does
+/// not depend on u_k, whose mean is m_k. Its variance falls as N⁻⁴ where f is continuous and
+/// piecewise smooth, compared with N⁻³ for the plain mean; where f jumps, both fall as N⁻². A
+/// function that is linear in u has noise only in the outer two strata. Since s_k is linear in f,
+/// number k has the weight 1 − (u_{k−1} − m_{k−1})/(u_k − u_{k−2}) + (u_{k+1} − m_{k+1})/(u_{k+2} −
+/// u_k), which is between 0 and 2, so that no estimate of a positive f becomes negative.
 ///
 /// In a [`Block`](crate::Block), m_k is the middle of the part of the stratum that the block takes:
 /// the other blocks are in the other parts.
@@ -34,13 +35,13 @@ pub struct Slopes {
     numbers: Vec<f64>,
     /// The number in each stratum.
     sorted: Vec<f64>,
-    /// The share of the number in each stratum; none if all count one.
+    /// The weight of the number in each stratum; empty if all weights are one.
     shares: Vec<f64>,
 }
 
 impl Slopes {
-    /// Takes the numbers of a set in place of those before. All count one without slopes, if there
-    /// are fewer than three, and if their [strata](SampleSet::has_independent_strata) are not
+    /// Replaces the numbers by those of another set. All weights are one without slopes, for fewer
+    /// than three numbers, and if their [strata](SampleSet::has_independent_strata) are not
     /// independent.
     pub fn set(&mut self, set: &SampleSet, with_slopes: bool) {
         self.numbers.clear();
@@ -50,15 +51,18 @@ impl Slopes {
         if !with_slopes || count < 3 || !set.has_independent_strata() {
             return;
         }
+        // Sort the numbers by their strata.
         self.sorted.clear();
         self.sorted.resize(count, f64::NAN);
         for &u in &self.numbers {
             self.sorted[stratum(u, count)] = u;
         }
-        // One is rounded into its neighbour's stratum: all count one, once in 10¹⁵ numbers.
+        // Once in 10¹⁵ numbers, one is rounded into its neighbour's stratum: then all weights are
+        // one.
         if self.sorted.iter().any(|u| u.is_nan()) {
             return;
         }
+        // Collect the weights: each slope changes the weights of both neighbours.
         self.shares.resize(count, 1.0);
         let parts = set.parts();
         let middle = |u: f64| ((u * parts).floor() + 0.5) / parts;
@@ -69,7 +73,7 @@ impl Slopes {
         }
     }
 
-    /// The numbers in sample order, each with its share.
+    /// Returns the numbers in sample order, each with its weight.
     pub fn iter(&self) -> impl Iterator<Item = (f64, f64)> {
         let share = |u| self.shares.get(stratum(u, self.shares.len())).copied();
         let with_share = move |&u| (u, share(u).unwrap_or(1.0));
@@ -77,7 +81,7 @@ impl Slopes {
     }
 }
 
-/// The stratum, of `count` equal ones, that a number in [0, 1) lies in.
+/// Returns the stratum, of `count` equal ones, in which a number in [0, 1) lies.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,4 +1,5 @@
-//! The Sobol' (0,2)-sequence, Owen-scrambled and shuffled, in 32-bit arithmetic with f64 results.
+//! This module holds the Sobol' (0,2)-sequence, Owen-scrambled and shuffled, in 32-bit arithmetic
+//! with f64 results.
 
 use crate::block::Block;
 use crate::hash::lane;
@@ -6,8 +7,9 @@ use crate::owen::{deepen, owen_scramble};
 use crate::permute::Permutation;
 use linelit_simd::{Isa, Simd, dispatch};
 
-/// The `index`-th point of the van der Corput sequence in base 2, as a 32-bit fraction: the index's
-/// digits mirrored at the binary point. The first coordinate of the Sobol' sequence.
+/// Returns the `index`-th point of the van der Corput sequence in base 2 as a 32-bit fraction: the
+/// digits of the index are mirrored at the binary point. It is the first coordinate of the Sobol'
+/// sequence.
 ///
 /// ```
 /// assert_eq!(linelit_samplers::van_der_corput(1), 1 << 31); // 1/2
@@ -19,15 +21,15 @@ pub const fn van_der_corput(index: u32) -> u32 {
     index.reverse_bits()
 }
 
-/// The `index`-th point of the Sobol' (0,2)-sequence, as two 32-bit fractions.
+/// Returns the `index`-th point of the Sobol' (0,2)-sequence, as two 32-bit fractions.
 ///
-/// **Formula.** x is [`van_der_corput`]; y has the Pascal triangle modulo two as its generator
-/// matrix (direction numbers v₁ = ½, v_{k+1} = v_k ⊕ v_k/2; Sobol' 1967, second dimension). That
-/// matrix is the fifth Kronecker power of the 2×2 matrix of ones above the diagonal, hence five
-/// butterfly steps in place of a loop over the index's bits.
+/// **Formula.** x is [`van_der_corput`]; the generator matrix of y is the Pascal triangle modulo
+/// two (direction numbers v₁ = ½, v_{k+1} = v_k ⊕ v_k/2; Sobol' 1967, second dimension). This
+/// matrix is the fifth Kronecker power of the 2×2 matrix with ones on and above the diagonal, so
+/// that five butterfly steps replace a loop over the bits of the index.
 ///
-/// **Guarantee.** Any 2^m points whose index starts at a multiple of 2^m put one point into each
-/// elementary interval of area 2^−m, for all m ≤ 32.
+/// **Guarantee.** Any 2^m points whose index starts at a multiple of 2^m have one point in each
+/// elementary interval of the area 2^−m, for all m ≤ 32.
 ///
 /// ```
 /// let points: Vec<[u32; 2]> = (0..4).map(linelit_samplers::sobol_02).collect();
@@ -50,22 +52,22 @@ pub const fn sobol_02(index: u32) -> [u32; 2] {
 ///
 /// Every dimension reuses the same one- or two-dimensional sequence with its own scrambling *and*
 /// its own order (Burley 2020, section 5, *padding*). Burley's order is a nested scrambling of the
-/// index; it keeps all aligned blocks nets, but then two neighbouring samples lie in opposite
+/// index, for which all aligned blocks are nets. But then two neighbouring samples lie in opposite
 /// halves of *every* dimension, and for the product of two padded dimensions, (x − ½)(y − ½), the
-/// variance is 1.58 times that of a random pairing. Here the order is a random permutation of the N
-/// indices: the set is the same, the pairing is random.
+/// variance is 1.58 times the variance with a random pairing. Here the order is a random
+/// permutation of the N indices: the set is the same, and the pairing is random.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OwenSobol {
     order: Permutation,
     pub(crate) scramble: [u64; 2],
-    /// The number of the block's first point in the sequence.
+    /// The index of the block's first point in the sequence.
     first: u64,
-    /// The bits of numbers; past them the sequence begins again.
+    /// The mask of the bits of indices; after it the sequence begins again.
     bits: u64,
 }
 
 impl OwenSobol {
-    /// Creates the sequence from the keys of pattern and block, repeated past 2³² points.
+    /// Makes the sequence from the keys of pattern and block; it repeats after 2³² points.
     #[inline]
     pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         Self {
@@ -76,9 +78,9 @@ impl OwenSobol {
         }
     }
 
-    /// Points of one sequence for the whole image, from the place of the block's pixel on a curve:
-    /// `tile_key` must depend on seed, dimension and pixel tile only; `own`, the key of the block,
-    /// on the pixel as well.
+    /// Makes the points of one sequence for the whole image, from the position of the block's pixel
+    /// on a curve. `tile_key` must depend only on the seed, the dimension and the pixel's tile;
+    /// `own`, the key of the block, depends on the pixel as well.
     #[inline]
     pub(crate) fn along_curve(
         [tile_key, own]: [u64; 2],
@@ -97,7 +99,7 @@ impl OwenSobol {
         }
     }
 
-    /// The number of sample `i` in the sequence.
+    /// Returns the index of sample `i` in the sequence.
     #[inline]
     pub(crate) fn number(&self, i: u32) -> u64 {
         self.first.wrapping_add(u64::from(self.order.get(i))) & self.bits
@@ -108,7 +110,7 @@ impl OwenSobol {
         self.first_axis(self.number(i))
     }
 
-    /// The first coordinate of a point of the sequence.
+    /// Returns the first coordinate of a point of the sequence.
     #[inline]
     pub(crate) fn first_axis(&self, number: u64) -> f64 {
         scrambled_1d(high_fraction(number), self.scramble)
@@ -121,7 +123,7 @@ impl OwenSobol {
         scrambled_2d(point, self.scramble)
     }
 
-    /// Points from `first` on, all of them within the set.
+    /// Fills the columns with points from `first` on, all of them within the set.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
         if self.bits > u64::from(u32::MAX) {
             for (i, (x, y)) in (first..).zip(x.iter_mut().zip(y)) {
@@ -136,9 +138,9 @@ impl OwenSobol {
     }
 }
 
-/// The points of the sequence whose numbers `x` holds: [`OwenSobol::get_2d`] to the bit.
+/// Computes the points of the sequence whose indices `x` holds: [`OwenSobol::get_2d`] to the bit.
 ///
-/// A plain loop: compilers make vectors of it.
+/// It is a plain loop that compilers vectorize.
 #[inline(always)]
 fn net_kernel<S: Simd>(_: S, scramble: [u64; 2], x: &mut [f64], y: &mut [f64]) {
     for (x, y) in x.iter_mut().zip(y) {
@@ -155,7 +157,8 @@ dispatch! {
     fn into_net = net_kernel(scramble: [u64; 2], x: &mut [f64], y: &mut [f64])
 }
 
-/// The first 32 digits of the fraction whose digits are the bits of `mirrored`, lowest first.
+/// Returns the first 32 digits of the fraction whose digits are the bits of `mirrored`, lowest
+/// first.
 #[inline]
 #[expect(
     clippy::cast_possible_truncation,
@@ -165,7 +168,7 @@ const fn high_fraction(mirrored: u64) -> u32 {
     van_der_corput(mirrored as u32)
 }
 
-/// The generator matrix of the second dimension for 64-bit indices; see [`sobol_02`].
+/// Applies the generator matrix of the second dimension to 64-bit indices; see [`sobol_02`].
 #[inline]
 const fn pascal(mut y: u64) -> u64 {
     y ^= (y & 0xAAAA_AAAA_AAAA_AAAA) >> 1;
@@ -176,13 +179,13 @@ const fn pascal(mut y: u64) -> u64 {
     y ^ (y >> 32)
 }
 
-/// The scrambling seeds of the two axes.
+/// Returns the scrambling seeds of the two axes.
 #[inline]
 const fn scrambles(key: u64) -> [u64; 2] {
     [lane(key, SCRAMBLE), lane(key, SCRAMBLE + 1)]
 }
 
-/// Lanes of a key below this one belong to its permutation.
+/// The first lane of a key for scrambling; lanes below belong to its permutation.
 const SCRAMBLE: u64 = 1 << 32;
 
 /// Scrambles a fraction and continues it to 53 digits.

@@ -1,5 +1,5 @@
-//! One sample per stratum: jittered, multi-jittered and uniformly jittered patterns, for any number
-//! of samples.
+//! This module holds patterns with one sample per stratum: jittered, multi-jittered and uniformly
+//! jittered patterns, for any number of samples.
 
 use crate::block::{Block, Parts, gcd, plus, scaled, step, times};
 use crate::cells::Cells;
@@ -7,7 +7,7 @@ use crate::hash::{GOLDEN, below_one, lane, unit_f64, word};
 use crate::permute::{Permutation, permuted};
 use linelit_simd::{Isa, Simd, dispatch};
 
-/// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of
+/// The lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of
 /// uniform jitter; lanes below 2³² belong to the key's permutation.
 const JITTER: [u64; 2] = [1 << 32, (1 << 32) + 1];
 const ROWS: u64 = (1 << 32) + 2;
@@ -29,7 +29,7 @@ pub(crate) struct Stratified {
 }
 
 impl Stratified {
-    /// Creates the pattern from the keys of the pattern and of the block.
+    /// Makes the pattern from the keys of the pattern and of the block.
     #[inline]
     pub(crate) fn new([all, own]: [u64; 2], count: u32, block: Block) -> Self {
         Self {
@@ -40,6 +40,7 @@ impl Stratified {
         }
     }
 
+    /// Returns the jitter of sample `i` along an axis, in [0, 1).
     #[inline]
     fn offset(&self, axis: usize, i: u32) -> f64 {
         unit_f64(word(self.jitter[axis], u64::from(i)))
@@ -61,7 +62,7 @@ impl Stratified {
 }
 
 impl Stratified {
-    /// [`Stratified::get_2d`] of the samples from `first` on, all below the count.
+    /// Computes [`Stratified::get_2d`] of the samples from `first` on, all below the count.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
         if self.cells.is_grid() && self.parts.cells().is_grid() {
             for (x, i) in x.iter_mut().zip(first..) {
@@ -76,9 +77,10 @@ impl Stratified {
     }
 }
 
-/// Points in the cells of a grid whose numbers `x` holds: [`Stratified::get_2d`] to the bit.
+/// Computes points in the cells of a grid whose indices `x` holds: [`Stratified::get_2d`] to the
+/// bit.
 ///
-/// A plain loop: compilers make vectors of it.
+/// It is a plain loop that compilers vectorize.
 #[inline(always)]
 fn grid_kernel<S: Simd>(_: S, set: &Stratified, first: u32, x: &mut [f64], y: &mut [f64]) {
     let (jitter, mut i) = (set.jitter, u64::from(first));
@@ -106,34 +108,34 @@ dispatch! {
 /// in place of independent permutations for each row and column.
 ///
 /// Kensler 2013 (*Correlated Multi-Jittered Sampling*) shares the permutations, s = σ(r) and t =
-/// τ(c). Then all cells of a row are shifted alike, and the variance for smooth integrands falls
-/// only as N^−1.5 (measured: −1.58 for exp(xy)), less than plain jitter's N⁻². In a Latin square
-/// each row and each column holds every shift equally often, which cancels the leading error
-/// instead.
+/// τ(c). Then all cells of a row have the same shift, and the variance for smooth integrands falls
+/// only as N^−1.5 (measured: −1.58 for exp(xy)), slower than plain jitter's N⁻². In a Latin square
+/// each row and each column has every shift equally often, which cancels the leading error.
 ///
-/// Where the cells do not form a grid (Kensler then leaves cells of a larger grid empty), all N
-/// cells still hold one sample and y has one sample in each of N strata; x is stratified within
-/// each row.
+/// If the cells do not form a grid (Kensler then leaves cells of a larger grid empty), all N cells
+/// still have one sample, and y has one sample in each of N strata; x is stratified within each
+/// row.
 ///
-/// A block takes one of S parts of each stratum. With (X, Y)/S a multi-jittered point of S, it adds
-/// X/S of a cell's width and Y/S of its height to the place of each sample, modulo these: all
-/// blocks together have S samples in each cell and one in each of NS strata of each axis, and if N
-/// is one, they are multi-jittered. In random strata, parts are counted from the other end, which
-/// keeps where a block is in one from telling where it is in another. Where S makes no grid, the
-/// points are those of a lattice; where N makes none, x is stratified within each row.
+/// A block takes one of S parts of each stratum. Let (X, Y)/S be a point of a multi-jittered
+/// pattern of S points. The block adds X/S of a cell's width and Y/S of its height to the position
+/// of each sample, modulo these. All blocks together then have S samples in each cell and one in
+/// each of NS strata of each axis, and if N is one, they are multi-jittered. In random strata,
+/// parts are counted from the other end, so that the position of a block in one stratum does not
+/// determine its position in another. If S does not form a grid, the points are a lattice; if N
+/// does not, x is stratified within each row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MultiJitter {
     base: Stratified,
-    /// σ and κ.
+    /// The permutations σ and κ.
     rows: [Permutation; 2],
-    /// ρ, and τ for rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
+    /// The permutations ρ, and τ for rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
     columns: [Permutation; 3],
-    /// The offsets by the block: along x, and along y in short and in long rows.
+    /// The block's offsets: along x, and along y in short and in long rows.
     places: [Place; 3],
 }
 
 impl MultiJitter {
-    /// Creates the pattern from the keys of the pattern and of the block.
+    /// Makes the pattern from the keys of the pattern and of the block.
     #[inline]
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let (base, key) = (Stratified::new(keys, count, block), keys[0]);
@@ -142,6 +144,7 @@ impl MultiJitter {
         let short = count / rows;
         let long = if cells.is_grid() { short } else { short + 1 };
         let sizes = [long, short, long];
+        // Find the block's offset.
         let mut places = [Place::default(); 3];
         if !parts.is_whole() {
             let [x, y] = multi_jittered(parts, lane(key, PLACES));
@@ -151,6 +154,7 @@ impl MultiJitter {
                 Place::new(y, long, parts.of()),
             ];
         }
+        // A single sample needs no permutations.
         if count == 1 {
             return Self {
                 base,
@@ -175,10 +179,12 @@ impl MultiJitter {
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
         let Stratified { order, cells, .. } = &self.base;
+        // Find the cell of the sample, and permute its row and column.
         let cell = cells.cell(order.get(i));
         let tall = usize::from(cell.columns == self.columns[2].len());
         let [sigma, kappa] = [0, 1].map(|k| self.rows[k].get(cell.row));
         let [rho, tau] = [0, 1 + tall].map(|k| self.columns[k].get(cell.column));
+        // Place the sample in its stratum of each axis.
         let x = self.across((sigma + rho) % cells.rows, cell.column, i);
         let place = &self.places[1 + tall];
         let up = cell.first + (tau + kappa + place.stratum) % cell.columns;
@@ -188,14 +194,14 @@ impl MultiJitter {
         ]
     }
 
-    /// Returns the place of sample `i` along x in a cell of a column: in sub-stratum `s`, before
+    /// Returns the position of sample `i` along x in a cell of a column: in sub-stratum `s`, before
     /// the block's offset.
     #[inline]
     fn across(&self, s: u32, column: u32, i: u32) -> f64 {
         let (cells, parts, place) = (&self.base.cells, &self.base.parts, &self.places[0]);
         let rows = cells.rows;
         if !cells.is_grid() && rows <= parts.of() && !parts.is_whole() {
-            // The row by itself: the parts of the whole cell.
+            // Treat the row by itself, with the parts of the whole cell.
             let part = plus(
                 place.of_cell,
                 scaled(s, parts.of(), u64::from(rows)),
@@ -208,7 +214,8 @@ impl MultiJitter {
         below_one((f64::from(across) + offset) / f64::from(rows))
     }
 
-    /// Returns the place of sample `i` in stratum `k` of an axis, of which the block takes a part.
+    /// Returns the position of sample `i` in stratum `k` of an axis, of which the block takes a
+    /// part.
     #[inline]
     fn offset(&self, axis: usize, i: u32, part: u32, k: u32) -> f64 {
         let (parts, jitter) = (&self.base.parts, self.base.offset(axis, i));
@@ -225,20 +232,20 @@ impl MultiJitter {
     }
 }
 
-/// The offset by a block along an axis of each cell.
+/// The block's offset along an axis of each cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
-    /// The part of the cell.
+    /// The index of the part of the cell.
     of_cell: u32,
-    /// The stratum of that part, and the part of the stratum.
+    /// The index of the stratum with this part, and the part of the stratum.
     stratum: u32,
     part: u32,
 }
 
 impl Place {
-    /// Part `of_cell` of a cell of `len` strata, which is len · of_cell/of strata from its begin:
-    /// whole ones and a fraction, which is rounded so that each part of a stratum stands for one of
-    /// the cell's.
+    /// Splits part `of_cell` of a cell with `len` strata, which is at len · of_cell/of strata from
+    /// its beginning, into a whole number of strata and a fraction. The fraction is rounded such
+    /// that each part of a stratum belongs to one part of the cell.
     fn new(of_cell: u32, len: u32, of: u32) -> Self {
         if len == 1 {
             return Self {
@@ -256,8 +263,8 @@ impl Place {
     }
 }
 
-/// The strata X and Y of a block's point of a multi-jittered pattern of as many points as there are
-/// blocks, or of a lattice where these make no grid.
+/// Returns the strata X and Y of a block's point in a multi-jittered pattern of as many points as
+/// there are blocks, or in a lattice if that number does not form a grid.
 fn multi_jittered(parts: &Parts, key: u64) -> [u32; 2] {
     let (cells, of) = (parts.cells(), parts.of());
     let number = parts.part(2, 1 << 32);
@@ -274,21 +281,21 @@ fn multi_jittered(parts: &Parts, key: u64) -> [u32; 2] {
     };
     let x = cell.column * cells.rows + shift(0, cells.rows);
     let y = cell.first + shift(1, cell.columns);
-    // Parts are no higher than wide, in cells that are no wider than high.
+    // Cells are at least as high as wide, and parts are at most as high as wide.
     [y, x]
 }
 
 /// A pattern with the same random offset in every stratum: a randomly shifted lattice.
 ///
-/// **Formula.** 1-D: (ξ + π(k))/N with one ξ for all k; the set is that of Ramamoorthi et al. 2012,
-/// *A theory of Monte Carlo visibility sampling*, recommended for linear lights by Peters 2021,
-/// section 5.3; the order π is random so that several dimensions pair up independently. 2-D: ((ξ +
-/// j)/N, fract(ζ + j/φ)) with j = π(k) and the golden ratio φ, which is evenly spread for any N.
-/// (One offset for all cells of a grid, the obvious generalisation, has only the variance N⁻¹;
-/// rank-1 lattices with a generator near N/φ are poor for some N, 1024 among them.)
+/// **Formula.** 1-D: (ξ + π(k))/N with one ξ for all k. The set is that of Ramamoorthi et al. 2012,
+/// *A theory of Monte Carlo visibility sampling*, which Peters 2021, section 5.3, recommends for
+/// linear lights; the order π is random, so that several dimensions are paired independently. 2-D:
+/// ((ξ + j)/N, fract(ζ + j/φ)) with j = π(k) and the golden ratio φ, which is evenly spread for any
+/// N. (One offset for all cells of a grid, the obvious generalisation, has only the variance N⁻¹;
+/// rank-1 lattices with a generator near N/φ are poor for some N, among them 1024.)
 ///
-/// A block takes the same part p of all strata: ξ is (ξ + p)/S. In 2-D it is the lattice ((ξ +
-/// j)/N, fract(ζ + p/φ + j√3)).
+/// A block takes the same part p of all strata: ξ is replaced by (ξ + p)/S. In 2-D it is the
+/// lattice ((ξ + j)/N, fract(ζ + p/φ + j√3)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UniformJitter {
     order: Permutation,
@@ -300,18 +307,18 @@ pub(crate) struct UniformJitter {
     turn: u64,
 }
 
-/// √3, its fraction in units of 2⁻⁶⁴.
+/// The fraction of √3 in units of 2⁻⁶⁴.
 const ROOT_OF_THREE: u64 = 0xBB67_AE85_84CA_A73B;
 
 impl UniformJitter {
-    /// Creates the pattern from the keys of the pattern and of the block.
+    /// Makes the pattern from the keys of the pattern and of the block.
     #[inline]
     pub(crate) fn new(keys: [u64; 2], count: u32, block: Block) -> Self {
         let offset = [0, 1].map(|k| unit_f64(word(keys[0], k)));
         Self::with_offset(keys, count, block, offset)
     }
 
-    /// Creates the pattern with a given offset in [0, 1)², for example from a blue-noise tile.
+    /// Makes the pattern with a given offset in [0, 1)², for example from a blue-noise tile.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
@@ -334,6 +341,7 @@ impl UniformJitter {
                 turn: GOLDEN,
             };
         }
+        // Several blocks take different parts of the strata, in an order of which any run is even.
         let random = scaled((word(all, 2) >> 32) as u32, block.of(), 1 << 32);
         let part = plus(block.interleaved().index(), random, block.of());
         Self {
@@ -361,15 +369,15 @@ impl UniformJitter {
     }
 }
 
-/// (k + offset)/count, below one.
+/// Returns (k + offset)/count, below one.
 #[inline]
 fn stratum(k: u32, offset: f64, count: u32) -> f64 {
     below_one((f64::from(k) + offset) / f64::from(count))
 }
 
-/// The point of cell `k` of a grid at `offset` of the cell's width and height: [`in_cell`] to the
-/// bit, for the quotient that is cut to the row is off by less than what it is away from the next
-/// integer, unless it is one.
+/// Returns the point of cell `k` of a grid at `offset` of the cell's width and height. It is
+/// [`in_cell`] to the bit: the rounding of the quotient from which the row is cut is smaller than
+/// its distance from the next integer, unless it is an integer.
 #[inline(always)]
 #[expect(
     clippy::cast_possible_truncation,
@@ -385,7 +393,7 @@ pub(crate) fn in_grid(cells: &Cells, k: f64, offset: [f64; 2]) -> [f64; 2] {
     ]
 }
 
-/// The point of cell `k` at `offset` of the cell's width and height.
+/// Returns the point of cell `k` at `offset` of the cell's width and height.
 #[inline]
 pub(crate) fn in_cell(cells: &Cells, k: u32, offset: [f64; 2]) -> [f64; 2] {
     let cell = cells.cell(k);

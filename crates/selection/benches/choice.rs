@@ -1,4 +1,4 @@
-//! Nanoseconds per choice of a light among many.
+//! This bench measures nanoseconds per choice of one light among many.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"

@@ -1,4 +1,5 @@
-//! Bounds and moments of groups of lights.
+//! This module bounds groups of lights: it answers whether a group can light a point, and estimates
+//! how much light it gives.
 
 use crate::LARGEST;
 use crate::contribution::{Receiver, positive_part};
@@ -12,53 +13,55 @@ use linelit_lights::{Light, Normals};
 pub(crate) enum Reach {
     /// No light of the group can.
     None,
-    /// The group does not tell; its members must be asked.
+    /// The bounds do not decide it; the members have to be tested.
     Unknown,
-    /// Every one of them can.
+    /// Every light of the group can.
     All,
 }
 
-/// The bounds of a group of lights: a box, a cone that holds all normals, the power; and the first
-/// two moments of where the power is and whereto it shines.
+/// The bounds of a group of lights: a box around them, a cone that contains all normals, and the
+/// power; also the first two moments of the distribution of power over positions and directions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightBounds {
     lo: DVec3,
     hi: DVec3,
     /// The square of half the box's diagonal.
     radius2: f64,
-    /// Axis and half angle of the cone of normals; each light shines up to 90° off its normal.
+    /// The axis and the half angle of the cone of normals; each light shines up to 90° off its
+    /// normal.
     axis: DVec3,
     spread: f64,
-    /// (sin, cos) of the half angle.
+    /// (sin, cos) of the half angle of the cone.
     cone: (f64, f64),
-    /// The least and the largest coordinates of the normals, if all shine on one side alone.
+    /// The smallest and the largest coordinates of the normals, if all lights shine on one side
+    /// only.
     normals: Option<[DVec3; 2]>,
-    /// Whether all shine in all directions.
+    /// Whether all lights shine in all directions.
     around: bool,
-    /// Whether some are at infinity, so that a box tells nothing of them.
+    /// Whether some lights are at infinity, so that the box says nothing about them.
     endless: bool,
-    /// Whether some are points, whose profile may send nothing in a direction.
+    /// Whether some lights are points, whose profile may be zero in a direction.
     dim: bool,
-    /// Whether some are neither polygons nor lines: their heights are found otherwise than their
-    /// box's.
+    /// Whether some lights are neither polygons nor linear lights: their heights are computed
+    /// otherwise than the heights of the box.
     round: bool,
     pub(crate) power: f64,
-    /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided
-    /// lights: zero).
+    /// The power-weighted mean position, the mean squared distance from it, and the mean normal
+    /// (which is zero for two-sided lights).
     mean: DVec3,
     variance: f64,
     normal: DVec3,
 }
 
 impl LightBounds {
-    /// One light; `None` if it emits nothing. Powers above [`LARGEST`] count as that, so that those
-    /// of groups are finite.
+    /// Makes the bounds of one light; `None` if it emits no light. Powers above [`LARGEST`] are
+    /// clamped to it, so that the powers of groups are finite.
     pub(crate) fn new(light: &Light) -> Option<Self> {
         let power = light.power();
         if power.is_nan() || power <= 0.0 {
             return None;
         }
-        // Turn the normals into a cone, and their mean.
+        // Represent the normals by a cone and by their mean.
         let extent = light.extent();
         let (lo, hi) = extent.bounds;
         let (axis, spread, normal) = match extent.normals {
@@ -90,10 +93,10 @@ impl LightBounds {
 
     /// Returns the bounds of both groups together.
     pub(crate) fn union(&self, other: &Self) -> Self {
-        // Weight both by their power.
+        // Weight the moments of both groups by power.
         let power = self.power + other.power;
         let (a, b) = (self.power / power, other.power / power);
-        // Join boxes and cones.
+        // Join the boxes and the cones.
         let (axis, spread) = union_of_cones((self.axis, self.spread), (other.axis, other.spread));
         let (lo, hi) = (self.lo.min(other.lo), self.hi.max(other.hi));
         Self {
@@ -121,16 +124,18 @@ impl LightBounds {
         0.5 * self.lo + 0.5 * self.hi
     }
 
-    /// Cost of a group for the surface area orientation heuristic (Conty & Kulla 2018, §4.3, eq.
-    /// 1): power × area of the box × the measure of the directions that are lit.
+    /// Returns the cost of a group for the surface area orientation heuristic (Conty & Kulla 2018,
+    /// §4.3, eq. 1): power × area of the box × the measure of the directions that are lit.
     pub(crate) fn cost(&self) -> f64 {
         let d = self.hi - self.lo;
         let area = 2.0 * (d.x * d.y + d.y * d.z + d.z * d.x);
-        // A flat or point-like box still costs: its diagonal stands in.
+        // A box that is a line or a point has no area: use its diagonal.
         let area = area.max(1e-3 * d.length_squared());
         self.power * area * self.orientation_measure()
     }
 
+    /// Returns the measure of the directions that are lit, by the cone of normals (Conty & Kulla
+    /// 2018, eq. 1).
     fn orientation_measure(&self) -> f64 {
         let o = self.spread;
         let w = (o + 0.5 * PI).min(PI);
@@ -138,9 +143,9 @@ impl LightBounds {
         2.0 * PI * (1.0 - co) + 0.5 * PI * (2.0 * w * so - cos(o - 2.0 * w) - 2.0 * o * so + co)
     }
 
-    /// Whether the group is small for its distance from `x`: its box has a radius below `ratio`
-    /// times the distance, or a quarter of that if it straddles the horizon, where a mean says
-    /// little of its lights.
+    /// Whether the group is small compared with its distance from `x`: the radius of its box is
+    /// below `ratio` times the distance. If the box crosses the horizon, where a mean says little
+    /// about single lights, the radius has to be below a quarter of that.
     pub(crate) fn is_far(&self, x: DVec3, n: DVec3, ratio: f64) -> bool {
         let to = self.center() - x;
         let height = n.dot(to);
@@ -149,19 +154,21 @@ impl LightBounds {
         self.radius2 < ratio * ratio * to.length_squared()
     }
 
-    /// Whether lights of the group can contribute to a surface at `x` with the unit normal `n`, as
-    /// [`can_contribute`](super::can_contribute) decides it for each.
+    /// Whether lights of the group can contribute to a surface at `x` with the unit normal `n`, in
+    /// the sense in which [`can_contribute`](super::can_contribute) decides it for each light.
     ///
-    /// [`Reach::None`] and [`Reach::All`] are true whatever was rounded. Heights over the tangent
-    /// plane: rounding is monotonic and a box's corners are reached by the same operations as a
-    /// light's, so the highest corner is never below a vertex in it, bit for bit; round lights,
-    /// whose heights are found otherwise, get a slack of 8 ε of the terms (2 ε each for both sums
-    /// and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
-    /// some 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
+    /// [`Reach::None`] and [`Reach::All`] are true in spite of rounding. Heights above the tangent
+    /// plane: rounding is monotonic, and the heights of a box's corners are computed by the same
+    /// operations as the heights of a light's vertices, so that the highest corner is never below a
+    /// vertex in the box, bit for bit. Round lights, whose heights are computed otherwise, get a
+    /// slack of 8 ε of the terms (2 ε each for both sums and the box, 4 ε for a unit normal).
+    /// Angles have a slack of 10⁻⁹; the angles of normals have an error of some 10⁻¹⁴ after 64
+    /// unions, and the angle of the box is widened by 4 ε of the coordinates.
     pub(crate) fn reach(&self, x: DVec3, n: DVec3) -> Reach {
         if self.endless {
             return Reach::Unknown;
         }
+        // Compare the heights of the lowest and the highest corner with the tangent plane.
         let (a, b) = (n * (self.lo - x), n * (self.hi - x));
         let sum = |v: DVec3| v.x + v.y + v.z;
         let largest = self.lo.abs().max(self.hi.abs());
@@ -177,6 +184,7 @@ impl LightBounds {
         if self.around {
             return if above { Reach::All } else { Reach::Unknown };
         }
+        // Compare the angle between the normals and the direction to the point with 90°.
         if self.is_behind(x) {
             return Reach::None;
         }
@@ -184,7 +192,7 @@ impl LightBounds {
         let d2 = to.length_squared();
         let radius = self.radius2.sqrt() + 4.0 * f64::EPSILON * sum(largest.max(x.abs()));
         let d = d2.sqrt();
-        // Inside, or where squares overflow or lose digits.
+        // The point is inside, or squares overflow or lose digits.
         if !(d > radius && d2 > 1e-280 && d2 < 1e280) {
             return Reach::Unknown;
         }
@@ -201,9 +209,9 @@ impl LightBounds {
         }
     }
 
-    /// Whether a point lies behind all lights of the group, which shine on one side alone: no
-    /// normal and no place within their boxes has it in front. Products and their sum lose at most
-    /// 8 ε of the coordinates.
+    /// Whether a point lies behind all lights of the group, which shine on one side only: for no
+    /// normal and no position within their boxes is it in front. Products and their sum lose at
+    /// most 8 ε of the coordinates.
     fn is_behind(&self, x: DVec3) -> bool {
         let Some([least, most]) = self.normals else {
             return false;
@@ -217,8 +225,8 @@ impl LightBounds {
         highest.element_sum() < -16.0 * f64::EPSILON * largest.element_sum()
     }
 
-    /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3), with
-    /// cosines of at least 10⁻³.
+    /// Returns an upper bound of the importance at `x` with the unit normal `n` (Conty & Kulla
+    /// 2018, §5, eq. 3), with cosines of at least 10⁻³.
     pub(crate) fn bound(&self, x: DVec3, n: DVec3) -> f64 {
         let to = self.center() - x;
         let d2 = to.length_squared();
@@ -227,8 +235,8 @@ impl LightBounds {
             return self.power / near;
         }
         let d = d2.sqrt();
-        // Angles as (sin, cos): the box as seen from x, off the axis of the normals, off the
-        // surface normal.
+        // Represent angles by (sin, cos): the half angle of the box as seen from x, the angle off
+        // the axis of the normals, and the angle off the surface normal.
         let angle = |cosine: f64| {
             let c = cosine.clamp(-1.0, 1.0);
             (((1.0 - c) * (1.0 + c)).sqrt(), c)
@@ -241,8 +249,8 @@ impl LightBounds {
         self.power * emit.max(floor) * incident.max(floor) / near
     }
 
-    /// Expected contribution from the moments: the group as a blurred light, smooth and positive
-    /// everywhere.
+    /// Returns the expected contribution by the moments, which treat the group as a blurred light;
+    /// it is smooth and positive everywhere.
     pub(crate) fn expected(&self, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
         let to = self.mean - at.position;
         let d2 = to.length_squared() + self.variance;
@@ -261,19 +269,19 @@ impl LightBounds {
     }
 }
 
-/// The square of half a box's diagonal.
+/// Returns the square of half a box's diagonal.
 fn radius2(lo: DVec3, hi: DVec3) -> f64 {
     0.25 * (hi - lo).length_squared()
 }
 
-/// (sin, cos) of the half angle under which a ball is seen whose centre is at the distance `d`
-/// beyond its radius.
+/// Returns (sin, cos) of the half angle under which a ball is seen whose centre is at the distance
+/// `d`, which is larger than its radius.
 fn box_angle(radius: f64, d: f64) -> (f64, f64) {
     let sine = (radius / d).min(1.0);
     (sine, ((1.0 - sine) * (1.0 + sine)).sqrt())
 }
 
-/// a + b for angles given as (sin, cos); any angle beyond 90° becomes 180°.
+/// Returns a + b for angles given as (sin, cos); if either is beyond 90°, the result is 180°.
 fn more(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     if a.1 > 0.0 && b.1 > 0.0 {
         (a.0 * b.1 + a.1 * b.0, a.1 * b.1 - a.0 * b.0)
@@ -282,7 +290,7 @@ fn more(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     }
 }
 
-/// max(0, a − b) for angles in [0, π] given as (sin, cos).
+/// Returns max(0, a − b) for angles in [0, π] given as (sin, cos).
 fn less(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     if a.1 >= b.1 {
         (0.0, 1.0)
@@ -291,26 +299,28 @@ fn less(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     }
 }
 
-/// The smallest cone, nearly, that holds two cones (Conty & Kulla 2018, algorithm 1).
+/// Returns almost the smallest cone that contains two cones (Conty & Kulla 2018, algorithm 1).
 fn union_of_cones(a: (DVec3, f64), b: (DVec3, f64)) -> (DVec3, f64) {
+    // Return the wider cone if it contains the other.
     let (a, b) = if a.1 >= b.1 { (a, b) } else { (b, a) };
     let between = atan2(a.0.cross(b.0).length(), a.0.dot(b.0));
     if (between + b.1).min(PI) <= a.1 {
         return a;
     }
+    // Otherwise turn its axis towards the other cone, so that it touches both.
     let spread = 0.5 * (a.1 + between + b.1);
     if spread >= PI {
         return (a.0, PI);
     }
     let turn = spread - a.1;
     let side = b.0 - a.0 * a.0.dot(b.0);
-    // Of nearly opposite axes little but rounding is left, which points anywhere, even along them.
+    // If the axes are nearly opposite, the difference is mostly rounding, which may point anywhere.
     if side.length() < 1e-5 && a.0.dot(b.0) < 0.0 {
         return (a.0, PI);
     }
     match side.try_normalize() {
         Some(t) => ((a.0 * cos(turn) + t * sin(turn)).normalize(), spread),
-        // The axes are the same to rounding.
+        // The axes are equal up to rounding.
         None => (a.0, spread),
     }
 }

@@ -1,4 +1,5 @@
-//! What a light may contribute to a surface point, without shadows.
+//! This module estimates the light that a surface point receives from a light without occluders,
+//! from one random point.
 
 use linelit_geometry::{DVec3, predicates};
 use linelit_lights::{Light, PointTechnique, Sky, SkyBy, SkyPoints, SkyView};
@@ -10,18 +11,20 @@ pub struct Receiver<F> {
     pub position: DVec3,
     /// The unit normal, on the side from which light comes.
     pub normal: DVec3,
-    /// The light that the surface reflects from a direction, by channel: f cos θ for a unit vector.
-    /// For a shorter vector, which stands for directions of which it is the mean, about the mean of
-    /// f cos θ over them; only [`LightTree`](crate::LightTree) passes these.
+    /// Returns the light that the surface reflects from a direction, by channel: f cos θ for a unit
+    /// vector. A shorter vector represents the directions whose mean it is; for it the function
+    /// returns approximately the mean of f cos θ over them. Only [`LightTree`](crate::LightTree)
+    /// passes shorter vectors.
     ///
-    /// Its unit is the caller's, but for the tree: there its integral over the hemisphere should be
-    /// about π, as the cosine's is.
+    /// The unit is up to the caller, except for the tree: there the integral over the hemisphere
+    /// should be about π, as it is for the cosine.
     pub reflected: F,
 }
 
-/// A diffuse surface, which reflects cos θ: its light is the irradiance. Of directions with the
-/// mean w it is (c + √(c² + (1 − |w|²)/4))/2 with c = n·w: exact where all are the same (then it is
-/// max(0, c)) and for all directions alike (¼).
+/// Makes the receiver of a diffuse surface, which reflects cos θ, so that its light is the
+/// irradiance. For directions with the mean w it is (c + √(c² + (1 − |w|²)/4))/2 with c = n·w. This
+/// is exact if all directions are equal (it is max(0, c)), and for directions that are uniform over
+/// the sphere (¼).
 pub fn diffuse(position: DVec3, normal: DVec3) -> Receiver<impl Fn(DVec3) -> DVec3 + Copy> {
     Receiver {
         position,
@@ -30,30 +33,30 @@ pub fn diffuse(position: DVec3, normal: DVec3) -> Receiver<impl Fn(DVec3) -> DVe
     }
 }
 
-/// Returns how far a mean of unit vectors is from length one: 1 − |w|², the mean square of their
-/// distances from it.
+/// Returns 1 − |w|² for a mean w of unit vectors: the mean square of their distances from it.
 #[must_use]
 pub fn spread(mean: DVec3) -> f64 {
     (1.0 - mean.length_squared()).max(0.0)
 }
 
-/// About the mean of max(0, c) for cosines about `c` of directions of a [`spread`]:
-/// (c + √(c² + spread/4))/2.
+/// Returns approximately the mean of max(0, c) over directions with the mean cosine `c` and a
+/// [`spread`]: (c + √(c² + spread/4))/2.
 #[must_use]
 pub fn positive_part(c: f64, spread: f64) -> f64 {
     0.5 * (c + (c * c + 0.25 * spread).sqrt())
 }
 
-/// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of
-/// it is above the tangent plane, and x is on an emitting side. This is the test that allows α = 0.
+/// Whether any point of the light can light the surface point `x` with the unit normal `n`: a part
+/// of it is above the tangent plane, and x is on a side that emits. Only if this is false may α be
+/// 0.
 #[must_use]
 pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
     light.can_light(x, n)
 }
 
-/// One-sample estimate of the light that a surface reflects, from a random point of the light,
-/// averaged over the channels, the geometry term set to visible (Shirley & Wang 1991, eq. 3).
-/// Unbiased; not negative.
+/// Returns a one-sample estimate of the light that a surface reflects, from a random point of the
+/// light, averaged over the channels, as if that point were visible (Shirley & Wang 1991, eq. 3).
+/// It is unbiased and not negative.
 #[must_use]
 pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
     match light {
@@ -66,15 +69,15 @@ pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64
     }
 }
 
-/// The estimate from the light's centre: deterministic, and wrong where the centre is below the
-/// horizon while other parts are not. It makes the bands of Shirley & Wang's Fig. 10 if α = 0
-/// follows from it; for that comparison only.
+/// Returns the estimate from the light's centre. It is deterministic, and wrong where the centre is
+/// below the horizon while other parts are not: if α = 0 follows from it, it makes the bands of
+/// Shirley & Wang's Fig. 10. Use it for that comparison only.
 #[must_use]
 pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     match light {
         Light::Linear(l) => from_point(light, at, l.segment.at(0.5)) * l.segment.length(),
         Light::Point(_) | Light::Distant(_) => from_beam(light, at),
-        // The centre of what a sky draws from.
+        // Take the centre of the sampled directions of a sky.
         Light::Sky(l) => from_sky(l, at, [0.5, 0.5]),
         surface => surface.middle(at.position).map_or(0.0, |(middle, across)| {
             from_point(light, at, middle) * across * surface.area()
@@ -82,7 +85,7 @@ pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3
     }
 }
 
-/// The light of a source without size.
+/// Returns the reflected light of a delta light.
 fn from_beam(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     match light.beam(at.position) {
         Some(beam) if at.normal.dot(beam.direction) > 0.0 => {
@@ -92,7 +95,7 @@ fn from_beam(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     }
 }
 
-/// The estimate from a random direction of a sky.
+/// Returns the estimate from a random direction of a sky.
 fn from_sky(sky: &Sky, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
     let view = SkyView::new(sky, at.position);
     let sample = SkyPoints::new(view, SkyBy::Projected(at.normal)).sample(u);
@@ -104,7 +107,7 @@ fn from_sky(sky: &Sky, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f
     light.element_sum() / 3.0 / sample.pdf.value()
 }
 
-/// Reflected light per area (per length for a line) of the light around `point`.
+/// Returns the reflected light per area (per length for a linear light) of the light at `point`.
 fn from_point(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, point: DVec3) -> f64 {
     let d = point - at.position;
     let r2 = d.length_squared();
@@ -112,17 +115,17 @@ fn from_point(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, point: DVec
         return 0.0;
     }
     let r = r2.sqrt();
-    // Radiance, and the solid angle of a unit of the light times r³.
+    // Compute the radiance, and r³ times the solid angle of a unit of the light.
     let emission = light.emission();
     let side = match (light, light.normal(point)) {
-        // dω/R = 2h/r³ dt.
+        // For linear lights dω/R is 2h/r³ dt.
         (Light::Linear(l), _) => 2.0 * predicates::cross(d, l.segment.direction()).length(),
         (_, Some(normal)) => {
             let side = -normal.dot(d);
             let two_sided = emission.two_sided;
             if two_sided { side.abs() } else { side.max(0.0) }
         }
-        // Lights without size and light from infinity have no area.
+        // Delta lights and light from infinity have no area.
         (_, None) => return 0.0,
     };
     if side <= 0.0 {

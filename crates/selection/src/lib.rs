@@ -1,8 +1,9 @@
-//! Choosing among many luminaires (Shirley & Wang 1991, §3): one sample for the union of N lights.
+//! This crate chooses one light among many, so that one sample serves for the union of N lights
+//! (Shirley & Wang 1991, §3).
 //!
-//! Light i is taken with the probability αᵢ and its point with its own density pᵢ, so the density
-//! on the union is αᵢ pᵢ (eq. 7). Here are the ways to choose α; all of them answer for the
-//! probability of any light, which MIS needs.
+//! Light i is chosen with the probability αᵢ, and a point of it with its own density pᵢ, so that
+//! the density on the union is αᵢ pᵢ (eq. 7). This crate has several ways to choose α. Each can
+//! return the probability of any light, which MIS needs.
 //!
 //! | way | α | cost |
 //! |---|---|---|
@@ -37,7 +38,7 @@ pub use ranges::LightRanges;
 pub use reflected::{Cosines, reflecting};
 pub use tree::LightTree;
 
-// What public signatures name, so that one dependency is enough.
+// Their types appear in public signatures: with these exports a caller needs one dependency.
 pub use {linelit_bsdf as bsdf, linelit_geometry as geometry, linelit_lights as lights};
 
 use linelit_geometry::finite::BELOW_ONE;
@@ -50,25 +51,25 @@ pub struct Picked {
     pub index: usize,
     /// The probability α > 0 of the light.
     pub probability: f64,
-    /// The random number stretched back to [0, 1).
+    /// The random number, rescaled to [0, 1) for further use.
     pub rest: f64,
 }
 
-/// A random number, kept in [0, 1); zero if it is none.
+/// Clamps a random number to [0, 1); NaN becomes zero.
 fn unit(u: f64) -> f64 {
     if u > 0.0 { u.min(BELOW_ONE) } else { 0.0 }
 }
 
-/// A fixed discrete distribution by a table of running sums. Allocates when made.
+/// A fixed discrete distribution, stored as a table of running sums. It allocates when it is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Discrete {
     sums: Vec<f64>,
 }
 
 impl Discrete {
-    /// Probabilities proportional to `weights` ≥ 0, positive for every positive weight: what is
-    /// lost in the rounding of the others is raised to an ulp of their sum. `None` if one is
-    /// negative or not finite, or all are zero.
+    /// Makes the distribution with probabilities proportional to `weights` ≥ 0. They are positive
+    /// for every positive weight: a weight that would be lost by rounding is raised to an ulp of
+    /// the sum. `None` if a weight is negative or not finite, or all are zero.
     #[must_use]
     pub fn new(weights: &[f64]) -> Option<Self> {
         if weights.iter().any(|w| *w < 0.0 || !w.is_finite()) {
@@ -78,13 +79,14 @@ impl Discrete {
         let table = if table.total().is_finite() {
             table
         } else {
-            // 2⁶⁴ of the largest weights add up to less than the largest number.
+            // Scale down: 2⁶⁴ of the largest weights then add up to less than the largest number.
             Self::with_scale(weights, 0.5_f64.powi(70))
         };
         (table.total() > 0.0).then_some(table)
     }
 
-    /// Running sums of `weights` × `scale`, each positive weight at least an ulp of them.
+    /// Makes running sums of `weights` × `scale`, where each positive weight is at least an ulp of
+    /// the sum.
     fn with_scale(weights: &[f64], scale: f64) -> Self {
         let mut total = 0.0_f64;
         let mut sums = Vec::with_capacity(weights.len() + 1);
@@ -98,13 +100,13 @@ impl Discrete {
         Self { sums }
     }
 
-    /// Each of `n` alike; `None` of none.
+    /// Makes the uniform distribution over `n` lights; `None` for `n` = 0.
     #[must_use]
     pub fn uniform(n: usize) -> Option<Self> {
         Self::new(&vec![1.0; n])
     }
 
-    /// Creates the distribution by emitted power; `None` if nothing emits.
+    /// Makes the distribution by emitted power; `None` if no light emits.
     #[must_use]
     pub fn by_power(lights: &[Light]) -> Option<Self> {
         let weights: Vec<f64> = lights.iter().map(Light::power).collect();
@@ -115,7 +117,7 @@ impl Discrete {
         self.sums[self.sums.len() - 1]
     }
 
-    /// The light for a random number in [0, 1).
+    /// Returns the light for a random number in [0, 1).
     #[must_use]
     pub fn pick(&self, u: f64) -> Option<Picked> {
         let target = unit(u) * self.total();
@@ -124,7 +126,7 @@ impl Discrete {
             .partition_point(|&s| s <= target)
             .clamp(1, self.sums.len() - 1)
             - 1;
-        // Only at the very end can rounding point at a light without weight.
+        // At the very end, rounding can lead to a light without weight.
         while i > 0 && self.probability(i) <= 0.0 {
             i -= 1;
         }
@@ -136,7 +138,8 @@ impl Discrete {
         })
     }
 
-    /// The probability α of light `index`; zero if its weight is, and out of range.
+    /// Returns the probability α of light `index`; zero if its weight is zero, or if there is no
+    /// such light.
     #[must_use]
     pub fn probability(&self, index: usize) -> f64 {
         match (self.sums.get(index), self.sums.get(index + 1)) {
@@ -146,26 +149,26 @@ impl Discrete {
     }
 }
 
-/// The share of the total that every light which might contribute keeps, over N.
+/// The fraction of the total that is reserved, divided by N, for every light that may contribute.
 pub const FLOOR: f64 = 0.05;
 
-/// The largest power or estimate of one light: sums over all lights stay finite.
+/// The largest power or estimate of one light, so that sums over all lights are finite.
 pub(crate) const LARGEST: f64 = 1e280;
 
-/// The share of a safe, wider estimate that is added to a narrow one, so that no light which the
-/// narrow one falls short of is chosen much too seldom.
+/// The fraction of a safe, wider estimate that is added to a narrow one, so that a light for which
+/// the narrow estimate is too small is not chosen much too seldom.
 pub(crate) const DEFENCE: f64 = 0.05;
 
-/// α in proportion to an estimate of every light's unshadowed contribution at one shading point,
-/// made anew for each.
+/// A distribution in proportion to an estimate of every light's unshadowed contribution at one
+/// shading point, made anew for each point.
 ///
 /// **False zeros** (Shirley & Wang 1991, §3): an estimate from one random point may be zero
 /// although other points of the light contribute. αᵢ may be zero only if *no* point can
-/// ([`can_contribute`]); every other light gets at least [`FLOOR`]/N of the sum before normalising.
-/// The point that was used for the estimate must not be used again for the shadow ray when α is to
-/// serve as a density for MIS.
+/// ([`can_contribute`]). Every other light gets at least [`FLOOR`]/N of the sum before normalising.
+/// If α is to serve as a density for MIS, the point of the estimate must not be used again for the
+/// shadow ray.
 ///
-/// The buffer is the caller's: nothing is allocated.
+/// The caller provides the buffer, so that this does not allocate.
 ///
 /// ```
 /// use linelit_selection::Estimated;
@@ -181,7 +184,8 @@ pub struct Estimated<'b> {
 }
 
 impl<'b> Estimated<'b> {
-    /// Fills `buffer`, one entry a light, from `estimate(i)` ≥ 0 and `possible(i)`.
+    /// Fills `buffer`, which has one entry for each light, from `estimate(i)` ≥ 0 and
+    /// `possible(i)`.
     pub fn new(
         buffer: &'b mut [f64],
         mut estimate: impl FnMut(usize) -> f64,
@@ -189,10 +193,10 @@ impl<'b> Estimated<'b> {
     ) -> Self {
         let mut sum = 0.0;
         for (i, w) in buffer.iter_mut().enumerate() {
-            // A negative weight marks what cannot contribute until the floor is known.
+            // A negative weight marks a light that cannot contribute, until the floor is known.
             *w = if possible(i) {
                 let e = estimate(i);
-                // Clamped so that sums are finite; what is no number counts as zero.
+                // Clamp the estimate so that sums are finite; NaN counts as zero.
                 if e > 0.0 { e.min(LARGEST) } else { 0.0 }
             } else {
                 -1.0
@@ -205,6 +209,7 @@ impl<'b> Estimated<'b> {
         } else {
             1.0
         };
+        // Raise the estimates to the floor.
         let mut total = 0.0;
         for w in buffer.iter_mut() {
             *w = if *w < 0.0 { 0.0 } else { w.max(floor) };
@@ -216,7 +221,7 @@ impl<'b> Estimated<'b> {
         }
     }
 
-    /// The light for a random number in [0, 1); `None` if no light can contribute.
+    /// Returns the light for a random number in [0, 1); `None` if no light can contribute.
     #[must_use]
     pub fn pick(&self, u: f64) -> Option<Picked> {
         let mut rest = unit(u) * self.total;
@@ -239,7 +244,7 @@ impl<'b> Estimated<'b> {
         last
     }
 
-    /// The probability α of light `index`.
+    /// Returns the probability α of light `index`.
     #[must_use]
     pub fn probability(&self, index: usize) -> f64 {
         match self.weights.get(index) {

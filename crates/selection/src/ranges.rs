@@ -1,17 +1,18 @@
-//! Which of many lights can light a point, without a look at each.
+//! This module finds the lights, among many, that can light a point, without testing each of them.
 
 use crate::bounds::{LightBounds, Reach};
 use core::ops::Range;
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 
-/// The most lights of a group that is not divided.
+/// The largest number of lights in a group that is not divided.
 const LEAF: usize = 4;
 
-/// Lights in a given order, in groups of neighbours: of each group it is known where no light of it
-/// is seen from, so that a point leaves out whole groups.
+/// Lights in a given order, in groups of neighbours. The bounds of each group tell for which points
+/// none of its lights is visible, so that a point can skip whole groups.
 ///
-/// The groups are a binary tree over the order, each node before those below it:
+/// The groups are a binary tree over the order, stored so that each node precedes the nodes below
+/// it:
 ///
 /// ```text
 ///      lights   0 1 2 3 4 5 6 7 8 …       nodes   [0..16] [0..8] [0..4] [4..8] [8..16] …
@@ -19,9 +20,9 @@ const LEAF: usize = 4;
 ///                                                    └─ next ─► the end
 /// ```
 ///
-/// A walk goes from node to node. Where no light of a group can light the point it goes to the
-/// node's `next`, past all groups within, else to the node that follows. The order of the lights is
-/// kept, so that sums over them do not change by a bit.
+/// A walk goes from node to node. If no light of a group can light the point, it continues at the
+/// node's `next`, after all groups within, and otherwise at the following node. The order of the
+/// lights is preserved, so that sums over them do not change by a bit.
 ///
 /// ```
 /// use linelit_selection::geometry::{ConvexPolygon, DVec3};
@@ -46,7 +47,7 @@ pub struct LightRanges {
 /// A group of neighbours.
 #[derive(Clone, Debug)]
 struct Node {
-    /// Its bounds; none of lights that emit nothing.
+    /// The bounds of the group; `None` if its lights emit no light.
     bounds: Option<LightBounds>,
     lights: Range<usize>,
     /// The node after all groups within this one.
@@ -54,7 +55,7 @@ struct Node {
 }
 
 impl LightRanges {
-    /// The groups of some lights.
+    /// Builds the groups of some lights.
     #[must_use]
     pub fn new<'a>(lights: impl IntoIterator<Item = &'a Light>) -> Self {
         let bounds: Vec<_> = lights.into_iter().map(LightBounds::new).collect();
@@ -65,7 +66,7 @@ impl LightRanges {
         ranges
     }
 
-    /// Adds a group and those within it.
+    /// Adds a group, and the groups within it.
     fn add(&mut self, all: &[Option<LightBounds>], lights: Range<usize>) {
         let union = |a: LightBounds, b: &LightBounds| a.union(b);
         let mut emitting = all[lights.clone()].iter().flatten();
@@ -84,9 +85,9 @@ impl LightRanges {
         self.nodes[node].next = self.nodes.len();
     }
 
-    /// The numbers of the lights that may light a surface at `x` above both horizons, those of two
-    /// unit normals, in their order: all that emit and [`can_contribute`](crate::can_contribute)
-    /// for both, and few others.
+    /// Returns the indices, in ascending ranges, of the lights that may light a surface at `x`
+    /// above two horizons, which are given by two unit normals. They include all lights that emit
+    /// and [`can_contribute`](crate::can_contribute) for both, and few others.
     pub fn lighting(
         &self,
         x: DVec3,
@@ -110,7 +111,7 @@ impl LightRanges {
     }
 }
 
-/// Whether the lights of a group are seen above both horizons.
+/// Whether the lights of a group can light a point above both horizons.
 fn reach(bounds: &LightBounds, x: DVec3, [n, other]: [DVec3; 2]) -> Reach {
     let first = bounds.reach(x, n);
     if first == Reach::None || n == other {

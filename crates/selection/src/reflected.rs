@@ -1,4 +1,5 @@
-//! What a surface reflects of a light that nothing hides, for choosing among lights.
+//! This module estimates the light that a surface reflects from an unoccluded light, by LTCs, for
+//! the choice among lights.
 
 use crate::DEFENCE;
 use crate::contribution::{Receiver, can_contribute, positive_part, spread};
@@ -8,8 +9,8 @@ use linelit_lights::{Cylinder, DiskLight, Light, Sky, SkyEmission, SphereLight};
 use linelit_shading::{cylinder, ltc::Ltc, polygon};
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// A surface as its reflection has it, for lights by their points: what the reflection at
-/// `position` with the unit normal sends to the direction `wo`.
+/// Makes the receiver of a surface with a reflection, for estimates from points of lights: the
+/// function of `position`, the unit normal, and the direction `wo` into which light is reflected.
 pub fn reflecting<R: Reflection>(
     bsdf: &R,
     position: DVec3,
@@ -23,7 +24,7 @@ pub fn reflecting<R: Reflection>(
     }
 }
 
-/// The surface as a sum of linearly transformed cosines, whose integrals over lights and means over
+/// A surface whose reflection is a sum of LTCs, whose integrals over lights and means over
 /// directions are known.
 #[derive(Clone, Debug)]
 pub struct Cosines {
@@ -31,15 +32,15 @@ pub struct Cosines {
     normal: DVec3,
     cosines: TransformedCosines,
     lobes: [Option<Lobe>; TransformedCosines::MAX],
-    /// About the albedo.
+    /// The approximate albedo.
     albedo: DVec3,
 }
 
 impl Cosines {
-    /// Approximates the reflection at `position` with the unit normal `n` to the direction `wo`.
+    /// Approximates the reflection at `position` with the unit normal `n` into the direction `wo`.
     #[must_use]
     pub fn new<R: Reflection>(bsdf: &R, position: DVec3, n: DVec3, wo: DVec3) -> Self {
-        // What is not known counts as diffuse.
+        // A reflection without LTCs counts as diffuse.
         let cosines = bsdf.transformed_cosines(wo, n);
         let white = || TransformedCosines::new(Frame::from_normal(n), DVec3::ONE);
         let cosines = cosines.unwrap_or_else(white);
@@ -60,7 +61,8 @@ impl Cosines {
         }
     }
 
-    /// The surface with means over directions, scaled to an integral of about π.
+    /// Returns the receiver of this surface with means over directions, scaled so that its integral
+    /// is about π.
     pub fn receiver(&self) -> Receiver<impl Fn(DVec3) -> DVec3> {
         let n = self.normal;
         let albedo = mean(self.albedo);
@@ -75,16 +77,17 @@ impl Cosines {
         }
     }
 
-    /// The lobes, each by its albedo times an integral over it.
+    /// Returns the sum over the LTCs of the albedo times an integral.
     fn glossy(&self, integral: impl Fn(&Lobe) -> f64) -> DVec3 {
         let lobes = self.lobes.iter().flatten();
         lobes.fold(DVec3::ZERO, |sum, lobe| sum + lobe.albedo * integral(lobe))
     }
 
-    /// The light that the surface reflects, mean of the channels, and a little more as from a
-    /// diffuse surface: in closed form of polygons and lines; of what is round, that of its whole
-    /// in its centre's direction, raised where that dips below the horizon. Zero only where the
-    /// light cannot contribute, and always finite.
+    /// Returns the light that the surface reflects without occluders, averaged over the channels,
+    /// plus a small part as from a diffuse surface. It is in closed form for polygons and linear
+    /// lights. For round lights it is an estimate for the whole light in the direction of its
+    /// centre, raised where the centre is below the horizon. It is zero only where the light cannot
+    /// contribute, and always finite.
     #[must_use]
     pub fn light(&self, light: &Light) -> f64 {
         let (x, n) = (self.position, self.normal);
@@ -92,13 +95,14 @@ impl Cosines {
             return 0.0;
         }
         let frame = &self.cosines.frame;
-        // Raised where the centre dips below the horizon.
+        // Estimate round lights by a cap; raise the cosine where the centre is below the horizon.
         let cap = |cap: Cap| {
             let cosine = n.dot(cap.w).max(0.2 * cap.reach.min(1.0));
             let mean = mean_of_cap(cap.w, cap.seen);
             let glossy = self.glossy(|lobe| lobe.mean(mean) * cap.seen);
             (cap.radiance, cap.seen * cosine, glossy)
         };
+        // Find the irradiance and the glossy part by kind of light.
         let (radiance, irradiance, glossy) = match light {
             Light::Area(area) => {
                 let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
@@ -141,10 +145,11 @@ impl Cosines {
                 )
             }
         };
-        // So much of the albedo counts as diffuse.
+        // Treat a small part of the albedo as diffuse.
         let diffuse = self.cosines.diffuse + self.albedo * DEFENCE;
         let value = mean(radiance * (diffuse * (FRAC_1_PI * irradiance) + glossy));
-        // Grazing light may round to nothing; what overflows or is no number must count, too.
+        // Grazing light may round to zero, and the result may overflow or be NaN: it must be
+        // positive.
         if value > f64::MIN_POSITIVE {
             value.min(f64::MAX)
         } else {
@@ -157,15 +162,16 @@ impl Cosines {
 #[derive(Clone, Copy, Debug)]
 struct Cap {
     radiance: DVec3,
-    /// The direction of its centre.
+    /// The direction to its centre.
     w: DVec3,
-    /// The sine of the angle that it reaches to from its centre.
+    /// The sine of the angle between its centre and its border.
     reach: f64,
-    /// The solid angle of the cap, projected on a plane across.
+    /// The solid angle of the cap, projected onto the plane perpendicular to the direction.
     seen: f64,
 }
 
 impl Cap {
+    /// Makes the cap under which a sphere is seen from `x`.
     fn of_sphere(light: &SphereLight, x: DVec3) -> Self {
         let to = light.sphere.center - x;
         let reach = (light.sphere.radius / to.length()).min(1.0);
@@ -177,6 +183,7 @@ impl Cap {
         }
     }
 
+    /// Makes the cap under which a disk is seen from `x`.
     fn of_disk(light: &DiskLight, x: DVec3) -> Self {
         let to = light.disk.center - x;
         let (w, reach) = (to.normalize_or_zero(), light.disk.radius / to.length());
@@ -188,7 +195,7 @@ impl Cap {
         }
     }
 
-    /// A sun, or the half of a sky above the horizon of `n`.
+    /// Makes the cap of a sun, or of the half of a sky above the horizon of `n`.
     fn of_sky(light: &Sky, n: DVec3) -> Self {
         let (w, reach) = match light.emission {
             SkyEmission::Sun {
@@ -207,8 +214,9 @@ impl Cap {
     }
 }
 
-/// The irradiance of a cylinder about an axis between two points, over its radius: as of a line;
-/// where the axis dips below the horizon, a little as of one above it.
+/// Returns the irradiance of a cylinder about an axis between two points, divided by its radius, as
+/// if it were a linear light. Where the axis is below the horizon, a fraction of the irradiance of
+/// a raised line is used.
 fn around_axis(p0: DVec3, p1: DVec3, radius: f64, n: DVec3) -> f64 {
     let along = (p1 - p0).normalize_or_zero();
     let up = (n - along * along.dot(n)).normalize_or_zero() * radius;
@@ -216,15 +224,15 @@ fn around_axis(p0: DVec3, p1: DVec3, radius: f64, n: DVec3) -> f64 {
     cylinder::irradiance(p0, p1, n).max(raised)
 }
 
-/// A lobe of albedo one.
+/// An LTC with albedo one, and the albedo.
 #[derive(Clone, Copy, Debug)]
 struct Lobe {
     ltc: Ltc,
     albedo: DVec3,
-    /// M⁻¹, from the world, and |det M⁻¹|.
+    /// M⁻¹, applied to directions of the world, and |det M⁻¹|.
     inverse: DMat3,
     determinant: f64,
-    /// |M z|²/|M x|² and |M z|²/|M y|²: how narrow it is.
+    /// |M z|²/|M x|² and |M z|²/|M y|², which are large for a narrow lobe.
     narrow: [f64; 2],
 }
 
@@ -241,10 +249,10 @@ impl Lobe {
         }
     }
 
-    /// About its mean over directions with the mean `w`: the density of the lobe widened across
-    /// its axis by their spread, where the squares of widths add up: a cap's is twice its spread,
-    /// which makes what is narrow as high as one over the cap's solid angle. Of a unit vector the
-    /// density.
+    /// Returns approximately the mean of the LTC's density over directions with the mean `w`. The
+    /// density is widened across its axis by the spread of the directions, where the squares of the
+    /// widths add up: the squared width of a cap is twice its spread, so that a narrow lobe becomes
+    /// as high as one over the cap's solid angle. For a unit vector it is the density itself.
     fn mean(&self, w: DVec3) -> f64 {
         let spread = spread(w);
         let [x, y] = self.narrow.map(|k| (1.0 + 2.0 * k * spread).sqrt().recip());
@@ -257,13 +265,13 @@ impl Lobe {
     }
 }
 
-/// The mean of the directions to a disk that is seen about the direction `w`, in its solid angle,
-/// of a hemisphere at most: 1 − Ω/4π of its length, as of a cap.
+/// Returns the mean of the directions to a disk about the direction `w` from its solid angle, of a
+/// hemisphere at most. Its length is 1 − Ω/4π, as for a cap.
 fn mean_of_cap(w: DVec3, solid_angle: f64) -> DVec3 {
     w * (1.0 - solid_angle.min(2.0 * PI) / (4.0 * PI))
 }
 
-/// Mean of the three channels.
+/// Returns the mean of the three channels.
 fn mean(rgb: DVec3) -> f64 {
     rgb.element_sum() / 3.0
 }
@@ -274,8 +282,8 @@ mod tests {
     use linelit_testkit::quadrature::cubature;
     use std::f64::consts::TAU;
 
-    /// A unit vector's mean is the density, and the mean over a cap what cubature says, to a
-    /// quarter: caps of 2° to 30° on and beside the axes of lobes of 3° to 45°.
+    /// The mean for a unit vector is the density, and the mean over a cap agrees with cubature to a
+    /// quarter, for caps of 2° to 30° on the axes of lobes of 3° to 45° and away from them.
     #[test]
     fn means_of_a_lobe_are_near() {
         let mut worst = 1.0_f64;

@@ -1,4 +1,18 @@
-//! A light tree: one light of thousands in logarithmic time.
+//! This module holds a light tree, which chooses one light of thousands in logarithmic time.
+//!
+//! A pick has two steps. First the tree is opened from the root where groups are large compared
+//! with their distance, which gives a *cut* of groups; one of them is chosen in proportion to its
+//! importance. Then a walk leads from this group to a light, choosing one of two children at each
+//! node:
+//!
+//! ```text
+//!              root
+//!            ╱      ╲
+//!         ╱            ╲          ═══ the cut: near groups are opened, far groups are not
+//!      near            [far]══
+//!     ╱    ╲           ╱    ╲
+//!  [a]══   [b]══      ·      ·    the walk: from the chosen group down to one light
+//! ```
 #![allow(
     clippy::disallowed_types,
     clippy::disallowed_macros,
@@ -11,24 +25,25 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::BELOW_ONE;
 use linelit_lights::Light;
 
+/// A node of the tree: a group of lights, or a single light.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: LightBounds,
-    /// Index of the second child (the first follows its parent), or the light.
+    /// The index of the second child (the first follows its parent), or of the light in a leaf.
     link: usize,
-    /// The first node after this one and all below it.
+    /// The first node after this node and all nodes below it.
     end: usize,
     leaf: bool,
 }
 
-/// A group of the cut.
+/// A group of the cut, or one that may still be opened.
 #[derive(Clone, Copy, Debug, Default)]
 struct Group {
     node: usize,
     depth: u32,
-    /// Whether the light that is looked for is in it.
+    /// Whether it contains the light whose probability is computed.
     on_trail: bool,
-    /// A node that can contribute with all below it: within the group, or around it.
+    /// A node all of whose lights can contribute: within the group, or around it.
     lit: Option<usize>,
     weight: f64,
 }
@@ -37,32 +52,37 @@ struct Group {
 #[derive(Clone, Copy, Debug)]
 struct Step {
     node: usize,
-    /// The first node at or below it that can contribute with all below itself; or one around it.
+    /// The first node, at or below this one, all of whose lights can contribute; or one around it.
     lit: usize,
 }
 
-/// Groups that wait to be visited: one for each level, of which trails have 64.
+/// The largest number of groups that wait to be visited: one for each level, of which there are at
+/// most 64 in a trail.
 const WAITING: usize = 80;
 
 /// A binary tree over lights, split by the surface area orientation heuristic (Conty & Kulla 2018).
 ///
-/// A light is picked in two steps. Groups that are near for their size are opened, down to a cut of
-/// groups that are not (Barnes & Hut 1986), of a size that grows with the logarithm of the number
-/// of lights, and one group of it is taken in proportion to its importance; from there a walk leads
-/// down, at each node by the importances of the two children at the shading point. The importance
-/// of a group is what its moments give, as a blurred light, with a twentieth of a conservative
-/// bound (Conty & Kulla 2018) added as a defence against groups that are better than they look on
-/// average. With 10,000 lamps of which half are shadowed, the standard deviation is 1.03 times that
-/// of choosing by the true unshadowed contribution; a pick costs 15 µs among 16,000 lamps, 10 among
-/// 1,600. A child without any light that [`can_contribute`] is never entered. So a light is found
-/// wherever there is one, and the probabilities of those that can contribute are positive and add
-/// up to one: to 2(D + 1) ε, where D is the depth, for a product of D shares has D − 1 roundings
-/// and each pair of shares is complementary to half an ε. Lights without power are left out.
-/// [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when
-/// sampled.
+/// A light is picked in two steps. Groups that are near compared with their size are opened, down
+/// to a cut of groups that are not (Barnes & Hut 1986). The size of the cut grows with the
+/// logarithm of the number of lights. One of its groups is chosen in proportion to its importance;
+/// from there a walk leads down, and at each node it chooses by the importances of the two children
+/// at the shading point.
 ///
-/// The tree keeps bounds; the lights themselves stay with their owner, and every query
-/// takes `light`, which must give for an index the light that the tree was built over.
+/// The importance of a group follows from its moments, which treat it as a blurred light. A
+/// twentieth of a conservative bound (Conty & Kulla 2018) is added as a defence against groups that
+/// are more important than they seem on average. With 10,000 lamps half of which are shadowed, the
+/// standard deviation is 1.03 times the standard deviation of a choice by the true unshadowed
+/// contribution. A pick costs 15 µs among 16,000 lamps, and 10 among 1,600.
+///
+/// A child without any light that [`can_contribute`] is never entered, so that a light is found
+/// wherever there is one. The probabilities of the lights that can contribute are positive and add
+/// up to one, to 2(D + 1) ε, where D is the depth: a product of D fractions has D − 1 roundings,
+/// and each pair of fractions is complementary to half an ε. Lights without power are left out.
+/// [`LightTree::probability`] retraces the walk. The tree allocates when it is built (O(N log N)),
+/// and never when it is sampled.
+///
+/// The tree stores bounds, while the lights themselves stay with their owner: every query takes
+/// `light`, which must return for an index the light over which the tree was built.
 ///
 /// ```
 /// use linelit_selection::geometry::{ConvexPolygon, DVec3};
@@ -87,25 +107,26 @@ const WAITING: usize = 80;
 #[derive(Clone, Debug)]
 pub struct LightTree {
     nodes: Vec<Node>,
-    /// The branches from the root to each light, first branch in the lowest bit; `None` if it is
-    /// not in the tree.
+    /// The branches from the root to each light, with the first branch in the lowest bit; `None` if
+    /// the light is not in the tree.
     trails: Vec<Option<u64>>,
 }
 
-/// Groups below this size over distance are not opened.
+/// Groups whose size over distance is below this number are not opened.
 const FAR: f64 = 0.4;
-/// The range of importances: with as many groups as there is memory for, sums are finite and shares
-/// positive.
+/// The range of importances, such that with as many groups as memory can hold, sums are finite and
+/// fractions positive.
 const IMPORTANCES: (f64, f64) = (1e-140, 1e140);
-/// The least share of a child that has a light to give, which no rounding can take for none.
+/// The smallest probability of a child that has a light to contribute, which rounding cannot make
+/// zero.
 const SHARE: f64 = f64::EPSILON;
-/// Buckets of the split search.
+/// The number of buckets of the search for a split.
 const BUCKETS: usize = 12;
-/// Beyond this depth groups are halved by count, so that a trail fits 64 bits.
+/// Beyond this depth groups are halved by count, so that a trail fits into 64 bits.
 const DEEP: u32 = 32;
 
 impl LightTree {
-    /// A tree over these lights.
+    /// Builds the tree over these lights.
     #[must_use]
     pub fn new<'a>(lights: impl IntoIterator<Item = &'a Light>) -> Self {
         let mut count = 0;
@@ -125,7 +146,7 @@ impl LightTree {
         tree
     }
 
-    /// The number of lights that can be picked.
+    /// Returns the number of lights that can be picked.
     #[must_use]
     pub fn len(&self) -> usize {
         self.nodes.len().div_ceil(2)
@@ -137,6 +158,7 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
+    /// Builds the tree over some lights, at the end of a trail of branches.
     fn build(&mut self, members: &mut [(usize, LightBounds)], trail: u64, depth: u32) {
         let bounds = together(members.iter().map(|m| &m.1));
         let at = self.nodes.len();
@@ -158,12 +180,12 @@ impl LightTree {
         self.build(right, trail | (1 << depth), depth + 1);
     }
 
-    /// The importance of a node that can contribute.
+    /// Returns the importance of a node that can contribute.
     fn weight(&self, node: usize, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
         let bounds = &self.nodes[node].bounds;
         let bound = bounds.bound(at.position, at.normal);
         let weight = bounds.expected(at) + DEFENCE * bound;
-        // Not a number where squares of coordinates overflow: then, too, the light counts.
+        // It is not a number where squares of coordinates overflow: such a light counts, too.
         if weight > IMPORTANCES.0 {
             weight.min(IMPORTANCES.1)
         } else {
@@ -171,8 +193,8 @@ impl LightTree {
         }
     }
 
-    /// The first node, at or below this one and in the order of the tree, of which every light can
-    /// contribute; `None` if none of this one's can.
+    /// Returns the first node, at or below this one and in the order of the tree, all of whose
+    /// lights can contribute; `None` if no light of this node can.
     fn lit<'l>(
         &self,
         node: usize,
@@ -198,8 +220,8 @@ impl LightTree {
         None
     }
 
-    /// The children of an inner node, as far as they can contribute, and the probability of the
-    /// first: zero or one only if the other cannot.
+    /// Returns the probability of the first child of an inner node, and the steps to both children.
+    /// The probability is zero or one only if the other child cannot contribute.
     fn branch<'l>(
         &self,
         Step { node, lit }: Step,
@@ -209,7 +231,8 @@ impl LightTree {
         let (a, b) = (node + 1, self.nodes[node].link);
         let step = |node, lit| Step { node, lit };
         if lit >= b {
-            // What was found first is in the second child, so there is nothing in the first.
+            // The first node that was found is in the second child, so that the first cannot
+            // contribute.
             return (0.0, step(a, a), step(b, lit));
         }
         let second = if lit <= node {
@@ -226,8 +249,8 @@ impl LightTree {
         (first, step(a, lit), step(b, second))
     }
 
-    /// A light for a surface point and a random number in [0, 1);
-    /// `None` if no light can contribute. Only light of which `light` says so can be picked.
+    /// Returns a light for a surface point and a random number in [0, 1); `None` if no light can
+    /// contribute. Only lights that can contribute are picked.
     #[must_use]
     pub fn pick<'l>(
         &self,
@@ -235,7 +258,7 @@ impl LightTree {
         at: &Receiver<impl Fn(DVec3) -> DVec3>,
         u: f64,
     ) -> Option<Picked> {
-        // One group of a stream, in proportion to its weight, with one random number.
+        // Choose a group from the stream of groups, in proportion to its weight, with one number.
         let mut rest = unit(u);
         let (_, mut step, mut probability) = self.enter(light, at, u64::MAX, |_, share| {
             let is_taken = rest < share;
@@ -246,6 +269,7 @@ impl LightTree {
             };
             is_taken
         })?;
+        // Walk down to a light.
         while !self.nodes[step.node].leaf {
             let (first, a, b) = self.branch(step, light, at);
             if rest < first {
@@ -265,9 +289,9 @@ impl LightTree {
         })
     }
 
-    /// Finds where a walk begins: the depth of a group of the cut, the step to it and its
-    /// probability. It is the last group that `takes` accepts, called for each with its share of
-    /// all so far.
+    /// Finds where a walk begins, and returns the depth of a group of the cut, the step to it and
+    /// its probability. It is the last group that `takes` accepts; `takes` is called for each group
+    /// with the group's fraction of the sum of weights so far.
     fn enter<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
@@ -310,6 +334,7 @@ impl LightTree {
             count -= 1;
             let mut group = waiting[count];
             let node = &self.nodes[group.node];
+            // Skip a group that cannot contribute.
             if group.lit.is_none() && !node.leaf {
                 match node.bounds.reach(at.position, at.normal) {
                     Reach::None => continue,
@@ -317,6 +342,7 @@ impl LightTree {
                     Reach::Unknown => {}
                 }
             }
+            // Visit a leaf, a far group, or one for whose children there is no memory.
             if node.leaf || node.bounds.is_far(at.position, at.normal, FAR) || count + 2 > WAITING {
                 group.lit = group.lit.or_else(|| self.lit(group.node, light, at));
                 if group.lit.is_some() {
@@ -325,6 +351,7 @@ impl LightTree {
                 }
                 continue;
             }
+            // Open any other group, and visit its first child next.
             let second = trail.checked_shr(group.depth).is_some_and(|t| t & 1 == 1);
             let child = |node: usize, is_second: bool| Group {
                 node,
@@ -339,8 +366,8 @@ impl LightTree {
         }
     }
 
-    /// The probability with which [`LightTree::pick`] takes light `index`: zero if and only if it
-    /// cannot contribute, has no power or is not in the tree.
+    /// Returns the probability with which [`LightTree::pick`] takes light `index`. It is zero if
+    /// and only if the light cannot contribute, has no power or is not in the tree.
     #[must_use]
     pub fn probability<'l>(
         &self,
@@ -354,10 +381,12 @@ impl LightTree {
         if !can_contribute(light(index), at.position, at.normal) {
             return 0.0;
         }
+        // Find the group of the cut that contains the light.
         let entered = self.enter(light, at, trail, |group, _| group.on_trail);
         let Some((depth, mut step, mut probability)) = entered else {
             return 0.0;
         };
+        // Walk along the light's trail.
         trail = trail.checked_shr(depth).unwrap_or(0);
         while !self.nodes[step.node].leaf {
             let (first, a, b) = self.branch(step, light, at);
@@ -374,7 +403,7 @@ impl LightTree {
     }
 }
 
-/// The bounds of a group that is not empty.
+/// Returns the bounds of a group that is not empty.
 fn together<'a>(mut members: impl Iterator<Item = &'a LightBounds>) -> LightBounds {
     #[allow(
         clippy::expect_used,
@@ -384,7 +413,8 @@ fn together<'a>(mut members: impl Iterator<Item = &'a LightBounds>) -> LightBoun
     members.fold(first, |all, m| all.union(m))
 }
 
-/// Reorders the members and says where the second half begins.
+/// Divides the members into two halves by reordering them, and returns where the second half
+/// begins.
 fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
     let center = |m: &(usize, LightBounds)| m.1.center();
     let (lo, hi) = members
@@ -394,13 +424,14 @@ fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
             (b.0.min(c), b.1.max(c))
         });
     let extent = hi - lo;
+    // Search for the cheapest cut between buckets, along all axes.
     let mut best: Option<(f64, usize, usize)> = None;
     if depth < DEEP {
         for axis in 0..3 {
             if extent[axis] <= 0.0 {
                 continue;
             }
-            // Long thin boxes are cut across (the regulariser of Conty & Kulla 2018).
+            // Favour cuts across long thin boxes (the regulariser of Conty & Kulla 2018).
             let regular = extent.max_element() / extent[axis];
             for (bucket, cost) in bucket_costs(members, axis, lo[axis], extent[axis]) {
                 let cost = cost * regular;
@@ -410,6 +441,7 @@ fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
             }
         }
     }
+    // Divide there, or, if no cut separates the lights, at the median of the longest axis.
     if let Some((_, axis, bucket)) = best {
         let in_first =
             |m: &(usize, LightBounds)| bucket_of(center(m)[axis], lo[axis], extent[axis]) <= bucket;
@@ -424,6 +456,7 @@ fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
     members.len() / 2
 }
 
+/// Returns the bucket of a coordinate.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -434,7 +467,7 @@ fn bucket_of(x: f64, lo: f64, extent: f64) -> usize {
     (((x - lo) / extent * BUCKETS as f64) as usize).min(BUCKETS - 1)
 }
 
-/// The cost of cutting behind each bucket, where both sides hold something.
+/// Returns the cost of a cut behind each bucket, for cuts with lights on both sides.
 fn bucket_costs(
     members: &[(usize, LightBounds)],
     axis: usize,
@@ -446,10 +479,12 @@ fn bucket_costs(
         (Some(a), Some(b)) => Some(a.union(&b)),
         (a, b) => a.or(b),
     };
+    // Join the lights of each bucket.
     for m in members {
         let slot = &mut buckets[bucket_of(m.1.center()[axis], lo, extent)];
         *slot = join(*slot, Some(m.1));
     }
+    // Join the buckets behind each cut, and then, in order, the buckets before it.
     let mut behind = [None; BUCKETS];
     for i in (0..BUCKETS - 1).rev() {
         behind[i] = join(behind[i + 1], buckets[i + 1]);

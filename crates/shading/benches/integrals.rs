@@ -1,4 +1,5 @@
-//! ns for each integral: ordinary, grazing and degenerate input, scalar and batched.
+//! This bench measures nanoseconds for each integral, for ordinary, grazing and degenerate input,
+//! one by one and batched.
 #![allow(
     missing_docs,
     reason = "criterion's macros make undocumented functions"

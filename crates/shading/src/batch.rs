@@ -1,27 +1,29 @@
-//! Many segments seen from one shading point, by the widest vector instructions of the machine.
+//! This module integrates many segments for one shading point, by the widest vector instructions of
+//! the machine.
 //!
-//! The bits are those of the integral of one segment: lanes for which the fast path does not hold
-//! (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are evaluated by
-//! the robust form.
+//! The results are to the bit the integrals of single segments. Lanes for which the fast path is
+//! not accurate (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
+//! evaluated by the robust form.
 
 use crate::{fast_path, ribbon};
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::{Isa, Simd, dispatch};
 
-/// Segments that the kernel takes in a round.
+/// The number of segments in one round of the kernel.
 pub(crate) const LANES: usize = 8;
 
-/// Rounds of segments that are transposed at once: six columns of them stay in the nearest cache.
+/// The number of rounds whose segments are transposed at once: six columns of them fit the nearest
+/// cache.
 const ROUNDS: usize = 32;
 
-/// Rounds enough for few segments, whose columns take less time to be cleared.
+/// The number of rounds for few segments, whose columns take less time to clear.
 const FEW: usize = 2;
 
-/// Coordinates of segments in rounds.
+/// One coordinate of the segments in some rounds.
 type Column = [[f64; LANES]];
 
-/// [`ribbon::line_integral`] of each segment (relative to the shading point), into `out`; the
-/// shorter of the two slices counts.
+/// Computes [`ribbon::line_integral`] of each segment (relative to the shading point) into `out`,
+/// until one of the two slices ends.
 ///
 /// ```
 /// use linelit_shading::geometry::{DVec3, Segment};
@@ -37,6 +39,7 @@ pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
     by(Isa::best(), segments, n, out);
 }
 
+/// Computes [`ribbons`] by a given instruction set.
 fn by(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
     if segments.len() <= FEW * LANES {
         transposed::<FEW>(isa, segments, n, out);
@@ -45,14 +48,15 @@ fn by(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
     }
 }
 
-/// The integrals of segments, so many rounds at a time.
+/// Computes the integrals of segments, `ROUNDS` rounds at a time.
 fn transposed<const ROUNDS: usize>(isa: Isa, segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    // x, y, z of the first ends, then of the second.
+    // The columns are x, y, z of the first ends, and then of the second ends.
     let mut columns = [[[0.0; LANES]; ROUNDS]; 6];
     let (mut values, mut held) = ([[0.0; LANES]; ROUNDS], [0; ROUNDS]);
     let rows = ROUNDS * LANES;
     for (segments, out) in segments.chunks(rows).zip(out.chunks_mut(rows)) {
         let count = segments.len().min(out.len());
+        // Transpose the segments.
         for (i, s) in segments.iter().take(count).enumerate() {
             let row = [s.p0.x, s.p0.y, s.p0.z, s.p1.x, s.p1.y, s.p1.z];
             for (column, x) in columns.iter_mut().zip(row) {
@@ -62,14 +66,17 @@ fn transposed<const ROUNDS: usize>(isa: Isa, segments: &[Segment], n: DVec3, out
         let rounds = count.div_ceil(LANES);
         let columns = columns.each_ref().map(|column| &column[..rounds]);
         let held = &mut held[..rounds];
+        // Integrate; a last round that is not full is filled with old segments, whose results are
+        // dropped.
         match out[..count].as_chunks_mut() {
             (full, []) => kernel(isa, &columns, n, full, held),
             _ => {
-                // What does not fill the last round's lanes is any segment.
+                // Write a last round that is not full to memory of its own.
                 kernel(isa, &columns, n, &mut values[..rounds], held);
                 out[..count].copy_from_slice(&values.as_flattened()[..count]);
             }
         }
+        // Repeat segments for which the fast path is not accurate by the robust form.
         let pieces = segments.chunks(LANES).zip(out.chunks_mut(LANES));
         for (bits, (segments, out)) in held.iter().zip(pieces) {
             if *bits != u8::MAX {
@@ -79,7 +86,7 @@ fn transposed<const ROUNDS: usize>(isa: Isa, segments: &[Segment], n: DVec3, out
     }
 }
 
-/// The segments of a round that were not held.
+/// Integrates the segments of a round whose bits in `held` are zero.
 #[inline(never)]
 fn robust_lanes(segments: &[Segment], n: DVec3, held: u8, out: &mut [f64]) {
     for (i, (s, out)) in segments.iter().zip(out).enumerate() {
@@ -89,7 +96,8 @@ fn robust_lanes(segments: &[Segment], n: DVec3, held: u8, out: &mut [f64]) {
     }
 }
 
-/// The integrals of rounds of segments, and a bit for each whose value holds (see [`fast_path`]).
+/// Computes the integrals of rounds of segments, and a bit for each segment on whose accuracy one
+/// can rely (see [`fast_path`]).
 #[inline(always)]
 fn rounds<S: Simd>(s: S, columns: &[&Column; 6], n: DVec3, out: &mut Column, held: &mut [u8]) {
     let n = [s.dsplat(n.x), s.dsplat(n.y), s.dsplat(n.z)];

@@ -1,4 +1,5 @@
-//! A thin cylinder: the linear light of Nishita and Peters, seen by a diffuse surface.
+//! This module integrates over a thin cylinder, the linear light of Nishita and Peters, as a
+//! diffuse surface receives it.
 //!
 //! # Two models of a line of light
 //!
@@ -7,7 +8,7 @@
 //! | [`ribbon`](crate::ribbon) (Billen & Dutré) | a flat strip with a normal m | cos φ (n·ω) · (−m·q)/h² | radiance × width |
 //! | cylinder (Nishita, Peters) | the surface of a cylinder of radius R → 0 | 2 cos φ (n·ω)/h | radiance × radius |
 //!
-//! with φ counted from q, the point of the line nearest to the shading point, and h = |q|. The
+//! Here φ is measured from q, the point of the line nearest to the shading point, and h = |q|. The
 //! cylinder is a ribbon of width 2R that always faces the shading point. A finite cylinder differs
 //! from the limit by the order of R/h; its caps are ignored.
 
@@ -18,8 +19,8 @@ use linelit_geometry::finite::nonnegative;
 use linelit_simd::One;
 use std::f64::consts::PI;
 
-/// The irradiance of a linear light for each unit of radiance × radius, 1/length: its projected
-/// solid angle for each unit of radius.
+/// Returns the irradiance of a linear light for each unit of radiance × radius, in 1/length: its
+/// projected solid angle for each unit of radius.
 ///
 /// **Formula**: `2 h ∫ max(0, n·p)/|p|⁴ dt`, that is, after clipping,
 ///
@@ -30,7 +31,7 @@ use std::f64::consts::PI;
 /// with the symbols of [`ribbon`](crate::ribbon); sin δ comes from an exact cross product where the
 /// line points at the shading point.
 ///
-/// **Domain**: as [`ribbon::line_integral`](crate::ribbon::line_integral).
+/// **Domain**: the domain of [`ribbon::line_integral`](crate::ribbon::line_integral).
 ///
 /// **Error**: below 1e-13 relative (`docs/accuracy.md`).
 ///
@@ -50,13 +51,14 @@ pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     if held { value } else { robust(a, b, up) }
 }
 
-/// [`irradiance`] for every other segment.
+/// Computes [`irradiance`] for segments outside the fast path.
 #[inline(always)]
 pub(crate) fn robust(p0: Point, p1: Point, n: Point) -> f64 {
     let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
     general(p0, p1, n)
 }
 
+/// Computes [`irradiance`] from the part of the segment above the horizon.
 #[inline(never)]
 fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
@@ -70,7 +72,8 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     nonnegative(value * span.unit)
 }
 
-/// The solid angle for each unit of radius, 1/length, of the whole segment (no horizon).
+/// Returns the solid angle of the whole segment for each unit of radius, in 1/length, without a
+/// horizon.
 ///
 /// **Formula**: `(2/h)(sin φ₁ − sin φ₀) = 2 sin δ (1/r0 + 1/r1)/(1 + cos δ)`, with
 /// `1 + cos δ = sin² δ/(1 − cos δ)` where δ is obtuse.

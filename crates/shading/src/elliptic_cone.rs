@@ -1,5 +1,6 @@
-//! A part of an ellipse, seen by a diffuse surface: sums over boundaries of straight pieces and
-//! arcs.
+//! This module integrates over a part of an ellipse, as a diffuse surface receives it: as a sum
+//! over a boundary of straight pieces and arcs. Visible regions of disks and spheres are such
+//! parts.
 
 use crate::polygon;
 use linelit_elementary::{acos, atan, atan2, atanh, hypot, sin_cos};
@@ -7,31 +8,33 @@ use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, EllipticCone};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The difference of turns, or from a whole one, below which the geometry of their arc decides
-/// between them: more than rounding errors, less than any arc that matters.
+/// If turns differ by less than this, or by a whole turn up to this, their values do not decide
+/// between an empty arc and the whole rim: the geometry does. It is larger than rounding errors and
+/// smaller than any arc that matters.
 const CLOSE: f64 = 1e-6;
 
-/// `∫ max(0, n·ω) dω` over a part of an elliptic cone, as a sum over the part's boundary.
+/// Computes `∫ max(0, n·ω) dω` over a part of an elliptic cone, as a sum over the part's boundary.
 ///
-/// The boundary runs counter-clockwise about the cone's axis: straight pieces
-/// ([`Self::add_segment`]), and arcs of the rim ([`Self::add_arc`]). Together they are closed
-/// curves, with holes clockwise; where pieces join, they have the same ends to the bit, for which
-/// side of the horizon an end is on is asked once for each.
+/// The boundary runs counter-clockwise about the cone's axis. It consists of straight pieces
+/// ([`Self::add_segment`]) and arcs of the rim ([`Self::add_arc`]), which together are closed
+/// curves, with holes clockwise. Where pieces join, their ends must be equal to the bit, since for
+/// each of them it is decided on its own which side of the horizon it is on.
 ///
-/// **Formula**: half the sum of `n·∫ w × dw/|w|²`, Lambert's, over the boundary of what is above
-/// the horizon. Of a straight piece that is [`polygon::edge`]. Of an arc, with w = (a cos s,
-/// b sin s, 1) in the cone's axes, a and b the tangents of the half angles, A² = 1 + a²,
-/// B² = 1 + b² and k² = a² − b²,
+/// **Formula**: half the sum of Lambert's `n·∫ w × dw/|w|²` over the boundary of the part above the
+/// horizon. A straight piece contributes [`polygon::edge`]. For an arc, let w =
+/// (a cos s, b sin s, 1) in the cone's axes, with a and b the tangents of the half angles, A² = 1 +
+/// a², B² = 1 + b² and k² = a² − b². It contributes
 ///
 /// ```text
 /// ∫ (−b cos s, −a sin s, ab)/(A² cos² s + B² sin² s) ds
 ///   = (−b artanh(k sin s/A)/(Ak), a arctan(k cos s/B)/(Bk), ab arg(A cos s, B sin s)/(AB))
 /// ```
 ///
-/// and along the horizon it is the angle from where the boundary goes under to where it comes back.
+/// Along the horizon the contribution is the angle from where the boundary goes below it to where
+/// it comes back.
 ///
-/// **Error**: 16 ε of the rim's angle, and 4 ε a/b, absolute, for each place where pieces join or
-/// meet the horizon: of a part that fills a small angle s, ε/s² of itself.
+/// **Error**: absolute, 16 ε of the rim's angle, and 4 ε a/b for each point where pieces join or
+/// meet the horizon. For a part that fills a small angle s, this is ε/s² of the part.
 /// **Source**: Lambert 1760 for the sum; the arcs are elementary integrals.
 ///
 /// ```
@@ -50,13 +53,13 @@ const CLOSE: f64 = 1e-6;
 pub struct PartOfCone<'a> {
     cone: &'a EllipticCone,
     n: DVec3,
-    /// √(1 + tan²) of the half angles.
+    /// √(1 + tan²) for each half angle.
     sec: [f64; 2],
-    /// n along the axes.
+    /// The components of n along the axes.
     local: [f64; 3],
     above: Above,
     sum: f64,
-    /// The first place where the boundary meets the horizon.
+    /// The first point where the boundary meets the horizon.
     first: Option<DVec3>,
 }
 
@@ -64,13 +67,13 @@ pub struct PartOfCone<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Above {
     None,
-    /// The turn where it is highest, and half of the part.
+    /// The turn of the highest point, and half the angle of the part.
     Part(f64, f64),
     All,
 }
 
 impl<'a> PartOfCone<'a> {
-    /// The sum for the surface's unit normal, of no piece yet.
+    /// Starts the sum for a unit normal of the surface, without any piece.
     #[must_use]
     pub fn new(cone: &'a EllipticCone, n: DVec3) -> Self {
         let [a, b] = cone.tan;
@@ -95,8 +98,8 @@ impl<'a> PartOfCone<'a> {
         }
     }
 
-    /// A straight piece of the boundary, in the ellipse's plane or any other that it is seen
-    /// before.
+    /// Adds a straight piece of the boundary. It lies in the ellipse's plane, or in any other plane
+    /// in which the part appears.
     pub fn add_segment(&mut self, from: DVec3, to: DVec3) {
         let [from_above, to_above] = [from, to].map(|p| self.is_up(p));
         let (mut a, mut b) = (from, to);
@@ -115,9 +118,10 @@ impl<'a> PartOfCone<'a> {
         self.sum += polygon::edge(a, b, self.n);
     }
 
-    /// An arc of the rim, counter-clockwise about the axis; whether it is more than about half of
-    /// the rim is asked where its ends nearly meet.
+    /// Adds an arc of the rim, counter-clockwise about the axis. `is_long` says whether it is more
+    /// than about half of the rim; it matters only if the ends almost coincide.
     pub fn add_arc(&mut self, from: DVec3, to: DVec3, is_long: bool) {
+        // A rim that is completely above the horizon, or below, needs no clipping.
         let (middle, half) = match self.above {
             Above::All => {
                 self.sum += self.arc(self.turn(from), self.turn(to), is_long);
@@ -127,7 +131,8 @@ impl<'a> PartOfCone<'a> {
             Above::Part(middle, half) => (middle, half),
         };
         let (start, end) = (middle - half, middle + half);
-        // From `start` on, kept on the side of the horizon that each end is on.
+        // Place both ends on the rim, measured from `start`, on the side of the horizon that each
+        // is on.
         let place = |p: DVec3| {
             let on = {
                 let (s, c) = self.turn(p);
@@ -148,6 +153,7 @@ impl<'a> PartOfCone<'a> {
         } else {
             t1 < t0
         };
+        // Add the parts of the arc that are above the horizon.
         let [rise, set] = [start, end].map(sin_cos);
         match (from_up, to_up, wraps) {
             (true, true, false) => {
@@ -183,37 +189,40 @@ impl<'a> PartOfCone<'a> {
         }
     }
 
-    /// The irradiance for each unit of radiance.
+    /// Returns the irradiance for each unit of radiance.
     #[must_use]
     pub fn irradiance(&self) -> f64 {
         nonnegative(0.5 * self.sum).min(PI * self.n.length())
     }
 
+    /// Whether a point is above the horizon.
     fn is_up(&self, p: DVec3) -> bool {
         self.n.dot(p) > 0.0
     }
 
+    /// Returns the point between a and b on the horizon.
     fn crossing(&self, a: DVec3, b: DVec3) -> DVec3 {
         let (ha, hb) = (self.n.dot(a), self.n.dot(b));
         a + (b - a) * (ha / (ha - hb))
     }
 
-    /// Adds the part of the rim above the horizon.
+    /// Adds the part of the rim that is above the horizon.
     fn add_whole(&mut self, rise: (f64, f64), set: (f64, f64), half: f64) {
         self.sum += self.arc(rise, set, half > FRAC_PI_2);
         self.meet_horizon(self.at(rise), 1.0);
         self.meet_horizon(self.at(set), -1.0);
     }
 
-    /// The boundary comes up (1) or goes under (−1) here: the horizon leads from each place of the
-    /// second kind to one of the first, so that the sum of angles is that of the pieces between.
+    /// Notes that the boundary comes up (sign 1) or goes below the horizon (−1) here. The horizon
+    /// leads from each point of the second kind to one of the first kind, so that a signed sum of
+    /// angles from one fixed point is the sum over the pieces of the horizon.
     fn meet_horizon(&mut self, p: DVec3, sign: f64) {
         let first = *self.first.get_or_insert(p);
         let angle = atan2(self.n.dot(first.cross(p)), first.dot(p));
         self.sum += sign * angle;
     }
 
-    /// Sine and cosine of the turn of a point of the rim.
+    /// Returns the sine and the cosine of the turn of a point of the rim.
     fn turn(&self, p: DVec3) -> (f64, f64) {
         let ([x, y, _], [a, b]) = (self.cone.axes, self.cone.tan);
         let (c, s) = (p.dot(x) * b, p.dot(y) * a);
@@ -225,19 +234,19 @@ impl<'a> PartOfCone<'a> {
         }
     }
 
-    /// The point of the rim at a turn.
+    /// Returns the point of the rim at a turn.
     fn at(&self, sin_cos: (f64, f64)) -> DVec3 {
         let (s, c) = sin_cos;
         let ([x, y, z], [a, b]) = (self.cone.axes, self.cone.tan);
         x * (a * c) + y * (b * s) + z
     }
 
-    /// n·∫ w × dw/|w|² from one turn to another.
+    /// Returns n·∫ w × dw/|w|² from one turn to another.
     fn arc(&self, from: (f64, f64), to: (f64, f64), is_long: bool) -> f64 {
         let ([a, b], [sec_a, sec_b], [nx, ny, nz]) = (self.cone.tan, self.sec, self.local);
         let k = ((a - b) * (a + b)).sqrt();
         let (ka, kb) = (k / sec_a, k / sec_b);
-        // artanh(k s/A)/(Ak) and arctan(k c/B)/(Bk); their series where k is nothing.
+        // Form artanh(k s/A)/(Ak) and arctan(k c/B)/(Bk), by their series where k is almost zero.
         let along = |s: f64| match ka > 1e-8 {
             true => atanh(ka * s) / (sec_a * k),
             false => s / (sec_a * sec_a),
@@ -246,6 +255,7 @@ impl<'a> PartOfCone<'a> {
             true => atan(kb * c) / (sec_b * k),
             false => c / (sec_b * sec_b),
         };
+        // Measure the turn from end to end.
         let ((s0, c0), (s1, c1)) = (from, to);
         let ([x0, y0], [x1, y1]) = ([sec_a * c0, sec_b * s0], [sec_a * c1, sec_b * s1]);
         let mut turned = atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1);

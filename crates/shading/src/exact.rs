@@ -1,10 +1,11 @@
-//! Dot and cross products that pay for exactness only where it is needed.
+//! This module holds dot and cross products that use extended precision only where plain ones would
+//! lose digits.
 
 use linelit_geometry::double::{self, vector};
 use linelit_geometry::{DVec3, finite::nonnegative, predicates};
 
-/// a·b, accurate relative to itself (8 ε): plain where the terms do not cancel, in twice the
-/// working precision where they do.
+/// Returns a·b, accurate relative to itself (8 ε): by the plain formula where the terms do not
+/// cancel, and in twice the working precision where they do.
 #[inline(always)]
 pub(crate) fn dot(a: DVec3, b: DVec3) -> f64 {
     let p = a * b;
@@ -16,18 +17,19 @@ pub(crate) fn dot(a: DVec3, b: DVec3) -> f64 {
     }
 }
 
-/// Computes a dot product accurately. Takes bare numbers: for vectors passed by reference, every
-/// caller would copy its own, and stall where it reads in pairs what it has stored by halves.
+/// Computes a dot product accurately. It takes single numbers: for vectors passed by reference,
+/// every caller would copy its own, and stall where it reads in pairs the numbers that it has
+/// stored by halves.
 #[cold]
 #[inline(never)]
 fn accurate_dot(ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64) -> f64 {
     predicates::dot(DVec3::new(ax, ay, az), DVec3::new(bx, by, bz))
 }
 
-/// a × b for the ends of a segment: accurate relative to its length (30 ε).
+/// Returns a × b for the ends of a segment, accurate relative to its length (30 ε).
 ///
-/// Plain from the nearer end where its angle with the segment has a sine above 1/8, else from
-/// exact products.
+/// The formula is plain, from the nearer end, where the sine of the angle between this end and the
+/// segment is above 1/8; otherwise the products are exact.
 #[inline(always)]
 pub(crate) fn area_vector(a: DVec3, b: DVec3) -> DVec3 {
     let edge = b - a;
@@ -41,8 +43,8 @@ pub(crate) fn area_vector(a: DVec3, b: DVec3) -> DVec3 {
     }
 }
 
-/// The length of v, also where the squares of its components are beyond the range of numbers; zero
-/// for what is no number.
+/// Returns the length of v, also where the squares of its components overflow or underflow; zero
+/// for a vector that is not a number.
 #[inline(always)]
 pub(crate) fn length(v: DVec3) -> f64 {
     let length = v.length();
@@ -53,23 +55,24 @@ pub(crate) fn length(v: DVec3) -> f64 {
     }
 }
 
+/// Returns the length of a vector whose squares may overflow or underflow.
 #[cold]
 #[inline(never)]
 fn extreme_length(v: DVec3) -> f64 {
     nonnegative(predicates::length(v))
 }
 
-/// v/|v|; zero for zero and for what is no number.
+/// Returns v/|v|; zero for zero, and for a vector that is not a number.
 #[inline(always)]
 pub(crate) fn direction(v: DVec3) -> DVec3 {
     predicates::normalize(v).unwrap_or(DVec3::ZERO)
 }
 
-/// k·q at the point q of the line through a and b where m·q = 0, for m·a and m·b of unlike sign:
-/// (k·a m·b − k·b m·a)/(m·b − m·a), in twice the working precision.
+/// Returns k·q at the point q of the line through a and b where m·q = 0, for m·a and m·b of
+/// different signs: (k·a m·b − k·b m·a)/(m·b − m·a), in twice the working precision.
 ///
-/// Where k·a and k·b are of unlike sign too, that is a difference of numbers that may agree in all
-/// their digits: 3 ε of the result, plus 50 ε² of |k||a||b|/(|a| + |b|).
+/// Where k·a and k·b also differ in sign, this is a difference of numbers that may agree in all
+/// their digits. The error is 3 ε of the result, plus 50 ε² of |k||a||b|/(|a| + |b|).
 #[cold]
 #[inline(never)]
 pub(crate) fn value_at_crossing(k: DVec3, m: DVec3, a: DVec3, b: DVec3) -> f64 {
@@ -78,8 +81,9 @@ pub(crate) fn value_at_crossing(k: DVec3, m: DVec3, a: DVec3, b: DVec3) -> f64 {
     (ka * mb - kb * ma).hi() / (mb.hi() - ma.hi())
 }
 
-/// det(a, b, c) from the differences to the shortest of the three, in twice the working precision:
-/// 1 ulp plus 30 ε² of the product of that one and the differences.
+/// Returns det(a, b, c) from the differences to the shortest of the three vectors, in twice the
+/// working precision. The error is 1 ulp plus 30 ε² of the product of the shortest vector and the
+/// differences.
 pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let [x, y, z] = [a, b, c].map(|p| p.length_squared());
     let [a, b, c] = if x <= y && x <= z {

@@ -1,4 +1,5 @@
-//! The plane fan of directions from the shading point to a segment, clipped to several half-spaces.
+//! This module holds the plane fan of directions from the shading point to a segment, clipped to
+//! several half-spaces. All integrals with a lobe begin with it.
 
 use crate::exact::{area_vector, direction, dot, length, value_at_crossing};
 use crate::horizon::crossing;
@@ -9,37 +10,39 @@ use linelit_geometry::{DVec3, predicates};
 /// A segment clipped to the half-spaces `k·p ≥ 0` of N vectors k, with `k·p` at its ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fan<const N: usize> {
-    /// The ends after clipping.
+    /// The ends of the segment after clipping.
     pub(crate) ends: [DVec3; 2],
-    /// The distances of the ends.
+    /// The distances of the ends from the shading point.
     pub(crate) radii: [f64; 2],
-    /// `k·p` of each vector at both ends, not negative, accurate relative to themselves.
+    /// `k·p` for each vector at both ends, not negative, accurate relative to itself.
     pub(crate) values: [[f64; 2]; N],
-    /// Length after clipping.
+    /// The length after clipping.
     pub(crate) length: f64,
-    /// Unit normal of the fan, zero where its plane is not defined.
+    /// The unit normal of the fan; zero where its plane is not defined.
     pub(crate) normal: DVec3,
-    /// sin δ, relative to itself, and δ, the angle between the ends.
+    /// sin δ, accurate relative to itself, where δ is the angle between the ends.
     pub(crate) sine: f64,
-    /// δ.
+    /// The angle δ in radians.
     pub(crate) angle: f64,
     /// sin(δ/2).
     pub(crate) half_sine: f64,
-    /// Lengths were multiplied by this.
+    /// The power of two with which lengths were multiplied.
     pub(crate) unit: f64,
 }
 
 impl<const N: usize> Fan<N> {
-    /// Clips; `None` where nothing is left, without length, or with an end at the shading point.
+    /// Clips the segment; `None` where no part is left, where it has no length, and where an end is
+    /// the shading point.
     ///
-    /// With `widths`, what changes linearly between these at the ends, not negative, takes the
-    /// place of `k·p` of the second vector.
+    /// With `widths`, a quantity that is linear between these values at the ends, not negative,
+    /// replaces `k·p` for the second vector.
     pub(crate) fn new(
         p0: DVec3,
         p1: DVec3,
         vectors: &[DVec3; N],
         widths: Option<[f64; 2]>,
     ) -> Option<Self> {
+        // Scale by a power of two if coordinates are very large or very small.
         let largest = p0.abs().max(p1.abs()).max_element();
         let unit = if (1e-60..1e60).contains(&largest) {
             1.0
@@ -54,6 +57,7 @@ impl<const N: usize> Fan<N> {
         }
         let mut fraction = 1.0;
         let base = values;
+        // Clip at each half-space, and move the values to the new end.
         for (i, k) in vectors.iter().enumerate() {
             let [c0, c1] = values[i];
             if !(c0 > 0.0 || c1 > 0.0) {
@@ -65,11 +69,12 @@ impl<const N: usize> Fan<N> {
             let span = c1 - c0;
             let end = usize::from(c0 > 0.0);
             fraction *= if end == 0 { c1 / span } else { -c0 / span };
-            // From the given ends, not from rounded ones: near the shading point it matters.
+            // Start from the given ends, not from rounded ones: this matters near the shading
+            // point.
             let q = crossing(whole[0], whole[1], *k, base[i][0], base[i][1]);
             ends[end] = q;
             for (j, value) in values.iter_mut().enumerate() {
-                // Of like sign, the values are interpolated without cancellation.
+                // If the values have the same sign, interpolation does not cancel.
                 value[end] = if value[0] * value[1] >= 0.0 {
                     value[0] * (c1 / span) + value[1] * (-c0 / span)
                 } else {
@@ -81,6 +86,7 @@ impl<const N: usize> Fan<N> {
         Self::measure(ends, whole, values, fraction, unit)
     }
 
+    /// Makes the fan of clipped ends; a fan with an end near the shading point is scaled first.
     fn measure(
         ends: [DVec3; 2],
         whole: [DVec3; 2],
@@ -96,7 +102,7 @@ impl<const N: usize> Fan<N> {
         }
     }
 
-    /// [`Self::measure`] where squares of distances may have lost digits.
+    /// Does what [`Self::measure`] does where squares of distances may have lost digits.
     #[cold]
     #[inline(never)]
     fn near_or_far(
@@ -113,6 +119,7 @@ impl<const N: usize> Fan<N> {
         Self::of(ends, radii, whole, values, fraction, unit * scale)
     }
 
+    /// Makes the fan of clipped ends whose distances have all digits.
     #[inline(always)]
     fn of(
         ends: [DVec3; 2],
@@ -122,11 +129,13 @@ impl<const N: usize> Fan<N> {
         fraction: f64,
         unit: f64,
     ) -> Option<Self> {
+        // Refuse a segment without length, and one with an end at the shading point.
         let span = length(whole[1] - whole[0]) * fraction;
         let product = radii[0] * radii[1];
         if !(product > 0.0 && span > 0.0) {
             return None;
         }
+        // Compute the angle and the plane of the fan from the whole segment, which is not rounded.
         let area = area_vector(whole[0], whole[1]);
         let sine = (length(area) * fraction / product).min(1.0);
         let angle = atan2(sine, (ends[0].dot(ends[1]) / product).clamp(-1.0, 1.0));
@@ -147,18 +156,19 @@ impl<const N: usize> Fan<N> {
         })
     }
 
-    /// l/(r0 r1): (1/h) sin δ, finite also for h → 0.
+    /// Returns l/(r0 r1) = (1/h) sin δ, which is finite also for h → 0.
     pub(crate) fn reach(&self) -> f64 {
         self.length / self.radii[0] / self.radii[1]
     }
 
-    /// `k·ω` at an end.
+    /// Returns `k·ω` at an end.
     pub(crate) fn cosine(&self, vector: usize, end: usize) -> f64 {
         self.values[vector][end] / self.radii[end]
     }
 
-    /// The weights of the ends' cosines for the cosine at the arc angle `v` from the first end:
-    /// both positive; by the middle of the arc and the nearer end, so that no angle near π is met.
+    /// Returns the weights of the values at the ends for the cosine at the arc angle `v` from the
+    /// first end. Both are positive. They are computed from the middle of the arc and the nearer
+    /// end, so that no angle near π occurs.
     pub(crate) fn weights(&self, v: f64) -> [f64; 2] {
         if v <= 0.0 || self.sine <= 0.0 {
             return [1.0, 0.0];
@@ -177,14 +187,14 @@ impl<const N: usize> Fan<N> {
         }
     }
 
-    /// `k·ω` at the arc angle `v` from its values at the ends.
+    /// Returns `k·ω` at the arc angle `v` from its values at the ends.
     pub(crate) fn cosine_at(&self, ends: [f64; 2], v: f64) -> f64 {
         let [w0, w1] = self.weights(v);
         w0 * ends[0] + w1 * ends[1]
     }
 
-    /// The derivative of `k·ω` by the arc angle at an end, towards the other end: `k·t` for the
-    /// unit tangent t.
+    /// Returns the derivative of `k·ω` by the arc angle at an end, towards the other end: `k·t` for
+    /// the unit tangent t.
     pub(crate) fn slope(&self, k: DVec3, end: usize) -> f64 {
         let tangent = predicates::cross(self.normal, self.ends[end] / self.radii[end]);
         dot(k, if end == 0 { tangent } else { -tangent })
@@ -192,11 +202,11 @@ impl<const N: usize> Fan<N> {
 }
 
 impl Fan<2> {
-    /// The fan of a segment above both half-spaces whose ends are rounded, with the true values and
-    /// length. `None` with an end at the shading point.
+    /// Makes the fan of a segment above both half-spaces from rounded ends and the exact values and
+    /// length. `None` if an end is the shading point.
     pub(crate) fn rounded(ends: [DVec3; 2], values: [[f64; 2]; 2], length: f64) -> Option<Self> {
         let [p0, p1] = ends;
-        // Ends that rounding has made one are a direction without a plane.
+        // Ends that rounding has made equal are a direction without a plane.
         let fan = Fan::new(p0, p1, &[], None).or_else(|| {
             let radii = ends.map(DVec3::length);
             (p0 == p1 && radii[0] > LEAST_LENGTH).then_some(Fan {
@@ -224,8 +234,8 @@ impl Fan<2> {
         })
     }
 
-    /// Inserts a constant, one or a distance, as a further functional between the two: over |p| it
-    /// is like a cosine.
+    /// Inserts a constant (one or a distance) as a further function between the two: divided by |p|
+    /// it changes like a cosine.
     pub(crate) fn with_constant(self, constant: f64) -> Fan<3> {
         Fan {
             ends: self.ends,

@@ -1,38 +1,40 @@
-//! The line models on their fast path: for segments of which both ends are clearly above the
-//! horizon (by 7°), which subtend less than 104°, at distances far from the limits of `f64`.
+//! This module holds the fast path of the line models. It is for segments whose ends are both
+//! clearly above the horizon (by 7°), which subtend less than 104°, at distances far from the
+//! limits of `f64`.
 //!
-//! Plain dot products are accurate there, and all that is left is two or three roots, two divisions
-//! and some seventy products and sums, without a branch. Each function says at its end whether the
-//! conditions held; if not, the model's robust form is evaluated instead.
+//! Plain dot products are accurate there. A value takes two or three roots, two divisions and some
+//! seventy products and sums, without a branch. Each function returns with its value whether the
+//! conditions held; if they did not, the caller evaluates the model's robust form.
 //!
-//! One text serves one segment and eight at once ([`batch`](crate::batch)). It takes bare
-//! coordinates: a vector passed on by reference to the robust form would be kept in memory, and
-//! reading it back in pairs stalls the processor.
+//! The same code serves one segment and eight segments at once ([`batch`](crate::batch)). It takes
+//! single coordinates: a vector passed by reference to the robust form would be stored in memory,
+//! and reading it back in pairs stalls the processor.
 
 use linelit_simd::{Lanes, One};
 
-/// Coordinates.
+/// The coordinates of a point.
 pub(crate) type Point = [f64; 3];
 
-/// Least squared cosine of the angle with the normal: 1/8, which costs 3 of 53 bits.
+/// The smallest squared cosine of the angle with the normal, (1/8)², at which a plain dot product
+/// loses 3 of 53 bits.
 pub(crate) const CLEAR: f64 = 1.0 / 64.0;
-/// Least cosine of the angle that the segment subtends.
+/// The smallest cosine of the angle that the segment subtends.
 pub(crate) const LEAST_COSINE: f64 = -0.25;
-/// Greatest |n|²/64.
+/// The largest |n|²/64.
 pub(crate) const LONG_NORMAL: f64 = 1e9;
-/// Least square of n·p.
+/// The smallest square of n·p.
 pub(crate) const NEAR: f64 = 1e-70;
-/// Greatest |p|².
+/// The largest |p|².
 pub(crate) const FAR: f64 = 1e80;
-/// Least l².
+/// The smallest l².
 pub(crate) const SHORT: f64 = 1e-250;
 
-/// Numerator and denominator of G(c) = (δ − sin δ cos δ)/sin³ δ as polynomials of s = 1 + cos δ,
-/// from s = 3/4 to 2.
+/// The numerator and the denominator of G(c) = (δ − sin δ cos δ)/sin³ δ as polynomials of s = 1 +
+/// cos δ, for s from 3/4 to 2.
 ///
-/// Interpolated at 14 points with 60 digits: 2e-17 relative, with the coefficients rounded. All
-/// terms but the denominator's first, which is a hundredth of the second, are of one sign, so that
-/// nothing cancels: 2.4 ε as evaluated here.
+/// They interpolate at 14 points and were found with 60 digits: the error is 2e-17 relative, with
+/// rounded coefficients. All terms except the denominator's first, which is a hundredth of the
+/// second, have one sign, so that nothing cancels: 2.4 ε as evaluated here.
 pub(crate) const LUNE: [[f64; 2]; 8] = [
     [968.3402807960268, -1.0],
     [13360.324669601221, 101.61085194704766],
@@ -44,11 +46,11 @@ pub(crate) const LUNE: [[f64; 2]; 8] = [
     [0.0, 410.04971133274756],
 ];
 
-/// Numerator and denominator of A(c) = δ/sin δ with c = cos δ as polynomials of s = 1 + cos δ, from
-/// s = 3/4 to 2.
+/// The numerator and the denominator of A(c) = δ/sin δ with c = cos δ as polynomials of s = 1 + cos
+/// δ, for s from 3/4 to 2.
 ///
-/// Interpolated at 15 points with 60 digits: 9e-17 relative, with the coefficients rounded. All
-/// terms are positive, so that nothing cancels.
+/// They interpolate at 15 points and were found with 60 digits: the error is 9e-17 relative, with
+/// rounded coefficients. All terms are positive, so that nothing cancels.
 const ARC: [[f64; 2]; 8] = [
     [5.206095749598854, 0.17706388940683435],
     [121.75672176294223, 15.475775501483161],
@@ -60,10 +62,10 @@ const ARC: [[f64; 2]; 8] = [
     [0.012281830389148662, 1.0],
 ];
 
-/// The most that [`ARC`] is.
+/// The largest value of [`ARC`].
 pub(crate) const LONGEST_ARC: f64 = 1.89;
 
-/// The products of a segment that both models need.
+/// The products of a segment that both models use.
 struct Products<L: Lanes> {
     /// |p0|², |p1|², p0·p1.
     a: L::D,
@@ -79,30 +81,31 @@ struct Products<L: Lanes> {
     clear: L::M,
 }
 
-/// a·b of one vector.
+/// Returns a·b of single vectors.
 #[inline(always)]
 pub(crate) fn dot(a: Point, b: Point) -> f64 {
     products::<One>(a, b)
 }
 
-/// a·b, summed from the left.
+/// Returns a·b in each lane, summed from the left.
 #[inline(always)]
 fn products<L: Lanes>(a: [L::D; 3], b: [L::D; 3]) -> L::D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The lesser, or `b` where there is no lesser: one instruction.
+/// Returns the smaller number, or `b` if they are not ordered, in one instruction.
 #[inline(always)]
 pub(crate) fn min(a: f64, b: f64) -> f64 {
     One.dmin(a, b)
 }
 
-/// The greater, or `b`.
+/// Returns the larger number, or `b` if they are not ordered.
 #[inline(always)]
 pub(crate) fn max(a: f64, b: f64) -> f64 {
     One.dmax(a, b)
 }
 
+/// Computes the products of a segment, and whether they are accurate.
 #[inline(always)]
 fn measure<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Products<L> {
     let (a, b) = (products::<L>(p0, p0), products::<L>(p1, p1));
@@ -112,7 +115,8 @@ fn measure<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Produc
     let least = products::<L>(n, n) * CLEAR;
     let (low, far) = (l.dmin(c0, c1), l.dmax(a, b));
     let low2 = low * low;
-    // A comparison with NaN fails; a normal that is no number has no square below the bound.
+    // A comparison with NaN is false; the square of a normal that is not a number exceeds the
+    // bound.
     let clear = l.dlt(l.dsplat(0.0), low)
         & l.dle(least * far, low2)
         & l.dle(l.dsplat(NEAR), low2)
@@ -132,14 +136,14 @@ fn measure<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Produc
 }
 
 impl<L: Lanes> Products<L> {
-    /// `scale (c0 w0 + c1 w1)/(r0² r1²)` with the weights of [`ribbon`](crate::ribbon), and whether
-    /// the conditions held.
+    /// Returns `scale (c0 w0 + c1 w1)/(r0² r1²)` with the weights of [`ribbon`](crate::ribbon), and
+    /// whether the conditions held.
     #[inline(always)]
     fn weighted(&self, l: L, scale: L::D) -> (L::D, L::M) {
         let square = self.a * self.b;
         let product = l.dsqrt(square);
         let lever = self.c0 * (self.b - self.dot) + self.c1 * (self.a - self.dot);
-        // The next segments start while these wait for their root.
+        // Let the next segments start while these wait for their root.
         let [product, lever, facing, scale] = l.abreast([product, lever, self.c0 + self.c1, scale]);
         let cos = self.dot / product;
         let [over, under] = l.polynomials(&LUNE, cos + 1.0);
@@ -150,15 +154,16 @@ impl<L: Lanes> Products<L> {
     }
 }
 
-/// [`ribbon::line_integral`](crate::ribbon::line_integral) and whether the conditions held.
+/// Returns [`ribbon::line_integral`](crate::ribbon::line_integral), and whether the conditions
+/// held.
 #[inline(always)]
 pub(crate) fn ribbon<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
     let segment = measure(l, p0, p1, n);
     segment.weighted(l, l.dsqrt(segment.square) * 0.5)
 }
 
-/// [`cylinder::irradiance`](crate::cylinder::irradiance) and whether the conditions held: not where
-/// the first end and the segment are within 7° of parallel.
+/// Returns [`cylinder::irradiance`](crate::cylinder::irradiance), and whether the conditions held.
+/// They also require that the first end and the segment are not within 7° of parallel.
 #[inline(always)]
 pub(crate) fn cylinder<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
     let segment = measure(l, p0, p1, n);
@@ -176,12 +181,12 @@ pub(crate) fn cylinder<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3
     )
 }
 
-/// The term of Lambert's sum for the edge from `a` to `b`, Θ (a × b)·n/|a × b|; the square of
-/// |b − a|/|b|, which rounding is in proportion to; and whether the conditions held: not where Θ is
-/// above 104°.
+/// Returns three things for the edge from `a` to `b`: its term of Lambert's sum, Θ (a × b)·n/|a ×
+/// b|; the square of |b − a|/|b|, to which the rounding error is proportional; and whether the
+/// conditions held. They require that Θ is not above 104°.
 ///
-/// **Error**: 8 ε [`LONGEST_ARC`] |n||b − a|/|b|: 4 ε of |a||b − a| in the cross product with the
-/// difference, 3 ε in the product with n, and the factors'.
+/// **Error**: 8 ε [`LONGEST_ARC`] |n||b − a|/|b|. The cross product with the difference contributes
+/// 4 ε of |a||b − a|, the product with n 3 ε, and the factors the rest.
 #[inline(always)]
 pub(crate) fn edge<L: Lanes>(l: L, a: [L::D; 3], b: [L::D; 3], n: [L::D; 3]) -> (L::D, L::D, L::M) {
     let e = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];

@@ -1,8 +1,9 @@
-//! Gauss–Legendre quadrature on fixed nodes, and the exponentials of a whole panel at once.
+//! This module holds Gauss–Legendre rules with fixed nodes, and the exponentials and logarithms of
+//! all nodes of a panel at once.
 
 use linelit_simd::Lanes;
 
-/// Nodes on a panel.
+/// The number of nodes of the full rule.
 pub(crate) const NODES: usize = 24;
 
 /// The nodes of the 24-point rule on [0, 1].
@@ -61,7 +62,7 @@ pub(crate) const WEIGHT: [f64; NODES] = [
     0.0061706148999936,
 ];
 
-/// Nodes on a panel of a lobe that needs no care.
+/// The number of nodes of the short rule, for panels of moderate lobes.
 pub(crate) const FEW: usize = 16;
 
 /// The nodes of the 16-point rule on [0, 1].
@@ -84,7 +85,7 @@ pub(crate) const FEW_NODES: [f64; FEW] = [
     0.994700467495825,
 ];
 
-/// The weights of the few nodes; they add up to one.
+/// The weights of the short rule; they add up to one.
 pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
     0.013576229705877048,
     0.031126761969323947,
@@ -104,7 +105,8 @@ pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
     0.013576229705877048,
 ];
 
-/// 1/k! from 2! to 13!: the truncation error of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
+/// The coefficients 1/k! from 2! to 13!; the truncation error of exp(r) for |r| ≤ ln 2/2 is below
+/// 4e-18.
 const INVERSE_FACTORIALS: [f64; 12] = [
     0.5,
     0.16666666666666666,
@@ -120,17 +122,18 @@ const INVERSE_FACTORIALS: [f64; 12] = [
     1.6059043836821613e-10,
 ];
 
-/// Adding and subtracting it rounds to an integer.
+/// Adding and subtracting this number rounds to an integer.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
-/// ln 2 in two parts: its first 32 bits …
+/// The first 32 bits of ln 2 …
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-/// … and the rest.
+/// … and the rest of ln 2.
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
-/// exp(x) for x ≤ 700; 0 below −700, and for NaN. A few flops without a branch.
+/// Returns exp(x) for x ≤ 700; 0 below −700, and for NaN. It takes a few operations without a
+/// branch.
 ///
-/// **Error**: 2 ulp, or 9e-15 with ten terms instead of twelve if `SHORT`. **Method**: x = n ln 2 +
-/// r with ln 2 in two parts, Taylor in r.
+/// **Error**: 2 ulp; with `SHORT`, 9e-15 from ten terms, not twelve. **Method**: x = n ln 2 + r
+/// with ln 2 in two parts, and Taylor's series in r.
 #[inline(always)]
 pub(crate) fn exp_bounded<L: Lanes, const SHORT: bool>(l: L, x: L::D) -> L::D {
     let clamped = l.dmax(x, l.dsplat(-700.0));
@@ -152,7 +155,7 @@ pub(crate) fn exp_bounded<L: Lanes, const SHORT: bool>(l: L, x: L::D) -> L::D {
     l.select(l.dle(l.dsplat(-700.0), x), zero, mantissa * l.exp2(shifted))
 }
 
-/// 1/(2k + 1).
+/// The coefficients 1/(2k + 1).
 const ODD_RECIPROCALS: [f64; 12] = [
     1.0,
     1.0 / 3.0,
@@ -168,7 +171,7 @@ const ODD_RECIPROCALS: [f64; 12] = [
     1.0 / 23.0,
 ];
 
-/// Σ q²ᵏ/(2k + 1), k = 0..11: atanh(q)/q for q ≤ 0.2, to 2e-18.
+/// Returns Σ q²ᵏ/(2k + 1) for k = 0 to 11, which is atanh(q)/q for q ≤ 0.2, to 2e-18.
 #[inline(always)]
 pub(crate) fn atanh_ratio<L: Lanes>(q: L::D) -> L::D {
     let y = q * q;
@@ -181,10 +184,10 @@ pub(crate) fn atanh_ratio<L: Lanes>(q: L::D) -> L::D {
     low + (middle + high * y4) * y4
 }
 
-/// The largest q of [`atanh_ratio_narrow`].
+/// The largest argument of [`atanh_ratio_narrow`].
 pub(crate) const NARROW: f64 = 0.03;
 
-/// [`atanh_ratio`] for q ≤ 0.03, with five terms: to 6e-17.
+/// Computes [`atanh_ratio`] for q ≤ 0.03 from five terms, to 6e-17.
 #[inline(always)]
 pub(crate) fn atanh_ratio_narrow<L: Lanes>(q: L::D) -> L::D {
     let y = q * q;

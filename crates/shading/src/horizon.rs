@@ -1,5 +1,5 @@
-//! Clipping a segment to a half-space through the shading point: the horizon, or the back of a
-//! lobe.
+//! This module clips a segment to a half-space whose plane passes through the shading point: the
+//! horizon of a surface, or of a lobe.
 
 use crate::exact::dot;
 use crate::span::power_of_two_unit;
@@ -13,22 +13,22 @@ pub struct ClippedSegment {
     pub p0: DVec3,
     /// The end of the part above the horizon.
     pub p1: DVec3,
-    /// `k·p0` and `k·p1`: not negative, and exactly zero at an end that was cut.
+    /// `k·p0` and `k·p1`: not negative, and exactly zero at an end that was clipped.
     pub cosines: [f64; 2],
-    /// The fraction of the segment's length above the horizon: a quotient of sums of like sign, so
-    /// that also a sliver is accurate relative to itself.
+    /// The fraction of the segment's length above the horizon. It is a quotient of sums of terms
+    /// with one sign, so that it is accurate relative to itself even for a sliver.
     pub fraction: f64,
 }
 
-/// Clips the segment to the half-space `k·p ≥ 0`; `None` where nothing of it has `k·p > 0`, and for
-/// what is beyond the range of numbers.
+/// Clips the segment to the half-space `k·p ≥ 0`. `None` if no part of it has `k·p > 0`, and if
+/// numbers overflow.
 ///
 /// **Formula**: with `c = k·p` at the ends, the crossing is `Q = (p0 c1 − p1 c0)/(c1 − c0)`. Where
 /// the line passes so near the shading point that this cancels, it is
 /// `Q = (k × (p0 × p1))/(k·(p1 − p0))` in twice the working precision.
 ///
-/// **Error**: the cosines 2 ε relative to themselves, also at grazing incidence; |Q| to 50 ε
-/// relative to itself, however near to the shading point.
+/// **Error**: the cosines 2 ε relative to themselves, also at grazing incidence; |Q| 50 ε relative
+/// to itself, however near to the shading point.
 ///
 /// **Domain**: finite ends; coordinates between 1e-140 and 1e140 in magnitude, or zero.
 ///
@@ -43,7 +43,7 @@ pub struct ClippedSegment {
 #[must_use]
 pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
     let (c0, c1) = (dot(k, p0), dot(k, p1));
-    // Not `< INFINITY`: the compiler would look at the bits of the sum for both bounds.
+    // Compare with the largest number, not with infinity: the compiler would test the sum's bits.
     if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 && c0 + c1 <= f64::MAX {
         return Some(ClippedSegment {
             p0,
@@ -55,7 +55,7 @@ pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
     cut(p0, p1, k, c0, c1)
 }
 
-/// [`clip_segment`] when an end is below.
+/// Does what [`clip_segment`] does when an end is below the horizon.
 #[inline(never)]
 fn cut(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> Option<ClippedSegment> {
     if !(c0 > 0.0 || c1 > 0.0) || c0.is_nan() || c1.is_nan() {
@@ -84,13 +84,14 @@ fn cut(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> Option<ClippedSegmen
     })
 }
 
-/// The point of the line through `p0` and `p1` in the plane `k·p = 0`, for cosines of unlike sign.
+/// Returns the point of the line through `p0` and `p1` in the plane `k·p = 0`, for cosines of
+/// different signs.
 pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec3 {
     let span = c1 - c0;
     let (a, b) = (p0 * (c1 / span), p1 * (-c0 / span));
     let sum = a + b;
     let squares = a.length_squared() + b.length_squared();
-    // Cancellation by less than a factor of 8 costs 3 of 53 bits.
+    // A cancellation by less than a factor of 8 costs 3 of 53 bits.
     if 64.0 * sum.length_squared() > squares {
         return sum;
     }
@@ -101,7 +102,7 @@ pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec
     }
 }
 
-/// [`crossing`] where products of coordinates may be beyond the range of numbers.
+/// Does what [`crossing`] does where products of coordinates may overflow or underflow.
 #[cold]
 #[inline(never)]
 fn extreme_crossing(p0: DVec3, p1: DVec3, k: DVec3, span: f64) -> DVec3 {
@@ -109,7 +110,7 @@ fn extreme_crossing(p0: DVec3, p1: DVec3, k: DVec3, span: f64) -> DVec3 {
     across(p0 * unit, p1 * unit, k) / (span * unit) / unit
 }
 
-/// k × (p0 × p1) in twice the working precision.
+/// Returns k × (p0 × p1), computed in twice the working precision.
 fn across(p0: DVec3, p1: DVec3, k: DVec3) -> DVec3 {
     let across = double::cross_of(p0, p1);
     let rest = DVec3::from(across.map(Double::lo));

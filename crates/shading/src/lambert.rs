@@ -1,30 +1,31 @@
-//! Lambert's sum over the edges of a region, eight at a time.
+//! This module computes Lambert's sum over the edges of a region, eight edges at a time.
 
 use crate::fast_path::{self, LONGEST_ARC};
 use crate::polygon;
 use linelit_geometry::{DVec3, finite::nonnegative};
 use linelit_simd::{Isa, Simd, dispatch};
 
-/// Edges that a kernel takes at once.
+/// The number of edges that a kernel takes at once.
 const LANES: usize = 8;
 
-/// A sum of less than this share of the lengths of its terms has lost too many digits: 8 ε over it
-/// is 5e-13.
+/// A sum that is smaller than this fraction of the lengths of its terms has lost too many digits: 8
+/// ε over it is 5e-13.
 const CANCELLED: f64 = 4e-3;
 
-/// Bounds of |n|², within which no product is beyond the range of numbers.
+/// The range of |n|² within which no product overflows or underflows.
 const NORMALS: std::ops::Range<f64> = 1e-100..1e100;
 
 /// The contribution of eight edges to Lambert's sum.
 struct Round {
-    /// The sum of the terms of those edges for which the fast path held.
+    /// The sum of the terms of the edges for which the fast path holds.
     sum: f64,
-    /// Σ (|b − a|/|b|)² over them.
+    /// Σ (|b − a|/|b|)² over these edges.
     squares: f64,
-    /// A bit for each of them.
+    /// A bit for each of these edges.
     held: u8,
 }
 
+/// Sums the terms of eight edges for which the fast path holds and `also` is set.
 #[inline(always)]
 fn add_up<S: Simd>(s: S, a: [S::D; 3], b: [S::D; 3], n: [S::D; 3], also: S::M) -> Round {
     let (value, square, held) = fast_path::edge(s, a, b, n);
@@ -36,7 +37,8 @@ fn add_up<S: Simd>(s: S, a: [S::D; 3], b: [S::D; 3], n: [S::D; 3], also: S::M) -
     }
 }
 
-/// The edges between corners and those that follow them, of those that are above the horizon.
+/// Adds up the edges from corners to the corners that follow them; only corners above the horizon
+/// count as held.
 #[inline(always)]
 fn corners_kernel<S: Simd>(
     s: S,
@@ -63,8 +65,8 @@ dispatch! {
     ) -> Round
 }
 
-/// Edges in a plane, given by its origin and axes: first coordinates of where they start, second
-/// ones, then of where they end.
+/// Adds up edges in a plane that is given by its origin and axes. `ends` holds the first and second
+/// coordinates of the starts, and then of the ends.
 #[inline(always)]
 fn flat_kernel<S: Simd>(s: S, ends: &[[f64; LANES]; 4], plane: &[DVec3; 3], n: DVec3) -> Round {
     let [p0, q0, p1, q1] = [
@@ -92,14 +94,14 @@ dispatch! {
     fn flat = flat_kernel(ends: &[[f64; LANES]; 4], plane: &[DVec3; 3], n: DVec3) -> Round
 }
 
-/// Lambert's sum over the edges of a polygon of at most eight corners above the horizon, and
-/// Σ (|b − a|/|b|)² over them; `None` where the fast path does not hold for all.
+/// Returns Lambert's sum over the edges of a polygon with at most eight corners above the horizon,
+/// and Σ (|b − a|/|b|)² over them; `None` if the fast path does not hold for all of them.
 pub(crate) fn sum(vertices: &[DVec3], n: DVec3) -> Option<[f64; 2]> {
     let count = vertices.len();
     if !(3..=LANES).contains(&count) || !NORMALS.contains(&n.length_squared()) {
         return None;
     }
-    // Edges from the first corner to itself fill the lanes.
+    // Fill the remaining lanes with edges from the first corner to itself.
     let [mut from, mut to] = [vertices[0].to_array().map(|x| [x; LANES]); 2];
     for (i, v) in vertices.iter().enumerate() {
         let before = if i == 0 { count - 1 } else { i - 1 };
@@ -112,21 +114,22 @@ pub(crate) fn sum(vertices: &[DVec3], n: DVec3) -> Option<[f64; 2]> {
     (round.held == u8::MAX).then_some([round.sum, round.squares])
 }
 
-/// A side of less than the root of this times the distance makes too much cancel.
+/// If the square of a side is smaller than this times the square of the distance, too much cancels.
 const SMALL: f64 = 1e-4;
 
-/// Half of the [`sum`], where it holds to 5e-13 relative to itself.
+/// Returns half of the [`sum`], if it is accurate to 5e-13 relative to itself.
 pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> Option<f64> {
     let [first, second, ..] = vertices else {
         return None;
     };
-    // Not worth a try.
+    // Small polygons, and polygons that reach below the horizon, are not worth a try.
     let is_small = first.distance_squared(*second) < SMALL * first.length_squared();
     if is_small || vertices.iter().any(|v| n.dot(*v) < 0.0) {
         return None;
     }
     let [sum, squares] = sum(vertices, n)?;
-    // The sum of lengths is at most the root of their number times their squares' sum.
+    // By Cauchy and Schwarz, the sum of the lengths is at most the root of their number times the
+    // sum of their squares.
     #[allow(clippy::cast_precision_loss, reason = "at most eight")]
     let count = vertices.len() as f64;
     let least = CANCELLED * LONGEST_ARC;
@@ -134,16 +137,17 @@ pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> Option<f64> {
     (sum * sum >= lengths).then_some(0.5 * sum)
 }
 
-/// Half of Lambert's sum over the boundary of a region in a plane before the shading point: what
-/// [`edge`](polygon::edge) gives for the edges one by one, the quicker for many.
+/// Returns half of Lambert's sum over the boundary of a region in a plane in front of the shading
+/// point. It is the sum of [`edge`](polygon::edge) over all edges, computed faster.
 ///
-/// `plane` holds where coordinates are zero, relative to the shading point, and the axes; `edges`
-/// the ends of each, the region on the left of all of them or on the right of all.
+/// `plane` holds the point of the plane with the coordinates zero, relative to the shading point,
+/// and the axes. `edges` holds the two ends of each edge; the region is on the left of all edges,
+/// or on the right of all.
 ///
 /// **Formula**: ½ |Σ Θ (a × b)·n/|a × b||. **Domain**: regions above the horizon of `n`.
 ///
-/// **Error**: 8 ε |n| Σ |b − a|/|b| (absolute): for a region that fills a small angle s, 32 ε/s
-/// relative to itself. Numbers that are not finite give 0.
+/// **Error**: 8 ε |n| Σ |b − a|/|b|, absolute. For a region that fills a small angle s this is 32
+/// ε/s relative to the result. Numbers that are not finite give 0.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -166,7 +170,7 @@ pub fn boundary_irradiance(
     let mut edges = edges.into_iter();
     let mut sum = 0.0;
     loop {
-        // Edges from a point to itself fill the lanes.
+        // Fill the remaining lanes with edges from a point to itself.
         let mut ends = [[0.0; LANES]; 4];
         let mut count = 0;
         for [[p0, q0], [p1, q1]] in edges.by_ref().take(LANES) {
@@ -175,6 +179,7 @@ pub fn boundary_irradiance(
             }
             count += 1;
         }
+        // Repeat the edges for which the fast path does not hold by their robust form.
         let round = flat(isa, &ends, plane, n);
         let held = if is_fast { round.held } else { 0 };
         if is_fast {
@@ -189,7 +194,7 @@ pub fn boundary_irradiance(
     }
 }
 
-/// The terms of some of the edges by their robust form.
+/// Returns the sum of the terms of some edges by their robust form.
 #[cold]
 #[inline(never)]
 fn one_by_one(ends: &[[f64; LANES]; 4], which: u8, [o, u, v]: &[DVec3; 3], n: DVec3) -> f64 {

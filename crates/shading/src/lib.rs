@@ -1,4 +1,4 @@
-//! Closed-form integrals of reflected light along lines and over polygons.
+//! This crate integrates reflected light in closed form, along lines and over polygons.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -29,5 +29,5 @@ mod special;
 pub mod spherical_gaussian;
 mod triangle_sum;
 
-// What public signatures name, so that one dependency is enough.
+// The geometry types appear in public signatures: with this export a caller needs one dependency.
 pub use linelit_geometry as geometry;

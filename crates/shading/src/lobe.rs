@@ -1,4 +1,15 @@
-//! The panels of a power-of-cosine lobe along a fan of directions.
+//! This module integrates a power-of-cosine lobe along a fan of directions.
+//!
+//! The lobe has one highest point on the arc; the integral is split there into two panels, in each
+//! of which the lobe falls monotonically from its start. A panel is cut where the lobe is
+//! negligible (the window), so that the number of nodes does not depend on the exponent:
+//!
+//! ```text
+//!          ╭─╮                variable: t = tan(x/2), x the angle from the peak
+//!        ╱  │  ╲              lobe: (cos x − τ sin x)ᵏ, τ the slope at the start
+//!   ____╱   │   ╲_______
+//!      ├────┼────┤            two panels within the window
+//! ```
 
 use crate::fan::Fan;
 use crate::gauss::{
@@ -13,40 +24,44 @@ use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 /// The depth at which a panel ends: the integrand there is below e⁻⁴⁰ of its peak.
 const DEPTH: f64 = 40.0;
 
-/// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
+/// The smallest exponent at which the lobe is smooth enough for the rule even at its horizon.
 pub(crate) const SMOOTH: f64 = 6.0;
 
-/// The cosine with the axis below which only powers of less than 140 do not underflow: times that,
-/// the roundings of values are 1e-13, and those of directions, over the cosine, may be any.
+/// If the cosines with the axis are below this number, only powers of less than 140 do not
+/// underflow. Times 140, the rounding errors of the values at the ends are 1e-13, while the errors
+/// of directions, divided by the cosine, could be of any size.
 const LOW: f64 = 1e-2;
 
-/// Up to that sine an arc is a point: slopes over it, squared, would leave the range of numbers.
+/// An arc whose sine is at most this is treated as a point: slopes over it, squared, would
+/// overflow.
 const POINT: f64 = 1e-100;
 
 /// A piece of the arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Panel {
-    /// tan of half its width.
+    /// The tangent of half the panel's width.
     pub(crate) half_tan: f64,
-    /// The lobe falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
+    /// The slope τ ≥ 0 at the start: the lobe falls like cos x − τ sin x.
     pub(crate) slope: f64,
-    /// The two other factors at the start and at the end.
+    /// The values of the two other factors at the start and at the end.
     pub(crate) factors: [[f64; 2]; 2],
 }
 
-/// ∫ of the product of the fan's functionals, the lobe's (the last) to the power `k`, over dt after
-/// division by |p|^(4 + k): `(1/h) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ`.
+/// Returns the integral of the product of the fan's functions, with the lobe's (the last) to the
+/// power `k`, over dt and after division by |p|^(4 + k): `(1/h) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ`.
 pub(crate) fn integrate(fan: &Fan<3>, axis: DVec3, k: f64) -> f64 {
     let [sum, half] = over_sine(fan, axis, k);
     nonnegative((fan.reach() * sum * half) * half)
 }
 
-/// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one
-/// that counts twice: the square of the latter may be beyond the range, or its product with others.
+/// Returns `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ as two factors, the second of
+/// which counts twice: its square may underflow, or its product with others.
 fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
     let [z0, z1] = [fan.cosine(2, 0), fan.cosine(2, 1)];
+    // Treat a fan without extent.
     if fan.sine <= POINT && fan.angle < 1.0 {
-        // All in one direction, in which a factor (like 1/|p|) may still change linearly.
+        // All points are in one direction, in which a factor (like 1/|p|) may still change
+        // linearly.
         let ends = |i: usize| [fan.cosine(i, 0), fan.cosine(i, 1)];
         let ([a0, a1], [b0, b1]) = (ends(0), ends(1));
         if (z1 - z0).abs() * k > f64::EPSILON * 64.0 * z0.max(z1) {
@@ -55,7 +70,8 @@ fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
         let flat = (2.0 * (a0 * b0 + a1 * b1) + (a0 * b1 + a1 * b0)) / 6.0;
         return [flat, half_power(log_cosine(fan, axis, 0, z0), k)];
     }
-    // Where both ends are close to the lobe's horizon, their values say more than the tangents do.
+    // If both ends are close to the lobe's horizon, their values are more accurate than the
+    // tangents.
     let low = z0 + z1 < fan.sine.max(LOW);
     let rise = |end: usize| {
         if low {
@@ -65,6 +81,7 @@ fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
             fan.slope(axis, end)
         }
     };
+    // Find the highest point of the lobe on the arc.
     let towards = rise(0);
     let centre = atan2(towards, z0);
     let inside = centre > 0.0 && centre < fan.angle;
@@ -75,6 +92,7 @@ fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
     } else {
         (fan.angle, log_cosine(fan, axis, 1, z1))
     };
+    // Integrate from the highest point towards both ends.
     let mut sum = 0.0;
     if start < fan.angle {
         let slope = if inside {
@@ -95,15 +113,16 @@ fn over_sine(fan: &Fan<3>, axis: DVec3, k: f64) -> [f64; 2] {
     [sum / fan.sine, half_power(log_peak, k)]
 }
 
-/// Integrates a lobe whose ends have one direction by rounding: next to its horizon it may still
-/// change, linearly.
+/// Integrates a lobe along ends that have the same direction by rounding. Close to its horizon the
+/// lobe may still change, linearly.
 #[cold]
 fn fall([z0, z1]: [f64; 2], factors: [[f64; 2]; 2], k: f64) -> [f64; 2] {
     let peak = z0.max(z1);
     let rough = k < SMOOTH && k.fract() != 0.0;
     let sum: f64 = (0..NODES)
         .map(|i| {
-            // From the lower end; of a small power that is no integer, by the eighth root.
+            // Integrate from the lower end; for a small power that is not an integer, in the eighth
+            // root.
             let (s, weight) = if rough {
                 let seventh = NODE[i].powi(7);
                 (seventh * NODE[i], 8.0 * seventh * WEIGHT[i])
@@ -120,12 +139,12 @@ fn fall([z0, z1]: [f64; 2], factors: [[f64; 2]; 2], k: f64) -> [f64; 2] {
     [sum, half_power(ln(peak), k)]
 }
 
-/// exp(k log/2); 1 for k = 0, also of nothing.
+/// Returns exp(k log/2); 1 for k = 0, even if the logarithm is infinite.
 fn half_power(log: f64, k: f64) -> f64 {
     if k > 0.0 { exp(0.5 * k * log) } else { 1.0 }
 }
 
-/// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
+/// Returns the integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
 fn side(fan: &Fan<3>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> f64 {
     let window = window(k, slope);
     if k < SMOOTH && k.fract() != 0.0 {
@@ -139,15 +158,17 @@ fn side(fan: &Fan<3>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> 
     panel_sum(fan, start, width.min(window), slope, sign, k)
 }
 
-/// Returns a bound on how far from its peak a lobe is above e⁻⁴⁰ of it, as (ln cos)″ ≤ −1.
+/// Returns a bound on the angle from its peak within which a lobe is above e⁻⁴⁰ of the peak, from
+/// (ln cos)″ ≤ −1.
 pub(crate) fn window(k: f64, slope: f64) -> f64 {
     let steep = k * slope;
     2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
 }
 
+/// Integrates one panel that starts at `start`, in the direction of `sign`.
 fn panel_sum(fan: &Fan<3>, start: f64, width: f64, slope: f64, sign: f64, k: f64) -> f64 {
     let far = if sign > 0.0 { fan.angle - start } else { start };
-    // An end of the arc is met exactly.
+    // Meet an end of the arc exactly.
     let v = if width < far {
         start + sign * width
     } else {
@@ -168,8 +189,8 @@ fn panel_sum(fan: &Fan<3>, start: f64, width: f64, slope: f64, sign: f64, k: f64
 }
 
 impl Panel {
-    /// ∫ Π factors (cos x − τ sin x)ᵏ dx with t = tan(x/2): everything but the power is rational,
-    /// and cos x − τ sin x = (1 − q)/(1 + q) with q = t (t + τ)/(1 − τ t).
+    /// Returns ∫ Π factors (cos x − τ sin x)ᵏ dx. With t = tan(x/2) everything except the power is
+    /// rational, and cos x − τ sin x = (1 − q)/(1 + q) with q = t (t + τ)/(1 − τ t).
     fn sum(&self, k: f64) -> f64 {
         let end = self.half_tan;
         let last = end * (end + self.slope) / (1.0 - self.slope * end);
@@ -180,7 +201,7 @@ impl Panel {
         }
     }
 
-    /// Returns the sum times e^offset by the short rule, for windows of at most e⁻²⁷.
+    /// Returns the sum times e^offset by the short rule, for windows that end at e⁻²⁷.
     #[inline]
     pub(crate) fn short_sum(&self, k: f64, offset: f64) -> f64 {
         let end = self.half_tan;
@@ -197,7 +218,8 @@ impl Panel {
         }
     }
 
-    /// A factor at the node s of [0, 1], times 1 + t²; a sum of terms that are not negative.
+    /// Returns a factor at the node s of [0, 1], times 1 + t²; it is a sum of terms that are not
+    /// negative.
     #[inline(always)]
     fn factor<L: Lanes>(&self, l: L, i: usize, s: L::D) -> L::D {
         let (one, end) = (l.dsplat(1.0), l.dsplat(self.half_tan));
@@ -205,20 +227,22 @@ impl Panel {
             + s * (end * end + 1.0) * self.factors[i][1]
     }
 
-    /// The factors at a rule's nodes times the weights, and q; eight nodes to a register.
+    /// Returns the factors at a rule's nodes times the weights, and q, eight nodes to a register.
     #[inline(always)]
     fn nodes<S: Simd, const N: usize>(&self, l: S, rule: [&[f64]; 2]) -> [[S::D; N]; 2] {
         let one = l.dsplat(1.0);
+        // Compute the denominators, and divide once for two quotients.
         let [mut round, mut fall, mut both] = [[one; N]; 3];
         let [nodes, weights] = rule.map(|numbers| numbers.as_chunks().0);
         for i in 0..N {
             let t = l.dload(&nodes[i]) * self.half_tan;
             (round[i], fall[i]) = (t * t + 1.0, one - t * self.slope);
-            // One division for two quotients.
+            // This is the inverse of the product of both denominators.
             both[i] = one / (round[i] * fall[i]);
         }
         let both = l.abreast(both);
         let mut result = [both; 2];
+        // Compute the factors and q from it.
         for i in 0..N {
             let s = l.dload(&nodes[i]);
             let t = s * self.half_tan;
@@ -246,12 +270,12 @@ impl Panel {
     }
 }
 
-/// (1 + fall)ᵏ, 1 for k = 0.
+/// Returns (1 + fall)ᵏ; 1 for k = 0.
 fn power(fall: f64, k: f64) -> f64 {
     if k > 0.0 { exp(k * ln_1p(fall)) } else { 1.0 }
 }
 
-/// The sum in a fixed order of pairs, the same for every vector width.
+/// Returns the sum in a fixed order of pairs, which is the same for every vector width.
 #[inline(always)]
 fn total(terms: &[f64; NODES]) -> f64 {
     let mut lanes = [0.0; 8];
@@ -262,7 +286,7 @@ fn total(terms: &[f64; NODES]) -> f64 {
         + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
 }
 
-/// The sum of the full rule for [`Panel::sum`], in the order of [`total`].
+/// Computes the sum of the full rule for [`Panel::sum`], in the order of [`total`].
 #[inline(always)]
 fn full_kernel<S: Simd>(s: S, panel: &Panel, k: f64) -> f64 {
     let [mut terms, mut depths] = panel.nodes::<S, 3>(s, [&NODE, &WEIGHT]);
@@ -275,7 +299,7 @@ fn full_kernel<S: Simd>(s: S, panel: &Panel, k: f64) -> f64 {
     s.dsum(terms[0] + (terms[1] + terms[2]))
 }
 
-/// The sum of the short rule, times e^offset. `SLIM` says that q is at most [`NARROW`].
+/// Computes the sum of the short rule, times e^offset. `SLIM` says that q is at most [`NARROW`].
 #[inline(always)]
 fn short_kernel<S: Simd, const SLIM: bool>(s: S, panel: &Panel, k: f64, offset: f64) -> f64 {
     let [mut terms, mut depths] = panel.nodes::<S, 2>(s, [&FEW_NODES, &FEW_WEIGHTS]);
@@ -300,8 +324,8 @@ dispatch! {
     fn short_rule<const SLIM: bool> = short_kernel(panel: &Panel, k: f64, offset: f64) -> f64
 }
 
-/// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no
-/// integer: the substitution horizon − x = y⁸ makes it smooth.
+/// Returns the integral over `piece` of a lobe that ends at `horizon` like (horizon − x)ᵏ, with a
+/// small k that is not an integer. The substitution horizon − x = y⁸ makes the integrand smooth.
 fn near_horizon(fan: &Fan<3>, start: f64, piece: [f64; 2], horizon: f64, k: f64, sign: f64) -> f64 {
     let root = |x: f64| pow((horizon - x).max(0.0), 0.125);
     let (y1, y0) = (root(piece[0]), root(piece[1]));
@@ -321,20 +345,20 @@ fn near_horizon(fan: &Fan<3>, start: f64, piece: [f64; 2], horizon: f64, k: f64,
     sum * (y1 - y0)
 }
 
-/// ln of the length of the axis' part in the plane of the fan.
+/// Returns the logarithm of the length of the axis' part in the plane of the fan.
 fn log_in_plane(fan: &Fan<3>, axis: DVec3, length: f64) -> f64 {
     let off = predicates::dot(axis, fan.normal);
     near_one(axis, off * off, length)
 }
 
-/// ln(axis·ω) at an end.
+/// Returns ln(axis·ω) at an end.
 fn log_cosine(fan: &Fan<3>, axis: DVec3, end: usize, cosine: f64) -> f64 {
     let w = fan.ends[end] / fan.radii[end];
     near_one(axis, predicates::cross(axis, w).length_squared(), cosine)
 }
 
-/// ln z with z² = |axis|² − lost: by what is missing from one where z is near it, so that the error
-/// of k ln z is of the order of ε k sin and not ε k.
+/// Returns ln z with z² = |axis|² − lost. If z is near one, it is computed from 1 − z², so that the
+/// error of k ln z is of the order of ε k sin and not ε k.
 fn near_one(axis: DVec3, lost: f64, z: f64) -> f64 {
     if z > 0.7 && z < 1.4 {
         0.5 * ln_1p(excess_over_one(axis) - lost)
@@ -343,7 +367,7 @@ fn near_one(axis: DVec3, lost: f64, z: f64) -> f64 {
     }
 }
 
-/// |v|² − 1, exactly rounded or nearly.
+/// Returns |v|² − 1, exactly rounded or nearly.
 fn excess_over_one(v: DVec3) -> f64 {
     let (p0, e0) = predicates::two_product(v.x, v.x);
     let (p1, e1) = predicates::two_product(v.y, v.y);

@@ -1,8 +1,9 @@
-//! Linearly transformed cosines over a polygon and along a line, in closed form.
+//! This module integrates linearly transformed cosines (LTCs) over a polygon and along a line, in
+//! closed form.
 //!
-//! A linear map M takes the cosine lobe cos θ/π to a lobe shaped like a glossy reflection times the
-//! receiver's cosine; integrals over the lobe are Lambert integrals over the light mapped by M⁻¹.
-//! Which map fits which reflection is for `linelit-bsdf` to say.
+//! A linear map M transforms the cosine lobe cos θ/π to a lobe with the shape of a glossy
+//! reflection times the receiver's cosine. Integrals over the lobe are Lambert integrals over the
+//! light mapped by M⁻¹. The maps that fit reflections are in `linelit-bsdf`.
 //!
 //! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq.
 //! 5.
@@ -13,19 +14,19 @@ use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use std::f64::consts::PI;
 
-/// A lobe: a linearly transformed cosine and the part of the light that it reflects.
+/// A linearly transformed cosine with the fraction of the light that it reflects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ltc {
-    /// M, from the cosine's space to the surface's local frame.
+    /// The map M, from the cosine's space to the surface's local frame.
     to_world: DMat3,
-    /// M⁻¹.
+    /// The map M⁻¹.
     to_cosine: DMat3,
     /// The directional albedo: ∫ f cos dω.
     pub albedo: f64,
 }
 
 impl Ltc {
-    /// The lobe of a map M (invertible) and an albedo.
+    /// Makes the LTC of a map M, which must be invertible, and an albedo.
     #[must_use]
     pub fn new(to_world: DMat3, albedo: f64) -> Self {
         Self {
@@ -35,21 +36,22 @@ impl Ltc {
         }
     }
 
-    /// M, from the cosine's space to the surface's local frame: what a sampler of the lobe needs.
+    /// Returns the map M, from the cosine's space to the surface's local frame, which a sampler
+    /// needs.
     #[must_use]
     pub const fn map(&self) -> DMat3 {
         self.to_world
     }
 
-    /// M⁻¹, to the cosine's space.
+    /// Returns the map M⁻¹, to the cosine's space.
     #[must_use]
     pub const fn to_cosine(&self) -> DMat3 {
         self.to_cosine
     }
 
-    /// The density of the lobe in a unit direction of the local frame, per solid angle; it
-    /// integrates to one over the sphere. Times the albedo it stands for f cos. Zero for a map
-    /// without an inverse.
+    /// Returns the density of the lobe in a unit direction of the local frame, per solid angle; it
+    /// integrates to one over the sphere. The density times the albedo approximates f cos. It is
+    /// zero for a map without an inverse.
     #[must_use]
     pub fn density(&self, w: DVec3) -> f64 {
         let c = self.to_cosine * w;
@@ -57,8 +59,9 @@ impl Ltc {
         nonnegative((c.z.max(0.0) / (r2 * r2)) * self.to_cosine.determinant().abs() / PI)
     }
 
-    /// The radiance reflected for each unit of radiance of a polygon (vertices relative to the
-    /// shading point, in world space; at most [`ConvexPolygon::CAPACITY`]).
+    /// Returns the radiance reflected for each unit of radiance of a polygon, whose vertices are
+    /// relative to the shading point, in world space, and at most [`ConvexPolygon::CAPACITY`] in
+    /// number.
     ///
     /// **Formula**: albedo/π times [`polygon::irradiance`] of the polygon mapped by M⁻¹, clipped to
     /// the horizon before the map (and to the cosine's own after).
@@ -67,12 +70,14 @@ impl Ltc {
         self.over(frame, vertices, polygon::irradiance)
     }
 
-    /// [`polygon`](Self::polygon) with the absolute error of [`polygon::irradiance_by_edges`].
+    /// Computes [`polygon`](Self::polygon) with the absolute error of
+    /// [`polygon::irradiance_by_edges`].
     #[must_use]
     pub fn polygon_by_edges(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
         self.over(frame, vertices, polygon::irradiance_by_edges)
     }
 
+    /// Integrates over a polygon: it is clipped to the horizon, and mapped to the cosine's space.
     fn over(
         &self,
         frame: &Frame,
@@ -87,7 +92,8 @@ impl Ltc {
         nonnegative(self.albedo / PI * irradiance(&mapped[..count], DVec3::Z))
     }
 
-    /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length.
+    /// Returns the radiance reflected for each unit of radiance × radius of a thin cylinder, in
+    /// 1/length.
     ///
     /// **Formula**: albedo/π times [`cylinder::irradiance`] of the line mapped by M⁻¹, divided by
     /// the change of its radius, |Mᵀ(s × l0)|/|s × l0| (s the line's direction, l0 a point of it).
@@ -107,28 +113,28 @@ impl Ltc {
     }
 }
 
-/// A lobe of a reflection times the receiver's cosine, as a cosine under a linear map M: about
-/// albedo · p(ω) with p(ω) = max(0, c.z)/π |det M⁻¹|/|c|⁴ and c = M⁻¹ω.
+/// A lobe of a reflection times the receiver's cosine, approximated by a cosine under a linear map
+/// M: albedo · p(ω) with p(ω) = max(0, c.z)/π |det M⁻¹|/|c|⁴ and c = M⁻¹ω.
 ///
 /// **Source**: Heitz, Dupuy, Hill & Neubelt 2016.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformedCosine {
-    /// M, from the cosine's space (its axis is z) to the local frame of the surface (its normal is
-    /// z); invertible.
+    /// The map M, from the cosine's space (whose axis is z) to the local frame of the surface
+    /// (whose normal is z); it must be invertible.
     pub map: DMat3,
-    /// About ∫ f cos dω of the lobe over the hemisphere, by channel.
+    /// The approximate integral ∫ f cos dω of the lobe over the hemisphere, by channel.
     pub albedo: DVec3,
 }
 
 impl TransformedCosine {
-    /// p(ω), the density of the lobe in a unit direction of the local frame, per solid angle; it
-    /// integrates to one over the sphere. Zero for a map without an inverse.
+    /// Returns p(ω), the density of the lobe in a unit direction of the local frame, per solid
+    /// angle; it integrates to one over the sphere. It is zero for a map without an inverse.
     #[must_use]
     pub fn density(&self, w: DVec3) -> f64 {
         Ltc::new(self.map, 1.0).density(w)
     }
 
-    /// The lobe of a reflection scaled by a colour.
+    /// Returns the lobe with its albedo multiplied by a colour.
     #[must_use]
     pub fn scaled(self, scale: DVec3) -> Self {
         Self {
@@ -138,26 +144,26 @@ impl TransformedCosine {
     }
 }
 
-/// An approximation of a reflection times the receiver's cosine, from one direction, by a sum of
-/// linearly transformed cosines: the cosine itself, and lobes.
+/// An approximation of a reflection times the receiver's cosine, for one outgoing direction, by a
+/// sum of linearly transformed cosines (LTCs): the cosine itself, and further lobes.
 ///
-/// It is what samples of lights are drawn by and weighed with, so only noise depends on how near it
-/// is. It may be zero where the reflection is not: combine it with a technique that is not.
+/// Samples of lights are drawn and weighted by it, so that its accuracy affects only the noise. It
+/// may be zero where the reflection is not; combine it with a technique that is positive there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformedCosines {
     /// The local frame of the maps: z is the normal.
     pub frame: Frame,
-    /// The albedo of what the cosine itself stands for, by channel.
+    /// The albedo of the part that the cosine itself represents, by channel.
     pub diffuse: DVec3,
     lobes: [TransformedCosine; Self::MAX],
     count: usize,
 }
 
 impl TransformedCosines {
-    /// The most lobes beside the cosine itself.
+    /// The largest number of lobes in addition to the cosine itself.
     pub const MAX: usize = 8;
 
-    /// The cosine itself, in a local frame with the normal as z, and no lobe.
+    /// Makes the cosine itself, in a local frame whose z is the normal, without further lobes.
     #[must_use]
     pub const fn new(frame: Frame, diffuse: DVec3) -> Self {
         Self {
@@ -171,8 +177,8 @@ impl TransformedCosines {
         }
     }
 
-    /// Adds a lobe, unless it is black; one too many, or one whose map is of no numbers or flat,
-    /// counts as the cosine itself.
+    /// Adds a lobe unless it is black. A lobe beyond [`Self::MAX`], or one whose map is singular or
+    /// not finite, is added to the cosine itself.
     pub fn add(&mut self, lobe: TransformedCosine) {
         if lobe.albedo == DVec3::ZERO {
             return;
@@ -188,7 +194,8 @@ impl TransformedCosines {
         }
     }
 
-    /// These without the cosine itself, unless there are no lobes.
+    /// Returns the lobes without the cosine itself; if there are no lobes, the value does not
+    /// change.
     #[must_use]
     pub const fn lobes_alone(mut self) -> Self {
         if self.count > 0 {
@@ -197,7 +204,7 @@ impl TransformedCosines {
         self
     }
 
-    /// The lobes beside the cosine itself.
+    /// Returns the lobes, without the cosine itself.
     #[must_use]
     pub fn lobes(&self) -> &[TransformedCosine] {
         &self.lobes[..self.count]

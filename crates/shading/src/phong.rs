@@ -1,22 +1,26 @@
-//! Phong and cosine lobes along a line.
+//! This module integrates Phong lobes and generalised cosine lobes along a line.
 //!
-//! Conventions. The modified Phong BRDF is f = k_s (k + 2)/(2π) max(0, R·ω)ᵏ with R the mirror
-//! direction of the viewer: its albedo is k_s at normal incidence and less elsewhere (the part of
-//! the lobe below the horizon is lost). A factor (k + 1)/(2π) would normalise the lobe *without*
-//! the receiver's cosine; we never use that one. A generalised cosine lobe (Lafortune et al. 1997)
-//! f = c max(0, ω·(C ω_o))ᵏ is the same integral with the axis C ω_o, whose length is free.
+//! **Conventions**: the modified Phong BRDF is f = k_s (k + 2)/(2π) max(0, R·ω)ᵏ with R the mirror
+//! direction of the viewer. Its albedo is k_s at normal incidence and less elsewhere, since the
+//! part of the lobe below the horizon is lost. A factor (k + 1)/(2π) would normalise the lobe
+//! *without* the receiver's cosine; it is not used here. A generalised cosine lobe (Lafortune et
+//! al. 1997) f = c max(0, ω·(C ω_o))ᵏ is the same integral with the axis C ω_o, whose length is
+//! free.
 //!
-//! Symbols: n shading normal, R lobe axis, k its exponent, any real number ≥ 0; the rest as in
-//! [`ribbon`](crate::ribbon). max(0, x)⁰ is one for x > 0 and zero elsewhere, the limit for k → 0:
-//! a lobe without exponent ends where all others do.
+//! **Symbols**: n is the shading normal, R the axis of the lobe, and k its exponent, any real
+//! number ≥ 0; the others are defined in [`ribbon`](crate::ribbon). max(0, x)⁰ is one for x > 0 and
+//! zero elsewhere, which is the limit for k → 0: a lobe with the exponent zero ends at its horizon
+//! like all others.
 //!
-//! **Method** of all integrals here: over the angle along the line, with t = tan(x/2) as variable
-//! counted from the direction in which the lobe is highest, two panels of 24 Gauss–Legendre nodes,
-//! cut where the lobe has fallen below e⁻⁴⁰ of its peak. The cost does not depend on k. Powers are
-//! formed as exp(−2k atanh q) with q = t(t + τ)/(1 − τt), relative to the peak, whose own logarithm
-//! comes from what is missing from one; hence the error does not grow like ε k.
+//! **Method** of all integrals here: the integral over the angle along the line is taken in t =
+//! tan(x/2), where x is measured from the direction in which the lobe is highest. It has two panels
+//! of 24 Gauss–Legendre nodes, which are cut where the lobe has fallen below e⁻⁴⁰ of its peak, so
+//! that the cost does not depend on k. Powers are exp(−2k atanh q) with q = t(t + τ)/(1 − τt),
+//! relative to the peak. The logarithm of the peak is computed from its difference to one; hence
+//! the error does not grow like ε k.
 //!
-//! **Domain**: any input; a line through the shading point gives 0, and so does what is not finite.
+//! **Domain**: any input. A line through the shading point gives 0, and so does input that is not
+//! finite.
 //!
 //! **Error**: below 1e-11 relative at any exponent from 0 to 1e5, also deep in the tails, down to
 //! results of 1e-280 (`docs/accuracy.md`).
@@ -34,10 +38,11 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
 
-/// The length from which on that of a line between ends near one is known from them to 1e-12.
+/// The length from which on the length of a line is known to 1e-12 from rounded ends of about unit
+/// distance.
 const LONG: f64 = 1e-3;
 
-/// (k + 2)/(2π), the factor of the modified Phong BRDF.
+/// Returns (k + 2)/(2π), the factor of the modified Phong BRDF.
 ///
 /// ```
 /// let factor = linelit_shading::phong::normalisation(0.0);
@@ -48,10 +53,10 @@ pub fn normalisation(k: f64) -> f64 {
     nonnegative((k + 2.0) / (2.0 * PI))
 }
 
-/// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon, 1/length².
+/// Returns `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon, in 1/length².
 ///
-/// Times [`emitter`](crate::ribbon::emitter) and [`normalisation`] it is the radiance for each unit
-/// of k_s, radiance and width.
+/// Times [`emitter`](crate::ribbon::emitter) and [`normalisation`] this is the radiance for each
+/// unit of k_s, radiance and width.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -68,13 +73,14 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
         return nonnegative(segment.integrate(k) * segment.inverse_distance());
     }
     robust([a, b, up, lobe], k, |fan, axis| {
-        // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
+        // The cosine at the emitter divided by its height is 1/|p|: at the points themselves this
+        // is one.
         integrate(&fan.with_constant(1.0), axis, k) * fan.unit * fan.unit
     })
 }
 
-/// [`ribbon`] of a line whose ends are rounded, by n·p and axis·p at the true ends (not negative)
-/// and the true length.
+/// Computes [`ribbon`] for a line whose ends are rounded, from n·p and axis·p at the exact ends
+/// (not negative) and the exact length.
 pub(crate) fn ribbon_by_heights(
     ends: [DVec3; 2],
     heights: [[f64; 2]; 2],
@@ -82,7 +88,7 @@ pub(crate) fn ribbon_by_heights(
     [n, axis]: [DVec3; 2],
     k: f64,
 ) -> f64 {
-    // Far above the horizons, rounded ends of a long line do.
+    // High above the horizons, the rounded ends of a long line are accurate enough.
     let points = [ends[0], ends[1], n, axis].map(|v| v.to_array());
     let fast = || fast_lobe::measure(points[0], points[1], points[2], points[3], k);
     if let Some(segment) = (length > LONG).then(fast).flatten() {
@@ -93,8 +99,8 @@ pub(crate) fn ribbon_by_heights(
     })
 }
 
-/// `∫ max(0, n·p) w(p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon whose width w changes linearly
-/// between those at its ends: see [`ribbon::tapered`](crate::ribbon::tapered).
+/// Returns `∫ max(0, n·p) w(p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon whose width w changes
+/// linearly between the given widths at its ends: see [`ribbon::tapered`](crate::ribbon::tapered).
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -106,13 +112,13 @@ pub(crate) fn ribbon_by_heights(
 /// ```
 #[must_use]
 pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64, widths: [f64; 2]) -> f64 {
-    // Over |p| a width is as the cosine of an emitter.
+    // Divided by |p|, a width changes like the cosine of an emitter.
     let fan = Fan::new(p0, p1, &[n, DVec3::ZERO, axis], Some(widths)).filter(|_| k >= 0.0);
     fan.map_or(0.0, |fan| nonnegative(integrate(&fan, axis, k) * fan.unit))
 }
 
-/// `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, 1/length: for each unit of
-/// radiance × radius. See [`cylinder`](crate::cylinder).
+/// Returns `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, in 1/length, for
+/// each unit of radiance × radius. See [`cylinder`](crate::cylinder).
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -131,7 +137,7 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     }
     robust([a, b, up, lobe], k, |fan, axis| {
         let twice_distance = 2.0 * fan.sine / fan.reach();
-        // Before the integral where the square of its inverse is beyond the range of numbers.
+        // Multiply before the integral where the square of the inverse would overflow.
         let [before, after] = if twice_distance > NEAREST {
             [1.0, twice_distance]
         } else {
@@ -141,7 +147,7 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     })
 }
 
-/// `of` the segment's fan and the axis, where there is any.
+/// Applies `of` to the segment's fan and the axis; 0 if there is no fan.
 #[inline(never)]
 fn robust(points: [Point; 4], k: f64, of: impl FnOnce(&Fan<2>, DVec3) -> f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
@@ -151,8 +157,8 @@ fn robust(points: [Point; 4], k: f64, of: impl FnOnce(&Fan<2>, DVec3) -> f64) ->
     nonnegative(of(&fan, axis))
 }
 
-/// `∫ max(0, n·p) max(0, m·p) max(0, R·p)ᵏ/|p|^(4+k) dt` for any vector m, 1/length: a ribbon whose
-/// emission falls with the cosine to m, which need not be perpendicular to the line.
+/// Returns `∫ max(0, n·p) max(0, m·p) max(0, R·p)ᵏ/|p|^(4+k) dt` for any vector m, in 1/length: a
+/// ribbon whose emission falls with the cosine to m, which need not be perpendicular to the line.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;

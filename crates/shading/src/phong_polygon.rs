@@ -1,9 +1,9 @@
-//! A Phong lobe over a polygon, or over any region in a plane.
+//! This module integrates a Phong lobe over a polygon, or over any region in a plane.
 //!
-//! The integral is one over the boundary (Stokes' theorem, twice): each edge is an arc of a great
-//! circle on which the lobe has one highest point, and falls off on both sides of it. An edge that
-//! is nowhere near the lobe costs a few products. Where the edges' terms cancel, since the polygon
-//! is small or at the horizon, triangles are integrated line by line instead.
+//! The integral is transformed to the boundary by Stokes' theorem, twice. Each edge is an arc of a
+//! great circle on which the lobe has one highest point and falls off on both sides of it. An edge
+//! that is far from the lobe costs a few products. Where the edges' terms cancel, because the
+//! polygon is small or at the horizon, triangles are integrated line by line.
 
 use crate::exact::{direction, dot, length, value_at_crossing};
 use crate::fan::Fan;
@@ -21,34 +21,37 @@ use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The most vertices taken at once, before clipping; larger polygons are fanned out.
+/// The largest number of vertices that are integrated at once, before clipping; larger polygons are
+/// divided into a fan.
 const CHUNK: usize = ConvexPolygon::CAPACITY;
 
-/// The error of the sum over edges up to which it is taken, relative to the most that the integral
-/// can be: the irradiance, or the whole lobe.
+/// The largest accepted error of the sum over edges, relative to an upper bound of the integral:
+/// the irradiance, or the whole lobe.
 const ENOUGH: f64 = 3e-11;
 
-/// A lobe of which nothing but e⁻⁴⁶ of its peak meets an edge does not count there.
+/// The depth below which a lobe is ignored on an edge: e⁻⁴⁶ of its peak.
 const DEPTH: f64 = 46.0;
 
-/// What edges that do not count may add to the sum: e⁻⁴⁶ times their angles and azimuths, 4π at
-/// most.
+/// The largest contribution of ignored edges to the sum: e⁻⁴⁶ times their angles and azimuths, 4π
+/// at most.
 const LEFT_OUT: f64 = 1.4e-19;
 
-/// An edge whose plane passes the axis at more than the root of this over k has no digits to lose
-/// by leaving out the ones of 1 − zᵏ: zᵏ is below e⁻⁶ there, and the quotient by 1 − z² smooth.
+/// If k g² is above this number, for an edge whose plane passes the axis at g, the term 1 − zᵏ is
+/// integrated without its one. No digits are lost: zᵏ is below e⁻⁶ there, and the quotient by 1 −
+/// z² is smooth.
 const FAR: f64 = 12.0;
 
-/// An angle of which the sine is a hundredth, close to π: rounded ends do not know the plane.
+/// An angle close to π, whose sine is a hundredth: beyond it rounded ends do not determine the
+/// edge's plane.
 const NEARLY_STRAIGHT: f64 = 3.13;
 
-/// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the polygon, dimensionless. Times
+/// Returns `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the polygon, dimensionless. Times
 /// [`normalisation`](crate::phong::normalisation) and k_s it is the radiance that a Phong surface
 /// reflects for each unit of the light's radiance.
 ///
-/// `vertices` are relative to the shading point, convex, in either order, any number; `n` is the
-/// surface's unit normal (the result is in proportion to its length), `w` the direction of the
-/// lobe's axis, and `k` its exponent, any real number ≥ 0.
+/// `vertices` are relative to the shading point, of a convex polygon, in either order and of any
+/// number; `n` is the surface's unit normal (the result is proportional to its length), `w` the
+/// direction of the lobe's axis, and `k` its exponent, any real number ≥ 0.
 ///
 /// **Formula**: with z = w·ω, G the inward unit normal of the plane through an edge and the
 /// shading point, g = G·w, and x the angle along the edge,
@@ -57,32 +60,34 @@ const NEARLY_STRAIGHT: f64 = 3.13;
 /// (k + 2) T = 2π m (w·n) + Σ_edges ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx
 /// ```
 ///
-/// where m is one if the axis passes through the polygon, else zero. Where the edge is near the
-/// axis, the second term is (w·n) g (1 − zᵏ)/(1 − z²) less (w·n) times the azimuth that the edge
-/// subtends about the axis, which is an arctangent. Both are integrated by 24 Gauss–Legendre nodes
-/// on each side of the lobe's highest point on the edge, as far as zᵏ matters.
+/// Here m is one if the axis passes through the polygon, and zero otherwise. If the edge is near
+/// the axis, the second term is computed as (w·n) g (1 − zᵏ)/(1 − z²) minus (w·n) times the azimuth
+/// that the edge subtends about the axis, which is an arc tangent. Both terms are integrated by 24
+/// Gauss–Legendre nodes on each side of the lobe's highest point on the edge, as far as zᵏ matters.
 ///
-/// Where the terms cancel (polygons that are small, light at the horizon), and for exponents below
-/// six that are no integers, it is the integral over triangles with positive terms,
-/// det(a, b, c)/|c − b| ∫ [`ribbon`](crate::phong::ribbon) du, over lines along the longest side
-/// of each.
+/// Where the terms cancel (for polygons that are small, and for light at the horizon), and for
+/// exponents below six that are not integers, the result is an integral over triangles with
+/// positive terms, det(a, b, c)/|c − b| ∫ [`ribbon`](crate::phong::ribbon) du, over lines along the
+/// longest side of each triangle.
 ///
 /// **Cost**: an edge takes 500 to 700 ns at exponents of 1 to 113, 250 to 430 at 1000 and 250 to
-/// 290 at 1e5, where [`ribbon`](crate::phong::ribbon) takes 150 to 370, 150 to 250 and 460 to 620
-/// along the same edges: two to four lines, one to two, and half a line. Small triangles take 0.5
-/// to 1 µs, others that need no grading 15 or 30 lines, and those of powers below six that are no
-/// integers, or with a narrow lobe in them, some hundred to some thousand (0.2 to 2 ms).
+/// 290 at 1e5. Along the same edges [`ribbon`](crate::phong::ribbon) takes 150 to 370, 150 to 250
+/// and 460 to 620 ns, so that an edge costs two to four lines, one to two, and half a line. Small
+/// triangles take 0.5 to 1 µs, and other triangles that need no grading take 15 or 30 lines.
+/// Triangles for powers below six that are not integers, or with a narrow lobe inside, take some
+/// hundred to some thousand lines (0.2 to 2 ms).
 ///
-/// **Domain**: finite vertices; fewer than three, or k < 0, give 0. Of a polygon that the shading
-/// point touches (nearer than ε of its size) the result is between nothing and the irradiance.
+/// **Domain**: finite vertices; fewer than three, or k < 0, give 0. If the shading point touches
+/// the polygon (nearer than ε of its size), the result is between zero and the irradiance.
 ///
-/// **Error**: below 1e-10 of the lesser of the polygon's [irradiance](polygon::irradiance) and
+/// **Error**: below 1e-10 of the smaller of the polygon's [irradiance](polygon::irradiance) and
 /// 2π/(k + 2), the whole lobe, at exponents up to 1e5 (`docs/accuracy.md`). In 2400 random polygons
-/// of 1e-8 to 2 distances, across horizons too, it is 2e-11 at most (powers below six that are no
-/// integers were not compared across the lobe's own horizon there). Where triangles are taken and
-/// one passes next to the shading point, ends of lines are rounded besides, by 2 ε times the
-/// distance of the farthest vertex: with the fourth power of distances, 8 ε times that over the
-/// distance of the nearest point (in 600 random triangles at exponents of 1 to 5, 0.12 ε).
+/// of 1e-8 to 2 distances, also across horizons, it is 2e-11 at most (powers below six that are not
+/// integers were not compared across the lobe's own horizon there). Where triangles are used and
+/// one passes close to the shading point, ends of lines are also rounded, by 2 ε times the distance
+/// of the farthest vertex. With the fourth power of distances this becomes 8 ε times the ratio of
+/// that distance to the distance of the nearest point (in 600 random triangles at exponents of 1 to
+/// 5, 0.12 ε).
 ///
 /// **Source**: Arvo 1995, "Applications of Irradiance Tensors", whose recursion costs O(k) for each
 /// edge and needs an integer; this form is our own.
@@ -106,7 +111,7 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
         return 0.0;
     };
     let lobe = Lobe::new(n, w, k);
-    // Sum pieces of as many vertices as are taken at once, all with the first one.
+    // Divide the polygon into pieces of at most `CHUNK` vertices, which all share the first one.
     let mut piece = [*first * unit; CHUNK];
     let (mut sum, mut at) = (0.0, 0);
     while rest.len() > at + 1 {
@@ -115,24 +120,26 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
             *to = *from * unit;
         }
         sum += lobe.over_convex(&piece[..=next.len()]);
-        // A piece begins where the one before ends.
+        // A piece begins where the previous one ends.
         at += next.len() - 1;
     }
     nonnegative(sum)
 }
 
-/// [`irradiance`] of a region in a plane before the shading point, by its boundary: the region may
-/// have holes and several parts.
+/// Computes [`irradiance`] for a region in a plane in front of the shading point, given by its
+/// boundary. The region may have holes and several parts.
 ///
-/// `plane` holds where coordinates are zero, relative to the shading point, and the axes; `edges`
-/// the ends of each, the region on the left of all of them or on the right of all.
+/// `plane` holds the point of the plane with the coordinates zero, relative to the shading point,
+/// and the axes. `edges` holds the two ends of each edge; the region is on the left of all edges,
+/// or on the right of all.
 ///
-/// **Formula**: that of [`irradiance`] for large polygons. **Domain**: regions above the horizon of
-/// `n`. `None` for exponents below six that are no integers of one at least, and where an edge
-/// subtends nearly half a turn: triangles that make up the region have the integral then.
+/// **Formula**: the formula of [`irradiance`] for large polygons. **Domain**: regions above the
+/// horizon of `n`. `None` for exponents below one, and for exponents below six that are not
+/// integers; also if an edge subtends almost half a turn. In these cases integrate over triangles
+/// that make up the region.
 ///
-/// **Error**: (2000 + 2 √(1300 k)) ε |n|/(k + 2) for each radian of the boundary that the lobe
-/// meets, absolute.
+/// **Error**: absolute, (2000 + 2 √(1300 k)) ε |n|/(k + 2) for each radian of the boundary that the
+/// lobe meets.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -166,19 +173,21 @@ pub fn boundary_irradiance(
     Some(nonnegative(sum.value.abs() / (k + 2.0)))
 }
 
-/// A surface's normal n and the lobe of a Phong reflection about the axis w with the exponent k:
-/// the integrand is (n·ω) (w·ω)ᵏ over directions ω where both cosines are positive, zero elsewhere.
+/// A surface's normal n, and the lobe of a Phong reflection about the axis w with the exponent k.
+/// The integrand is (n·ω) (w·ω)ᵏ over directions ω for which both cosines are positive, and zero
+/// elsewhere.
 #[derive(Clone, Copy, Debug)]
 struct Lobe {
     n: DVec3,
-    /// The axis as it was given but for a power of two: rounding would turn its horizon.
+    /// The axis as it was given, up to a power of two: normalizing it would rotate its horizon by
+    /// rounding.
     axis: DVec3,
-    /// A unit vector, or zero.
+    /// The axis as a unit vector, or zero.
     w: DVec3,
     k: f64,
 }
 
-/// A sum, and the sum of its terms' magnitudes.
+/// A sum, and the sum of the magnitudes of its terms.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum {
     value: f64,
@@ -192,23 +201,24 @@ impl Lobe {
         Self { n, axis, w, k }
     }
 
-    /// Whether the power is smooth at the lobe's horizon, or nothing is left of it there.
+    /// Whether the power is smooth at the lobe's horizon, or negligible there.
     fn is_smooth(&self) -> bool {
         self.k >= SMOOTH || (self.k >= 1.0 && self.k.fract() == 0.0)
     }
 
-    /// Whether the axis meets the plane with a normal through a point.
+    /// Whether the axis meets the plane through a point with a given normal.
     fn meets(&self, normal: DVec3, point: DVec3) -> bool {
         dot(normal, self.w) * dot(normal, point) > 0.0
     }
 
-    /// The integral over at most `CHUNK` vertices near one in magnitude.
+    /// Returns the integral over at most `CHUNK` vertices of about unit magnitude.
     fn over_convex(&self, vertices: &[DVec3]) -> f64 {
         let (n, k) = (self.n, self.k);
         let whole = polygon::irradiance(vertices, n);
         if !(whole > 0.0) {
             return 0.0;
         }
+        // Try the sum over edges, and accept it if its error is small enough.
         if self.is_smooth() {
             let mut above = [DVec3::ZERO; CHUNK + 2];
             let count = clip_to_horizon(vertices, n, &mut above);
@@ -222,17 +232,19 @@ impl Lobe {
                 .sum();
             let mut sum = self.over_edges(edges, self.meets(normal, first));
             if *above != *vertices {
-                // Cut corners are rounded, which turns the sides that they end.
+                // The corners that were clipped are rounded, which rotates the sides that end
+                // there.
                 sum.size += TAU * n.length();
             }
-            // The nodes err by 5e-13; the lobe's logarithm, which is at most 645 and then has a
-            // slope of √(1300 k), by the rounding of directions.
+            // The nodes contribute an error of 5e-13. The lobe's logarithm, which is at most 645
+            // and then has a slope of √(1300 k), contributes the rounding of directions.
             let rounding = (2000.0 + 2.0 * k.min((1300.0 * k).sqrt())) * f64::EPSILON;
             let error = rounding * sum.size + LEFT_OUT * n.length();
             if error <= ENOUGH * (whole * (k + 2.0)).min(TAU * n.length()) {
                 return nonnegative(sum.value.abs() / (k + 2.0)).min(whole);
             }
         }
+        // If not, integrate over the triangles of a fan.
         let (first, fan) = (vertices[0], vertices[1..].windows(2));
         let sum: f64 = fan
             .map(|pair| self.over_triangle([first, pair[0], pair[1]]))
@@ -240,21 +252,22 @@ impl Lobe {
         nonnegative(sum).min(whole)
     }
 
-    /// (k + 2) times the integral over the region within edges above the horizon of n, positive
-    /// where they run counter-clockwise seen from the shading point; `is_ahead` says whether the
-    /// axis meets the region's plane.
+    /// Returns (k + 2) times the integral over the region within edges above the horizon of n; it
+    /// is positive where the edges run counter-clockwise as seen from the shading point. `is_ahead`
+    /// says whether the axis meets the region's plane.
     fn over_edges(&self, edges: impl Iterator<Item = [DVec3; 2]>, is_ahead: bool) -> Sum {
         let (mut sum, mut turns) = (Sum::default(), 0.0);
         for [a, b] in edges {
             if let Some(arc) = Arc::new(a, b, self) {
-                // By the same arctangents, so that an edge through the axis is on one side of it
-                // here and there.
+                // Sum the same arc tangents as the edge's term does, so that an edge through the
+                // axis is on one side of it in both.
                 turns += arc.azimuth(arc.from, arc.to);
                 let part = arc.integral(self);
                 sum.value += part.value;
                 sum.size += part.size;
             }
         }
+        // The axis is inside if the azimuths add up to a turn.
         if is_ahead {
             let inside = (turns / TAU).round() * TAU * dot(self.n, self.w);
             sum.value += inside;
@@ -264,10 +277,11 @@ impl Lobe {
     }
 }
 
-/// An edge as an arc about the point nearest to the axis, from which angles x are counted.
+/// An edge as an arc; angles x are measured from the point of its circle that is nearest to the
+/// axis.
 #[derive(Clone, Copy, Debug)]
 struct Arc {
-    /// Angles of its ends.
+    /// The angles of its ends.
     from: f64,
     to: f64,
     /// g = G·w.
@@ -279,13 +293,13 @@ struct Arc {
 }
 
 impl Arc {
-    /// `None` for an edge without length, and through the shading point.
+    /// Makes the arc; `None` for an edge without length, and for one through the shading point.
     fn new(a: DVec3, b: DVec3, lobe: &Lobe) -> Option<Self> {
         let fan = Fan::new(a, b, &[], None).filter(|fan| fan.sine > 0.0)?;
         let start = dot(lobe.w, fan.ends[0]) / fan.radii[0];
         let rise = fan.slope(lobe.w, 0);
         let centre = atan2(rise, start);
-        // Count the other way round what would be beyond half a turn.
+        // If the arc would extend beyond half a turn, measure angles in the other direction.
         let turn = if 0.5 * fan.angle - centre > PI {
             TAU
         } else {
@@ -300,14 +314,15 @@ impl Arc {
         })
     }
 
-    /// ∫ g dx/(1 − z²) between two angles: the azimuth about the axis.
+    /// Returns ∫ g dx/(1 − z²) between two angles: the azimuth about the axis.
     fn azimuth(&self, a: f64, b: f64) -> f64 {
         let g = self.distance;
         atan2(g * sin(b - a), g * g * cos(a) * cos(b) + sin(a) * sin(b))
     }
 
-    /// The term of this edge in the sum over the boundary ([`irradiance`]), (k + 2) times its part
-    /// of the integral: ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx, with the magnitudes of its parts.
+    /// Returns the term of this edge in the sum over the boundary ([`irradiance`]), (k + 2) times
+    /// its part of the integral: ∫ [ (G·n) zᵏ − (w·n) g zᵏ/(1 − z²) ] dx, with the sum of the
+    /// magnitudes of its parts.
     fn integral(&self, lobe: &Lobe) -> Sum {
         let none = Sum::default();
         if self.to - self.from > NEARLY_STRAIGHT {
@@ -331,7 +346,7 @@ impl Arc {
         if !(log > -DEPTH) {
             return none;
         }
-        // Integrate over the window about it where the power matters.
+        // Integrate over the window about this point in which the power matters.
         let slope = tan(peak.abs());
         let width = window(k, slope);
         let (low, high) = (low.max(peak - width), high.min(peak + width));
@@ -358,7 +373,7 @@ impl Arc {
             true => [-g * ones, 0.0],
             false => [g * ones, self.azimuth(low, high)],
         };
-        // Planes of edges are rounded, and so are the angles of their ends.
+        // Count the rounding of edges' planes and of the angles of their ends as errors.
         let rounded = PLANE * (1.0 + 1.0 / (high - low));
         Sum {
             value: facing * (turn - rest) + self.lean * powers,
@@ -368,29 +383,30 @@ impl Arc {
     }
 }
 
-/// The normals of edges and the angles of their ends are rounded by 4 ε, of the 2000 ε of the
-/// error.
+/// The rounding of the normals of edges and of the angles of their ends, 4 ε, as a fraction of the
+/// 2000 ε of the error.
 const PLANE: f64 = 2e-3;
 
 /// A piece of an arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
 struct Panel {
-    /// tan of half its width.
+    /// The tangent of half its width.
     half_tan: f64,
-    /// z falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
+    /// The slope τ ≥ 0 at the start: z falls like cos x − τ sin x.
     slope: f64,
-    /// The coordinate along the arc, √(1 − g² − z²), is a cos x + b sin x.
+    /// a and b: the coordinate along the arc, √(1 − g² − z²), is a cos x + b sin x.
     across: [f64; 2],
     /// g².
     square: f64,
-    /// k ln z at the start.
+    /// k ln z at the start of the piece.
     log: f64,
     k: f64,
     is_far: bool,
 }
 
 impl Panel {
-    /// ∫ zᵏ/(1 − z²) dx if it is far from the axis, else ∫ (1 − zᵏ)/(1 − z²) dx; and ∫ zᵏ dx.
+    /// Returns ∫ zᵏ/(1 − z²) dx if the edge is far from the axis, and ∫ (1 − zᵏ)/(1 − z²) dx
+    /// otherwise; and ∫ zᵏ dx.
     fn sums(&self) -> [f64; 2] {
         let end = self.half_tan;
         let last = end * (end + self.slope) / (1.0 - self.slope * end);
@@ -402,7 +418,7 @@ impl Panel {
         sums.map(|sum| 2.0 * end * sum)
     }
 
-    /// The terms of a node t = tan(x/2) with a weight, for the power there.
+    /// Returns the terms of a node t = tan(x/2) with a weight, given the power there.
     #[inline(always)]
     fn terms<L: Lanes>(&self, l: L, t: L::D, weight: L::D, power: L::D) -> [L::D; 2] {
         let one = l.dsplat(1.0);
@@ -415,7 +431,7 @@ impl Panel {
         [weight * (share / gap), weight * power]
     }
 
-    /// The sums with the library's functions, for wide panels (small exponents).
+    /// Returns the sums with the library's functions, for wide panels (small exponents).
     fn wide(&self) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for (s, weight) in NODE.iter().zip(&WEIGHT) {
@@ -429,7 +445,8 @@ impl Panel {
     }
 }
 
-/// The sums by the rule, with cos x − τ sin x = (1 − q)/(1 + q) for q = t (t + τ)/(1 − τ t).
+/// Returns the sums by the rule, with cos x − τ sin x = (1 − q)/(1 + q) for q = t (t + τ)/(1 − τ
+/// t).
 #[inline(always)]
 fn kernel<S: Simd>(s: S, panel: &Panel) -> [f64; 2] {
     let one = s.dsplat(1.0);
@@ -450,25 +467,26 @@ dispatch! {
     fn rule = kernel(panel: &Panel) -> [f64; 2]
 }
 
-/// A triangle of a smaller extent, in widths of the lobe, is smooth for four nodes in each
+/// A triangle of a smaller extent, in widths of the lobe, is smooth enough for four nodes in each
 /// direction.
 const TINY: f64 = 1e-2;
-/// A triangle of a smaller extent, in widths of the lobe and in distances, has no peak to look for.
+/// A triangle of a smaller extent, in widths of the lobe and in distances, needs no search for
+/// peaks.
 const MILD: f64 = 0.5;
-/// Four nodes err by 1e-14 in a power whose base changes by that over the exponent, and by no more
-/// than that, relative to itself.
+/// The largest change of a power's base, relative to itself and times the exponent, for which four
+/// nodes are used; their error is then 1e-14.
 const EVEN: f64 = 0.1;
-/// The fourth power of a smaller distance is beyond the range of numbers.
+/// The fourth power of a smaller distance underflows.
 const NEXT: f64 = 1e-70;
-/// Heights above this, relative to the distance of their corner, are rounded by 1e-12 of
-/// themselves.
+/// Heights above this number, relative to the distance of their corner, are rounded by at most
+/// 1e-12 of themselves.
 const STEEP: f64 = 1e-4;
-/// The parts of a range of lines get that much smaller towards a peak, so many times.
+/// The factor by which the parts of a range of lines shrink towards a peak, and how often they do.
 const GRADE: f64 = 1.0 / 32.0;
 const GRADES: i32 = 8;
-/// Lines for each part, at most.
+/// The largest number of lines for each part.
 const LINES: u32 = 1500;
-/// Nodes of Gauss' rule of four on [0, 1], with their weights.
+/// The nodes of Gauss' rule with four points on [0, 1], with their weights.
 const FOUR: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
@@ -476,18 +494,18 @@ const FOUR: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// A corner of a triangle. Between corners, heights change linearly: those of a rounded point
-/// would have lost their digits where they are small.
+/// A corner of a triangle with its heights. Heights between corners are interpolated: the heights
+/// of a rounded point would have lost their digits where they are small.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     at: DVec3,
-    /// The heights of the corner p over the horizons of the surface and of the lobe, n·p and
-    /// axis·p, each with few roundings relative to itself.
+    /// The heights n·p and axis·p of the corner p above the horizons of the surface and of the
+    /// lobe, each with few roundings relative to itself.
     heights: [f64; 2],
 }
 
 impl Lobe {
-    /// The integral over a triangle, of either order, by terms that are not negative.
+    /// Returns the integral over a triangle, in either order, by terms that are not negative.
     fn over_triangle(&self, [a, b, c]: [DVec3; 3]) -> f64 {
         let corner = |at| Corner {
             at,
@@ -497,7 +515,7 @@ impl Lobe {
         if !(volume > 0.0) {
             return 0.0;
         }
-        // Cut off what is below either horizon.
+        // Clip the triangle at both horizons.
         let above = |triangle, i| self.above(triangle, i).into_iter().flatten();
         let parts = above([a, b, c].map(corner), 0)
             .flat_map(|(share, part)| above(part, 1).map(move |(rest, part)| (share * rest, part)));
@@ -512,15 +530,15 @@ impl Lobe {
             .sum()
     }
 
-    /// What of a triangle is above a horizon (n's or w's), in up to two triangles, each with its
-    /// share of the area: a product of quotients without differences.
+    /// Returns the part of a triangle above a horizon (n's or w's) as up to two triangles, each
+    /// with its fraction of the area. The fractions are products of quotients without differences.
     fn above(&self, triangle: [Corner; 3], i: usize) -> [Option<(f64, [Corner; 3])>; 2] {
         let height = |corner: usize| triangle[corner].heights[i];
         let count = (0..3).filter(|corner| height(*corner) > 0.0).count();
         if count == 0 {
             return [None; 2];
         }
-        // Turn the one that is on another side than the two others to the front.
+        // Rotate the corner that is on the other side than the two others to the front.
         let is_odd = |corner: &usize| match count {
             1 => height(*corner) > 0.0,
             _ => height(*corner) < 0.0,
@@ -542,7 +560,7 @@ impl Lobe {
         }
     }
 
-    /// Where a side crosses a horizon.
+    /// Returns the point where a side crosses a horizon, with its heights.
     fn crossing(&self, a: Corner, b: Corner, i: usize) -> Corner {
         let ([own, other], [ha, hb]) = ([i, 1 - i], [a, b].map(|corner| corner.heights));
         let vectors = [self.n, self.axis];
@@ -553,8 +571,8 @@ impl Lobe {
         } else {
             value_at_crossing(vectors[other], vectors[own], a.at, b.at)
         };
-        // A place that is found anew from the plane fits the heights only where these are far from
-        // rounding: along the other horizon, nearly the same one, they are nothing else.
+        // A point that is computed from the plane fits the heights only if these are well above
+        // rounding. Along the other horizon, if it is almost the same, they are not.
         let is_steep = [a, b]
             .iter()
             .all(|c| c.heights[own].abs() > STEEP * length(c.at));
@@ -567,12 +585,13 @@ impl Lobe {
         Corner { at, heights }
     }
 
-    /// The integral over a triangle above both horizons, over its volume det(a, b, c).
+    /// Returns the integral over a triangle above both horizons, divided by its volume det(a, b,
+    /// c).
     fn by_volume(&self, triangle: [Corner; 3]) -> f64 {
         let corners = triangle.map(|corner| corner.at);
         let side = |i: usize| (corners[(i + 1) % 3] - corners[(i + 2) % 3]).length_squared();
         let longer = |best: usize, i: usize| if side(i) > side(best) { i } else { best };
-        // Take lines along the longest side, whose directions rounding harms least.
+        // Choose lines along the longest side, whose directions suffer least from rounding.
         let apex = longer(longer(0, 1), 2);
         let triangle @ [a, b, c] = [apex, apex + 1, apex + 2].map(|i| triangle[i % 3]);
         let base = length(c.at - b.at);
@@ -584,16 +603,19 @@ impl Lobe {
             let [a, b, c] = triangle.map(|corner| corner.heights[1]);
             f(f(a, b), c)
         });
+        // A tiny triangle needs four nodes in each direction.
         let widths = base / nearest * (self.k + 1.0).sqrt();
         let is_even = self.k == 0.0 || self.k.max(1.0) * (high - low) <= EVEN * low;
         if (widths < TINY && is_even) || base == 0.0 {
-            // Of what rounding has made a point next to the shading point, nothing is seen.
+            // If rounding has made the triangle a point next to the shading point, it contributes
+            // zero.
             return if nearest > NEXT {
                 self.by_nodes(triangle)
             } else {
                 0.0
             };
         }
+        // Integrate over lines at the fraction u from the apex; narrow peaks are graded.
         let line = |u: f64| {
             let ends = [b, c].map(|end| a.at + (end.at - a.at) * u);
             let heights = [0, 1].map(|i| {
@@ -612,8 +634,8 @@ impl Lobe {
         sum / base
     }
 
-    /// Where lines may see much more than others: through the axis and the foot of the shading
-    /// point, and where their ends are nearest to these.
+    /// Returns the fractions at which lines may receive much more light than others: through the
+    /// axis and the foot of the shading point, and where ends of lines are nearest to these.
     fn peaks(&self, [a, b, c]: [DVec3; 3]) -> [f64; 6] {
         let normal = (b - a).cross(c - a);
         let through = |d: DVec3| {
@@ -637,7 +659,7 @@ impl Lobe {
         ]
     }
 
-    /// ∫∫ u (n·p) (w·p)ᵏ/|p|^(k + 4) over a small triangle above both horizons.
+    /// Returns ∫∫ u (n·p) (w·p)ᵏ/|p|^(k + 4) over a small triangle above both horizons.
     fn by_nodes(&self, [a, b, c]: [Corner; 3]) -> f64 {
         let mut sum = 0.0;
         for (u, of_u) in FOUR {
@@ -648,7 +670,8 @@ impl Lobe {
                     [0, 1].map(|i| mix([a.heights[i], b.heights[i], c.heights[i]]));
                 let p = a.at * weights[0] + b.at * weights[1] + c.at * weights[2];
                 let square = p.length_squared();
-                // Near the axis, by what is missing from one: the exponent would magnify rounding.
+                // Near the axis compute the power from 1 − cos², since the exponent would magnify
+                // rounding.
                 let gap = self.w.cross(p).length_squared() / square;
                 let power = if gap < 0.5 {
                     exp(0.5 * self.k * ln_1p(-gap))
@@ -662,7 +685,7 @@ impl Lobe {
     }
 }
 
-/// The sum of parts of [0, 1] between peaks, smaller and smaller towards each.
+/// Returns the sum over parts of [0, 1] between peaks; the parts get smaller towards each peak.
 fn graded(peaks: &[f64], part: impl Fn(f64, f64) -> f64) -> f64 {
     let mut knots = [0.0; 8];
     let mut count = 2;

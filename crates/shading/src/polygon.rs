@@ -1,4 +1,4 @@
-//! A convex polygon, seen by a diffuse surface.
+//! This module integrates over a convex polygon, as a diffuse surface receives it.
 
 use crate::exact::{area_vector, direction, dot, length};
 use crate::horizon::crossing;
@@ -11,27 +11,29 @@ use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use std::f64::consts::PI;
 
-/// The most vertices taken at once, before clipping; larger polygons are fanned out.
+/// The largest number of vertices that are integrated at once, before clipping; larger polygons are
+/// divided into a fan.
 const CHUNK: usize = ConvexPolygon::CAPACITY;
 const CAPACITY: usize = CHUNK + 2;
-/// A sum of less than this share of its terms' magnitudes has lost too many digits.
+/// A sum that is smaller than this fraction of its terms' magnitudes has lost too many digits.
 const CANCELLED: f64 = 2e-3;
-/// Cosine of an edge's angle (179.7°) from where on cut ends do not know in which plane it is: over
-/// the light, from within its plane to rounding, they cannot even tell the way round.
+/// The cosine of an edge's angle (179.7°) beyond which clipped ends do not determine the edge's
+/// plane. If the shading point is above the light and within rounding of its plane, they do not
+/// even determine the direction of the turn.
 const NEARLY_STRAIGHT: f64 = -0.99999;
-/// The bound on Σ (|b − a|/|b|)² over edges from a to b: beyond it, differences lose the digits of
-/// the nearer end; of eight edges the error is 1e-12 there.
+/// A bound on Σ (|b − a|/|b|)² over edges from a to b. Beyond it, differences lose the digits of
+/// the nearer end; for eight edges the error is 1e-12 there.
 const NEAR_CORNER: f64 = 1e4;
-/// No cosine is below: ends as they were given do know.
+/// A bound below all cosines, for ends that are not clipped, which determine the plane.
 const ANY: f64 = -2.0;
 
-/// `∫ max(0, n·ω) dω` over the polygon: the irradiance for each unit of radiance (times k_d/π, the
-/// radiance reflected by a diffuse surface).
+/// Returns `∫ max(0, n·ω) dω` over the polygon: the irradiance for each unit of radiance (times
+/// k_d/π, the radiance reflected by a diffuse surface).
 ///
-/// `vertices` are relative to the shading point, convex, any number; `n` is the surface's unit
-/// normal (the result is in proportion to its length). Which way round the vertices go makes no
-/// difference: both sides of the polygon count as lit. Where a light emits to one side alone, its
-/// back is for the caller to leave out, as the estimators do (`AreaLight::faces` in
+/// `vertices` are relative to the shading point, of a convex polygon, of any number; `n` is the
+/// surface's unit normal (the result is proportional to its length). The order of the vertices
+/// makes no difference: both sides of the polygon count as lit. If a light emits to one side only,
+/// the caller has to leave out its back, as the estimators do (`AreaLight::faces` in
 /// `linelit-lights`).
 ///
 /// **Formula**: after clipping to the horizon, Lambert's sum over the edges
@@ -40,27 +42,28 @@ const ANY: f64 = -2.0;
 /// E = ½ Σ (Θᵢ/sin Θᵢ) (vᵢ × vᵢ₊₁)·n/(rᵢ rᵢ₊₁)
 /// ```
 ///
-/// with Θ/sin Θ as an analytic function of cos Θ, eight edges at a time where nothing is cut and
-/// little cancels. Else a polygon smaller than half its distance takes the centred form, in which
-/// what cancels has been taken out by hand: with eᵢ = vᵢ − v, R = |v|, dᵢ = rᵢ − R and
-/// p = Θ/sin Θ − 1 (by its own function of cos Θ),
+/// with Θ/sin Θ as an analytic function of cos Θ, eight edges at a time where no edge is clipped
+/// and little cancels. Otherwise a polygon smaller than half its distance takes the centred form,
+/// from which the cancelling terms have been removed by hand: with eᵢ = vᵢ − v, R = |v|, dᵢ = rᵢ −
+/// R and p = Θ/sin Θ − 1 (by its own function of cos Θ),
 ///
 /// ```text
 /// E = ½ [ Σ wᵢ (eᵢ × eᵢ₊₁)·n + n·(v × Σ ωᵢ (eᵢ₊₁ − eᵢ)) ],   wᵢ = (1 + p)/(rᵢ rᵢ₊₁),
 /// ωᵢ = wᵢ − 1/R² = p/(rᵢ rᵢ₊₁) − (R (dᵢ + dᵢ₊₁) + dᵢ dᵢ₊₁)/(R² rᵢ rᵢ₊₁)
 /// ```
 ///
-/// Where the terms still cancel (slivers, grazing incidence, light seen edge-on), as their
-/// magnitudes show, a sum over triangles takes over, whose terms are positive:
+/// If the magnitudes of the terms show that they still cancel (slivers, grazing incidence, light
+/// seen edge-on), a sum over triangles with positive terms replaces it:
 ///
 /// ```text
 /// E = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ · ½ [(n·â) (1 − G cos R) + (n·ê) G]
 /// ```
 ///
 /// with â, b̂, ĉ the directions of a triangle's corners, v the angle along the side from b̂ to ĉ,
-/// which is δ long, ê the direction there, R its angle with â, and G = (R − sin R cos R)/sin³ R.
-/// The integral is by sixteen nodes on parts of at most 96°. Determinants and cosines of what the
-/// horizon leaves of a triangle are products and quotients, exact but for their last digits.
+/// whose length is δ, ê the direction there, R its angle with â, and G = (R − sin R cos R)/sin³ R.
+/// The integral takes sixteen nodes on each part of at most 96°. Determinants and cosines of the
+/// part of a triangle above the horizon are products and quotients, exact except for their last
+/// digits.
 ///
 /// **Domain**: finite vertices; fewer than three give 0.
 ///
@@ -80,21 +83,23 @@ const ANY: f64 = -2.0;
 #[must_use]
 pub fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
     let value = lambert::polygon(vertices, n).unwrap_or_else(|| signed(vertices, n));
-    // Of all directions above the horizon it is π; the last digit is rounding's.
+    // The integral over all directions above the horizon is π: rounding must not exceed it.
     nonnegative(value.abs()).min(PI * n.length())
 }
 
-/// [`irradiance`] with a sign: positive where the vertices are counter-clockwise seen from the
-/// shading point (det(v₀, v₁, v₂) > 0).
+/// Computes [`irradiance`] with a sign: positive where the vertices are counter-clockwise as seen
+/// from the shading point (det(v₀, v₁, v₂) > 0).
 fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
     if vertices.len() < 3 {
         return 0.0;
     }
+    // Divide a large polygon into pieces.
     if vertices.len() > CHUNK {
         let (head, tail) = vertices.split_at(CHUNK);
         let mut rest = [DVec3::ZERO; CHUNK];
         let mut sum = signed(head, n);
-        // Each further piece: the first vertex, the last one used, and up to 22 more.
+        // Each further piece has the first vertex, the last one of the previous piece, and up to 22
+        // more.
         let mut last = head[CHUNK - 1];
         for piece in tail.chunks(CHUNK - 2) {
             rest[0] = vertices[0];
@@ -105,6 +110,7 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
         }
         return sum;
     }
+    // Scale to about unit size.
     let largest = vertices
         .iter()
         .map(|v| v.abs().max_element())
@@ -117,6 +123,7 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
         *to = *from * unit;
     }
     let scaled = &scaled[..vertices.len()];
+    // Choose the form by the size of the polygon relative to its distance.
     let first = scaled[0];
     let reach = scaled
         .iter()
@@ -127,6 +134,7 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
     } else {
         plain(scaled, n)
     };
+    // Accept the sum unless its terms cancel.
     let dark = || scaled.iter().all(|p| dot(n, *p) <= 0.0);
     if value.abs() > CANCELLED * size || dark() {
         value
@@ -135,7 +143,8 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
     }
 }
 
-/// Vertices above the horizon of `n`, in order; `at(i, j, ci, cj)` makes the crossing of an edge.
+/// Collects the part above the horizon of `n`, in order, and returns its number of vertices.
+/// `vertex(i)` makes a vertex, and `cut(i, j, ci, cj)` the crossing of an edge with the horizon.
 fn clip_with(
     vertices: &[DVec3],
     n: DVec3,
@@ -150,6 +159,7 @@ fn clip_with(
             count += 1;
         }
     };
+    // Walk around the polygon, and add a vertex wherever an edge crosses the horizon.
     let mut last = vertices.len() - 1;
     let mut c_last = dot(n, vertices[last]);
     for (i, &v) in vertices.iter().enumerate() {
@@ -165,14 +175,14 @@ fn clip_with(
     count
 }
 
-/// [`irradiance`] by Lambert's sum over the edges as it stands: cheaper, with an absolute error
-/// below 1e-12 |n|, not a relative one (1e-8 of a light a ten-thousandth of its distance wide). At
-/// most [`ConvexPolygon::CAPACITY`] vertices.
+/// Computes [`irradiance`] by Lambert's sum over the edges without corrections. It is faster, with
+/// an absolute error below 1e-12 |n|, not a relative one (1e-8 for a light whose width is a
+/// ten-thousandth of its distance). There may be at most [`ConvexPolygon::CAPACITY`] vertices.
 ///
-/// **Error**: 8 ε |n| Σ |b − a|/|b| over the edges from a to b while that is below 1e-12, and else
-/// that of [`edge`]; a corner that the horizon of `n` cuts off is rounded, by ε over the sine of
-/// the angle between the horizon and the light's plane where the latter is next to the shading
-/// point.
+/// **Error**: 8 ε |n| Σ |b − a|/|b| over the edges from a to b while that is below 1e-12, and
+/// otherwise the error of [`edge`]. A corner that the horizon of `n` cuts off is rounded, by ε over
+/// the sine of the angle between the horizon and the light's plane if this plane is next to the
+/// shading point.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -199,7 +209,8 @@ pub fn irradiance_by_edges(vertices: &[DVec3], n: DVec3) -> f64 {
     nonnegative(0.5 * sum.abs())
 }
 
-/// Clips to the horizon of `n` into `out`; the number of vertices left, 0 if `out` is too short.
+/// Clips to the horizon of `n` into `out`, and returns the number of vertices; 0 if `out` is too
+/// short.
 pub(crate) fn clip_to_horizon(vertices: &[DVec3], n: DVec3, out: &mut [DVec3]) -> usize {
     if vertices.len() < 3 || vertices.len() + 2 > out.len() {
         return 0;
@@ -208,7 +219,7 @@ pub(crate) fn clip_to_horizon(vertices: &[DVec3], n: DVec3, out: &mut [DVec3]) -
     clip_with(vertices, n, |i| vertices[i], cut, out)
 }
 
-/// Lambert's sum, and what its rounding is relative to: its terms' magnitudes.
+/// Returns Lambert's sum, and the sum of its terms' magnitudes, to which its rounding is relative.
 fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
     let mut clipped = [DVec3::ZERO; CAPACITY];
     let cut = |i: usize, j: usize, ci, cj| crossing(vertices[i], vertices[j], n, ci, cj);
@@ -217,7 +228,7 @@ fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
         return [0.0; 2];
     }
     let mut last = clipped[count - 1];
-    // Cut corners are rounded.
+    // Clipped corners are rounded.
     let clipped_off = count != vertices.len() || clipped[..count] != *vertices;
     let (mut sum, mut size) = (0.0, if clipped_off { n.length() } else { 0.0 });
     let straight = if clipped_off { NEARLY_STRAIGHT } else { ANY };
@@ -230,13 +241,14 @@ fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
     [0.5 * sum, 0.5 * size]
 }
 
-/// An edge's term of Lambert's sum, Θ (a × b)·n/|a × b|: half the sum over the boundary of a region
-/// (with it on the left, seen from the shading point) is the region's irradiance, if all of it is
-/// above the horizon. For regions that are no convex polygon.
+/// Returns an edge's term of Lambert's sum, Θ (a × b)·n/|a × b|. Half the sum over the boundary of
+/// a region (with the region on its left, as seen from the shading point) is the region's
+/// irradiance, if the whole region is above the horizon. Use it for regions that are not convex
+/// polygons.
 ///
-/// **Domain**: a and b relative to the shading point, not opposite each other; equal points and
+/// **Domain**: a and b relative to the shading point, not opposite to each other. Equal points and
 /// the shading point itself give 0. **Error**: 1e-15 of the angle Θ, so that a region that fills a
-/// small angle s loses ε/s relative to itself; [`irradiance`] does not. Points that are not finite
+/// small angle s loses ε/s relative to itself, unlike [`irradiance`]. Points that are not finite
 /// give 0.
 ///
 /// ```
@@ -257,7 +269,7 @@ pub fn edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
     }
 }
 
-/// [`edge`] where products of lengths may be beyond the range: only directions matter.
+/// Computes [`edge`] where products of lengths may overflow or underflow: only directions matter.
 #[cold]
 fn extreme_edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
     let size = n.abs().max_element();
@@ -268,8 +280,8 @@ fn extreme_edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
     (term(a, b, n * unit, ANY)[0] / unit).clamp(-f64::MAX, f64::MAX)
 }
 
-/// [`edge`], and what its rounding is relative to: infinite for a cosine of its angle below
-/// `straight`.
+/// Returns [`edge`], and the magnitude to which its rounding is relative; this is infinite if the
+/// cosine of the edge's angle is below `straight`.
 #[inline]
 fn term(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
     let product = a.length() * b.length();
@@ -295,7 +307,8 @@ fn term(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
     ]
 }
 
-/// [`term`] where an end is so near that its square has lost digits: only directions matter.
+/// Computes [`term`] where an end is so near that its square has lost digits: only directions
+/// matter.
 #[cold]
 #[inline(never)]
 fn next_to_the_point(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
@@ -306,9 +319,9 @@ fn next_to_the_point(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
     term(a, b, n, straight)
 }
 
-/// Integrates like [`plain`] over polygons smaller than half their distance: angles are below 60°.
+/// Does what [`plain`] does for polygons smaller than half their distance: angles are below 60°.
 fn centred(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
-    // The first vertex need not be above the horizon: the formula holds about any point.
+    // The formula holds about any point: the first vertex need not be above the horizon.
     let origin = vertices[0];
     let radius = origin.length();
     let offset = |i: usize| vertices[i] - origin;
@@ -316,6 +329,7 @@ fn centred(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
         let span = cj - ci;
         offset(i) * (cj / span) + offset(j) * (-ci / span)
     };
+    // Clip the offsets from the first vertex.
     let mut clipped = [DVec3::ZERO; CAPACITY];
     let count = clip_with(vertices, n, offset, cut, &mut clipped);
     if count < 3 {
@@ -325,6 +339,7 @@ fn centred(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
         let r = (origin + e).length();
         (r, (2.0 * origin.dot(e) + e.dot(e)) / (r + radius))
     };
+    // Sum the terms of the edges.
     let mut last = clipped[count - 1];
     let (mut r_last, mut d_last) = measure(last);
     let (mut direct, mut lever) = (0.0, DVec3::ZERO);
@@ -341,7 +356,7 @@ fn centred(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
             excess / product - (radius * (d_last + d) + d_last * d) / (radius * radius * product);
         let (turn, push) = (predicates::cross(last, e), step * change);
         direct += weight * dot(turn, n);
-        // Differences are rounded.
+        // Differences are rounded: count their magnitudes.
         size += weight * last.length() * e.length() * height;
         lever += push;
         arm += push.length();

@@ -1,24 +1,26 @@
-//! Any reflection along a line: adaptive Gauss–Kronrod quadrature with an error estimate, for what
-//! has no closed form.
+//! This module integrates any reflection along a line, by adaptive Gauss–Kronrod quadrature with an
+//! error estimate, for reflections without a closed form.
 
 use crate::fan::Fan;
 use linelit_elementary::sin_cos;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 
-/// A vector-valued integral, one component for each colour channel.
+/// The result of the quadrature of a vector-valued integrand, with one component for each colour
+/// channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The integral.
     pub value: DVec3,
-    /// An estimate of the largest absolute error of a component, usually far too large.
+    /// An estimate of the largest absolute error of a component; it is usually far too large.
     pub error: f64,
     /// The number of evaluations of the integrand.
     pub evaluations: u32,
 }
 
-/// Gauss and Kronrod's nodes on [−1, 1], the positive half from the outside in, with the weights of
-/// all fifteen and, of those that are Gauss' seven, of these alone.
+/// The nodes of Gauss and Kronrod on [−1, 1], the positive half from the outside in, with their
+/// weights in Kronrod's rule of fifteen and in Gauss' rule of seven, which is zero for nodes that
+/// are not in it.
 const HALF_RULE: [(f64, f64, f64); 7] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
     (
@@ -41,18 +43,19 @@ const HALF_RULE: [(f64, f64, f64); 7] = [
     (0.207_784_955_007_898_47, 0.204_432_940_075_298_9, 0.0),
 ];
 
-/// The two weights of the node in the middle.
+/// The two weights of the middle node.
 const MIDDLE: [f64; 2] = [0.209_482_141_084_727_82, 0.417_959_183_673_469_4];
 
-/// Intervals waiting to be halved; also the greatest depth.
+/// The number of intervals that can wait to be halved, which is also the largest depth.
 const STACK: usize = 48;
 
-/// ∫ f over [a, b]: halves an interval until Gauss' seven nodes on it and Kronrod's fifteen agree.
+/// Returns ∫ f over [a, b]. An interval is halved until Gauss' seven nodes and Kronrod's fifteen
+/// agree on it.
 ///
 /// **Error**: `tolerance` relative to the largest component of the integral of |f|, for integrands
-/// that the rule resolves somewhere (a peak that no node sees stays unseen); at most `budget`
-/// evaluations, after which the estimate is returned as it is, with its error. Nothing for ends
-/// that are not finite.
+/// that the rule resolves somewhere (a peak that no node meets is not found). After `budget`
+/// evaluations the estimate is returned as it is, with its error. Ends that are not finite give
+/// zero.
 ///
 /// **Source**: Kronrod 1965; Piessens et al. 1983 (QUADPACK).
 ///
@@ -86,8 +89,8 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
         let value = all * half;
         size = size.max(estimate.value.abs().max_element() + value.abs().max_element());
         let difference = ((all - gauss) * half).abs().max_element();
-        // An interval may err in proportion to the square root of its length: errors of different
-        // intervals seldom add up.
+        // Allow an interval an error in proportion to the square root of its length: errors of
+        // different intervals seldom add up.
         let share = (half / (0.5 * b - 0.5 * a)).abs().sqrt();
         let done = difference <= tolerance * size * share
             || waiting + 2 > STACK
@@ -105,7 +108,8 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
 }
 
 impl Estimate {
-    /// Times a number that is not negative; what is beyond the range of `f64` becomes its bounds.
+    /// Multiplies by a number that is not negative; results that overflow become the bounds of
+    /// `f64`.
     fn scaled(self, factor: f64) -> Self {
         let times = |x: f64| {
             let product = if x == 0.0 { 0.0 } else { x * factor };
@@ -115,7 +119,7 @@ impl Estimate {
                 product
             }
         };
-        // Of an infinite sum nothing is known.
+        // The error of an infinite sum is unknown.
         let error = if self.error.is_nan() {
             f64::MAX
         } else {
@@ -133,21 +137,22 @@ impl Estimate {
     }
 }
 
-/// The kind of linear light that is integrated over; see [`cylinder`](crate::cylinder) for both.
+/// The model of a linear light in [`line()`]; see [`cylinder`](crate::cylinder) for both.
+/// both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
-    /// A ribbon, without its emitter's height: 1/length².
+    /// A ribbon, without the height factor of its emitter: 1/length².
     Ribbon,
     /// A thin cylinder: 1/length.
     Cylinder,
 }
 
-/// `∫ f(ω) max(0, n·p)/|p|⁴ dt` along a segment (for a cylinder times 2h): the light that any
-/// reflection function f(ω) (1/sr, by channel, for unit directions ω towards the light) makes of
-/// it.
+/// Returns `∫ f(ω) max(0, n·p)/|p|⁴ dt` along a segment (for a cylinder times 2h): the light that a
+/// reflection function f reflects of it. `f` takes unit directions ω towards the light and returns
+/// 1/sr by channel.
 ///
-/// **Method**: [`adaptive`] over the angle along the line, in which f alone decides how smooth the
-/// integrand is. **Error**: see there.
+/// **Method**: [`adaptive`] over the angle along the line, in which the smoothness of the integrand
+/// depends on f alone. **Error**: the error of [`adaptive`].
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -175,6 +180,7 @@ pub fn line(
     let closeness = [1.0 / fan.radii[0], 1.0 / fan.radii[1]];
     let start = fan.ends[0] / fan.radii[0];
     let units = if model == Model::Ribbon { 2 } else { 1 };
+    // A segment that points at the shading point is seen in one direction.
     if fan.sine <= 0.0 {
         let inverse = 0.5 * (closeness[0] + closeness[1]);
         let factor = if model == Model::Cylinder {
@@ -189,6 +195,7 @@ pub fn line(
         };
         return (0..units).fold(flat, |estimate, _| estimate.scaled(fan.unit));
     }
+    // Integrate over the angle, and interpolate both factors from the ends.
     let tangent = fan.normal.cross(start);
     let factor = match model {
         Model::Cylinder => 2.0,
@@ -200,6 +207,7 @@ pub fn line(
         f(start * c + tangent * s) * nonnegative(cosine)
     };
     let estimate = adaptive(along, 0.0, fan.angle, tolerance, budget).scaled(factor);
-    // One after the other: their product may be beyond the range, and the result within.
+    // Multiply one after the other: the product of the units may overflow where the result does
+    // not.
     (0..units).fold(estimate, |estimate, _| estimate.scaled(fan.unit))
 }

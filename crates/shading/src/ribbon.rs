@@ -1,10 +1,10 @@
-//! A ribbon: the line of an area light, seen by a diffuse surface.
+//! This module integrates over a ribbon, a line of an area light, as a diffuse surface receives it.
 //!
-//! The area light is cut into parallel strips of width dw; each strip is flat, emits to the side of
-//! the light's normal m, and is so thin that only its length matters. Symbols: the shading point
-//! is the origin; n the shading normal, of unit length (results are in proportion to it); p(t) the
-//! points of the segment, t its length from p0; rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle
-//! between the ends; L radiance.
+//! The area light is cut into parallel strips of width dw. Each strip is flat, emits to the side of
+//! the light's normal m, and is so thin that only its length matters. **Symbols**: the shading
+//! point is the origin; n is the shading normal, of unit length (results are proportional to it);
+//! p(t) are the points of the segment, and t the length from p0; rᵢ = |pᵢ|; cᵢ = n·pᵢ; l is the
+//! segment's length; δ the angle between its ends; L the radiance.
 
 use crate::exact::dot;
 use crate::fast_path::{self, Point};
@@ -14,11 +14,13 @@ use linelit_geometry::finite::nonnegative;
 use linelit_simd::One;
 use std::f64::consts::PI;
 
-/// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
+/// Returns `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading
+/// point.
 ///
-/// **Measure and units**: length in, 1/length² out. It is an irradiance only times the height of
-/// the shading point over the light's plane, `−m·p` (the same all along the line: [`emitter`],
-/// which is 0 behind a one-sided light), and then for each unit of radiance and of width.
+/// **Measure and units**: the input is in length, the result in 1/length². To be an irradiance for
+/// each unit of radiance and width, it has to be multiplied by the height of the shading point
+/// above the light's plane, `−m·p` (the same along the whole line: [`emitter`], which is 0 behind a
+/// one-sided light).
 ///
 /// **Formula**: after clipping to the horizon,
 ///
@@ -27,12 +29,12 @@ use std::f64::consts::PI;
 /// G = (δ − sin δ cos δ)/sin³ δ
 /// ```
 ///
-/// Both factors of the cosines are positive, so nothing cancels; G is an analytic function of cos δ
-/// down to a right angle (for an obtuse δ, G = π/sin³ δ − G(π − δ)). Neither the distance h of the
-/// line nor the angle is needed: the line may point at the shading point.
+/// Both factors of the cosines are positive, so that nothing cancels. G is an analytic function of
+/// cos δ down to a right angle (for an obtuse δ, G = π/sin³ δ − G(π − δ)). Neither the distance h
+/// of the line nor the angle is needed, so that the line may point at the shading point.
 ///
-/// **Domain**: any finite segment. No length, or a line through the shading point (where the
-/// integral diverges), gives 0; results beyond the range of `f64` give its bounds.
+/// **Domain**: any finite segment. A segment without length, or one through the shading point
+/// (where the integral diverges), gives 0; results that overflow give the bounds of `f64`.
 ///
 /// **Error**: below 1e-13 relative, also at grazing incidence (`docs/accuracy.md`).
 ///
@@ -57,13 +59,14 @@ pub fn line_integral(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     if held { value } else { robust(a, b, up) }
 }
 
-/// [`line_integral`] for every other segment.
+/// Computes [`line_integral`] for segments outside the fast path.
 #[inline(always)]
 pub(crate) fn robust(p0: Point, p1: Point, n: Point) -> f64 {
     let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
     general(p0, p1, n)
 }
 
+/// Computes [`line_integral`] from the part of the segment above the horizon.
 #[inline(never)]
 fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
@@ -78,9 +81,10 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     nonnegative(value * span.unit * span.unit)
 }
 
-/// `∫ max(0, n·p) w(p)/|p|⁴ dt` along a ribbon whose width w changes linearly from `widths[0]` at
-/// `p0` to `widths[1]` at `p1`, neither negative: a piece of a thin triangle, where lines meet in a
-/// point of the light. [`line_integral`] with both widths one, to rounding.
+/// Returns `∫ max(0, n·p) w(p)/|p|⁴ dt` along a ribbon whose width w changes linearly from
+/// `widths[0]` at `p0` to `widths[1]` at `p1`, neither negative. Such a ribbon is a piece of a thin
+/// triangle, where lines meet in a point of the light. With both widths one it is
+/// [`line_integral`], to rounding.
 ///
 /// **Formula**: with the symbols of [`line_integral`], after clipping to the horizon,
 ///
@@ -88,12 +92,12 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 /// I = l/(2 r0² r1²) · [ G (c0 w0 r1/r0 + c1 w1 r0/r1) + (1 − G cos δ) (c0 w1 + c1 w0) ]
 /// ```
 ///
-/// in which 1 − G cos δ is 1/3 where δ is nothing, and more elsewhere. (Over the angle v from p0,
-/// n·p and w are each the sum of an end's value times sin v or sin (δ − v): integrals of products
-/// of two sines.)
+/// Here 1 − G cos δ is 1/3 for δ → 0, and larger elsewhere. (Over the angle v from p0, n·p and w
+/// are each sums of the values at the ends times sin v or sin (δ − v): these are integrals of
+/// products of two sines.)
 ///
-/// **Domain**: any finite segment; 0 where the line passes the shading point nearer than 1e-96 of
-/// the distance of its ends.
+/// **Domain**: any finite segment; 0 if the line passes the shading point nearer than 1e-96 of the
+/// distance of its ends.
 ///
 /// **Error**: below 1e-13 relative.
 ///
@@ -115,7 +119,7 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, widths: [f64; 2]) -> f64 {
         return 0.0;
     };
     let ([r0, r1], [c0, c1]) = (span.radii, span.cosines);
-    // The horizon cuts one end at most; nothing cancels in the width there.
+    // Interpolate the width where the horizon cuts an end, at most one; nothing cancels.
     let [mut w0, mut w1] = widths;
     let heights = span.whole.map(|p| dot(n, p));
     let [h0, h1] = heights.map(f64::abs);
@@ -132,19 +136,19 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, widths: [f64; 2]) -> f64 {
     nonnegative(value * span.unit * span.unit)
 }
 
-/// The sides of a ribbon that emit.
+/// The sides of a ribbon that emit light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
-    /// Only the side its normal points to.
+    /// The side to which its normal points.
     One,
-    /// Both sides.
+    /// Both of its sides.
     Both,
 }
 
-/// The emitter's factor `−m·p`: the distance of the shading point from the light's plane, on the
-/// side that its normal m points to; 0 behind a one-sided light.
+/// Returns the emitter's factor `−m·p`: the distance of the shading point from the light's plane,
+/// on the side to which its normal m points; 0 behind a one-sided light.
 ///
-/// **Error**: 8 ε relative for the given p; taken at the nearer end.
+/// **Error**: 8 ε relative for the given p; it is computed at the nearer end.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -168,8 +172,8 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
     })
 }
 
-/// The radiance that a diffuse surface of albedo k_d reflects, for each unit of the ribbon's
-/// radiance and width: `(k_d/π) (−m·p) ∫ max(0, n·p)/|p|⁴ dt`, in 1/length.
+/// Returns the radiance that a diffuse surface of albedo k_d reflects, for each unit of the
+/// ribbon's radiance and width: `(k_d/π) (−m·p) ∫ max(0, n·p)/|p|⁴ dt`, in 1/length.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;

@@ -1,4 +1,4 @@
-//! Solid angles of triangles and of convex polygons.
+//! This module computes the solid angles of triangles and of convex polygons.
 
 use crate::exact::{determinant, dot};
 use crate::span::{not_too_near, power_of_two_unit};
@@ -6,14 +6,14 @@ use linelit_elementary::atan2;
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
 
-/// The solid angle of a triangle, 0 to 2π sr, either way round. Vertices are relative to the
+/// Returns the solid angle of a triangle, 0 to 2π sr, in either order. Vertices are relative to the
 /// shading point.
 ///
 /// **Formula**: `2 atan2(|det(a, b, c)|, |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)`, with the
 /// determinant formed from the differences of the vertices, `a·((b − a) × (c − a))`.
 ///
-/// **Error**: below 1e-13 relative, however small or far the triangle, also seen edge-on or near an
-/// edge.
+/// **Error**: below 1e-13 relative, however small or distant the triangle is, also if it is seen
+/// edge-on or near an edge.
 ///
 /// **Source**: Van Oosterom & Strackee 1983.
 ///
@@ -31,17 +31,18 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     nonnegative(scaled([a * unit, b * unit, c * unit]).abs())
 }
 
-/// [`signed`] of corners near one in magnitude, some of which may be as near to the shading point
-/// as numbers go: their distance does not matter, and products of three would be below the range.
+/// Computes [`signed`] for corners of about unit magnitude, some of which may be so near to the
+/// shading point that products of three distances would underflow; their distance does not matter.
 fn scaled(corners: [DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(not_too_near);
     signed(a, b, c)
 }
 
-/// The solid angle of a convex polygon, 0 to 2π sr, either way round; vertices relative to the
-/// shading point. Fewer than three give 0.
+/// Returns the solid angle of a convex polygon, 0 to 2π sr, in either order; vertices are relative
+/// to the shading point. Fewer than three vertices give 0.
 ///
-/// **Formula**: the sum of [`triangle`] over a fan, all of one sign. **Error**: as there.
+/// **Formula**: the sum of [`triangle`] over a fan, whose terms have one sign. **Error**: the error
+/// of [`triangle`].
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -69,15 +70,16 @@ pub fn polygon(vertices: &[DVec3]) -> f64 {
     )
 }
 
-/// The signed solid angle: positive where a, b, c turn counter-clockwise about det > 0.
+/// Returns the solid angle with a sign: positive where det(a, b, c) > 0.
 fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let det = volume(a, b, c);
     let (ra, rb, rc) = (a.length(), b.length(), c.length());
-    // 30 ε² is what of no volume may be left.
+    // Rounding may leave 30 ε² of a determinant that is zero.
     if det.abs() <= 1e-30 * ra * rb * rc && on_one_line(a, b, c) {
         return 0.0;
     }
     let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
+    // Use a form that does not cancel where corners are nearly opposite.
     let opposite = [
         ab < -0.9 * ra * rb,
         bc < -0.9 * rb * rc,
@@ -95,24 +97,25 @@ fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     2.0 * atan2(det, below)
 }
 
-/// Whether the shading point is on the line of all three: nothing is seen, though it be between
-/// them.
+/// Whether the shading point is on the line of all three corners: the solid angle is then zero,
+/// even if the point is between them.
 #[cold]
 fn on_one_line(a: DVec3, b: DVec3, c: DVec3) -> bool {
     predicates::cross(a, b) == DVec3::ZERO && predicates::cross(a, c) == DVec3::ZERO
 }
 
-/// The solid angle where a is nearly opposite both b and c: with the small triangle of them and −a
-/// it fills the space between the planes through a, which is twice their angle.
+/// Returns the solid angle where a is nearly opposite to both b and c. Together with the small
+/// triangle (−a, b, c) it fills the space between the two planes through a, which is twice their
+/// angle.
 fn lune(a: DVec3, b: DVec3, c: DVec3, det: f64) -> f64 {
     let (left, right) = (predicates::cross(a, b), predicates::cross(a, c));
     let angle = atan2(a.length() * det, dot(left, right));
     2.0 * angle + signed(-a, b, c)
 }
 
-/// |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b| where a and b are nearly opposite, that is, near
-/// an edge: |a||b| + a·b = |X|²/(|a||b| − a·b) and b|a| + a|b| = X × (a|b| − b|a|)/(|a||b| − a·b)
-/// with X = a × b, so that nothing cancels.
+/// Returns |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b| where a and b are nearly opposite, that is,
+/// the shading point is near an edge. With X = a × b, |a||b| + a·b = |X|²/(|a||b| − a·b) and b|a| +
+/// a|b| = X × (a|b| − b|a|)/(|a||b| − a·b), so that nothing cancels.
 fn obtuse([a, b, c]: [DVec3; 3], [ra, rb, rc]: [f64; 3], ab: f64) -> f64 {
     let x = predicates::cross(a, b);
     let span = ra * rb - ab;
@@ -120,13 +123,13 @@ fn obtuse([a, b, c]: [DVec3; 3], [ra, rb, rc]: [f64; 3], ab: f64) -> f64 {
     (x.length_squared() * rc + predicates::dot(c, bisector)) / span
 }
 
-/// det(a, b, c), accurate relative to itself.
+/// Returns det(a, b, c), accurate relative to itself.
 pub(crate) fn volume(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (u, v) = (b - a, c - a);
     let normal = predicates::cross(u, v);
     let value = predicates::dot(normal, a);
-    // Rounded differences move the vertices by ε: harmless unless the triangle is edge-on or a
-    // sliver.
+    // Rounded differences move the vertices by ε, which is harmless unless the triangle is edge-on
+    // or a sliver.
     let (across, sides) = (
         normal.length_squared(),
         u.length_squared() * v.length_squared(),

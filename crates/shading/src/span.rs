@@ -1,4 +1,5 @@
-//! What every integral along a line needs to know of a segment above the horizon.
+//! This module holds the part of a segment above the horizon with its distances and angles, with
+//! which every integral along a line begins.
 
 use crate::exact::{area_vector, length};
 use crate::horizon::{ClippedSegment, clip_segment};
@@ -6,36 +7,37 @@ use crate::special::lune;
 use linelit_geometry::{DVec3, finite::power_of_two_over};
 use std::f64::consts::PI;
 
-/// Squared distances within which the plain formulas neither overflow nor underflow.
+/// The range of squared distances within which the plain formulas neither overflow nor underflow.
 const SAFE: std::ops::Range<f64> = 1e-120..1e120;
 
-/// A length whose square has all its digits.
+/// The smallest length whose square has all its digits.
 pub(crate) const LEAST_LENGTH: f64 = 1e-140;
 
-/// Distances of corners near one from which on products of three are within the range of numbers.
+/// The smallest distance, for corners near one, at which products of three distances do not
+/// underflow.
 pub(crate) const NEAREST: f64 = 1e-90;
 
-/// A segment above the horizon, with its ends seen from the shading point.
+/// A segment above the horizon, as seen from the shading point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     /// `n·p` at the ends, not negative.
     pub(crate) cosines: [f64; 2],
-    /// Distances of the ends.
+    /// The distances of the ends.
     pub(crate) radii: [f64; 2],
-    /// Length after clipping.
+    /// The length after clipping.
     pub(crate) length: f64,
-    /// Cosine of the angle δ that the segment subtends.
+    /// The cosine of the angle δ that the segment subtends.
     pub(crate) cos: f64,
     /// The fraction of the segment that remains.
     pub(crate) fraction: f64,
     /// The ends before clipping.
     pub(crate) whole: [DVec3; 2],
-    /// Lengths were multiplied by this (a power of two, 1 for scenes of human size).
+    /// The power of two with which lengths were multiplied: 1 for scenes of human size.
     pub(crate) unit: f64,
 }
 
 impl Span {
-    /// Clips to the horizon of `n`; `None` where nothing is left, where the segment has no length
+    /// Clips to the horizon of `n`; `None` where no part is left, where the segment has no length,
     /// and where an end is the shading point itself.
     #[inline(always)]
     pub(crate) fn new(p0: DVec3, p1: DVec3, n: DVec3) -> Option<Self> {
@@ -50,6 +52,7 @@ impl Span {
         Self::rescaled(p0, p1, n)
     }
 
+    /// Does what [`Self::new`] does, after scaling by a power of two.
     #[cold]
     #[inline(never)]
     fn rescaled(p0: DVec3, p1: DVec3, n: DVec3) -> Option<Self> {
@@ -58,7 +61,7 @@ impl Span {
         Self::near_or_far(clip_segment(whole[0], whole[1], n)?, whole, unit)
     }
 
-    /// [`Self::measured`] where squares of distances may have lost digits.
+    /// Does what [`Self::measured`] does where squares of distances may have lost digits.
     fn near_or_far(left: ClippedSegment, whole: [DVec3; 2], unit: f64) -> Option<Self> {
         let scale = scale_of_ends([left.p0, left.p1])?;
         let whole = whole.map(|p| p * scale);
@@ -72,6 +75,7 @@ impl Span {
         Self::measured(left, radii, whole, unit * scale)
     }
 
+    /// Measures a clipped segment whose distances have all digits.
     #[inline(always)]
     fn measured(
         clipped: ClippedSegment,
@@ -96,7 +100,7 @@ impl Span {
         })
     }
 
-    /// The whole segment, without a horizon; its cosines are all one.
+    /// Takes the whole segment, without a horizon; its cosines are all one.
     #[inline(always)]
     pub(crate) fn unclipped(p0: DVec3, p1: DVec3) -> Option<Self> {
         let (a, b) = (p0.length_squared(), p1.length_squared());
@@ -107,6 +111,7 @@ impl Span {
         Self::unclipped_rescaled(p0, p1)
     }
 
+    /// Does what [`Self::unclipped`] does, after scaling by a power of two.
     #[cold]
     #[inline(never)]
     fn unclipped_rescaled(p0: DVec3, p1: DVec3) -> Option<Self> {
@@ -115,6 +120,7 @@ impl Span {
         Self::near_or_far(Self::all(whole), whole, unit)
     }
 
+    /// Returns the whole segment as if it had been clipped.
     fn all([p0, p1]: [DVec3; 2]) -> ClippedSegment {
         ClippedSegment {
             p0,
@@ -124,20 +130,22 @@ impl Span {
         }
     }
 
-    /// The normal of the plane of the shading point and the line, |p0 × p1| of the clipped ends
-    /// long: from the unclipped ends, whose cross product is exact.
+    /// Returns the normal of the plane through the shading point and the line, with the length |p0
+    /// × p1| of the clipped ends. It is computed from the unclipped ends, whose cross product is
+    /// exact.
     #[inline]
     pub(crate) fn area_vector(&self) -> DVec3 {
         area_vector(self.whole[0], self.whole[1]) * self.fraction
     }
 
-    /// sin δ, accurate relative to itself for δ → 0 and δ → π.
+    /// Returns sin δ, accurate relative to itself for δ → 0 and δ → π.
     #[inline]
     pub(crate) fn sine(&self) -> f64 {
         (length(self.area_vector()) / self.radii[0] / self.radii[1]).min(1.0)
     }
 
-    /// sin δ where the cosine is known to be negative: from it where that is accurate.
+    /// Returns sin δ where the cosine is known to be negative; from the cosine where that is
+    /// accurate.
     #[inline(always)]
     fn sine_of_obtuse(&self) -> f64 {
         if self.cos > -0.5 {
@@ -147,7 +155,8 @@ impl Span {
         }
     }
 
-    /// G = (δ − sin δ cos δ)/sin³ δ; `None` where the line passes through the shading point.
+    /// Returns G = (δ − sin δ cos δ)/sin³ δ; `None` where the line passes through the shading
+    /// point.
     #[inline(always)]
     pub(crate) fn lune(&self) -> Option<f64> {
         if self.cos >= 0.0 {
@@ -158,9 +167,9 @@ impl Span {
         (cube > 1e-290).then(|| PI / cube - lune(-self.cos))
     }
 
-    /// (c0/r0 + c1/r1)(r0 + r1)/sinᵏ δ of a line that passes so near to the shading point that
-    /// [`Self::lune`] is beyond the range of numbers: there G is π/sin³ δ, and π times this for
-    /// k = 3 is the sum of the weighted cosines. Zero for a line through the shading point.
+    /// Returns (c0/r0 + c1/r1)(r0 + r1)/sinᵏ δ for a line that passes so near to the shading point
+    /// that [`Self::lune`] overflows. There G is π/sin³ δ, and π times this quotient for k = 3 is
+    /// the sum of the weighted cosines. It is zero for a line through the shading point.
     #[cold]
     #[inline(never)]
     pub(crate) fn grazed(&self, k: i32) -> f64 {
@@ -171,12 +180,12 @@ impl Span {
             return 0.0;
         }
         let sum = (c0 / r0 + c1 / r1) * (r0 + r1);
-        // One by one: the power may be beyond the range, and the quotient within.
+        // Divide one by one: the power may underflow where the quotient is finite.
         (0..k).fold(sum, |quotient, _| quotient / sine)
     }
 
-    /// c0 w0 + c1 w1 with the weights `w0 = 1 + G (r1/r0 − cos δ)` of the ends, each the positive
-    /// integral of a hat function: nothing cancels.
+    /// Returns c0 w0 + c1 w1 with the weights `w0 = 1 + G (r1/r0 − cos δ)` of the ends, each the
+    /// positive integral of a hat function, so that nothing cancels.
     #[inline(always)]
     pub(crate) fn weighted_cosines(&self, g: f64) -> f64 {
         let [r0, r1] = self.radii;
@@ -188,8 +197,8 @@ impl Span {
     }
 }
 
-/// A corner of a light of about unit size: itself, or, nearer to the shading point than products of
-/// three distances are within the range of numbers, [`near_one`].
+/// Returns a corner of a light of about unit size. If it is so near to the shading point that
+/// products of three distances would underflow, the result is [`near_one`] of it.
 #[inline(always)]
 pub(crate) fn not_too_near(p: DVec3) -> DVec3 {
     if p.abs().max_element() > NEAREST {
@@ -199,16 +208,16 @@ pub(crate) fn not_too_near(p: DVec3) -> DVec3 {
     }
 }
 
-/// The point at about unit distance in the direction of p, which is all that sums over directions
-/// need; zero for zero. The scale is a power of two, so that no digit is lost.
+/// Returns the point at about unit distance in the direction of p, for sums that depend on
+/// directions only; zero for zero. The scale is a power of two, so that no digit is lost.
 #[inline(always)]
 pub(crate) fn near_one(p: DVec3) -> DVec3 {
     p * power_of_two_unit(p.abs().max_element()).unwrap_or(0.0)
 }
 
-/// One, or where both ends are near the shading point the power of two that brings the farther one
-/// to 2⁻²⁰, so that the whole of which they are cut is within the range of numbers; `None` for the
-/// shading point itself.
+/// Returns one, or, where both ends are near the shading point, the power of two that brings the
+/// farther end to 2⁻²⁰, so that the whole segment from which they were cut does not overflow;
+/// `None` for the shading point itself.
 pub(crate) fn scale_of_ends([a, b]: [DVec3; 2]) -> Option<f64> {
     let size = a.abs().max(b.abs()).max_element();
     if size > 1e-6 {
@@ -217,7 +226,7 @@ pub(crate) fn scale_of_ends([a, b]: [DVec3; 2]) -> Option<f64> {
     Some(power_of_two_unit(size)? / 1_048_576.0)
 }
 
-/// The power of two that brings `largest` near one; `None` for zero, infinity and NaN.
+/// Returns the power of two that brings `largest` near one; `None` for zero, infinity and NaN.
 pub(crate) fn power_of_two_unit(largest: f64) -> Option<f64> {
     (largest > 0.0 && largest.is_finite()).then(|| power_of_two_over(largest))
 }

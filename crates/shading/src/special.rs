@@ -1,11 +1,12 @@
-//! The elementary functions behind the closed forms, as functions of the cosine of an angle.
+//! This module holds the special functions of the closed forms, as functions of the cosine of an
+//! angle.
 //!
-//! All three are analytic at cosine 1, so they need neither the angle nor a series for small
-//! angles; at cosine −1 they have a pole, which [`Angle`](crate::span) takes out by reflection.
-//! Each is a Chebyshev interpolant on [0, 1] in powers of x = 2c − 1, computed with 45 digits.
+//! All three are analytic at cosine 1, so that they need neither the angle nor a series for small
+//! angles; at cosine −1 they have a pole, which [`Span`](crate::span) removes by reflection. Each
+//! is a Chebyshev interpolant on [0, 1] in powers of x = 2c − 1, computed with 45 digits.
 
-/// Evaluates 24 coefficients at x by pairs (Estrin's scheme): short chains, the same bits on every
-/// machine.
+/// Evaluates a polynomial of 24 coefficients at x by pairs (Estrin's scheme): dependency chains are
+/// short, and the bits are the same on every machine.
 #[inline(always)]
 fn estrin(c: &[f64; 24], x: f64) -> f64 {
     let x2 = x * x;
@@ -18,7 +19,7 @@ fn estrin(c: &[f64; 24], x: f64) -> f64 {
     low + (middle + high * x8) * x8
 }
 
-/// G(c) = (δ − sin δ cos δ)/sin³ δ with c = cos δ ∈ [0, 1]; from π/2 at 0 to 2/3 at 1.
+/// Returns G(c) = (δ − sin δ cos δ)/sin³ δ with c = cos δ ∈ [0, 1]; from π/2 at 0 to 2/3 at 1.
 ///
 /// **Error**: 1 ulp of the largest term, 3e-16 relative (interpolation 3e-17).
 #[inline(always)]
@@ -26,7 +27,7 @@ pub(crate) fn lune(c: f64) -> f64 {
     estrin(&LUNE, 2.0 * c - 1.0)
 }
 
-/// A(c) = δ/sin δ with c = cos δ ∈ [0, 1]; from π/2 at 0 to 1 at 1.
+/// Returns A(c) = δ/sin δ with c = cos δ ∈ [0, 1]; from π/2 at 0 to 1 at 1.
 ///
 /// **Error**: 3e-16 relative (interpolation 6e-18).
 #[inline(always)]
@@ -34,7 +35,7 @@ pub(crate) fn arc(c: f64) -> f64 {
     estrin(&ARC, 2.0 * c - 1.0)
 }
 
-/// Q(c) = (δ/sin δ − 1)/sin² δ with c = cos δ ∈ [0, 1]; from π/2 − 1 at 0 to 1/6 at 1.
+/// Returns Q(c) = (δ/sin δ − 1)/sin² δ with c = cos δ ∈ [0, 1]; from π/2 − 1 at 0 to 1/6 at 1.
 ///
 /// **Error**: 4e-16 relative (interpolation 2e-17).
 #[inline(always)]
@@ -42,7 +43,7 @@ pub(crate) fn arc_excess(c: f64) -> f64 {
     estrin(&ARC_EXCESS, 2.0 * c - 1.0)
 }
 
-/// Coefficients of [`lune`].
+/// The coefficients of [`lune`].
 pub(crate) const LUNE: [f64; 24] = [
     0.9455994348748603,
     -0.38773389845847345,
@@ -70,7 +71,7 @@ pub(crate) const LUNE: [f64; 24] = [
     0.0,
 ];
 
-/// Coefficients of [`arc`].
+/// The coefficients of [`arc`].
 const ARC: [f64; 24] = [
     1.2091995761561452,
     -0.26360014128128495,
@@ -98,7 +99,7 @@ const ARC: [f64; 24] = [
     0.0,
 ];
 
-/// Coefficients of [`arc_excess`].
+/// The coefficients of [`arc_excess`].
 const ARC_EXCESS: [f64; 24] = [
     0.2789327682081936,
     -0.1655116762362508,

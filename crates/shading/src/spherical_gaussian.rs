@@ -1,8 +1,9 @@
-//! A spherical Gaussian exp(λ(ω·ξ − 1)) along a line, under the cosines of receiver and emitter.
+//! This module integrates a spherical Gaussian exp(λ(ω·ξ − 1)) along a line, with the cosines of
+//! receiver and emitter.
 //!
-//! There is no elementary closed form (it is an incomplete Bessel function even without the
-//! cosines), so this is quadrature of bounded cost, windowed about the peak like
-//! [`phong`](crate::phong).
+//! There is no elementary closed form (the integral is an incomplete Bessel function even without
+//! the cosines). It is therefore computed by quadrature of bounded cost, in a window about the peak
+//! as in [`phong`](crate::phong).
 
 use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT};
@@ -12,10 +13,10 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The depth at which a window ends: the lobe there is below e⁻⁴⁰ of the peak.
+/// The depth at which a window ends: the lobe there is below e⁻⁴⁰ of its peak.
 const DEPTH: f64 = 40.0;
 
-/// `∫ max(0, n·p) exp(λ(ω·ξ − 1))/|p|⁴ dt` along a ribbon, with ω = p/|p|, 1/length².
+/// Returns `∫ max(0, n·p) exp(λ(ω·ξ − 1))/|p|⁴ dt` along a ribbon, with ω = p/|p|, in 1/length².
 ///
 /// **Formula**: with ρ the length of ξ's part in the plane of the line and u the angle from it,
 /// λ(ω·ξ − 1) = λ(ρ − 1) − 2λρ sin²(u/2).
@@ -35,8 +36,8 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     tapered(p0, p1, n, xi, lambda, [1.0; 2])
 }
 
-/// Multiplies the integrand of [`ribbon`] with a width that changes linearly between those at the
-/// ends: see [`ribbon::tapered`](crate::ribbon::tapered).
+/// Computes [`ribbon`] for a width that changes linearly between the given widths at the ends: see
+/// [`ribbon::tapered`](crate::ribbon::tapered).
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -51,7 +52,7 @@ pub fn tapered(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64, widths: [
     integrate([p0, p1, n, xi], lambda, widths, |fan| fan.unit * fan.unit)
 }
 
-/// Integrates over a thin cylinder, for each unit of radiance × radius, with 1/length.
+/// Integrates over a thin cylinder, for each unit of radiance × radius, in 1/length.
 ///
 /// ```
 /// use linelit_shading::geometry::DVec3;
@@ -73,6 +74,7 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     })
 }
 
+/// Integrates over the fan of a segment; `scale` is the factor of the model.
 fn integrate(
     [p0, p1, n, xi]: [DVec3; 4],
     lambda: f64,
@@ -86,7 +88,7 @@ fn integrate(
     let start = fan.ends[0] / fan.radii[0];
     let first = xi.dot(start);
     let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];
-    // Times the distance where the square of its inverse is beyond the range.
+    // Multiply by the distance first where the square of its inverse would overflow.
     let scale = scale(&fan);
     let [inner, scale] = if scale > NEAREST {
         [1.0, scale]
@@ -95,17 +97,19 @@ fn integrate(
     };
     let [w0, w1] = fan.values[1].map(|w| w / fan.unit);
     let closeness = [w0 * inner / fan.radii[0], w1 * inner / fan.radii[1]];
+    // A segment that points at the shading point is seen in one direction.
     if fan.sine <= 0.0 {
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
         return nonnegative(flat * exp(lambda * (first - 1.0)) * scale);
     }
+    // Find the lobe's centre on the arc, and the height of its peak.
     let rise = fan.slope(xi, 0);
     let (centre, rho) = (atan2(rise, first), hypot(first, rise));
     let off = xi.dot(fan.normal);
-    // ρ − 1 = −off²/(1 + ρ) for a unit axis.
+    // For a unit axis ρ − 1 is −off²/(1 + ρ).
     let peak = -lambda * off * off / (1.0 + rho);
     let strength = 2.0 * lambda * rho;
-    // sin² of half the angle to the centre: the exponent but for a factor.
+    // The exponent is proportional to sin² of half the angle to the centre.
     let depth = |v: f64| sin(0.5 * (v - centre)).powi(2);
     let sides = sides(centre, fan.angle, depth(0.0) <= depth(fan.angle));
     let highest = sides
@@ -115,6 +119,7 @@ fn integrate(
         let fall = exp(-strength * (depth(v) - highest));
         fan.cosine_at(cosines, v) * fan.cosine_at(closeness, v) * fall
     };
+    // Integrate each side within its window.
     let mut sum = 0.0;
     for (start, width, sign) in sides {
         let width = width.min(window(strength, depth(start)));
@@ -127,7 +132,7 @@ fn integrate(
         }
     }
     let log = peak - strength * highest;
-    // In two halves: the power may be beyond the range of numbers, and the result within.
+    // Multiply the power in two halves: it may underflow where the result does not.
     let half = exp(0.5 * log);
     nonnegative(fan.reach() / fan.sine * sum * half * scale * half)
 }
@@ -142,9 +147,9 @@ fn pieces(width: f64, from_centre: f64) -> u32 {
     }
 }
 
-/// The arc [0, δ] as two pieces (start, width, direction), in each of which the lobe falls from its
-/// start: about the lobe's centre, or from both ends towards its antipode, or all of it from the
-/// higher end.
+/// Divides the arc [0, δ] into two pieces (start, width, direction), in each of which the lobe
+/// falls from its start. They lie about the lobe's centre, or run from both ends towards its
+/// antipode, or one piece runs over the whole arc from the higher end.
 fn sides(centre: f64, angle: f64, first_is_higher: bool) -> [(f64, f64, f64); 2] {
     if centre > 0.0 && centre < angle {
         return [(centre, angle - centre, 1.0), (centre, centre, -1.0)];
@@ -164,13 +169,14 @@ fn sides(centre: f64, angle: f64, first_is_higher: bool) -> [(f64, f64, f64); 2]
     }
 }
 
-/// Returns how far from the highest point of a piece the lobe stays above e⁻⁴⁰ of it.
+/// Returns the angle from the highest point of a piece within which the lobe is above e⁻⁴⁰ of it.
 fn window(strength: f64, highest: f64) -> f64 {
     let end = highest + DEPTH / strength;
     if !(end < 1.0) {
         return PI;
     }
-    // sin² of half the angle at the end, and the difference of two arcsines without cancellation.
+    // Compute sin² of half the angle at the end, and the difference of two arcsines without
+    // cancellation.
     let (a, b) = (end.sqrt(), highest.sqrt());
     let (ca, cb) = ((1.0 - end).sqrt(), (1.0 - highest).sqrt());
     let sine = (DEPTH / strength) / (a * cb + ca * b);

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 const SIZE: usize = 64;
 /// The ends of the axis of √α.
 const ROOTS: [f64; 2] = [0.01, 1.3];
-/// The view whose skew stands for that from above, where the map has none.
+/// The view whose skew is used for the view from above, where the map has none.
 const NEARLY_ABOVE: f64 = 0.99;
 const FOLDER: &str = "crates/bsdf/src/fits";
 const PAGE: &str = "docs/accuracy-ltc.md";

@@ -1,5 +1,5 @@
-//! How far fitted lobes are from the reflections that they stand for: the table of
-//! `docs/accuracy-ltc.md`.
+//! This module measures the differences between fitted lobes and the reflections that they
+//! approximate, for the table of `docs/accuracy-ltc.md`.
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, Fresnel, Layers, Lobe, Reflection, Reflector, Substrate};

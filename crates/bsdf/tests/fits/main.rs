@@ -1,5 +1,5 @@
-//! Reflections as linearly transformed cosines: laws of the densities, albedos, and how far the
-//! fits are from what they stand for.
+//! These tests check reflections as linearly transformed cosines: laws of the densities, albedos,
+//! and the differences between the fits and the reflections.
 
 mod fit;
 mod fit_errors;
@@ -398,9 +398,9 @@ fn foreign_models_are_the_cosine() {
     assert_eq!(Foreign.transformed_cosines(DVec3::Z, n), None);
 }
 
-/// Of reflectors that are not said to be unlike their transformed cosines, samples by these have a
-/// mean square of weights below 8, whatever the widths; of those that are, two thirds and more
-/// have above four, up to millions (69 %).
+/// For reflectors that do not count as unlike their LTCs, samples by these have a mean square of
+/// weights below 8, for any widths. Of the reflectors that do, two thirds and more (69 %) have
+/// above four, up to millions.
 #[test]
 fn what_is_unlike_is_said() {
     let mut random = SplitMix64::new(11);
@@ -438,8 +438,8 @@ fn what_is_unlike_is_said() {
     assert!(unlike > 1000 && 3 * high > 2 * unlike, "{high} of {unlike}");
 }
 
-/// Half of ∫ |f cos − g| dω over the albedo: the share of the light that a sum of cosines has in
-/// wrong directions, lacks or has too much of; on the midpoints of 400 squares by 400.
+/// Returns half of ∫ |f cos − g| dω over the albedo: the fraction of the light that a sum of LTCs
+/// has in wrong directions, lacks or has in excess, on the midpoints of 400 by 400 squares.
 fn misplaced(bsdf: &Bsdf, cosines: &TransformedCosines, wo: DVec3) -> f64 {
     let (mut seen, mut fitted) = (Vec::new(), Vec::new());
     let middle = |i: u32| (f64::from(i) + 0.5) / 400.0;

@@ -1,21 +1,30 @@
-//! Line samples proportional to the solid angle, or the projected solid angle, of their line: any
-//! convex polygon, any direction of the lines.
+//! This module samples lines in proportion to the solid angle, or the projected solid angle, of
+//! their neighbourhood, for any convex polygon and any direction of the lines.
 //!
 //! Salesin & Jarosz 2019 (§3.3, eqs. 16–19) sample the solid angle of *rectangles* along lines
 //! parallel to an edge, by Ureña's spherical rectangle, and leave other shapes and directions as
-//! future work. On the light's plane at the distance z, with lines along y and offsets u = z tan ψ,
-//! a line spans η = sin φ from η₀ to η₁ and `dΩ = dη dψ`. The marginal density of the offset is
-//! `(η₁ − η₀) z/(z² + u²)/Ω` for any shape, and its CDF is the solid angle of the part of the light
-//! before the line. On a rectangle with lines along an edge its inverse is a closed form, of any
-//! size and distance ([`crate::line::rectangle`]). Elsewhere it is, on a trapezoid between two
-//! vertices, the sum of two spherical triangles, in which nothing cancels, and is inverted by
+//! future work. Here the light's plane is at the distance z, lines run along y, and their offsets
+//! are u = z tan ψ. A line spans η = sin φ from η₀ to η₁, and `dΩ = dη dψ`. The marginal density of
+//! the offset is `(η₁ − η₀) z/(z² + u²)/Ω` for any shape, and its CDF is the solid angle of the
+//! part of the light before the line:
+//!
+//! ```text
+//!       ╱│╲ ← line at u      CDF(u) = Ω(part left of the line)/Ω
+//!     ╱  │  ╲
+//!   ╱────┼────╲──            pieces lie between the lines through neighbouring vertices
+//!   └────┴─────┴──► u
+//! ```
+//!
+//! On a rectangle with lines along an edge the inverse of the CDF is a closed form, for any size
+//! and distance ([`crate::line::rectangle`]). On other shapes the CDF over a trapezoid between two
+//! vertices is the sum of two spherical triangles, in which nothing cancels. It is inverted by
 //! Newton's method in ψ within a bracket, which takes some 2.5 times as long.
 //!
 //! With the cosine at the receiver the same holds for the projected solid angle: the marginal is z
 //! times the ribbon integral of the line, the CDF is Lambert's irradiance of the part, and the
-//! point along the line comes from [`crate::linear::ProjectedLine`]. That makes it a
-//! projected-solid-angle sampler for polygons, too (the task of Peters 2021, "BRDF importance
-//! sampling for polygonal lights"), of relative accuracy for lights of any size.
+//! point along the line comes from [`crate::linear::ProjectedLine`]. This also makes a
+//! projected-solid-angle sampler for polygons (the task of Peters 2021, "BRDF importance sampling
+//! for polygonal lights"), accurate relative to the light for lights of any size.
 
 mod close;
 
@@ -33,52 +42,55 @@ use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, predicates};
 
-/// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
-/// lines are [`linelit_geometry::CloseLines`]: the light's normal, rounded to ε, would change that
-/// distance, and with it the measure, by 1e-12, and rounded corners move an edge next to the foot.
+/// If the light's plane is nearer than this fraction of the distance to the light's farthest point,
+/// the lines are [`linelit_geometry::CloseLines`]. The light's normal, rounded to ε, would
+/// otherwise change the distance of the plane, and with it the measure, by 1e-12, and rounded
+/// corners would move an edge near the foot.
 const NEAR: f64 = 1e-3;
-/// The largest distance for close lines, relative to the light's size: twice the working precision
-/// still resolves it, to ε of a light that is ε times as wide as it is long.
+/// The largest distance for close lines, relative to the light's size. Twice the working precision
+/// resolves such a distance to ε of a light that is ε times as wide as it is long.
 const FAR: f64 = 1e4;
-/// After a step this small, relative to the piece, the next one would be rounding.
+/// After a step of this size, relative to the piece, the next step of Newton's method would be
+/// rounding.
 const LAST_STEP: f64 = 2e-9;
-/// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
-/// points of its part above the horizon, rounded to ε of their size, know their directions next to
-/// the foot to less than seven digits: there the offsets go by solid angle.
+/// If the light's plane is nearer than this fraction of the distance to the light's farthest point,
+/// offsets follow the plain solid angle. The corners of the part above the horizon are rounded to ε
+/// of their size, and their directions close to the foot have less than seven digits.
 const NEAREST: f64 = 1e-9;
-/// The relative margin that is kept below the horizon nearer than [`NEAREST`]: a few roundings of a
-/// corner.
+/// The relative margin below the horizon that is added to the light if the plane is nearer than
+/// [`NEAREST`]: a few roundings of a corner.
 const MORE: f64 = 16.0 * f64::EPSILON;
-/// The ratio of the distances of a piece's lines from which on angles do not tell them apart well:
-/// three digits are lost.
+/// If the ratio of the distances of a piece's lines is larger than this, angles do not distinguish
+/// the lines well: three digits are lost.
 const WIDE: f64 = 1e3;
-/// 2⁻⁵³, by which random numbers differ.
+/// The spacing of random numbers, 2⁻⁵³.
 const HALF_ULP: f64 = 0.5 * f64::EPSILON;
-/// Steps at most in offsets: they may have to halve down to rounding.
+/// The largest number of Newton steps in offsets, which may have to halve the bracket down to
+/// rounding.
 const MOST_HALVINGS: u32 = 128;
-/// Newton steps at most; the bracket halves at least every second one.
+/// The largest number of Newton steps in angles; the bracket halves at least every second step.
 const MOST_STEPS: u32 = 64;
 
-/// Parallel lines on a convex polygon with offsets proportional to (projected) solid angle, and
-/// points on them.
+/// Parallel lines on a convex polygon with offsets proportional to solid angle or projected solid
+/// angle, and points on them.
 ///
-/// A point is drawn in two steps: [`AngularLines::sample`] picks the line and
+/// A point is drawn in two steps: [`AngularLines::sample`] draws the line, and
 /// [`AngularLines::point`] a point of its visible part, uniform in the same measure. The joint
-/// density of eq. 19, `p = S/(Ω Σ_visible Δη)` per solid angle, is [`AngularLines::joint_pdf`];
-/// unoccluded it is 1/Ω, or (n·ω)/E for the projected measure: zero variance for a diffuse
-/// receiver.
+/// density of eq. 19, `p = S/(Ω Σ_visible Δη)` per solid angle, is [`AngularLines::joint_pdf`].
+/// Without occluders it is 1/Ω, or (n·ω)/E for the projected measure, so that a diffuse receiver
+/// has zero variance.
 ///
-/// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is
+/// **Domain**: any shading point. In the light's plane every density is 0, and also if the angle is
 /// not finite. Lines run at `angle_rad` from the polygon's first edge.
 ///
 /// **Error** of the inversion: 4 ε of the piece's measure by Newton's method, some 64 ε of the
-/// whole in closed form, unless grazing incidence limits the CDF itself. Of the projected measure:
-/// 1e-12 next to the light's plane, too, down to 1e-9 of the way r to the farthest of the light,
-/// where edges or the horizon pass through the foot or leave a corner: there lines are
-/// [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver, δ wide and r long, ε r²/δ².
-/// Of a light that the shading point touches (nearer than 1e-14 r, foot inside) f64 has no points
-/// in the directions that matter, and the projected measure is known to its order of magnitude.
-/// `docs/accuracy-lights.md` has the rows.
+/// whole in closed form, unless grazing incidence limits the CDF itself. The projected measure has
+/// the error 1e-12 also near the light's plane, down to 1e-9 of the distance r to the light's
+/// farthest point, where edges or the horizon pass through the foot or leave a corner: there lines
+/// are [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver of the width δ and the
+/// length r, the error is ε r²/δ². If the shading point touches the light (nearer than 1e-14 r,
+/// with the foot inside), f64 has no points in the directions that matter, and only the order of
+/// magnitude of the projected measure is known. `docs/accuracy-lights.md` has the figures.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3, intervals::Interval};
@@ -102,22 +114,23 @@ const MOST_STEPS: u32 = 64;
 pub struct AngularLines {
     lines: ParallelLines,
     x: DVec3,
-    /// Foot of the shading point in line coordinates (offset, along) and its distance from the
-    /// plane.
+    /// The foot of the shading point in line coordinates (offset, along), and the distance of the
+    /// shading point from the plane.
     foot: (f64, f64),
     z: f64,
-    /// Shading normal in the frame (along, across, towards the light); `None` for the plain solid
-    /// angle.
+    /// The shading normal in the frame (along, across, towards the light); `None` for the plain
+    /// solid angle.
     normal: Option<DVec3>,
     pieces: Pieces,
     marginal: Marginal,
-    /// Of lines by plain solid angle along an edge of a rectangle: their offsets in closed form.
+    /// The rectangle whose lines have offsets in closed form: for lines by plain solid angle along
+    /// an edge.
     rectangle: Option<Rectangle>,
     /// Whether the lines are [`linelit_geometry::CloseLines`].
     close: bool,
 }
 
-/// The density of offsets.
+/// The density by which offsets are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Marginal {
     /// The plain solid angle.
@@ -129,10 +142,11 @@ enum Marginal {
 }
 
 impl AngularLines {
-    /// Lines proportional to the solid angle of their neighbourhood: in closed form where they run
-    /// along an edge of a rectangle (to 1e-12 of its sides), by Newton's method elsewhere.
+    /// Sets up lines in proportion to the solid angle of their neighbourhood: in closed form where
+    /// they run along an edge of a rectangle (to 1e-12 of its sides), and by Newton's method
+    /// otherwise.
     ///
-    /// Of such a rectangle [`AngularLines::total`] is the solid angle to 1e-12, and the density is
+    /// For such a rectangle [`AngularLines::total`] is the solid angle to 1e-12, and the density is
     /// exact.
     #[must_use]
     pub fn by_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
@@ -140,27 +154,27 @@ impl AngularLines {
         Self::new(lines, x, height(polygon, x), None, Marginal::Solid)
     }
 
-    /// Lines nearly proportional to the solid angle of their neighbourhood: on each piece between
-    /// the offsets of vertices the marginal density is linear in the angle ψ, tan ψ = u/z, between
-    /// its exact ends.
+    /// Sets up lines approximately in proportion to the solid angle of their neighbourhood. On each
+    /// piece between the offsets of vertices the marginal density is linear in the angle ψ, where
+    /// tan ψ = u/z, and exact at both ends.
     ///
-    /// That density is known exactly and inverted without iteration, so that everything is as
-    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost of a line that
-    /// is not along an edge of a rectangle.
-    /// Unoccluded, the weights of a triangle three times as wide as it is far lie between 0.60 and
-    /// 1.10. [`AngularLines::total`] is the normalisation, not Ω.
+    /// This density is known exactly and inverted without iteration, so that estimates are as
+    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost unless lines
+    /// run along an edge of a rectangle. Without occluders, the weights of a triangle three times
+    /// as wide as it is distant lie between 0.60 and 1.10. [`AngularLines::total`] is the
+    /// normalisation, not Ω.
     #[must_use]
     pub fn by_warped_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
         Self::new(lines, x, height(polygon, x), None, Marginal::Warped)
     }
 
-    /// Lines proportional to the projected solid angle, of the part of the light above the horizon
-    /// of the unit `normal`.
+    /// Sets up lines in proportion to the projected solid angle, for the part of the light above
+    /// the horizon of the unit `normal`.
     ///
-    /// Where the shading point is nearer to the light's plane than 1e-9 of the way to the farthest
-    /// of the light, lines are proportional to the plain solid angle of that part instead, and
-    /// points on them to the projected one: as unbiased, of weights below Ω, and
+    /// If the light's plane is nearer than 1e-9 of the distance to the light's farthest point,
+    /// lines are proportional to the plain solid angle of that part, and points on them to the
+    /// projected one. Estimates are then as unbiased, with weights below Ω, and
     /// [`AngularLines::total`] is Ω.
     #[must_use]
     pub fn by_projected_solid_angle(
@@ -169,10 +183,10 @@ impl AngularLines {
         x: DVec3,
         normal: DVec3,
     ) -> Self {
-        // The whole polygon's: a corner on the horizon is off the plane by its rounding.
+        // Measure the whole polygon's plane: a corner on the horizon is off it by rounding.
         let (height, reach) = (height(polygon, x), reach(polygon, x));
         let (horizon, marginal) = if height.abs() < NEAREST * reach {
-            // Rounded corners must not lose light; each line is cut at the horizon itself.
+            // Rounded corners must not lose light: clip below the horizon, and cut each line at it.
             (x - normal * (MORE * reach), Marginal::Solid)
         } else if height.abs() < NEAR * reach && reach < FAR * polygon.diameter() {
             return Self::next_to_the_plane(polygon, angle_rad, x, normal);
@@ -180,7 +194,7 @@ impl AngularLines {
             (x, Marginal::Projected)
         };
         match polygon.clip(horizon, normal) {
-            // The frame is the whole polygon's, so that the angle keeps its meaning.
+            // Use the whole polygon's frame, so that the angle keeps its meaning.
             Some(above) => {
                 let frame = above.plane_frame();
                 let turned = angle_rad + polygon.plane_frame().turn_from(&frame);
@@ -191,6 +205,7 @@ impl AngularLines {
         }
     }
 
+    /// Sets up lines of which none can be drawn.
     fn nothing(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         Self {
             pieces: Pieces::new(core::iter::empty()),
@@ -209,6 +224,7 @@ impl AngularLines {
         Self::with_foot(lines, x, foot, height, normal, marginal, false)
     }
 
+    /// Sets up lines, given the foot and the height of the shading point in their coordinates.
     #[inline(always)]
     fn with_foot(
         lines: ParallelLines,
@@ -240,7 +256,7 @@ impl AngularLines {
             out.pieces = Pieces::new(core::iter::once(rectangle.solid_angle()));
             return out;
         }
-        // Else measure the pieces between vertices.
+        // Otherwise measure the pieces between vertices.
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
             let m = if marginal == Marginal::Warped {
@@ -256,7 +272,7 @@ impl AngularLines {
         out
     }
 
-    /// The normal of the measure that offsets are drawn by: none for plain solid angles.
+    /// Returns the normal of the measure by which offsets are drawn; `None` for plain solid angle.
     fn marginal_normal(&self) -> Option<DVec3> {
         match self.marginal {
             Marginal::Solid | Marginal::Warped => None,
@@ -264,7 +280,8 @@ impl AngularLines {
         }
     }
 
-    /// Solid angle Ω in sr, or projected solid angle (the irradiance of unit radiance).
+    /// Returns the solid angle Ω in sr, or the projected solid angle (the irradiance for unit
+    /// radiance).
     #[must_use]
     pub fn total(&self) -> f64 {
         if self.pieces.is_usable() {
@@ -274,6 +291,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns a piece between neighbouring knots.
     fn piece<const CLOSE: bool>(&self, k: usize) -> Piece<CLOSE> {
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
         let piece = Piece {
@@ -291,7 +309,7 @@ impl AngularLines {
         piece
     }
 
-    /// The whole line at an offset; `None` outside the light.
+    /// Returns the whole line at an offset; `None` outside the light.
     fn line_at(&self, offset: f64) -> Option<Line> {
         if self.close {
             return self.close_line_at(offset);
@@ -304,7 +322,7 @@ impl AngularLines {
         Some(self.line::<false>(offset, lo, hi))
     }
 
-    /// A line given in the coordinates of [`ParallelLines`].
+    /// Converts a line from the coordinates of [`ParallelLines`] to coordinates about the foot.
     fn line<const CLOSE: bool>(&self, offset: f64, lo: f64, hi: f64) -> Line {
         let (from, length) = (lo - self.foot.1, (hi - lo).max(0.0));
         Line {
@@ -319,6 +337,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns the measure of a part of a piece, for the density of offsets.
     fn measure<const CLOSE: bool>(&self, part: &Trapezoid<CLOSE>) -> f64 {
         match self.marginal_normal() {
             None => part.solid_angle(),
@@ -326,7 +345,7 @@ impl AngularLines {
         }
     }
 
-    /// A line as seen, in the frame (along, across, towards the light).
+    /// Returns the view of a line in the frame (along, across, towards the light).
     #[inline(always)]
     fn view(&self, line: Line, normal: Option<DVec3>) -> Option<LineView> {
         LineView::with_edge(
@@ -337,7 +356,7 @@ impl AngularLines {
         )
     }
 
-    /// The thin line of that.
+    /// Returns a line with the measure along it.
     fn thin(&self, line: Line) -> Option<ThinLine> {
         let view = self.view(line, self.normal)?;
         match self.normal {
@@ -346,7 +365,7 @@ impl AngularLines {
         }
     }
 
-    /// The measure per radius.
+    /// Returns the measure of a line per radius, for the density of offsets.
     fn thin_measure(&self, line: Line) -> f64 {
         match self.marginal_normal() {
             None => self.thin_solid_angle(line),
@@ -354,7 +373,7 @@ impl AngularLines {
         }
     }
 
-    /// [`ProjectedLine::projected_solid_angle`], without the rest of it.
+    /// Computes [`ProjectedLine::projected_solid_angle`] alone.
     #[inline(never)]
     fn thin_irradiance(&self, line: Line, normal: DVec3) -> f64 {
         self.view(line, Some(normal))
@@ -362,22 +381,23 @@ impl AngularLines {
             .map_or(0.0, |line| line.projected_solid_angle())
     }
 
+    /// Returns the solid angle of a line per radius.
     #[inline(always)]
     fn thin_solid_angle(&self, line: Line) -> f64 {
         let thin = 2.0 * line.sine_range(self.z) / (line.u * line.u + self.z * self.z).sqrt();
         if thin.is_finite() { thin } else { 0.0 }
     }
 
-    /// The distance of the infinite line at the offset `u` from the foot.
+    /// Returns the distance of the infinite line whose offset from the foot is `u`.
     fn distance(&self, u: f64) -> f64 {
-        // A rectangle has been seen by squares already.
+        // The setup of a rectangle has shown that squares do not overflow.
         match self.rectangle {
             Some(_) => (u * u + self.z * self.z).sqrt(),
             None => hypot(u, self.z),
         }
     }
 
-    /// The marginal on a piece that is linear in the angle.
+    /// Returns the marginal density on a piece that is linear in the angle.
     fn warp(&self, piece: &Piece<false>) -> Warp {
         let angles = Angles::new(piece.first.u, piece.width, self.z);
         let [first, last] = angles.r;
@@ -388,20 +408,22 @@ impl AngularLines {
         }
     }
 
-    /// The density of an offset from the density `slope`, unnormalised, of its angle.
+    /// Converts the density of an angle, `slope`, which is not normalised, to the density of its
+    /// offset.
     fn warped_pdf(&self, offset: f64, slope: f64) -> Pdf<Offset> {
         let u = offset - self.foot.0;
         Pdf::new(slope * self.z / ((self.z * self.z + u * u) * self.total()))
     }
 
-    /// The piece that an offset of the range falls into.
+    /// Returns the piece that an offset within the range falls into.
     fn piece_at(&self, offset: f64) -> usize {
         let knots = self.lines.knots();
         let last = knots.len().saturating_sub(2);
         (0..last).find(|&k| offset < knots[k + 1]).unwrap_or(last)
     }
 
-    /// The fraction s of the piece's width that has the measure `target` of `whole` below it.
+    /// Returns the fraction s of the piece's width below which the measure is `target`, out of
+    /// `whole`, by Newton's method in the angle within a bracket.
     #[inline(never)]
     fn find<const CLOSE: bool>(&self, piece: &Piece<CLOSE>, target: f64, whole: f64) -> f64 {
         let z = self.z;
@@ -414,6 +436,7 @@ impl AngularLines {
         if angles.spread(z) > WIDE {
             return self.find_wide(piece, target, whole);
         }
+        // Start from the inverse of the density that is linear in the angle.
         let (mut lo, mut hi) = (0.0, angles.end);
         let mut v = angles.end * sample_linear(target / whole, slope(0.0), slope(1.0));
         for _ in 0..MOST_STEPS {
@@ -427,7 +450,7 @@ impl AngularLines {
             } else {
                 lo = v;
             }
-            // Newton's error is the square of the step, relative to the piece.
+            // The error after a Newton step is the square of the step, relative to the piece.
             let is_last;
             (v, is_last) = step_within([lo, hi], v, e / slope(s), LAST_STEP * angles.end);
             if is_last {
@@ -437,8 +460,9 @@ impl AngularLines {
         angles.fraction(v)
     }
 
-    /// [`AngularLines::find`] where the foot is so near, next to the piece's width, that most of it
-    /// is at angles that are rounded to the same one: by bracketed Newton steps in s itself.
+    /// Does what [`AngularLines::find`] does, by bracketed Newton steps in s itself. This is for a
+    /// foot so near, compared with the piece's width, that most of the piece is at angles which
+    /// round to the same number.
     #[cold]
     #[inline(never)]
     fn find_wide<const CLOSE: bool>(&self, piece: &Piece<CLOSE>, target: f64, whole: f64) -> f64 {
@@ -466,13 +490,15 @@ impl AngularLines {
         s
     }
 
-    /// The visible interval that `xi` falls into, the place in it, and the measure of all of them.
+    /// Returns the visible interval that `xi` falls into, its line, the position within it, and the
+    /// measure of all visible intervals.
     fn choose(
         &self,
         offset: f64,
         visible: &[Interval],
         xi: f64,
     ) -> Option<(Interval, Part, f64, f64)> {
+        // With one interval there is nothing to choose.
         if let [part] = visible {
             let part = within(part);
             let seen = self.interval(offset, part)?;
@@ -483,6 +509,7 @@ impl AngularLines {
             self.interval(offset, within(part))
                 .map_or(0.0, |t| t.measure())
         };
+        // Choose an interval in proportion to its measure.
         let total: f64 = visible.iter().map(measure).sum();
         let (mut rest, mut chosen) = (xi * total, None);
         for part in visible {
@@ -499,13 +526,14 @@ impl AngularLines {
         Some((part, self.interval(offset, part)?, place, total))
     }
 
-    /// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by
-    /// the rounding of the coordinates (64 ε).
+    /// Returns the offset and the line parameter of a point of the light; `None` outside the light.
+    /// Both are clamped within the rounding of the coordinates (64 ε).
     #[must_use]
     pub fn locate(&self, point: DVec3) -> Option<(f64, f64)> {
         locate(&self.lines, point)
     }
 
+    /// Returns a part of the line at an offset, with the measure along it.
     fn interval(&self, offset: f64, part: Interval) -> Option<Part> {
         let whole = self.line_at(offset)?;
         let lo = whole.lo + whole.length * part.lo;
@@ -540,6 +568,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns the measures of the line at an offset; `None` if no part is visible.
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
         let total: f64 = visible
             .iter()
@@ -549,7 +578,8 @@ impl AngularLines {
         (total > 0.0).then(|| self.line_measure(offset, self.pdf(offset), total))
     }
 
-    /// The measures of a line, the whole one's from its marginal density.
+    /// Returns the measures of a line. The measure of the whole line follows from its marginal
+    /// density.
     fn line_measure(&self, offset: f64, pdf: Pdf<Offset>, visible: f64) -> LineMeasure {
         let h = self.distance(offset - self.foot.0);
         LineMeasure {
@@ -558,6 +588,7 @@ impl AngularLines {
         }
     }
 
+    /// Returns the joint density at a point of a line with these measures.
     fn joint_value(&self, point: DVec3, line: &LineMeasure) -> Pdf<SolidAngle> {
         let density = line.whole / (line.visible * self.total());
         match self.normal {
@@ -586,11 +617,12 @@ impl LineTechnique for AngularLines {
             return nothing;
         }
         let (k, place) = self.pieces.pick(xi);
-        // At the ends of a piece, which may be corners, lines have no length: a random number is a
-        // multiple of HALF_ULP and stands for what lies between it and the next one.
+        // At the ends of a piece, which may be corners, lines have no length. A random number is a
+        // multiple of the spacing, and represents the numbers between it and the next one.
         let place = place.clamp(HALF_ULP, 1.0 - HALF_ULP);
         let knots = self.lines.knots();
         let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
+        // Invert the marginal density within the piece.
         let (offset, pdf) = if self.marginal == Marginal::Warped {
             let warp = self.warp(&self.piece(k));
             let t = sample_linear(place, warp.first, warp.last);
@@ -642,12 +674,12 @@ impl LineTechnique for AngularLines {
         if !(a..=b).contains(&offset) || !self.pieces.is_usable() {
             return None;
         }
-        // Measure the part before the offset: of a rectangle in closed form.
+        // Measure the part before the offset: for a rectangle in closed form.
         if let Some(rectangle) = &self.rectangle {
             let place = rectangle.place(fraction((offset - a) / (b - a)));
             return Some(self.pieces.unpick(0, place));
         }
-        // Else of the piece that holds it.
+        // Otherwise measure the part of the piece that holds the offset.
         let k = self.piece_at(offset);
         if self.marginal == Marginal::Warped {
             let warp = self.warp(&self.piece(k));
@@ -692,6 +724,7 @@ impl LineTechnique for AngularLines {
     fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
         let (offset, t) = self.locate(point)?;
         let total = self.visible_measure(offset, visible)?.visible;
+        // Sum the measures of the visible intervals before the point.
         let mut below = 0.0;
         for part in visible.iter().map(within) {
             let thin = match self.interval(offset, part) {
@@ -714,9 +747,10 @@ impl LineTechnique for AngularLines {
     }
 }
 
-/// Takes a Newton step back from `v` in a bracket; tells whether it was the last: no longer than
-/// `last`. One that leaves the bracket halves it, which says nothing of how near the root is; a
-/// last one that does (it rounds to no step at all, and `v` is an end of the bracket) stays.
+/// Takes a Newton step back from `v` within a bracket, and reports whether it was the last one,
+/// which is no longer than `last`. A step that leaves the bracket is replaced by halving the
+/// bracket, which says nothing about the distance of the root. If such a step is the last one (it
+/// rounds to zero, and `v` is an end of the bracket), `v` does not change.
 fn step_within([lo, hi]: [f64; 2], v: f64, step: f64, last: f64) -> (f64, bool) {
     let (next, is_last) = (v - step, step.abs() <= last);
     if next > lo && next < hi {
@@ -728,12 +762,12 @@ fn step_within([lo, hi]: [f64; 2], v: f64, step: f64, last: f64) -> (f64, bool) 
     }
 }
 
-/// Height of the polygon's plane over the shading point, along its normal.
+/// Returns the height of the polygon's plane above the shading point, along the polygon's normal.
 fn height(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     predicates::dot(polygon.normal(), polygon.vertices()[0] - x)
 }
 
-/// A bound of the way to the farthest of the light.
+/// Returns an upper bound of the distance to the light's farthest point.
 fn reach(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     predicates::length(polygon.vertices()[0] - x) + polygon.diameter()
 }
@@ -755,7 +789,7 @@ impl Part {
     }
 }
 
-/// Measures of one line.
+/// The measures of one line: of the whole, and of the visible part.
 #[derive(Clone, Copy)]
 struct LineMeasure {
     whole: f64,

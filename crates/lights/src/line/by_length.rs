@@ -1,5 +1,5 @@
-//! Line samples of a polygon: parallel lines by an offset density (Billen & Dutré 2016, §4 and
-//! §5.1).
+//! This module samples parallel lines of a polygon, with offsets that are uniform or in proportion
+//! to the length of the line (Billen & Dutré 2016, §4 and §5.1).
 
 use crate::LineTechnique;
 use crate::density::{Area, Length, Offset, Pdf};
@@ -9,22 +9,22 @@ use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines};
 
-/// The distribution of the offsets of lines (Billen & Dutré 2016, §5.1.2, Fig. 3).
+/// The density of the offsets of lines (Billen & Dutré 2016, §5.1.2, Fig. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OffsetDensity {
     /// Constant over the range [a, b]: `1/(b − a)`.
     Uniform,
-    /// Proportional to the length of the line: `l(u)/A`, the marginal of the uniform density by
-    /// area.
+    /// Proportional to the length of the line: `l(u)/A`, the marginal of a density that is uniform
+    /// by area.
     Length,
 }
 
-/// Draws parallel lines on a convex polygon.
+/// A technique that samples parallel lines on a convex polygon.
 ///
-/// **Accuracy**: the CDF is linear (uniform) or piecewise quadratic (by length) in the offset; the
+/// **Accuracy**: the CDF is linear (uniform) or piecewise quadratic (by length) in the offset. The
 /// latter is inverted piece by piece by `s = ξ(l₀ + l₁)/(l₀ + √((1−ξ) l₀² + ξ l₁²))`, which has no
-/// cancellation. Round trips hold to a few ε of the range, divided by the density relative to its
-/// mean.
+/// cancellation. Round trips are accurate to a few ε of the range, divided by the density relative
+/// to its mean.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -41,15 +41,16 @@ pub enum OffsetDensity {
 pub struct LineSampler {
     lines: ParallelLines,
     density: OffsetDensity,
-    /// Area below each knot.
+    /// The area below each knot.
     cumulative: [f64; ConvexPolygon::CAPACITY],
 }
 
 impl LineSampler {
-    /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal.
+    /// Sets up lines at `angle_rad` from the polygon's first edge, counter-clockwise about its
+    /// normal.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle_rad: f64, density: OffsetDensity) -> Self {
-        // A large one: it is made where it stays.
+        // The value is large: it is built where it is stored.
         let mut out = Self {
             lines: ParallelLines::new(polygon, angle_rad),
             density,
@@ -62,17 +63,19 @@ impl LineSampler {
         out
     }
 
-    /// Width and end lengths of the piece below knot `k`.
+    /// Returns the width of the piece below knot `k`, and the lengths of the lines at its ends.
     fn piece(&self, k: usize) -> (f64, f64, f64) {
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
         let length = |k: usize| (hi[k] - lo[k]).max(0.0);
         (u[k] - u[k - 1], length(k - 1), length(k))
     }
 
+    /// Returns the area of the polygon.
     fn area(&self) -> f64 {
         self.cumulative[self.lines.knots().len() - 1]
     }
 
+    /// Inverts the CDF of offsets by length.
     fn by_length(&self, u: f64) -> f64 {
         let knots = self.lines.knots();
         let target = u * self.area();
@@ -89,6 +92,7 @@ impl LineSampler {
         at_most(knots[k - 1] + w * sample_linear(xi, l0, l1), knots[k])
     }
 
+    /// Returns the joint density of an offset and a uniform point on the visible length.
     fn joint(offset: Pdf<Offset>, visible_length: f64) -> Pdf<Area> {
         offset.joint(Pdf::<Length>::new(1.0 / visible_length))
     }
@@ -180,20 +184,21 @@ impl LineTechnique for LineSampler {
     }
 }
 
-/// Width of the strip for which a line stands, along the line.
+/// The width of the strip that a line represents, as a function of the position along the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Width {
-    /// The full width all along, as between parallel lines.
+    /// The full width everywhere, as between parallel lines.
     #[default]
     Even,
-    /// Growth from nothing where the line begins to the full width at its end, as between lines
-    /// that all begin in one point ([`AreaSampler::line`](crate::AreaSampler::line)).
+    /// A width that grows from zero at the beginning of the line to the full width at its end, as
+    /// between lines that all begin in one point ([`AreaSampler::line`](crate::AreaSampler::line)).
     Growing,
 }
 
 impl Width {
-    /// A place t in [0, 1] of what is visible of a line, uniform in the area of its strip, from one
-    /// random number, and ∫ w dt over what is visible of the strip's width w, in the full one.
+    /// Returns a parameter t in [0, 1] on the visible part of a line, uniform in the area of its
+    /// strip, for one random number. Also returns ∫ w dt over the visible part, where w is the
+    /// strip's width as a fraction of the full width.
     #[inline]
     #[must_use]
     pub fn place(self, visible: &[Interval], xi: f64) -> (f64, f64) {
@@ -214,8 +219,8 @@ impl Width {
     }
 }
 
-/// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by the
-/// rounding of the coordinates (64 ε).
+/// Returns the offset and the line parameter of a point of the light; `None` outside the light.
+/// Both are clamped within the rounding of the coordinates (64 ε).
 pub(crate) fn locate(lines: &ParallelLines, point: DVec3) -> Option<(f64, f64)> {
     let (u, v) = lines.coordinates(point);
     let (a, b) = lines.range();
@@ -236,7 +241,7 @@ pub(crate) fn locate(lines: &ParallelLines, point: DVec3) -> Option<(f64, f64)> 
     Some((u, t))
 }
 
-/// Whether the parameter is in one of the intervals, whose ends are rounded.
+/// Whether the parameter is in one of the intervals, up to the rounding of their ends.
 pub(crate) fn is_visible(t: f64, visible: &[Interval]) -> bool {
     let slack = 16.0 * f64::EPSILON;
     visible
@@ -244,25 +249,26 @@ pub(crate) fn is_visible(t: f64, visible: &[Interval]) -> bool {
         .any(|i| t >= i.lo - slack && t <= i.hi + slack)
 }
 
-/// The part of an interval in [0, 1]: empty where it is none.
+/// Returns the part of an interval that is in [0, 1]; empty if there is none.
 #[inline(always)]
 pub(crate) fn within(part: &Interval) -> Interval {
     let (lo, hi) = (fraction(part.lo), fraction(part.hi));
     Interval::new(lo, if hi > lo { hi } else { lo })
 }
 
-/// Total length of the intervals.
+/// Returns the total length of the intervals.
 fn measure(visible: &[Interval]) -> f64 {
     visible.iter().map(|part| within(part).length()).sum()
 }
 
-/// The smaller of two numbers, of which the second is one.
+/// Returns the smaller of two numbers; `most` must not be NaN, `x` may be.
 #[inline(always)]
 fn at_most(x: f64, most: f64) -> f64 {
     if x < most { x } else { most }
 }
 
-/// The place with the fraction `xi` of the intervals' length below it, and that length.
+/// Returns the position below which the fraction `xi` of the intervals' length lies, and that
+/// length.
 fn among(visible: impl Iterator<Item = Interval> + Clone, xi: f64) -> (f64, f64) {
     let total = visible.clone().map(|part| part.length()).sum();
     let (mut rest, mut t) = (xi * total, 0.0);

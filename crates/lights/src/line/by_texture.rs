@@ -1,5 +1,5 @@
-//! Line samples of a textured parallelogram: offsets by the texture's marginal, points by the
-//! texture along the line.
+//! This module samples lines of a textured parallelogram: offsets by the marginal of the texture,
+//! and points in proportion to the texture along the line.
 #![allow(
     clippy::disallowed_types,
     clippy::disallowed_macros,
@@ -16,21 +16,22 @@ use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
-/// Draws parallel lines on a textured parallelogram, their offsets in proportion to what the
-/// importance image holds along them, and points on the visible part of such a line in proportion
-/// to the image.
+/// A technique that samples parallel lines on a textured parallelogram. Their offsets are in
+/// proportion to the integral of the importance image along them, and points on the visible part of
+/// a line in proportion to the image.
 ///
 /// **Density** of the offset: constant on strips, each with the exact mass of the image in it. For
 /// lines along an edge of the light the strips are the rows or the columns of the image, and the
-/// density is its marginal: the estimate of something proportional to the image has no variance.
-/// For any other direction the true marginal runs piecewise linearly between the offsets of all the
-/// corners of pixels; strips of the larger offset of a pixel's two edges take its mean.
+/// density is its marginal: the estimate of an integrand that is proportional to the image has no
+/// variance. For any other direction the true marginal is piecewise linear between the offsets of
+/// all corners of pixels. It is replaced by its means over strips that are as wide as the larger
+/// offset of a pixel's two edges.
 ///
-/// **Cost**: set up once for each light and direction (for each pixel a few strips, and the strips
-/// are kept); an offset is one binary search, a point on a line along an edge two, on another a
-/// walk over the pixels that it crosses.
+/// **Cost**: the set-up for each light and direction stores the strips, and visits a few strips for
+/// each pixel. An offset takes one binary search. A point takes two on a line along an edge, and on
+/// other lines a walk over the pixels that the line crosses.
 ///
-/// **Accuracy**: round trips to a few ε over the density relative to its mean.
+/// **Accuracy**: round trips are accurate to a few ε divided by the density relative to its mean.
 ///
 /// ```
 /// use linelit_lights::geometry::intervals::Interval;
@@ -50,21 +51,22 @@ pub struct TexturedLines<'i> {
     lines: ParallelLines,
     texture: TexturedSampler<'i>,
     image: &'i ImportanceImage,
-    /// Along an edge: which, and whether offsets run against the texture coordinate.
+    /// For lines along an edge: which edge, and whether offsets decrease along the texture
+    /// coordinate.
     edge: Option<(TextureAxis, bool)>,
-    /// Running sums of the masses of equal strips of the range of offsets.
+    /// The running sums of the masses of equal strips over the range of offsets.
     strips: Vec<f64>,
 }
 
-/// Most strips for lines in a direction of their own.
+/// The largest number of strips for lines that do not run along an edge.
 const MOST_STRIPS: usize = 1 << 13;
 
-/// Sine of the angle between lines and an edge below which they run along it.
+/// Lines run along an edge if the sine of the angle between them is below this number.
 const PARALLEL: f64 = 1e-12;
 
 impl<'i> TexturedLines<'i> {
-    /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal.
-    /// `None` unless the polygon is a parallelogram and the angle finite.
+    /// Sets up lines at `angle_rad` from the polygon's first edge, counter-clockwise about its
+    /// normal. `None` unless the polygon is a parallelogram and the angle is finite.
     #[must_use]
     pub fn new(
         polygon: &ConvexPolygon,
@@ -78,7 +80,7 @@ impl<'i> TexturedLines<'i> {
         let (_, a, b) = polygon.as_parallelogram()?;
         let lines = ParallelLines::new(polygon, angle_rad);
         let across = lines.across();
-        // Offsets along the edges: what a step of one in u and in v does.
+        // Compute by how much the offset grows along each edge, that is over all of u and of v.
         let [du, dv] = [a.dot(across), b.dot(across)];
         let edge = if du.abs() <= PARALLEL * a.length() {
             Some((TextureAxis::U, dv < 0.0))
@@ -100,7 +102,7 @@ impl<'i> TexturedLines<'i> {
         })
     }
 
-    /// Lines along an edge of the light: the first (u) or the last (v).
+    /// Sets up lines along an edge of the light: the first (u) or the last (v).
     #[must_use]
     pub fn along(
         polygon: &ConvexPolygon,
@@ -127,7 +129,7 @@ impl<'i> TexturedLines<'i> {
         self.strips.len() - 1
     }
 
-    /// The strip of an offset, and the place in it.
+    /// Returns the strip of an offset, and the position in it.
     fn strip(&self, offset: f64) -> (usize, f64) {
         cell(
             (offset - self.lines.range().0) / self.width(),
@@ -135,6 +137,7 @@ impl<'i> TexturedLines<'i> {
         )
     }
 
+    /// Returns the density of the offsets in a strip.
     #[allow(clippy::cast_precision_loss, reason = "few strips")]
     fn strip_density(&self, k: usize) -> Pdf<Offset> {
         let count = self.strip_count();
@@ -142,10 +145,12 @@ impl<'i> TexturedLines<'i> {
         Pdf::new(mass / self.strips[count] * (count as f64 / self.width()))
     }
 
+    /// Returns the joint density of an offset and a point with the image's `value`.
     fn joint(offset: Pdf<Offset>, value: f64, mass: f64) -> Pdf<Area> {
         offset.joint(Pdf::<Length>::new(value / mass))
     }
 
+    /// Returns the line at an offset in texture coordinates.
     fn track(&self, segment: &Segment, offset: f64) -> Track<'i> {
         let [from, to] = [segment.p0, segment.p1].map(|p| self.texture.coordinates(p));
         let edge = self.edge.map(|(axis, against)| {
@@ -202,6 +207,7 @@ impl LineTechnique for TexturedLines<'_> {
     }
 
     fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
+        // Sum the image over the visible parts, and find the part that the number falls into.
         let track = self.track(&line.segment, line.offset);
         let total = track.mass(visible);
         let mut rest = fraction(xi) * total;
@@ -254,7 +260,7 @@ impl LineTechnique for TexturedLines<'_> {
     }
 }
 
-/// The running sums of the rows or columns, in the order of the offsets.
+/// Returns the running sums of the rows or columns, in the order of the offsets.
 fn sums_of_lines(image: &ImportanceImage, axis: TextureAxis, against: bool) -> Vec<f64> {
     let sums = image.line_sums(axis);
     if !against {
@@ -269,9 +275,9 @@ fn sums_of_lines(image: &ImportanceImage, axis: TextureAxis, against: bool) -> V
     out
 }
 
-/// Running sums of the mass of the image in equal strips of the range of offsets, which grow by
-/// `du` and `dv` over the whole image. A pixel's offsets are the sum of two uniform ones: their
-/// distribution is a trapezoid.
+/// Returns the running sums of the mass of the image in equal strips over the range of offsets.
+/// Offsets grow by `du` and `dv` along the edges of the image. Within a pixel the offset is the sum
+/// of two uniform variables, so that its distribution is a trapezoid.
 #[allow(
     clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
@@ -280,6 +286,7 @@ fn sums_of_lines(image: &ImportanceImage, axis: TextureAxis, against: bool) -> V
 )]
 fn sums_of_strips(image: &ImportanceImage, du: f64, dv: f64) -> Vec<f64> {
     let (width, height) = image.size();
+    // Choose strips that are as wide as a pixel's longer step.
     let steps = [du / width as f64, dv / height as f64];
     let (long, short) = {
         let [a, b] = steps.map(f64::abs);
@@ -290,6 +297,7 @@ fn sums_of_strips(image: &ImportanceImage, du: f64, dv: f64) -> Vec<f64> {
     let strip = range / count as f64;
     let least = du.min(0.0) + dv.min(0.0);
     let mut masses = vec![0.0; count + 1];
+    // Distribute the mass of each pixel over the strips that it meets.
     for j in 0..height {
         for i in 0..width {
             let value = image.pixel(i, j);
@@ -315,13 +323,14 @@ fn sums_of_strips(image: &ImportanceImage, du: f64, dv: f64) -> Vec<f64> {
             }
         }
     }
+    // Accumulate.
     for k in 0..count {
         masses[k + 1] += masses[k];
     }
     masses
 }
 
-/// The distribution of the sum of two numbers uniform in [0, long] and [0, short].
+/// Returns the CDF of the sum of two variables that are uniform in [0, long] and [0, short].
 fn trapezoid(x: f64, long: f64, short: f64) -> f64 {
     let rest = long + short - x;
     if x <= 0.0 {
@@ -337,22 +346,23 @@ fn trapezoid(x: f64, long: f64, short: f64) -> f64 {
     }
 }
 
-/// A line over the image.
+/// A line over the image, in texture coordinates.
 struct Track<'i> {
     image: &'i ImportanceImage,
     from: [f64; 2],
     to: [f64; 2],
-    /// The row or column that it stays in.
+    /// The row or column in which the line lies, if it runs along an edge.
     edge: Option<(TextureAxis, usize)>,
 }
 
 impl Track<'_> {
+    /// Returns a texture coordinate at a parameter of the line, clamped to [0, 1].
     fn coordinate(&self, axis: TextureAxis, t: f64) -> f64 {
         let i = axis as usize;
         fraction(self.from[i] * (1.0 - t) + self.to[i] * t)
     }
 
-    /// Integral of the image over the line's parameter from 0 to t.
+    /// Returns the integral of the image over the line's parameter from 0 to t.
     fn below(&self, t: f64) -> f64 {
         if let Some((axis, j)) = self.edge {
             let sum = |t| self.image.mass_below(axis, j, self.coordinate(axis, t));
@@ -366,7 +376,7 @@ impl Track<'_> {
         sum
     }
 
-    /// Integral over the parameter for each unit of a row's sum.
+    /// Returns the integral over the parameter for each unit of a row's sum.
     #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
     fn per_mass(&self, axis: TextureAxis) -> f64 {
         let (width, height) = self.image.size();
@@ -375,8 +385,9 @@ impl Track<'_> {
         1.0 / (pixels * (self.to[i] - self.from[i]).abs())
     }
 
-    /// The place where [`Track::below`] reaches `mass`.
+    /// Returns the parameter at which [`Track::below`] reaches `mass`.
     fn place(&self, mass: f64) -> f64 {
+        // Along an edge, invert the running sums of the row or column.
         if let Some((axis, j)) = self.edge {
             let i = axis as usize;
             let (from, to) = (self.from[i], self.to[i]);
@@ -390,6 +401,7 @@ impl Track<'_> {
             let x = self.image.place_of_mass(axis, j, target.max(0.0));
             return fraction((x - from) / (to - from));
         }
+        // On other lines, walk over the pixels until the mass is used up.
         let mut rest = mass;
         let mut found = 0.0;
         self.walk(|lo, hi, value| {
@@ -404,7 +416,7 @@ impl Track<'_> {
         found
     }
 
-    /// The image at a place.
+    /// Returns the value of the image at a parameter.
     fn value(&self, t: f64) -> f64 {
         let (width, height) = self.image.size();
         let [u, v] = [TextureAxis::U, TextureAxis::V].map(|axis| self.coordinate(axis, t));
@@ -416,6 +428,7 @@ impl Track<'_> {
         self.image.pixel(i, j)
     }
 
+    /// Returns the integral of the image over the visible intervals of the parameter.
     fn mass(&self, visible: &[Interval]) -> f64 {
         visible
             .iter()
@@ -424,8 +437,8 @@ impl Track<'_> {
             .sum()
     }
 
-    /// The pixels that the line crosses, in order: beginning and end of its parameter, value; until
-    /// `visit` returns false.
+    /// Visits the pixels that the line crosses, in order, with the range of the parameter in the
+    /// pixel and the pixel's value, until `visit` returns false.
     #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
     fn walk(&self, mut visit: impl FnMut(f64, f64, f64) -> bool) {
         let (width, height) = self.image.size();
@@ -434,7 +447,8 @@ impl Track<'_> {
         let mut at = [0, 1].map(|i| cell(self.from[i], size[i]).0);
         let mut t = 0.0;
         while t < 1.0 {
-            // The parameter of the next border each way; infinite at the image's own.
+            // Find the parameter at the next border in each direction; it is infinite at the
+            // image's own.
             let next = [0, 1].map(|i| {
                 let forward = step[i] > 0.0;
                 let border = at[i] + usize::from(forward);
@@ -444,6 +458,7 @@ impl Track<'_> {
                     ((border as f64 / size[i] as f64 - self.from[i]) / step[i]).max(t)
                 }
             });
+            // Cross the nearer of the two borders.
             let axis = usize::from(next[1] < next[0]);
             let end = next[axis].min(1.0);
             if !visit(t, end, self.image.pixel(at[0], at[1])) || end >= 1.0 {

@@ -1,5 +1,5 @@
-//! Lines on convex polygons, by length, by angle and by a texture, and points on their visible
-//! parts.
+//! This module samples lines on convex polygons, by length, by solid angle and by a texture, and
+//! points on their visible parts.
 
 pub(crate) mod by_angle;
 pub(crate) mod by_length;

@@ -1,5 +1,5 @@
-//! A piece of a light between the parallel lines through two of its neighbouring vertices, relative
-//! to the shading point's foot in the light's plane.
+//! This module holds a piece of a light between the parallel lines through two neighbouring
+//! vertices, in coordinates about the shading point's foot in the light's plane.
 
 use crate::line::trapezoid::Trapezoid;
 use linelit_elementary::{atan2, hypot, sin};
@@ -10,22 +10,22 @@ use linelit_geometry::finite::fraction;
 /// cosines lose more than a factor 32 by their sines' rounding.
 const OBLIQUE: f64 = 0.984;
 
-/// One piece between neighbouring knots: the first line relative to the foot, and the steps to the
-/// last one, formed before the foot was subtracted.
+/// A piece between neighbouring knots: its first line relative to the foot, and the differences to
+/// its last line, which were formed before the foot was subtracted.
 ///
-/// Next to the light's plane, `CLOSE`, the line nearer to the foot comes first, and the width is
-/// negative where that is the one of the greater offset.
+/// With `CLOSE`, near the light's plane, the line nearer to the foot comes first, and the width is
+/// negative if this line has the larger offset.
 #[derive(Clone, Copy)]
 pub(crate) struct Piece<const CLOSE: bool> {
     pub(crate) first: Line,
-    /// Changes of offset and ends over the piece.
+    /// The changes of the offset and of both ends over the piece.
     pub(crate) width: f64,
     pub(crate) lower: f64,
     pub(crate) upper: f64,
 }
 
-/// A line relative to the foot of the shading point: offset, beginning, end and length, of which
-/// next to the light's plane each keeps its own digits.
+/// A line relative to the foot of the shading point: its offset, beginning, end and length. They
+/// are redundant because near the light's plane each has digits that the others lack.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     pub(crate) u: f64,
@@ -35,14 +35,15 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Square of the distance from the foot.
+    /// Returns the square of the line's distance from the foot.
     pub(crate) fn square(&self) -> f64 {
         let v = self.lo.max(-self.hi).max(0.0);
         self.u * self.u + v * v
     }
 
-    /// The span of sin φ along the line, `z` from the plane: half its solid angle per radius, times
-    /// its distance. The formula of [`crate::linear::LineView::solid_angle`], without the rest.
+    /// Returns the range of sin φ along the line in a plane at the height `z`: half its solid angle
+    /// per radius, times its distance. It is the formula of
+    /// [`crate::linear::LineView::solid_angle`] alone.
     #[inline(always)]
     pub(crate) fn sine_range(&self, z: f64) -> f64 {
         let (y0, y1) = (self.lo, self.hi);
@@ -86,7 +87,7 @@ impl Line {
 }
 
 impl<const CLOSE: bool> Piece<CLOSE> {
-    /// The piece, run from its last line, `last`, to the first one.
+    /// Returns the same piece with its last line, `last`, as the first one.
     pub(crate) fn reversed(self, last: Line) -> Self {
         Self {
             first: last,
@@ -96,17 +97,18 @@ impl<const CLOSE: bool> Piece<CLOSE> {
         }
     }
 
+    /// Whether the first line is the one with the larger offset.
     pub(crate) fn is_reversed(&self) -> bool {
         CLOSE && self.width < 0.0
     }
 
-    /// Offsets as angles, ascending from the first line.
+    /// Returns the offsets as angles, ascending from the first line.
     pub(crate) fn angles(&self, z: f64) -> Angles {
         let sign = if self.is_reversed() { -1.0 } else { 1.0 };
         Angles::new(sign * self.first.u, sign * self.width, z)
     }
 
-    /// The line at the fraction `s` of the width.
+    /// Returns the line at the fraction `s` of the width.
     pub(crate) fn at(&self, s: f64) -> Line {
         let lo = self.first.lo + self.lower * s;
         let length = (self.first.length + (self.upper - self.lower) * s).max(0.0);
@@ -122,7 +124,7 @@ impl<const CLOSE: bool> Piece<CLOSE> {
         }
     }
 
-    /// The part from the first line to the one at the fraction `s`.
+    /// Returns the part of the piece from its first line to the line at the fraction `s`.
     pub(crate) fn part(&self, s: f64, z: f64) -> Trapezoid<CLOSE> {
         let (a, b) = (self.first, self.at(s));
         let width = self.width * s;
@@ -146,7 +148,7 @@ impl<const CLOSE: bool> Piece<CLOSE> {
     }
 }
 
-/// A density linear in the angle over a piece, from `first` to `last`.
+/// A density over a piece that is linear in the angle, from `first` to `last`.
 pub(crate) struct Warp {
     pub(crate) angles: Angles,
     pub(crate) first: f64,
@@ -154,15 +156,17 @@ pub(crate) struct Warp {
 }
 
 impl Warp {
+    /// Returns the integral of the density over the piece.
     pub(crate) fn mass(&self) -> f64 {
         0.5 * (self.first + self.last) * self.angles.end
     }
 
+    /// Returns the density at the fraction `t` of the angle.
     pub(crate) fn at(&self, t: f64) -> f64 {
         self.first + (self.last - self.first) * t
     }
 
-    /// The fraction of the angle at an offset from the first one.
+    /// Returns the fraction of the piece's angle at which an offset from its first line is seen.
     pub(crate) fn place(&self, offset: f64, z: f64) -> f64 {
         let from = self.angles.first;
         let v = atan2(z * offset, z * z + from * (from + offset));
@@ -170,7 +174,8 @@ impl Warp {
     }
 }
 
-/// The angle v from the first offset of a piece, seen from the foot's height: offsets are z tan ψ.
+/// The angles under which a piece is seen from the shading point: an offset is z tan ψ, and v is
+/// the angle from the first line.
 pub(crate) struct Angles {
     pub(crate) first: f64,
     pub(crate) end: f64,
@@ -187,15 +192,15 @@ impl Angles {
         }
     }
 
-    /// The ratio of the largest to the least distance of a line of the piece.
+    /// Returns the ratio of the largest to the smallest distance of a line of the piece.
     pub(crate) fn spread(&self, z: f64) -> f64 {
         let [a, b] = self.r;
-        // More than a right angle: the foot is between, or nearly.
+        // If the angle exceeds a right angle, the foot is inside the piece, or almost.
         let least = if self.end > 1.5 { z } else { a.min(b) };
         a.max(b) / least
     }
 
-    /// The fraction of the width at the angle `v`: both weights positive.
+    /// Returns the fraction of the width at the angle `v`, as a ratio of positive weights.
     pub(crate) fn fraction(&self, v: f64) -> f64 {
         let (w1, w0) = (sin(v) / self.r[1], sin(self.end - v) / self.r[0]);
         fraction(w1 / (w0 + w1))

@@ -1,11 +1,11 @@
-//! The solid angle of a rectangle cut by lines parallel to an edge, and its inverse, in closed
-//! form: one comes here to draw the offset of a line without iteration.
+//! This module computes the solid angle of the part of a rectangle before a line parallel to an
+//! edge, and inverts it, in closed form: it draws the offset of a line without iteration.
 //!
 //! Ureña et al. 2013 ("An area-preserving parametrization for spherical rectangles") add up the
-//! four angles of the spherical rectangle; of a small or far one all digits cancel. Here every
-//! quantity is taken from the line that is farther from the shading point's foot, and terms have
-//! one sign. The rectangle spans y₀ to y₁ along its lines at the height z; u is the offset from
-//! the foot, mirrored so that the far line has u₁ > 0:
+//! four angles of the spherical rectangle; for a small or distant rectangle all digits cancel. Here
+//! every quantity is measured from the line that is farther from the shading point's foot, and the
+//! terms of each sum have one sign. The rectangle spans y₀ to y₁ along its lines at the height z; u
+//! is the offset from the foot, mirrored so that the farther line has u₁ > 0:
 //!
 //! ```text
 //!         y
@@ -33,44 +33,45 @@ use linelit_geometry::ParallelLines;
 use linelit_geometry::finite::fraction;
 use linelit_simd::{One, sine};
 
-/// The deviation from a rectangle, relative to its sides, up to which a polygon is one: corners
-/// rounded to ε of coordinates a thousand times as large. The solid angle is then the polygon's to
-/// 1e-12; the density of offsets is the rectangle's own, and exact, for any deviation.
+/// A polygon counts as a rectangle if it deviates from one by at most this fraction of its sides:
+/// its corners may be rounded to ε of coordinates a thousand times as large. The solid angle is
+/// then the polygon's to 1e-12. The density of offsets is the rectangle's own, and exact for any
+/// deviation.
 const ROUNDED: f64 = 1e-12;
 
 /// A rectangle whose lines are parallel to an edge, seen from a shading point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rectangle {
-    /// The line at the first offset, relative to the foot; lines differ by their offset only.
+    /// The line at the first offset, relative to the foot; other lines differ by their offset only.
     first: Line,
     width: f64,
     z: f64,
-    /// Distances qᵢ of the ends of the line over the foot.
+    /// The distances qᵢ from the shading point to the ends of a line at the offset 0.
     q: [f64; 2],
-    /// Whether the far line is the first one.
+    /// Whether the line farther from the foot is the first one.
     is_reversed: bool,
     far: Cut,
     b: f64,
     whole: f64,
 }
 
-/// What the solid angle is made of at one line.
+/// The quantities at one line from which the solid angle is computed.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
-    /// The offset, mirrored.
+    /// The offset, mirrored if the far line is the first one.
     u: f64,
     h: f64,
     g: f64,
     e: f64,
     sin: f64,
     cos: f64,
-    /// r₀² + y₁² over r₀ r₁ + y₀ y₁.
+    /// The quotient of r₀² + y₁² and r₀ r₁ + y₀ y₁.
     beyond: f64,
 }
 
 impl Rectangle {
-    /// The rectangle that the lines cover at the height `z`, by its first line and its width;
-    /// `None` of another shape, or if its solid angle is no positive number.
+    /// Sets up the rectangle that the lines cover at the height `z`. `None` if they cover another
+    /// shape, or if its solid angle is not a positive number.
     pub(crate) fn new(lines: &ParallelLines, foot: (f64, f64), z: f64) -> Option<Self> {
         let ([lo, hi], [from, to]) = sides(lines)?;
         let y = [lo - foot.1, lo - foot.1 + (hi - lo)];
@@ -90,7 +91,7 @@ impl Rectangle {
         };
         let q = y.map(|y| (y * y + z * z).sqrt());
         let far = Cut::new(&first, q, z, far);
-        // b from terms of one sign: r₀ r₁ − y₀ y₁ = h² (r₀² + y₁²)/(r₀ r₁ + y₀ y₁).
+        // Compute b from terms of one sign: r₀ r₁ − y₀ y₁ = h² (r₀² + y₁²)/(r₀ r₁ + y₀ y₁).
         let (k, tilt) = ((y[0] / q[0]) * (y[1] / q[1]), z / far.h);
         let b = if k > 0.0 {
             2.0 * (z / q[0]) * (z / q[1]) * far.beyond
@@ -111,27 +112,28 @@ impl Rectangle {
         (out.whole > 0.0 && out.whole.is_finite()).then_some(out)
     }
 
-    /// The solid angle of the rectangle, sr.
+    /// Returns the solid angle of the rectangle in sr.
     pub(crate) fn solid_angle(&self) -> f64 {
         self.whole
     }
 
-    /// The line of the rectangle at the offset `u` from the shading point's foot in the light's
-    /// plane; all lines have the same ends.
+    /// Returns the line of the rectangle at the offset `u` from the shading point's foot in the
+    /// light's plane. All lines have the same ends.
     pub(crate) fn line(&self, u: f64) -> Line {
         Line { u, ..self.first }
     }
 
-    /// The solid angle of the part of the rectangle between its far line, which is farther from the
-    /// foot, and the line at the offset `u` (mirrored so that the far line's is positive). `step`
-    /// is the distance of both lines, which has more digits than the difference of the offsets.
+    /// Returns the solid angle of the part of the rectangle between its far line and the line at
+    /// the offset `u`, mirrored so that the far line has a positive offset. `step` is the distance
+    /// between the two lines, which has more digits than the difference of the offsets.
     fn beyond(&self, u: f64, step: f64) -> f64 {
         let far = &self.far;
         let cut = Cut::new(&self.first, self.q, self.z, u);
-        // P from u by the root of its quadratic that has no subtraction.
+        // Compute P from u by the root of its quadratic that has no subtraction.
         let d = (step / far.h) * ((far.u + u) / far.h) * (cut.e * cut.e);
         let p = d / (far.g + (far.g * far.g + d).sqrt());
-        // tan δ/2 is P over the sum of the sines, or their difference over that of the cosines.
+        // tan δ/2 is P over the sum of the sines, or the difference of the sines over the sum of
+        // the cosines.
         let (sum, difference) = (far.sin + cut.sin, far.sin - cut.sin);
         2.0 * if u > 0.0 || p > difference {
             atan2(p, sum)
@@ -140,22 +142,23 @@ impl Rectangle {
         }
     }
 
-    /// The fraction of the width before the line that has the share `place` of the solid angle
-    /// before it.
+    /// Returns the fraction of the width before the line that has the fraction `place` of the solid
+    /// angle before it.
     pub(crate) fn find(&self, place: f64) -> f64 {
         let share = if self.is_reversed { place } else { 1.0 - place };
-        // Compute sine and cosine of δ/2, δ from the far line, by those of δ/4.
+        // Compute sine and cosine of δ/2 from those of δ/4, where δ is the angle from the far line.
         let quarter = sine(One, 0.25 * self.whole * share);
         let rest = ((1.0 - quarter) * (1.0 + quarter)).sqrt();
         let (s, c) = (2.0 * quarter * rest, 1.0 - 2.0 * quarter * quarter);
-        // Turn Θ₁ back by δ/2 to the middle, and by as much again to Θ.
+        // Rotate Θ₁ back by δ/2 to the middle, and by δ/2 again to Θ.
         let far = &self.far;
         let middle = [far.sin * c - far.cos * s, far.cos * c + far.sin * s];
         let sin = middle[0] * c - middle[1] * s;
         let p = 2.0 * s * middle[0].max(0.0);
         let square = far.e * far.e + p * (self.b + p);
         let u = self.z * sin / square.sqrt();
-        // Beyond the foot u₁ − u is a sum; before it, the difference of squares over the sum.
+        // If the foot is before the line, u₁ − u is computed as the difference of squares over the
+        // sum; otherwise it is a sum.
         let step = if u > 0.0 {
             p * (2.0 * far.g + p) / square * (far.h / (far.u + u)) * far.h
         } else {
@@ -164,19 +167,21 @@ impl Rectangle {
         self.turned_around(fraction(step / self.width))
     }
 
-    /// The share of the solid angle before the line at the fraction `s` of the width.
+    /// Returns the fraction of the solid angle before the line at the fraction `s` of the width.
     pub(crate) fn place(&self, s: f64) -> f64 {
         let step = self.width * self.turned_around(s);
         self.turned_around(fraction(self.beyond(self.far.u - step, step) / self.whole))
     }
 
-    /// Turns a fraction from the far line into one before the line, and back.
+    /// Converts a fraction that counts from the far line to one that counts from the first line,
+    /// and back.
     fn turned_around(&self, s: f64) -> f64 {
         if self.is_reversed { s } else { 1.0 - s }
     }
 }
 
 impl Cut {
+    /// Computes the quantities at the line with the offset `u`.
     fn new(first: &Line, [q0, q1]: [f64; 2], z: f64, u: f64) -> Self {
         let line = Line { u, ..*first };
         let (y0, y1) = (line.lo, line.hi);
@@ -199,11 +204,11 @@ impl Cut {
     }
 }
 
-/// The ends of the lines and the range of their offsets where they cover a rectangle.
+/// Returns the ends of the lines and the range of their offsets if the lines cover a rectangle.
 fn sides(lines: &ParallelLines) -> Option<([f64; 2], [f64; 2])> {
     let (u, lo, hi) = (lines.knots(), lines.lower(), lines.upper());
     let (from, to) = lines.range();
-    // Corners that are rounded apart cut slivers off the ends.
+    // Two corners of one side that are rounded apart cut a sliver off that end: skip it.
     let sliver = ROUNDED * (to - from);
     let first = u.iter().rposition(|u| u - from <= sliver)?;
     let last = u.iter().position(|u| to - u <= sliver)?;

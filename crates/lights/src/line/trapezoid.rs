@@ -1,20 +1,20 @@
-//! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made
-//! of.
+//! This module computes the solid angle and the irradiance of small pieces of a light, from which
+//! the CDFs over line offsets are built.
 
 use crate::polygon::spherical_triangle::{self, cross_in_plane};
 use linelit_elementary::{asin, atan2, hypot};
 use linelit_geometry::finite::{fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
 
-/// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen
-/// there.
+/// The value of (z/r)² below which Lambert's sum is split into two parts: at this value it has lost
+/// two of sixteen digits.
 const GRAZING: f64 = 1e-4;
 
-/// The square of size/r below which a trapezoid next to the plane is integrated by [`gauss`]: the
+/// The value of (size/r)² below which a trapezoid near the plane is integrated by [`gauss`]. The
 /// nearest singularity is then 15 half widths away, and the error below 30⁻¹².
 const SMALL: f64 = 1.0 / 64.0;
 
-/// Places in (0, 1) and weights of the Gauss–Legendre rule of six points.
+/// Returns the positions in (0, 1) and the weights of the Gauss–Legendre rule with six points.
 fn gauss() -> impl Iterator<Item = (f64, f64)> {
     const RULE: [(f64, f64); 3] = [
         (0.238_619_186_083_196_9, 0.467_913_934_572_691_05),
@@ -26,23 +26,29 @@ fn gauss() -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// A trapezoid of the light between two parallel lines, relative to the shading point: (a, b) on
-/// the one line, (d, c) on the other, at the distance `width`.
+/// one line, (d, c) on the other line at the distance `width`.
 ///
-/// `CLOSE`: the first line is known better than the last one, to its distance from the foot; the
-/// distance of the edge da from there is then taken from a.
+/// ```text
+///   a────────b     the first line
+///    ╲        ╲
+///     d────────c   the last line, `width` away
+/// ```
+///
+/// With `CLOSE`, the first line's distance from the foot is known more precisely than the last
+/// line's. The distance of the edge da from the foot is then computed from a.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trapezoid<const CLOSE: bool> {
     pub(crate) corners: [DVec3; 4],
-    /// b − a, c − b, d − c, a − d, formed without the shading point.
+    /// The edges b − a, c − b, d − c and a − d, formed without the shading point.
     pub(crate) edges: [DVec3; 4],
     pub(crate) width: f64,
-    /// Distance of the plane from the shading point.
+    /// The distance of the plane from the shading point.
     pub(crate) z: f64,
 }
 
 impl<const CLOSE: bool> Trapezoid<CLOSE> {
-    /// Ω as the sum of two triangles whose determinants are `z × width × line length`: nothing
-    /// cancels.
+    /// Returns Ω as the sum of two triangles whose determinants are `z × width × line length`, so
+    /// that nothing cancels.
     pub(crate) fn solid_angle(&self) -> f64 {
         let [a, b, c, d] = self.corners;
         let [ab, bc, cd, da] = self.edges;
@@ -54,13 +60,14 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
             + half([a, c, d], [diagonal, cd, da], [la, lc, ld], -area * cd.x))
     }
 
-    /// `∫ max(0, n·ω) dω` for a trapezoid that is above the horizon of `n`.
+    /// Returns `∫ max(0, n·ω) dω` for a trapezoid that is above the horizon of `n`.
     ///
-    /// Lambert's sum over edges, `½ Σ Θᵢ (Xᵢ·n)/|Xᵢ|`, when the size is half the distance or more;
-    /// below that its form centred on the first corner, in which the terms of the full turn have
-    /// been cancelled by hand. In both the part of n across the plane adds up to z²/r² from terms
-    /// of one, so that next to the plane, with the foot of the shading point outside,
-    /// [`Trapezoid::beside`] has that part. Error about 100 ε relative to a piece as it is given.
+    /// If the size is half the distance or more, it is Lambert's sum over edges, `½ Σ Θᵢ
+    /// (Xᵢ·n)/|Xᵢ|`. For smaller trapezoids it is the form of this sum centred on the first corner,
+    /// in which the terms of the full turn are cancelled by hand. In both forms the part of n
+    /// across the plane sums terms of one to z²/r². Near the plane, with the foot of the shading
+    /// point outside, [`Trapezoid::beside`] therefore computes that part. The error is about 100 ε
+    /// relative to a piece as it is given.
     pub(crate) fn irradiance(&self, n: DVec3) -> f64 {
         let grazing = if CLOSE { 1.0 } else { GRAZING };
         if CLOSE && self.size_squared() < SMALL * self.corners[0].length_squared() {
@@ -77,14 +84,15 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         }
     }
 
-    /// Square of the longest edge.
+    /// Returns the square of the longest edge.
     fn size_squared(&self) -> f64 {
         let squares = self.edges.iter().map(|e| e.length_squared());
         squares.fold(0.0, f64::max)
     }
 
-    /// [`Trapezoid::irradiance`] of a small one, z ∫ n·p/|p|⁴ dA by Gauss's rule: terms of one
-    /// sign, where the sums over edges cancel down to what the horizon has left.
+    /// Computes [`Trapezoid::irradiance`] of a small trapezoid, z ∫ n·p/|p|⁴ dA, by Gauss's rule.
+    /// Its terms have one sign, whereas the sums over edges cancel down to what is left above the
+    /// horizon.
     fn by_quadrature(&self, n: DVec3) -> f64 {
         let (a, bc, da) = (self.corners[0], self.edges[1], self.edges[3]);
         let mut sum = 0.0;
@@ -100,7 +108,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         (sum * self.z * self.width).abs()
     }
 
-    /// A corner on an edge: what its distance from the foot is computed from.
+    /// Returns a corner on an edge, from which the edge's distance from the foot is computed.
     #[inline(always)]
     fn on_edge(&self, i: usize) -> DVec3 {
         self.corners[if CLOSE && i == 3 { 0 } else { i }]
@@ -116,8 +124,9 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         turns.iter().any(|&t| t > 0.0) && turns.iter().any(|&t| t < 0.0)
     }
 
-    /// Whether the foot is farther from all edges than the shading point is from the plane. Nearer
-    /// the turn about the foot, as an angle, is not known to what the rest is, nor is it large.
+    /// Whether the foot is farther from all edges than the shading point is from the plane. If it
+    /// is nearer, the angle of the turn about the foot is known less precisely than the rest, but
+    /// the cancellation is not large either.
     #[cold]
     #[inline(never)]
     fn foot_is_beyond_height(&self) -> bool {
@@ -128,15 +137,15 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         })
     }
 
-    /// [`Trapezoid::irradiance`] next to the plane with the foot outside.
+    /// Computes [`Trapezoid::irradiance`] near the plane with the foot outside.
     ///
     /// The part of n in the plane is a sum over the edges of Θᵢ z/|Xᵢ|, of the order of the result.
-    /// The part across it is, in polar coordinates (r, φ) about the foot, `−½ n_z z² Σ ∫ dφ/(r² +
-    /// z²)`, for the full turns `∮ dφ` add up to nothing: [`edge_below_turn`].
+    /// The part across the plane is, in polar coordinates (r, φ) about the foot, `−½ n_z z² Σ ∫
+    /// dφ/(r² + z²)`, because the full turns `∮ dφ` add up to zero: see [`edge_below_turn`].
     #[cold]
     #[inline(never)]
     fn beside(&self, n: DVec3) -> f64 {
-        // Fourth powers of lengths must be numbers: a power of two changes nothing else.
+        // Scale by a power of two, so that fourth powers of lengths do not overflow.
         let largest = self
             .corners
             .map(DVec3::length)
@@ -151,13 +160,15 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
             width: self.width * unit,
             z,
         };
+        // Sum the part of n in the plane over the edges.
         let in_plane = DVec3::new(n.x, n.y, 0.0);
         let along = if scaled.size_squared() < 0.25 * p[0].length_squared() {
             scaled.centred(in_plane)
         } else {
             scaled.by_edges(in_plane)
         };
-        // From the end nearer to the foot, where that is the better known one.
+        // Sum the part across, each edge from the end nearer to the foot if this end is known
+        // better.
         let ends = |i: usize| {
             let j = (i + 1) % 4;
             let nearer = p[j].length_squared() < p[i].length_squared();
@@ -172,6 +183,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         along - 0.5 * n.z * across
     }
 
+    /// Returns Lambert's sum over the edges.
     fn by_edges(&self, n: DVec3) -> f64 {
         let mut sum = 0.0;
         for i in 0..4 {
@@ -185,11 +197,12 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         0.5 * sum
     }
 
+    /// Returns Lambert's sum, centred on the first corner so that the full turn cancels by hand.
     fn centred(&self, n: DVec3) -> f64 {
         let v0 = self.corners[0];
         let big = v0.length();
         let r = self.corners.map(DVec3::length);
-        // eᵢ = vᵢ − v₀ and dᵢ = rᵢ − r₀.
+        // Form eᵢ = vᵢ − v₀ and dᵢ = rᵢ − r₀.
         let e = [
             DVec3::ZERO,
             self.edges[0],
@@ -212,15 +225,14 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
     }
 }
 
-/// `z² ∫ dφ/(r² + z²)` along an edge, in polar coordinates about the foot: the turn φ − (p/d) θ
-/// from the foot of its line to a place t of it, with p its distance in the plane, d in space, tan
-/// φ = t/p and tan θ = t/d, between the two ends.
+/// Returns `z² ∫ dφ/(r² + z²)` along an edge, in polar coordinates about the foot. This is the turn
+/// φ − (p/d) θ between the two ends of the edge, where p is the distance of the edge's line from
+/// the foot in the plane, d its distance from the shading point, and tan φ = t/p and tan θ = t/d
+/// for a point at the distance t along the line.
 ///
-/// Where the edge runs away from the foot, p ≪ t, both terms agree to (p/t)²: next to the plane,
-/// `close`, that is [`radial`]'s.
-///
-/// φ − θ has the tangent `k t/(p d + t²)` with k = z²/(d + p), and 1 − p/d is k/d: nothing that is
-/// large cancels.
+/// φ − θ has the tangent `k t/(p d + t²)` with k = z²/(d + p), and 1 − p/d is k/d, so that no large
+/// terms cancel. Where the edge runs away from the foot (p ≪ t), both terms agree to (p/t)²; near
+/// the plane, with `close`, [`radial`] then computes the difference.
 fn edge_below_turn(from: DVec3, edge: DVec3, z: f64, close: bool) -> f64 {
     let length = hypot(edge.x, edge.y);
     if length <= 0.0 {
@@ -245,11 +257,11 @@ fn edge_below_turn(from: DVec3, edge: DVec3, z: f64, close: bool) -> f64 {
     (first + angle * (k / d)).copysign(turn)
 }
 
-/// The ratio d/t below which [`radial`] serves: its ninth term is 64⁻⁹ of the first.
+/// The ratio d/t below which [`radial`] is used: its ninth term is 64⁻⁹ of the first.
 const RADIAL: f64 = 1.0 / 8.0;
 
-/// φ − (p/d) θ less its value at t → ±∞: `−(p/t) (z/t)² Σ (−1)ᵐ hₘ/((2m + 3) t²ᵐ)`, hₘ = (d²ᵐ⁺² −
-/// p²ᵐ⁺²)/z², from the series of the arc tangents of p/t and d/t.
+/// Returns φ − (p/d) θ minus its limit for t → ±∞: `−(p/t) (z/t)² Σ (−1)ᵐ hₘ/((2m + 3) t²ᵐ)` with
+/// hₘ = (d²ᵐ⁺² − p²ᵐ⁺²)/z², from the series of the arc tangents of p/t and d/t.
 fn radial(p: f64, d: f64, z: f64, t: f64) -> f64 {
     let (x, y, per) = (d / t * (d / t), p / t * (p / t), z / t * (z / t));
     let (mut h, mut power, mut sign, mut odd, mut sum) = (1.0, y, -1.0, 3.0, 0.0);
@@ -263,7 +275,7 @@ fn radial(p: f64, d: f64, z: f64, t: f64) -> f64 {
     p / t * per * sum
 }
 
-/// The coefficients binom(2k, k)/4ᵏ/(2k + 1), k ≥ 1, of arcsin(s)/s in s².
+/// The coefficients binom(2k, k)/4ᵏ/(2k + 1), k ≥ 1, of arcsin(s)/s as a series in s².
 const ARC: [f64; 24] = {
     let mut out = [0.0; 24];
     let (mut k, mut binomial) = (0, 1.0);
@@ -276,13 +288,13 @@ const ARC: [f64; 24] = {
     out
 };
 
-/// `Θ/sin Θ − 1` for Θ < π/2, from the sine: a series for sin Θ < ½.
+/// Returns `Θ/sin Θ − 1` for Θ < π/2, given the sine; by a series for sin Θ < ½.
 fn arc_over_sine_minus_one(sine: f64) -> f64 {
     if sine > 0.5 {
         return asin(sine.min(1.0)) / sine - 1.0;
     }
     let y = sine * sine;
-    // The terms shrink by y: as many as are needed, from the end.
+    // The terms shrink by the factor y: sum as many as needed, from the smallest.
     let used = if y < 1e-4 {
         4
     } else if y < 0.02 {

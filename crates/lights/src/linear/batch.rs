@@ -1,33 +1,34 @@
-//! Projected solid angle for many random numbers at once: every operation in a loop over columns.
+//! This module samples a linear light by projected solid angle for many random numbers at once,
+//! with every operation in a loop over columns.
 //!
-//! The loops have no branches and no calls, so that the compiler uses what vector instructions
-//! there are; their length is not known to it, because it would unroll them instead. The kernels
-//! are those of one sample, and so are the bits but for the steps that some samples of a block take
-//! more than they need.
+//! The loops have no branches and no calls, so that the compiler uses the vector instructions of
+//! the machine. The length of the loops is hidden from the compiler, because it would unroll them
+//! instead. The kernels are the ones of a single sample, and so are the bits, except that some
+//! samples of a block take more steps than they need.
 
 use super::projected::{End, Inversion};
 use super::view::{LineView, SolidAngleEnd, nearer};
 use crate::linear::numbers::{Angle, Bounds, CLOSE, STEPS, rotate, sine_and_cosine, step_sin_cos};
 
-/// Most samples in a block.
+/// The largest number of samples in a block.
 pub(crate) const BLOCK: usize = 16;
 
-/// A column.
+/// One number for each sample of a block.
 type Column = [f64; BLOCK];
 
-/// A block of samples.
+/// The samples of a block.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Batch {
-    /// Place on the clipped line.
+    /// The positions on the clipped line.
     pub lambda: Column,
-    /// Point and direction by coordinates.
+    /// The points and the directions, by coordinates.
     pub point: [Column; 3],
     pub direction: [Column; 3],
-    /// n·ω.
+    /// The cosines n·ω.
     pub cosine: Column,
 }
 
-/// Angles of a block.
+/// The angles of a block with their sines and cosines.
 #[derive(Default)]
 struct Angles {
     v: Column,
@@ -36,8 +37,8 @@ struct Angles {
 }
 
 impl Batch {
-    /// Samples for at most [`BLOCK`] random numbers: steps until the longest was below the fraction
-    /// [`CLOSE`] of the distance to the nearer end.
+    /// Computes the samples for at most [`BLOCK`] random numbers. The iteration ends when the
+    /// longest step is below the fraction [`CLOSE`] of the distance to the nearer end.
     pub(crate) fn fill(&mut self, arc: &Inversion, view: &LineView, numbers: &[f64]) {
         let n = numbers.len().min(BLOCK);
         let mut xi = [0.0; BLOCK];
@@ -55,7 +56,7 @@ impl Batch {
         }
     }
 
-    /// [`LineView::arc_point`] and the cosines.
+    /// Computes [`LineView::arc_point`] and the cosines for the block.
     #[inline(never)]
     fn place<const SHORT: bool>(
         &mut self,
@@ -83,6 +84,7 @@ impl Batch {
     }
 }
 
+/// Returns the angles from which the iteration starts.
 #[inline(never)]
 fn start(arc: &Inversion, view: &LineView, xi: &Column, n: usize) -> Angles {
     let (n, arc) = (n.min(BLOCK), *arc);
@@ -98,6 +100,7 @@ fn start(arc: &Inversion, view: &LineView, xi: &Column, n: usize) -> Angles {
     out
 }
 
+/// Returns the next step of each sample, limited to the arc.
 #[inline(never)]
 fn steps(arc: &Inversion, xi: &Column, n: usize, at: &Angles) -> Column {
     let (n, arc) = (n.min(BLOCK), *arc);
@@ -115,11 +118,12 @@ fn steps(arc: &Inversion, xi: &Column, n: usize, at: &Angles) -> Column {
     step
 }
 
-/// Advances every sample by a step; returns whether all have converged.
+/// Advances every sample by one step, and returns whether all have converged.
 #[inline(never)]
 fn advance(arc: &Inversion, xi: &Column, n: usize, at: &mut Angles) -> bool {
     let n = n.min(BLOCK);
     let step = steps(arc, xi, n, at);
+    // Rotate each angle by its step; small steps have short polynomials.
     let (mut sine, mut cosine) = ([0.0; BLOCK], [0.0; BLOCK]);
     let mut large = 0_u64;
     for i in 0..n {

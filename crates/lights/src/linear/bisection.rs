@@ -1,26 +1,26 @@
-//! Baseline: projected solid angle by Newton's method with bisection (Li, Aittala, Durand &
-//! Lehtinen 2018, §5.2).
+//! This module holds a baseline for comparison: projected solid angle by Newton's method with
+//! bisection (Li, Aittala, Durand & Lehtinen 2018, §5.2).
 //!
-//! Their renderer samples edges by the antiderivative of the cosine along the line and inverts it
-//! by Newton's method in the line coordinate, which falls back to bisection when a step leaves the
-//! bracket. Peters 2021 compares against it (Table 1, Fig. 6g). Differences of the antiderivative
-//! cancel for lines that are short, far or nearly collinear with the shading point, down to no
-//! digits at all: the baseline is kept as it is, for the comparison. The tolerance is the backward
-//! error of Peters' two steps, so that the cost is compared at equal accuracy.
+//! Their renderer samples edges by the antiderivative of the cosine along the line. It inverts it
+//! by Newton's method in the line coordinate, with a bisection when a step leaves the bracket.
+//! Peters 2021 compares with it (Table 1, Fig. 6g). Differences of the antiderivative cancel for
+//! lines that are short, distant or nearly collinear with the shading point, until no digits are
+//! left; the baseline keeps this weakness, for the comparison. The tolerance is the backward error
+//! of Peters' two steps, so that costs are compared at equal accuracy.
 
 use super::view::LineView;
 use linelit_elementary::atan;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
-/// Iterations end when the CDF is hit to this …
+/// Iterations end when the error of the CDF is below this number …
 const TOLERANCE: f64 = 1.58e-5;
-/// … or after so many (their 20 are too few for a line 1e5 times as long as its distance: off by
-/// 3e-4).
+/// … or after this many (their 20 are too few for a line 1e5 times as long as its distance: the
+/// error is then 3e-4).
 const MOST: u32 = 60;
 
-/// The line in its own coordinates: s along it from its closest point, at distance h; cosine (a + b
-/// s)/r.
+/// The line in its own coordinates: s along it, from the point closest to the shading point, which
+/// is at the distance h. The cosine is (a + b s)/r.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineIntegral {
     h: f64,
@@ -33,6 +33,7 @@ pub(crate) struct LineIntegral {
 }
 
 impl LineIntegral {
+    /// Sets the integral up; `None` if it is not a positive number.
     pub(crate) fn new(view: &LineView, normal: DVec3) -> Option<Self> {
         let (p0, p1) = view.ends();
         let d = (p1 - p0).try_normalize()?;
@@ -52,25 +53,25 @@ impl LineIntegral {
         (out.total > 0.0 && out.projected_solid_angle().is_finite()).then_some(out)
     }
 
-    /// ∫ (a + b s) h/(h² + s²)² ds.
+    /// Returns ∫ (a + b s) h/(h² + s²)² ds.
     fn antiderivative(&self, s: f64) -> f64 {
         let h = self.h;
         let r2 = h * h + s * s;
         self.a * (s / (2.0 * h * r2) + atan(s / h) / (2.0 * h * h)) - self.b * h / (2.0 * r2)
     }
 
-    /// Projected solid angle per radius: twice the integral.
+    /// Returns the projected solid angle per radius: twice the integral.
     pub(crate) fn projected_solid_angle(&self) -> f64 {
         2.0 * self.total
     }
 
-    /// The fraction of the mass below a place on the clipped line.
+    /// Returns the fraction of the mass below a position on the clipped line.
     pub(crate) fn cdf(&self, lambda: f64) -> f64 {
         let s = self.s0 + (self.s1 - self.s0) * lambda;
         (self.antiderivative(s) - self.f0) / self.total
     }
 
-    /// The place on the clipped line with the fraction `xi` of the mass.
+    /// Returns the position on the clipped line below which the fraction `xi` of the mass lies.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
         let xi = fraction(xi);
         let (mut lo, mut hi) = (self.s0, self.s1);

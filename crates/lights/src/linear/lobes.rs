@@ -1,4 +1,5 @@
-//! The lobes of a reflection over a linear light.
+//! This module samples a linear light by a reflection that is a sum of linearly transformed cosines
+//! (LTCs).
 
 use super::{LinearSample, LtcSampler};
 use crate::LinearPointTechnique;
@@ -7,22 +8,22 @@ use linelit_geometry::finite::below_one;
 use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_shading::ltc::TransformedCosines;
 
-/// The lobes of a reflection over a linear light, drawn from as one technique: each takes a share
-/// of the samples in proportion to what it reflects of the unshadowed light.
+/// The LTCs of a reflection over a linear light as one technique. Each LTC gets a fraction of the
+/// samples in proportion to the light that it reflects without occluders.
 ///
-/// It is no [`LinearPointTechnique`]: several lobes may lead to the same point, so that there is no
-/// inverse.
+/// It does not implement [`LinearPointTechnique`]: several LTCs may lead to the same point, so that
+/// there is no inverse.
 #[derive(Clone, Copy, Debug)]
 pub struct SegmentLobes {
     first: (LtcSampler, f64),
     others: [Option<(LtcSampler, f64)>; TransformedCosines::MAX],
-    /// The radiance that the lobes reflect for each unit of radiance × radius, unshadowed.
+    /// The radiance that the LTCs reflect for each unit of radiance × radius, without occluders.
     pub reflected: DVec3,
 }
 
 impl SegmentLobes {
-    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if no lobe
-    /// reflects any of the light.
+    /// Sets the technique up for one light and the shading point `x` with the unit normal `normal`.
+    /// `None` if no LTC reflects any of the light.
     #[must_use]
     pub fn new(
         light: &Segment,
@@ -34,6 +35,7 @@ impl SegmentLobes {
         let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
         let mut lobes = [None; TransformedCosines::MAX];
         let mut reflected = DVec3::ZERO;
+        // Set up each LTC, and integrate it over the light.
         for (slot, lobe) in lobes.iter_mut().zip(cosines.lobes()) {
             if let Some(sampler) = LtcSampler::new(light, x, normal, to_world * lobe.map) {
                 let part = lobe.albedo * sampler.integral();
@@ -41,6 +43,7 @@ impl SegmentLobes {
                 *slot = Some((sampler, part.element_sum())).filter(|(_, part)| *part > 0.0);
             }
         }
+        // Normalize the fractions of the samples.
         let total = reflected.element_sum();
         for (_, share) in lobes.iter_mut().flatten() {
             *share /= total;
@@ -53,8 +56,8 @@ impl SegmentLobes {
         })
     }
 
-    /// A point from one random number in [0, 1), which is split for the choice of a lobe and
-    /// rescaled, with the density of all lobes together.
+    /// Samples a point from one random number in [0, 1), and returns it with the density of all
+    /// LTCs together. The number chooses an LTC, and is rescaled for the sample.
     #[must_use]
     pub fn sample(&self, mut xi: f64) -> LinearSample {
         let mut drawn = &self.first;
@@ -72,7 +75,8 @@ impl SegmentLobes {
         }
     }
 
-    /// The density in m/sr with which [`SegmentLobes::sample`] gives the fraction `t` of the light.
+    /// Returns the density in m/sr with which [`SegmentLobes::sample`] gives the position `t` of
+    /// the light.
     #[must_use]
     pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
         let lobes = std::iter::once(&self.first).chain(self.others.iter().flatten());

@@ -1,4 +1,5 @@
-//! Sampling a linear light proportionally to a linearly transformed cosine (Peters 2021, §4.1).
+//! This module samples a linear light proportionally to a linearly transformed cosine, LTC (Peters
+//! 2021, §4.1).
 
 use super::projected::ProjectedLine;
 use super::view::LineView;
@@ -13,48 +14,49 @@ use linelit_geometry::{DMat3, DVec3, Segment};
 /// Samples a linear light by an LTC, `p_M(ω) = (1/π) max(0, ω_c·z) |M⁻¹|/|M⁻¹ω|³` with `ω_c =
 /// M⁻¹ω/|M⁻¹ω|`.
 ///
-/// The ends, clipped at the surface's horizon, go through M⁻¹, are clipped again at the horizon of
-/// the cosine, and the line is sampled there by projected solid angle. M maps straight lines to
-/// straight lines and keeps fractions along them, so the place on the light is the place in cosine
-/// space. The radius of the thin cylinder does not keep: the factor `dR/dR_c = |Mᵀ(s × l₀)|/|s ×
-/// l₀|` (eq. 5) multiplies the density.
+/// The ends are clipped at the surface's horizon, transformed by M⁻¹, and clipped again at the
+/// horizon of the cosine; there the line is sampled by projected solid angle. M maps straight lines
+/// to straight lines and preserves fractions along them, so that the position on the light is the
+/// position in cosine space. The radius of the thin cylinder is not preserved: the factor `dR/dR_c
+/// = |Mᵀ(s × l₀)|/|s × l₀|` (eq. 5) multiplies the density.
 ///
-/// **Domain**: `m` maps cosine space (z the axis of the cosine) to world space and must be
-/// invertible; which BRDF it fits is for the tables in the shading crate to say. **Units**:
-/// densities in m/sr.
+/// **Domain**: `m` maps cosine space, in which z is the axis of the cosine, to world space, and
+/// must be invertible. The matrices that fit BRDFs are not part of this crate. **Units**: densities
+/// in m/sr.
 #[derive(Clone, Copy, Debug)]
 pub struct LtcSampler {
     line: ProjectedLine,
-    /// World-space line, relative to x.
+    /// The line in world space, relative to x.
     start: DVec3,
     edge: DVec3,
-    /// The part of the whole light that was above the horizon of the surface.
+    /// The range of the whole light that is above the horizon of the surface.
     above: [f64; 2],
     inverse: DMat3,
     factor: f64,
-    /// |det M⁻¹| over π and the integral: the density is this times cosine over the cubed stretch.
+    /// The factor of the density: |det M⁻¹| over π and the integral. The density is this times the
+    /// cosine, over the cubed stretch.
     density: f64,
 }
 
 impl LtcSampler {
-    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if nothing of
-    /// the line is above both horizons, or `m` is singular, or the integral or its reciprocal no
-    /// number.
+    /// Sets the technique up for one light and the shading point `x` with the unit normal `normal`.
+    /// `None` if no part of the line is above both horizons, if `m` is singular, or if the integral
+    /// or its reciprocal is not a number.
     #[must_use]
     pub fn new(light: &Segment, x: DVec3, normal: DVec3, m: DMat3) -> Option<Self> {
         let determinant = m.determinant();
         if !(determinant.abs() > 0.0 && determinant.is_finite()) {
             return None;
         }
-        // An entry that is not finite makes a coordinate of both ends so, which no line has.
+        // If an entry is not finite, so is a coordinate of both ends, and there will be no line.
         let inverse = m.inverse();
         let world = view_from(light, x, Some(normal))?;
         let (p0, p1) = world.ends();
         let edge = p1 - p0;
         let across = linelit_geometry::predicates::cross(p0, edge);
-        // |Mᵀ (s × l₀)|/|s × l₀|; any multiple of s × l₀ will do.
+        // This is |Mᵀ (s × l₀)|/|s × l₀|; any multiple of s × l₀ will do.
         let factor = (m.transpose() * across).length() / across.length();
-        // `ProjectedLine::new` in place: its arguments need not go through memory.
+        // This is `ProjectedLine::new` in place, so that its arguments need not go through memory.
         let view = LineView::clipped(inverse * p0, inverse * p1, DVec3::Z)?;
         let line = ProjectedLine::of(view)?;
         let mut out = Self {
@@ -71,16 +73,17 @@ impl LtcSampler {
         (out.density.is_usable() && integral.is_usable()).then_some(out)
     }
 
-    /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit
-    /// radiance × radius, before the LTC's magnitude.
+    /// Returns `∫ p_M dω` over the light, per radius, in 1/m: the estimate of specular shading for
+    /// unit radiance × radius, without the magnitude of the LTC.
     #[must_use]
     pub fn integral(&self) -> f64 {
         self.line.projected_solid_angle() / (PI * self.factor)
     }
 
-    /// The sample at a place in cosine space with the cosine there.
+    /// Returns the sample at a position in cosine space, given the cosine there.
     fn at(&self, lambda: f64, cosine: f64) -> LinearSample {
-        // Clipped in cosine space → above the surface's horizon → the whole light.
+        // Convert from the part above the cosine's horizon to the part above the surface's horizon,
+        // and from there to the whole light.
         let place = self.line.view().whole_fraction(lambda);
         let offset = self.start + self.edge * place;
         let direction = offset.normalize_or_zero();
@@ -92,7 +95,8 @@ impl LtcSampler {
         }
     }
 
-    /// Place above the surface's horizon and place in cosine space.
+    /// Returns the position in the part above the surface's horizon, and the position in cosine
+    /// space.
     fn locate(&self, t: f64) -> Option<(f64, f64)> {
         let [a, b] = self.above;
         let place = (t - a) / (b - a);
@@ -101,7 +105,7 @@ impl LtcSampler {
         inside.then_some((place, lambda))
     }
 
-    /// `p_M(ω) / ∫ p_M`, with the cosine in cosine space given.
+    /// Returns `p_M(ω) / ∫ p_M`, given the cosine in cosine space.
     fn pdf_in(&self, direction: DVec3, cosine: f64) -> Pdf<ThinSolidAngle> {
         let stretch = (self.inverse * direction).length();
         Pdf::new(cosine * self.density / (stretch * stretch * stretch))

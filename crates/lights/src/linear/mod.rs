@@ -1,7 +1,8 @@
-//! Techniques for linear lights: thin cylinders given by radiance × radius (Peters 2021).
+//! This module holds the techniques for linear lights: thin cylinders that are given by radiance ×
+//! radius (Peters 2021).
 //!
-//! [`LinearSampler`] is the door: pick a [`LinearTechnique`], set it up once per light and shading
-//! point, then take samples. The kernels behind it are [`LineView`] and [`ProjectedLine`].
+//! Start with [`LinearSampler`]: choose a [`LinearTechnique`], set it up once per light and shading
+//! point, and then take samples. The kernels behind it are [`LineView`] and [`ProjectedLine`].
 //!
 //! Densities are per solid angle and times the radius, [`ThinSolidAngle`], in m/sr, so that for a
 //! light of radiance × radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
@@ -31,14 +32,14 @@ use numbers::Bounds;
 use projected::Inversion;
 use warps::Warp;
 
-/// A way to sample a linear light.
+/// The techniques that sample a linear light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LinearTechnique {
-    /// Uniform along the line.
+    /// The samples are uniform along the line.
     Area,
-    /// Uniform in solid angle, also below the horizon.
+    /// The samples are uniform in solid angle, also below the horizon.
     SolidAngle,
-    /// Uniform in the solid angle above the horizon.
+    /// The samples are uniform in the solid angle above the horizon.
     ClippedSolidAngle,
     /// Clipped solid angle with a linear warp of the random number (Hart et al. 2020).
     LinearCosine,
@@ -62,7 +63,7 @@ impl LinearTechnique {
         Self::ProjectedSolidAngle,
     ];
 
-    /// A short name in kebab case.
+    /// Returns a short name in kebab case.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -77,6 +78,7 @@ impl LinearTechnique {
     }
 }
 
+/// The set-up of each technique; several techniques share the solid angle.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Area,
@@ -112,10 +114,11 @@ pub struct LinearSampler {
 }
 
 impl LinearSampler {
-    /// The per-light part. `None` if the technique can give no sample: the light has no length, the
-    /// shading point is on its infinite line, either is beyond the domain of [`LineView`], or (all
-    /// but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is above
-    /// the horizon of the unit `normal`.
+    /// Sets the technique up for one light and the shading point `x`. `None` if the technique
+    /// cannot give a sample: the light has no length, the shading point is on its infinite line, or
+    /// either is beyond the domain of [`LineView`]. Techniques other than [`LinearTechnique::Area`]
+    /// and [`LinearTechnique::SolidAngle`] also return `None` if no part of the light is above the
+    /// horizon of the unit `normal`.
     #[inline]
     #[must_use]
     pub fn new(
@@ -125,6 +128,7 @@ impl LinearSampler {
         normal: DVec3,
     ) -> Option<Self> {
         use LinearTechnique as T;
+        // Clip the line to the horizon where the technique does so.
         let clip = !matches!(technique, T::Area | T::SolidAngle);
         let view = view_from(light, x, clip.then_some(normal))?;
         let kind = match technique {
@@ -135,6 +139,7 @@ impl LinearSampler {
             T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal)?),
             T::ProjectedSolidAngle => Kind::Projected(Inversion::of(&view)?),
         };
+        // The density is in proportion to the inverse of the total measure.
         let whole = match &kind {
             Kind::Area => view.length(),
             Kind::SolidAngle | Kind::Warped(_) => view.solid_angle(),
@@ -148,16 +153,16 @@ impl LinearSampler {
         })
     }
 
-    /// The line as seen, clipped where the technique clips.
+    /// Returns the line as the shading point sees it, clipped if the technique clips.
     #[must_use]
     pub const fn view(&self) -> &LineView {
         &self.view
     }
 
-    /// The light that a diffuse receiver gets of a unit of radiance × radius without shadows, the
-    /// projected solid angle per radius in sr/m, where the technique knows it:
-    /// [`LinearTechnique::ProjectedSolidAngle`] and [`LinearTechnique::NewtonBisection`]. `None` of
-    /// the others.
+    /// Returns the irradiance of a diffuse receiver for a unit of radiance × radius and without
+    /// occluders, that is the projected solid angle per radius in sr/m. Only
+    /// [`LinearTechnique::ProjectedSolidAngle`] and [`LinearTechnique::NewtonBisection`] know it;
+    /// the other techniques return `None`.
     #[must_use]
     pub fn irradiance(&self) -> Option<f64> {
         match &self.kind {
@@ -167,11 +172,12 @@ impl LinearSampler {
         }
     }
 
-    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both
-    /// holds. The same numbers to rounding as [`LinearSampler::sample`] gives, and cheaper each for
-    /// the projected solid angle.
+    /// Fills `out` with the samples of the random numbers `xi`, until one of the two slices ends.
+    /// The samples are the ones of [`LinearSampler::sample`] to rounding; for the projected solid
+    /// angle each of them is cheaper.
     pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
         let mut done = 0;
+        // Sample the projected solid angle in blocks, and other techniques one by one.
         if let Kind::Projected(p) = &self.kind {
             let mut batch = Batch::default();
             for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
@@ -194,6 +200,7 @@ impl LinearSampler {
         }
     }
 
+    /// Returns the density at a position on the clipped line.
     fn pdf_at(&self, lambda: f64) -> Pdf<ThinSolidAngle> {
         match &self.kind {
             Kind::Area => Pdf::<Length>::new(self.density)
@@ -209,6 +216,7 @@ impl LinearSampler {
         }
     }
 
+    /// Returns the sample at a position on the clipped line.
     fn at_place(&self, lambda: f64) -> LinearSample {
         let offset = self.view.at(lambda);
         LinearSample {
@@ -234,7 +242,7 @@ impl LinearPointTechnique for LinearSampler {
         };
         let arc = self.view.arc_point(second, s, c);
         LinearSample {
-            // In [0, 1]: a quotient of two numbers ≥ 0 of which the second is the larger.
+            // This is in [0, 1]: a quotient of two numbers ≥ 0, the second of which is the larger.
             t: self.view.whole_fraction_of(arc.lambda),
             offset: arc.point,
             direction: arc.direction,
@@ -261,7 +269,7 @@ impl LinearPointTechnique for LinearSampler {
     }
 }
 
-/// A segment relative to `x`, with its edge formed before the subtraction.
+/// Returns the view of a segment from `x`; its edge is formed before the subtraction.
 #[inline(always)]
 pub(crate) fn view_from(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView> {
     LineView::with_edge(light.p0 - x, light.p1 - x, light.vector(), normal)

@@ -1,29 +1,31 @@
-//! What the kernels of lines count with: bounds that take no number for the other one, cross
-//! products, and angles with their sines and cosines by polynomials, short for what is small,
-//! without calls, and with the same bits on every machine.
+//! This module holds the arithmetic of the kernels for lines: minima and maxima that replace NaN,
+//! accurate cross products, and angles with their sines and cosines. The functions are polynomials
+//! without calls or branches, short where arguments are small, and have the same bits on every
+//! machine.
 
 use linelit_geometry::{DVec3, predicates};
 
-/// The most steps in the inversion of the projected solid angle.
+/// The largest number of steps in the inversion of the projected solid angle.
 pub(crate) const STEPS: u32 = 6;
-/// A step smaller than this fraction of the distance to the nearer end leaves an error below the
-/// precision, because convergence is of fourth order: at most the fourth root of ε/4.
+/// The size of the last step, as a fraction of the distance to the nearer end. A smaller step
+/// leaves an error below the precision, because convergence is of fourth order: it is at most the
+/// fourth root of ε/4.
 pub(crate) const CLOSE: f64 = 5e-5;
-/// A length below which digits go: its square is below the normal numbers by less than their
-/// precision.
+/// The length below which digits are lost: the square of a smaller length is subnormal.
 pub(crate) const LEAST: f64 = 1e-145;
 
-/// Comparisons of numbers that NaN fails.
+/// Comparisons that are false for NaN.
 pub(crate) trait Bounds: Copy {
-    /// The larger of two; `other` if `self` is NaN.
+    /// Returns the larger of two numbers, or `other` if `self` is NaN.
     #[must_use]
     fn at_least(self, other: Self) -> Self;
-    /// The smaller of two; `other` if `self` is NaN.
+    /// Returns the smaller of two numbers, or `other` if `self` is NaN.
     #[must_use]
     fn at_most(self, other: Self) -> Self;
     /// Whether the number is positive and finite.
     fn is_usable(self) -> bool;
-    /// Whether the number is positive, and its square has been a number of full digits.
+    /// Whether the number, which is the root of a square, is finite, and so large that its square
+    /// had all digits.
     fn has_square(self) -> bool;
 }
 
@@ -46,12 +48,12 @@ impl Bounds for f64 {
     }
 }
 
-/// The cross product: its length and direction to a few ε, each component accurate relative to
-/// itself where the vectors are nearly parallel.
+/// Returns the cross product. Its length and direction are accurate to a few ε; where the vectors
+/// are nearly parallel, each component is accurate relative to itself.
 #[inline(always)]
 pub(crate) fn cross(a: DVec3, b: DVec3) -> DVec3 {
     let plain = a.cross(b);
-    // More than 30° apart the plain products round to 4 ε of the length.
+    // If the vectors are more than 30° apart, the plain products round to 4 ε of the length.
     if plain.dot(plain) > 0.25 * (a.dot(a) * b.dot(b)) {
         return plain;
     }
@@ -63,13 +65,13 @@ fn nearly_parallel_cross(a: DVec3, b: DVec3) -> DVec3 {
     predicates::cross(a, b)
 }
 
-/// The place where the line p0 p1 crosses the horizon n·p = 0, in twice the precision: of ends
-/// whose heights have opposite signs.
+/// Returns the point where the line p0 p1 crosses the horizon n·p = 0, computed in twice the
+/// precision. The heights of the ends must have opposite signs.
 #[cold]
 #[inline(never)]
 pub(crate) fn on_horizon_by_more_digits([p0, p1]: [DVec3; 2], n: DVec3) -> DVec3 {
-    // (n × (p0 × p1))/(n·(p1 − p0)) with the inner product in twice the precision: two parts by
-    // component.
+    // Compute (n × (p0 × p1))/(n·(p1 − p0)) with the inner cross product in twice the precision, as
+    // two parts of each component.
     let part = |i: usize, j: usize| {
         let (p, ep) = predicates::two_product(p0[i], p1[j]);
         let (q, eq) = predicates::two_product(p0[j], p1[i]);
@@ -85,8 +87,8 @@ pub(crate) fn on_horizon_by_more_digits([p0, p1]: [DVec3; 2], n: DVec3) -> DVec3
     DVec3::new(component(1, 2), component(2, 0), component(0, 1))
 }
 
-/// The coefficients ±1/(2k + first)! of the sine's (first = 1) or cosine's (0) Taylor series in x²,
-/// and with first = 3 those of what the sine leaves.
+/// Returns the coefficients ±1/(2k + first)! of a Taylor series in x²: of the sine for `first` = 1,
+/// of the cosine for 0, and of (x − sin x)/x³ for 3.
 const fn taylor(first: u32) -> [f64; 8] {
     let mut out = [0.0; 8];
     let (mut n, mut term) = (1, 1.0);
@@ -104,7 +106,7 @@ const fn taylor(first: u32) -> [f64; 8] {
     out
 }
 
-/// A polynomial of degree 7.
+/// Returns the value of a polynomial of degree 7.
 #[inline(always)]
 fn eight(c: &[f64; 8], y: f64) -> f64 {
     let z = y * y;
@@ -113,13 +115,13 @@ fn eight(c: &[f64; 8], y: f64) -> f64 {
     low + (z * z) * high
 }
 
-/// `(x − sin x)/x³` from y = x², for |x| ≤ 1: the next term is 1/19!, 6e-17 of the sum.
+/// Returns `(x − sin x)/x³` from y = x², for |x| ≤ 1: the next term is 1/19!, 6e-17 of the sum.
 #[inline(always)]
 pub(crate) fn sine_remainder(y: f64) -> f64 {
     eight(const { &taylor(3) }, y)
 }
 
-/// `sin(x)/x` and `cos x` from y = x², for |x| ≤ ½: the next terms are below 2^-16/17! and
+/// Returns `sin(x)/x` and `cos x` from y = x², for |x| ≤ ½: the next terms are below 2^-16/17! and
 /// 2^-16/16!.
 #[inline(always)]
 pub(crate) fn sine_and_cosine(y: f64) -> (f64, f64) {
@@ -129,8 +131,8 @@ pub(crate) fn sine_and_cosine(y: f64) -> (f64, f64) {
     )
 }
 
-/// Numerator and denominator in x² of the quotient for atan(x)/x on |x| ≤ 1 that interpolates at
-/// Chebyshev's points, found in 60 digits: relative error 5e-17.
+/// The numerator and the denominator, as polynomials in x², of a quotient for atan(x)/x on |x| ≤ 1.
+/// It interpolates at Chebyshev's points and was found with 60 digits; its relative error is 5e-17.
 const ARC_TANGENT: [[f64; 7]; 2] = [
     [
         1.0,
@@ -160,8 +162,9 @@ pub(crate) struct Angle {
     pub c: f64,
 }
 
-/// Twice the angle whose tangent is a/b, a ≥ 0, b ≥ 0, not both zero, and its sine and cosine: [0,
-/// π]. Relatively accurate to a few ε, the sine too; two divisions and no branch.
+/// Returns twice the angle whose tangent is a/b, in [0, π], with its sine and cosine, for a ≥ 0 and
+/// b ≥ 0 that are not both zero. The angle and its sine are accurate to a few ε relative to
+/// themselves; there are two divisions and no branches.
 #[inline(always)]
 pub(crate) fn double_angle(a: f64, b: f64) -> Angle {
     let r = a.at_most(b) / a.at_least(b);
@@ -183,12 +186,12 @@ pub(crate) fn double_angle(a: f64, b: f64) -> Angle {
     }
 }
 
-/// (sin, cos) of a sum of angles.
+/// Returns (sin, cos) of the sum of two angles.
 #[inline(always)]
 pub(crate) fn rotate(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0 * b.1 + a.1 * b.0, a.1 * b.1 - a.0 * b.0)
 }
-/// Sine and cosine of k/2.
+/// The sine and the cosine of k/2.
 const HALVES: [(f64, f64); 8] = [
     (0.0, 1.0),
     (0.479_425_538_604_203, 0.877_582_561_890_372_8),
@@ -200,7 +203,8 @@ const HALVES: [(f64, f64); 8] = [
     (-0.350_783_227_689_619_84, -0.936_456_687_290_796_3),
 ];
 
-/// (sin, cos) of a step, |x| ≤ π: Taylor sums, about a multiple of ½ where it is large.
+/// Returns (sin, cos) of a step, |x| ≤ π, by Taylor sums; large steps are expanded about a multiple
+/// of ½.
 #[inline]
 pub(crate) fn step_sin_cos(x: f64) -> (f64, f64) {
     if x.abs() <= 0.5 {

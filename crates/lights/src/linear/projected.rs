@@ -1,4 +1,5 @@
-//! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
+//! This module samples a linear light by projected solid angle: Peters 2021, algorithms 1 and 2,
+//! without cancellation.
 
 use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
 use crate::linear::numbers::{
@@ -9,8 +10,8 @@ use linelit_elementary::sin_cos;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
-/// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a
-/// diffuse surface wherever the line is visible.
+/// Samples a line proportionally to the cosine n·ω within its solid angle. A diffuse surface has
+/// zero variance wherever the line is visible.
 ///
 /// **Formula** (Peters 2021, eqs. 2–4, rewritten). With v the angle from the first end, C₀ = cos
 /// φ₀, S₀ = sin φ₀, N(v) = n·ω(v) = N₀ cos v + N′ sin v, the mass below v is
@@ -20,18 +21,19 @@ use linelit_geometry::finite::fraction;
 ///      = (C₀N₀ − S₀N′) (v − sin v cos v) + 2 C₀N₀ sin v cos v + (C₀N′ − S₀N₀) sin² v
 /// ```
 ///
-/// with the first bracket as a series for v < ½. The paper takes differences of antiderivatives
-/// anchored at the closest point q of the line, which cancel along the line's extension and far
-/// away; anchored at an end they do not. It is the end that has at most half of the mass before the
-/// sample. H(v) = ξ H(δ) is solved by Halley's irrational step (the root of the local quadratic)
-/// with a cubic term, from the solid-angle sample of ξ, warped by the cosines at the ends; the
-/// second step is the inverse of the Taylor series about the end of the first.
+/// The first bracket is a series for v < ½. The paper takes differences of antiderivatives that are
+/// anchored at the closest point q of the line, which cancel along the line's extension and at
+/// large distances. If they are anchored at an end, they do not cancel; the end is chosen that has
+/// at most half of the mass before the sample. The equation H(v) = ξ H(δ) is solved by Halley's
+/// irrational step (the root of the local quadratic) with a cubic term. The start is the
+/// solid-angle sample of ξ, warped by the cosines at the ends; the second step is the inverse of
+/// the Taylor series about the end of the first.
 ///
 /// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle ×
 /// radius).
 ///
-/// **Error** in ξ: 1.58e-5 in exact arithmetic after 2 steps (the paper's bound), 2.1e-7 after 3;
-/// [`ProjectedLine::sample`] steps on until the next step could not matter. See
+/// **Error** in ξ: 1.58e-5 in exact arithmetic after 2 steps (the paper's bound), 2.1e-7 after 3.
+/// [`ProjectedLine::sample`] continues until the next step would not matter. See
 /// `docs/accuracy-lights.md` for measured worst cases.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProjectedLine {
@@ -39,25 +41,26 @@ pub struct ProjectedLine {
     arc: Inversion,
 }
 
-/// The step at which [`ProjectedLine::sample_coarse`] ends.
+/// The size of the last step of [`ProjectedLine::sample_coarse`], as a fraction of the distance to
+/// the nearer end.
 const COARSE: f64 = 0.08;
 
-/// H as seen from one end of the arc.
+/// The function H as seen from one end of the arc.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct End {
-    /// Cosine and sine of φ at the end.
+    /// The cosine and the sine of φ at the end.
     cos: f64,
     sin: f64,
-    /// N and N′ there.
+    /// N and N′ at the end.
     n: f64,
     dn: f64,
-    /// Coefficients of H: of v − sin v cos v, of sin v cos v, of sin² v.
+    /// The coefficients in H of v − sin v cos v, of sin v cos v and of sin² v.
     terms: [f64; 3],
-    /// N/sin δ here and at the other end.
+    /// N/sin δ at this end and at the other end.
     pub over_sine: [f64; 2],
 }
 
-/// H and its inversion on the arc of a line.
+/// The function H on the arc of a line, and its inversion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inversion {
     pub delta: f64,
@@ -66,7 +69,8 @@ pub(crate) struct Inversion {
 }
 
 impl End {
-    /// Returns one of two by selecting numbers, which compilers can do for several at once.
+    /// Returns one of the two ends by selecting numbers, which compilers can do for several lanes
+    /// at once.
     #[inline(always)]
     pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
         let one = |a: f64, b: f64| if second { b } else { a };
@@ -85,14 +89,14 @@ impl End {
         }
     }
 
-    /// The solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020): one step
-    /// closer than the paper's start.
+    /// Returns the solid-angle sample of ξ, warped by the cosines at the ends (Hart et al. 2020).
+    /// This is one step closer to the solution than the paper's start.
     #[inline(always)]
     pub(crate) fn start(&self, xi: f64, ends: &SolidAngleEnd) -> Angle {
         let [p0, p1] = self.over_sine;
         let eta = 1.0 - xi;
-        // The warped number as a quotient, which half_tangent takes without dividing.
-        // Nothing is next to 1e-18, which is there for ξ = 0 at an end on the horizon.
+        // Pass the warped number as a quotient, which half_tangent takes without dividing. Adding
+        // 1e-18 changes a sum only for ξ = 0 at an end on the horizon.
         let below = xi * (p0 + p1);
         let whole = (p0 + 1e-18) + (p0 * p0 * eta + p1 * p1 * xi).sqrt();
         let above = (whole - below).at_least(0.0);
@@ -100,13 +104,13 @@ impl End {
         double_angle(a, b)
     }
 
-    /// H(v).
+    /// Returns H(v).
     #[inline(always)]
     fn mass(&self, at: &Angle) -> f64 {
         let [a, b, d] = self.terms;
         let sc = at.s * at.c;
         let long = at.v - sc;
-        // (x − sin x)/2 with x = 2v.
+        // For short angles take (x − sin x)/2 with x = 2v.
         let four = 4.0;
         let y = four * (at.v * at.v);
         let short = y * at.v * sine_remainder(y);
@@ -114,13 +118,14 @@ impl End {
         a * rest + (b * sc + d * (at.s * at.s))
     }
 
-    /// Two steps of fourth order, the first held to half a radian and to the arc, and how far the
-    /// second went. The mass of the first comes from the same sum as [`End::mass`], anchored where
-    /// it begins, so that the second needs no more than sine and cosine of the first
-    /// (`docs/decisions/009-fourth-order-steps.md`).
+    /// Takes two steps of fourth order, and returns the angle and the length of the second step.
+    /// The first step is limited to half a radian and to the arc. The mass after the first step
+    /// comes from the sum of [`End::mass`], anchored where the step begins, so that the second step
+    /// needs only the sine and cosine of the first (`docs/decisions/009-fourth-order-steps.md`).
     #[inline(always)]
     pub(crate) fn two_steps(&self, at: &Angle, target: f64, delta: f64) -> (Angle, f64) {
         let half = 0.5;
+        // Take the first step, by Halley's formula with the cubic term.
         let excess = self.mass(at) - target;
         let cos = self.cos * at.c - self.sin * at.s;
         let sin = self.sin * at.c + self.cos * at.s;
@@ -133,6 +138,7 @@ impl End {
         let (s, c) = sine_and_cosine(y);
         let s = t * s;
         let four = 4.0 * y;
+        // Compute the mass that is still missing, and N, N′ and φ after the step.
         let (rest, across) = (four * t * sine_remainder(four), s * c);
         let product = cos * n;
         let left = excess
@@ -140,7 +146,7 @@ impl End {
                 + ((product + product) * across + (cos * dn - sin * n) * (s * s)));
         let (cos, sin) = (cos * c - sin * s, sin * c + cos * s);
         let (n, dn) = (n * c + dn * s, dn * c - n * s);
-        // The inverse of the Taylor series to its third term.
+        // Take the second step, by the inverse of the Taylor series to its third term.
         let slope = cos * n;
         let inverse = half / slope;
         let bend = (cos * dn - sin * n) * inverse;
@@ -148,7 +154,7 @@ impl End {
         let twist = (slope + sin * dn) * (inverse * (third + third));
         let d = -left * inverse;
         let d = d - d * d * (bend - d * (bend * bend + bend * bend + twist));
-        // (sin, cos) of v + t, then of v + t + d with d small.
+        // Rotate to (sin, cos) of v + t, and then to v + t + d, where d is small.
         let (s, c) = rotate((at.s, at.c), (s, c));
         let d = d.at_least(-half).at_most(half);
         let d2 = half * (d * d);
@@ -164,10 +170,10 @@ impl End {
         )
     }
 
-    /// Peters' step: the root of smaller magnitude of the quadratic Taylor polynomial of H − target
-    /// at v; its extremum if none. And that step with the cubic term, which takes an error to its
-    /// fourth power: H″′ = −4 (cos φ N + sin φ N′), and the slope where the step ends is twice the
-    /// root of the discriminant.
+    /// Returns Peters' step, and the same step with the cubic term. Peters' step is the root of
+    /// smaller magnitude of the quadratic Taylor polynomial of H − target at v, or its extremum if
+    /// there is no root. The cubic term raises an error to its fourth power: H″′ = −4 (cos φ N +
+    /// sin φ N′), and the slope at the end of the step is twice the root of the discriminant.
     #[inline(always)]
     pub(crate) fn steps(&self, at: &Angle, target: f64) -> [f64; 2] {
         let excess = self.mass(at) - target;
@@ -179,8 +185,9 @@ impl End {
     }
 }
 
-/// The root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its extremum if
-/// none; and that with the cubic term, from (cos φ, sin φ) and (N, N′).
+/// Returns the root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its
+/// extremum if there is no root, and the same step with the cubic term, from (cos φ, sin φ) and (N,
+/// N′).
 #[inline(always)]
 fn halley(excess: f64, [cos, sin]: [f64; 2], [n, dn]: [f64; 2]) -> [f64; 2] {
     let (slope, bend) = (cos * n, cos * dn - sin * n);
@@ -191,21 +198,21 @@ fn halley(excess: f64, [cos, sin]: [f64; 2], [n, dn]: [f64; 2]) -> [f64; 2] {
     let third = 1.0 / 3.0;
     let more = (slope + sin * dn) * third / root * (step * step);
     let half = 0.5;
-    // Where the slope vanishes the quotient says nothing.
+    // If the slope is zero, the quotient is meaningless: bound it.
     let more = more.at_least(-half).at_most(half);
     [step, step + step * more]
 }
 
 impl ProjectedLine {
-    /// The per-light part: ends relative to the shading point, unit normal. `None` if nothing of
-    /// the line is above the horizon, and as for [`LineView::new`].
+    /// Sets the technique up from ends relative to the shading point and the unit normal. `None` if
+    /// no part of the line is above the horizon, and where [`LineView::new`] returns `None`.
     #[must_use]
     pub fn new(p0: DVec3, p1: DVec3, normal: DVec3) -> Option<Self> {
         Self::of(LineView::clipped(p0, p1, normal)?)
     }
 
-    /// The line of a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the
-    /// normal; `None` for one that has none.
+    /// Sets the technique up from a view that [`LineView::clipped`] or [`LineView::with_edge`] has
+    /// clipped by the normal; `None` for a view without a normal.
     #[inline(always)]
     #[must_use]
     pub fn of(view: LineView) -> Option<Self> {
@@ -213,44 +220,44 @@ impl ProjectedLine {
         Some(Self { view, arc })
     }
 
-    /// The line as seen.
+    /// Returns the line as the shading point sees it.
     #[must_use]
     pub fn view(&self) -> &LineView {
         &self.view
     }
 
-    /// Projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of radiance ×
-    /// radius.
+    /// Returns the projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of
+    /// radiance × radius.
     #[must_use]
     pub fn projected_solid_angle(&self) -> f64 {
         self.arc.projected_solid_angle(&self.view)
     }
 
-    /// The sample, to the precision: two steps nearly everywhere, more where ξ is close to an end
-    /// of a line that spans almost a half-plane.
+    /// Returns the sample to full precision. This takes two steps almost everywhere, and more where
+    /// ξ is close to an end of a line that spans almost a half-plane.
     #[must_use]
     pub fn sample(&self, xi: f64) -> ArcPoint {
         self.arc.sample(&self.view, xi)
     }
 
-    /// The sample and its cosine n·ω.
+    /// Returns the sample and its cosine n·ω.
     pub(crate) fn sample_with_cosine(&self, xi: f64) -> (ArcPoint, f64) {
         let ((second, s, c), cosine) = self.arc.arc_with_cosine(&self.view, xi);
         (self.view.arc_point(second, s, c), cosine)
     }
 
-    /// The sample to about the accuracy that the paper has after its two steps, and for less: steps
-    /// end when one was below a fortieth of the distance to the nearer end (the error is about
-    /// its cube). One step does nearly everywhere. Worst backward error in ξ by search:
-    /// `docs/accuracy-lights.md`.
+    /// Returns the sample with about the accuracy of the paper's two steps, at a lower cost. The
+    /// iteration ends after a step below the fraction 0.08 of the distance to the nearer end; the
+    /// error is about the cube of the step. One step is enough almost everywhere. The worst
+    /// backward errors in ξ that a search found are in `docs/accuracy-lights.md`.
     #[must_use]
     pub fn sample_coarse(&self, xi: f64) -> ArcPoint {
         let (second, at) = self.arc.find_to(&self.view, xi, COARSE);
         self.view.arc_point(second, at.s, at.c)
     }
 
-    /// The angle v in radians from the first end after a number of steps from the solid-angle
-    /// sample: the paper's, who takes 2.
+    /// Returns the angle v in radians from the first end after a number of the paper's steps from
+    /// the solid-angle sample; the paper takes 2.
     #[must_use]
     pub fn angle_steps(&self, xi: f64, steps: u32) -> f64 {
         let xi = fraction(xi);
@@ -265,22 +272,22 @@ impl ProjectedLine {
         at.v
     }
 
-    /// The fraction of the mass below the angle `v`, in radians: the exact CDF, for inversion and
-    /// for measuring backward errors.
+    /// Returns the fraction of the mass below the angle `v`, in radians: the exact CDF, for
+    /// inversion and for measurements of backward errors.
     #[must_use]
     pub fn cdf(&self, v: f64) -> f64 {
         self.arc.cdf(v)
     }
 
-    /// The random number whose sample is at the place `lambda` of the clipped line.
+    /// Returns the random number whose sample is at the position `lambda` of the clipped line.
     #[must_use]
     pub fn invert(&self, lambda: f64) -> f64 {
         self.arc.cdf(self.view.angle_of(lambda))
     }
 
-    /// The random number of a place given by both its fractions, λ and 1 − λ ([`ArcPoint`]): from
-    /// the smaller, so that places next to the second end of a line that runs away from the shading
-    /// point keep their digits.
+    /// Returns the random number of a position that is given by both its fractions, λ and 1 − λ
+    /// ([`ArcPoint`]). The smaller of them is used, so that positions close to the second end of a
+    /// line that runs away from the shading point keep their digits.
     #[must_use]
     pub fn invert_fractions(&self, lambda: f64, rest: f64) -> f64 {
         if lambda > rest {
@@ -291,7 +298,8 @@ impl ProjectedLine {
         }
     }
 
-    /// Density per solid angle, times radius, at the place `lambda`: `(n·ω)/(dΩ⊥/dR)` in m/sr.
+    /// Returns the density per solid angle, times radius, at the position `lambda`:
+    /// `(n·ω)/(dΩ⊥/dR)` in m/sr.
     #[must_use]
     pub fn pdf(&self, lambda: f64) -> f64 {
         self.view.cosine(lambda) / self.projected_solid_angle()
@@ -299,17 +307,18 @@ impl ProjectedLine {
 }
 
 impl Inversion {
-    /// The sampler of a view that has been clipped by the normal.
+    /// Sets the inversion up for a view that has been clipped by the normal.
     #[inline(always)]
     pub(crate) fn of(view: &LineView) -> Option<Self> {
         let (sin_delta, cos_delta) = view.angle_sin_cos();
         let per_sine = view.inverse_sine();
         let n = view.end_cosines();
+        // Express H from both ends.
         let end = |second: bool| {
             let (here, there) = (usize::from(second), usize::from(!second));
             let (cos, sin) = view.foot_angle(second);
-            // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in
-            // between.
+            // Compute N′ from N(δ) = N₀ cos δ + N′ sin δ: then N(v) is right at both ends, and
+            // positive between them.
             let dn = (n[there] - n[here] * cos_delta) * per_sine;
             let (a, d) = (cos * n[here], sin * dn);
             End {
@@ -331,34 +340,37 @@ impl Inversion {
             s: sin_delta,
             c: cos_delta,
         });
-        // Their quotient, the projected solid angle, and its reciprocal are numbers of full digits;
-        // h is one, so that the total is, too.
+        // Require that the projected solid angle and its reciprocal have all digits. Since h has,
+        // the total then has, too.
         let h = view.line_distance();
         let held = out.total * LEAST < h && h * LEAST < out.total;
         held.then_some(out)
     }
 
+    /// Returns the projected solid angle per radius of the line.
     pub(crate) fn projected_solid_angle(&self, view: &LineView) -> f64 {
         self.total / view.line_distance()
     }
 
+    /// Returns the sample for a random number.
     pub(crate) fn sample(&self, view: &LineView, xi: f64) -> ArcPoint {
         let (second, at) = self.find(view, xi);
         view.arc_point(second, at.s, at.c)
     }
 
-    /// The sample, by its end and sine and cosine of the angle from there, and its cosine n·ω.
+    /// Returns the sample by its end and the sine and cosine of the angle from there, and its
+    /// cosine n·ω.
     #[inline(always)]
     pub(crate) fn arc_with_cosine(&self, view: &LineView, xi: f64) -> ((bool, f64, f64), f64) {
         let (second, Angle { s, c, .. }) = self.find(view, xi);
-        // N(v) from both ends, all terms positive.
+        // Interpolate N(v) from both ends; all terms are positive.
         let [here, there] = self.ends[usize::from(second)].over_sine;
         let cosine = here * view.sine_of_rest(s, c) + there * s;
         ((second, s, c), cosine)
     }
 
-    /// The angle from the end that it says, to the precision: two steps, more where the second was
-    /// large.
+    /// Returns the end from which the sample is measured, and the angle from there, to full
+    /// precision: after two steps, or more where the second was large.
     #[inline(always)]
     fn find(&self, view: &LineView, xi: f64) -> (bool, Angle) {
         let (second, xi) = nearer(xi);
@@ -373,14 +385,14 @@ impl Inversion {
         (second, self.refine(end, start, target))
     }
 
-    /// [`Inversion::steps_to`] the precision.
+    /// Iterates by [`Inversion::steps_to`] to full precision.
     #[cold]
     #[inline(never)]
     fn refine(&self, end: &End, start: Angle, target: f64) -> Angle {
         self.steps_to(end, start, target, CLOSE)
     }
 
-    /// Steps until one is below the fraction `close` of the distance to the nearer end.
+    /// Iterates until a step is below the fraction `close` of the distance to the nearer end.
     #[inline(always)]
     fn steps_to(&self, end: &End, mut at: Angle, target: f64, close: f64) -> Angle {
         for _ in 0..STEPS {
@@ -394,7 +406,8 @@ impl Inversion {
         at
     }
 
-    /// The angle from the end that it says, by [`Inversion::steps_to`].
+    /// Returns the end from which the sample is measured, and the angle from there, by
+    /// [`Inversion::steps_to`].
     #[inline]
     fn find_to(&self, view: &LineView, xi: f64, close: f64) -> (bool, Angle) {
         let (second, xi) = nearer(xi);
@@ -403,7 +416,7 @@ impl Inversion {
         (second, self.steps_to(end, start, xi * self.total, close))
     }
 
-    /// Takes one step; returns its length.
+    /// Takes one step, limited to the arc, and returns its length.
     #[inline]
     fn advance(&self, at: &mut Angle, step: f64) -> f64 {
         let step = step.at_least(-at.v).at_most(self.delta - at.v);
@@ -414,6 +427,7 @@ impl Inversion {
         step
     }
 
+    /// Returns the fraction of the mass below the angle `v` from the first end.
     pub(crate) fn cdf(&self, v: f64) -> f64 {
         let v = v.at_least(0.0).at_most(self.delta);
         let (s, c) = sin_cos(v);
@@ -437,7 +451,7 @@ pub enum ThinLine {
 }
 
 impl ThinLine {
-    /// Solid angle or projected solid angle, per radius.
+    /// Returns the solid angle or the projected solid angle, per radius.
     #[must_use]
     pub fn measure(&self) -> f64 {
         match self {
@@ -446,7 +460,7 @@ impl ThinLine {
         }
     }
 
-    /// The line as seen.
+    /// Returns the line as the shading point sees it.
     #[must_use]
     pub fn view(&self) -> &LineView {
         match self {
@@ -455,7 +469,7 @@ impl ThinLine {
         }
     }
 
-    /// The point that has the share `xi` of the measure before it.
+    /// Returns the point before which the fraction `xi` of the measure lies.
     #[must_use]
     pub fn sample(&self, xi: f64) -> ArcPoint {
         match self {
@@ -464,7 +478,7 @@ impl ThinLine {
         }
     }
 
-    /// The share of the measure before a place of the clipped line.
+    /// Returns the fraction of the measure before a position on the clipped line.
     #[must_use]
     pub fn invert(&self, lambda: f64) -> f64 {
         match self {

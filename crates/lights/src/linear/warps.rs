@@ -1,17 +1,18 @@
-//! Baselines: clipped solid angle sampling with the cosine approximated in primary sample space.
+//! This module holds baselines for comparison: clipped solid-angle sampling with the cosine
+//! approximated in primary sample space.
 //!
-//! Hart, Pharr, Müller, Lopes, McGuire & Shirley 2020, "Practical product sampling by fitting and
-//! composing warps": the random number is warped by a density that is linear or quadratic and
-//! interpolates the cosine at the ends (and the middle), then handed to the solid-angle technique.
-//! Peters 2021, Fig. 6e–f compares against them.
+//! In Hart, Pharr, Müller, Lopes, McGuire & Shirley 2020, "Practical product sampling by fitting
+//! and composing warps", the random number is warped by a linear or quadratic density that
+//! interpolates the cosine at the ends (and in the middle), and is then passed to the solid-angle
+//! technique. Peters 2021, Fig. 6e–f, compares with them.
 
 use super::view::LineView;
 use crate::linear::numbers::Bounds;
 use crate::pieces::sample_linear;
 use linelit_geometry::finite::fraction;
 
-/// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one
-/// is the mean.
+/// A density on [0, 1] in Bernstein form of degree 2 with coefficients ≥ 0; it is linear if the
+/// middle one is the mean of the others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warp {
     b: [f64; 3],
@@ -19,7 +20,7 @@ pub(crate) struct Warp {
 }
 
 impl Warp {
-    /// The density that runs linearly between the cosines at the ends. `None` if both vanish.
+    /// Returns the density that is linear between the cosines at the ends; `None` if both are zero.
     pub(crate) fn linear(view: &LineView) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
         (c0 + c1).is_usable().then_some(Self {
@@ -28,9 +29,9 @@ impl Warp {
         })
     }
 
-    /// The density that interpolates the cosine at both ends and in the middle of the solid angle.
-    /// A negative Bernstein coefficient (the parabola dipping below zero near a grazing end) is
-    /// raised to zero, which keeps the density positive inside.
+    /// Returns the density that interpolates the cosine at both ends and in the middle of the solid
+    /// angle. A negative Bernstein coefficient, for a parabola that would dip below zero near a
+    /// grazing end, is raised to zero, which keeps the density positive inside.
     pub(crate) fn quadratic(view: &LineView) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
         let middle = view.sample_solid_angle(0.5).lambda;
@@ -46,22 +47,24 @@ impl Warp {
         self.b[0] + self.b[1] + self.b[2]
     }
 
-    /// Normalised density.
+    /// Returns the normalised density.
     pub(crate) fn pdf(&self, t: f64) -> f64 {
         let s = 1.0 - t;
         let [b0, b1, b2] = self.b;
         3.0 * (b0 * s * s + 2.0 * b1 * s * t + b2 * t * t) / self.total()
     }
 
+    /// Returns the CDF at `t`.
     pub(crate) fn cdf(&self, t: f64) -> f64 {
         let s = 1.0 - t;
         let total = self.total();
-        // The CDF in Bernstein form of degree 3: coefficients 0, b0, b0 + b1, b0 + b1 + b2.
+        // Write the CDF in Bernstein form of degree 3: coefficients 0, b0, b0 + b1, b0 + b1 + b2.
         let [b0, b1, _] = self.b;
         (t * (3.0 * s * s * b0 + t * (3.0 * s * (b0 + b1) + t * total)) / total).clamp(0.0, 1.0)
     }
 
-    /// The warped number. Quadratic: Newton's method on the cubic CDF, kept in a bracket, to 4 ε.
+    /// Returns the warped number: in closed form for a linear density, and by Newton's method on
+    /// the cubic CDF, within a bracket and to 4 ε, for a quadratic one.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
         let xi = fraction(xi);
         let start = sample_linear(xi, self.b[0], self.b[2]);
@@ -76,7 +79,7 @@ impl Warp {
             if excess.abs() <= close {
                 break;
             }
-            // By index: a branch on which end moves would be mispredicted.
+            // Choose the end by index: a branch on which end moves would be mispredicted.
             bracket[usize::from(excess > 0.0)] = t;
             let [lo, hi] = bracket;
             let next = t - excess / self.pdf(t);

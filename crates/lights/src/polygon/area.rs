@@ -1,4 +1,4 @@
-//! Uniform by area: the classic point technique.
+//! This module samples convex polygons uniformly by area, the classic point technique.
 
 use crate::PointTechnique;
 use crate::density::{Area, Pdf};
@@ -11,8 +11,9 @@ use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 
 /// Samples a convex polygon uniformly by area: density 1/A everywhere (Shirley & Wang 1991, §2).
 ///
-/// A parallelogram is sampled by its two edge vectors, every other polygon by a fan of triangles
-/// whose area CDF picks one; a triangle by `b + λ(c − b)`, λ = u₀, then `a + √u₁ (q − a)`.
+/// A parallelogram is sampled by its two edge vectors. Every other polygon is a fan of triangles,
+/// one of which is chosen in proportion to its area; a triangle (a, b, c) is sampled by `q = b +
+/// λ(c − b)` with λ = u₀, and then `a + √u₁ (q − a)`.
 ///
 /// **Accuracy**: points lie in the polygon to the rounding of their coordinates.
 ///
@@ -33,17 +34,17 @@ pub struct AreaSampler<'a> {
     density: Pdf<Area>,
 }
 
-/// A way to sample a polygon.
+/// How a polygon is divided for sampling.
 #[derive(Clone, Copy, Debug)]
 enum Cut {
-    /// A corner and the edges from it.
+    /// A corner and the two edges from it.
     Parallelogram(DVec3, DVec3, DVec3),
     /// The areas of the triangles of its fan.
     Fan(Pieces),
 }
 
 impl<'a> AreaSampler<'a> {
-    /// The per-light part.
+    /// Sets the technique up for one light.
     #[inline]
     #[must_use]
     pub fn new(polygon: &'a ConvexPolygon) -> Self {
@@ -57,8 +58,8 @@ impl<'a> AreaSampler<'a> {
         }
     }
 
-    /// Samples by a fan of triangles also where the polygon is a parallelogram: points of one first
-    /// number are on a line from the first corner.
+    /// Sets the technique up with a fan of triangles even if the polygon is a parallelogram. All
+    /// points of one first random number then lie on one line from the first corner.
     #[must_use]
     pub fn by_fan(polygon: &'a ConvexPolygon) -> Self {
         Self {
@@ -67,12 +68,14 @@ impl<'a> AreaSampler<'a> {
         }
     }
 
-    /// The line on which the points of a first number `u` are, whatever the second.
+    /// Returns the line on which the points of a first random number `u` lie, for all second
+    /// numbers.
     ///
-    /// By a [fan](Self::by_fan) lines run from the first corner to the border, as many over equal
-    /// areas (Billen & Dutré 2016, §8): a line of length R at the angle φ has the density R²/(2A)
-    /// in φ. With dA = r dr dφ, ∫ f dA is the mean over lines of (2A/R²) ∫ f r dr: a line stands
-    /// for a thin triangle, 2A/R wide at the border if it is drawn alone.
+    /// With a [fan](Self::by_fan) the lines run from the first corner to the border, with equal
+    /// numbers of them over equal areas (Billen & Dutré 2016, §8): a line of length R at the angle
+    /// φ has the density R²/(2A) in φ. With dA = r dr dφ, ∫ f dA is the mean over lines of (2A/R²)
+    /// ∫ f r dr. A single line therefore represents a thin triangle that is 2A/R wide at the
+    /// border.
     ///
     /// ```
     /// use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -87,7 +90,7 @@ impl<'a> AreaSampler<'a> {
         Segment::new(at(0.0), at(1.0))
     }
 
-    /// The points of two random numbers each.
+    /// Returns the points of one pair of random numbers in each lane.
     #[inline(always)]
     fn place<L: Lanes>(&self, l: L, u: [L::D; 2]) -> Vector<L> {
         let pieces = match &self.cut {
@@ -102,6 +105,7 @@ impl<'a> AreaSampler<'a> {
             }
             Cut::Fan(pieces) => pieces,
         };
+        // Choose a triangle of the fan in each lane, and collect its corners.
         let (piece, lambda) = pieces.pick_each(l, u[0]);
         let v = self.polygon.vertices();
         let [a, b, c] = fan::triangle(v, 0);
@@ -117,7 +121,7 @@ impl<'a> AreaSampler<'a> {
     }
 }
 
-/// The areas of the triangles of a polygon's fan.
+/// Returns the areas of the triangles of a polygon's fan, as pieces.
 fn weigh(polygon: &ConvexPolygon) -> Pieces {
     let (v, n) = (polygon.vertices(), polygon.normal());
     Pieces::new((0..v.len() - 2).map(|i| {

@@ -1,17 +1,17 @@
-//! The fan of a convex polygon: which triangle, and where on its outer edge.
+//! This module holds the fan of triangles of a convex polygon, and finds the triangle of a point.
 //!
-//! All triangles share the first vertex. The random number that picks a triangle is stretched and
-//! goes on to pick the point on that triangle's outer edge, so the map from random numbers to the
+//! All triangles share the first vertex. The random number that chooses a triangle is rescaled, and
+//! then chooses the point on that triangle's outer edge, so that the map from random numbers to the
 //! polygon is continuous over the whole fan.
 
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use linelit_simd::Lanes;
 
-/// A vector of each lane, by coordinates.
+/// A vector in each lane, stored by coordinates.
 pub(crate) type Vector<L> = [<L as Lanes>::D; 3];
 
-/// A point of a fan triangle (a, b, c): `q = b + lambda (c − b)` on the outer edge, then `a + kappa
-/// (q − a)`.
+/// A point of a fan triangle (a, b, c): `q = b + lambda (c − b)` lies on the outer edge, and the
+/// point is `a + kappa (q − a)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FanPoint {
     pub(crate) triangle: usize,
@@ -19,14 +19,14 @@ pub(crate) struct FanPoint {
     pub(crate) kappa: f64,
 }
 
-/// The three vertices of a triangle of the fan.
+/// Returns the three vertices of a triangle of the fan.
 pub(crate) fn triangle(vertices: &[DVec3], i: usize) -> [DVec3; 3] {
     [vertices[0], vertices[i + 1], vertices[i + 2]]
 }
 
-/// The place of a point of the polygon in the fan; `None` where it lies outside by more than the
-/// rounding of its coordinates (64 ε of the largest coordinate, which moves λ and κ by as much
-/// relative to the polygon's size).
+/// Returns the coordinates of a point of the polygon in the fan. `None` where it lies outside by
+/// more than the rounding of its coordinates (64 ε of the largest coordinate, which moves λ and κ
+/// by as much relative to the polygon's size).
 pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> {
     let v = polygon.vertices();
     let p = point - v[0];
@@ -38,11 +38,12 @@ pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> 
     };
     let last = v.len() - 2;
     let mut i = 0;
-    // The triangle between the fan's rays i + 1 and i + 2.
+    // Find the triangle between the fan's rays i + 1 and i + 2.
     while i + 1 < last && side(i + 2) > 0.0 {
         i += 1;
     }
     let [a, b, c] = triangle(v, i);
+    // Its barycentric weights, times twice its area, are the sides on which the point lies.
     let twice_area = predicates::cross(b - a, c - a).dot(polygon.normal());
     let (wb, wc) = (-side(i + 2), side(i + 1));
     let inside = wb >= -slack && wc >= -slack && wb + wc <= twice_area + slack;
@@ -61,7 +62,7 @@ pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> 
     })
 }
 
-/// The point of a fan triangle, or of eight.
+/// Returns the point of a fan triangle in each lane.
 #[inline(always)]
 pub(crate) fn place<L: Lanes>([a, b, c]: [Vector<L>; 3], lambda: L::D, kappa: L::D) -> Vector<L> {
     let edge = [c[0] - b[0], c[1] - b[1], c[2] - b[2]];
@@ -69,19 +70,19 @@ pub(crate) fn place<L: Lanes>([a, b, c]: [Vector<L>; 3], lambda: L::D, kappa: L:
     along::<L>(&a, &[q[0] - a[0], q[1] - a[1], q[2] - a[2]], kappa)
 }
 
-/// a + b t.
+/// Returns a + b t.
 #[inline(always)]
 pub(crate) fn along<L: Lanes>(a: &Vector<L>, b: &Vector<L>, t: L::D) -> Vector<L> {
     [a[0] + b[0] * t, a[1] + b[1] * t, a[2] + b[2] * t]
 }
 
-/// A vector in all lanes.
+/// Returns a vector that is the same in all lanes.
 #[inline(always)]
 pub(crate) fn splat<L: Lanes>(l: L, v: DVec3) -> Vector<L> {
     [l.dsplat(v.x), l.dsplat(v.y), l.dsplat(v.z)]
 }
 
-/// `b` where `m`, else `a`.
+/// Returns `b` in the lanes of `m`, and `a` in the others.
 #[inline(always)]
 pub(crate) fn select<L: Lanes>(l: L, m: L::M, a: Vector<L>, b: Vector<L>) -> Vector<L> {
     [

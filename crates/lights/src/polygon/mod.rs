@@ -1,4 +1,4 @@
-//! Points of convex polygons.
+//! This module holds the techniques that sample points of convex polygons.
 
 pub(crate) mod area;
 pub(crate) mod fan;

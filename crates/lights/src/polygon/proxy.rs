@@ -1,4 +1,5 @@
-//! Shirley & Wang's imaginary triangle at unit distance.
+//! This module samples polygons through Shirley & Wang's imaginary triangles at unit distance, for
+//! comparison with exact techniques.
 
 use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
@@ -8,15 +9,15 @@ use crate::samples::PointSample;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
-/// Samples a polygon through the imaginary triangles whose vertices lie at unit distance from `x`
-/// in the directions of the light's: uniform on those, which is close to uniform in solid angle,
-/// most of all at grazing incidence.
+/// Samples a polygon through imaginary ("proxy") triangles, whose vertices lie at unit distance
+/// from `x` in the directions of the light's vertices. Points are uniform on these triangles, which
+/// is close to uniform in solid angle, most of all at grazing incidence.
 ///
 /// **Formula** (Shirley & Wang 1991, §2; they print no density): on a proxy triangle with unit
 /// vertices v̂, a point q at the distance r has the density `2r³/|det(v̂₀, v̂₁, v̂₂)|` per solid
-/// angle; with a fan, `r³/(distance of its plane × ΣA)`. The ratio of its extremes is 2.9 where
-/// plain area sampling has 11. [`crate::SolidAngleSampler`] is exact and not much slower; this one
-/// is for the comparison.
+/// angle; with a fan it is `r³/(distance of its plane × ΣA)`. The ratio of its extremes is 2.9
+/// where plain area sampling has 11. [`crate::SolidAngleSampler`] is exact and not much slower;
+/// this technique serves for comparison.
 ///
 /// **Domain**: any `x`; density 0 in the light's plane. Points are returned on the light itself.
 ///
@@ -37,10 +38,11 @@ pub struct ProxySampler {
     pieces: Pieces,
 }
 
-/// A proxy triangle.
+/// A proxy triangle, given by the triangle of the light.
 #[derive(Clone, Copy)]
 struct Proxy {
-    /// The light's corners relative to x, their distances, and the edges from the first.
+    /// The light's corners relative to x, their distances from x, and the edges from the first
+    /// corner.
     corners: [DVec3; 3],
     length: [f64; 3],
     edges: [DVec3; 2],
@@ -59,7 +61,7 @@ impl Proxy {
         }
     }
 
-    /// The determinant of the unit vectors: twice area times plane distance.
+    /// Returns the determinant of the unit vectors: twice the area times the distance of the plane.
     #[inline(always)]
     fn det(&self) -> f64 {
         let [la, lb, lc] = self.length;
@@ -67,9 +69,11 @@ impl Proxy {
         predicates::dot(predicates::cross(ab, ac), self.corners[0]).abs() / (la * lb * lc)
     }
 
+    /// Returns the area of the proxy triangle.
     fn area(&self) -> f64 {
         let ([a, b, c], [la, lb, lc]) = (self.corners, self.length);
-        // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), the last difference formed from the edge.
+        // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), where the last difference is computed from the
+        // edge.
         let chord = |p: DVec3, edge: DVec3, l: f64| {
             let shorter = -edge.dot(a + p) / (la + l);
             edge / l + a * (shorter / (la * l))
@@ -78,7 +82,8 @@ impl Proxy {
         0.5 * predicates::length(predicates::cross(chord(b, ab, lb), chord(c, ac, lc)))
     }
 
-    /// r³/(plane distance) at the point with these barycentric coordinates on the light.
+    /// Returns r³/(distance of the proxy's plane) at the point with these barycentric coordinates
+    /// on the light.
     #[inline(always)]
     fn density(&self, area: f64, weights: [f64; 3], distance: f64) -> f64 {
         let stretch: f64 = weights.iter().zip(self.length).map(|(w, l)| w * l).sum();
@@ -88,7 +93,7 @@ impl Proxy {
 }
 
 impl ProxySampler {
-    /// The per-light part.
+    /// Sets the technique up for one light and shading point.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
         let areas = (0..polygon.vertices().len() - 2).map(|i| {
@@ -117,7 +122,8 @@ impl PointTechnique for ProxySampler {
         let kappa = fraction(u[1]).sqrt();
         let proxy = Proxy::new(&self.polygon, self.x, triangle);
         let corners = fan::triangle(vertices, triangle);
-        // Barycentric coordinates on the proxy, divided by the distances, are those on the light.
+        // Barycentric coordinates on the proxy, divided by the distances, are coordinates on the
+        // light.
         let on_proxy = [1.0 - kappa, kappa * (1.0 - lambda), kappa * lambda];
         let w = normalised([0, 1, 2].map(|i| on_proxy[i] / proxy.length[i]));
         let [a, b, c] = corners;
@@ -151,6 +157,7 @@ impl PointTechnique for ProxySampler {
     }
 }
 
+/// Converts fan coordinates to barycentric coordinates.
 fn barycentric(at: &FanPoint) -> [f64; 3] {
     let (kappa, lambda) = (at.kappa, at.lambda);
     [1.0 - kappa, kappa * (1.0 - lambda), kappa * lambda]

@@ -1,37 +1,46 @@
-//! The sides and triangles of a quadrilateral as they are seen, side by side: what
-//! [`Corner`](super::spherical_triangle::Corner) and [`Side`] find one by one, to the bit.
+//! This module computes how the sides and the two triangles of a quadrilateral are seen from a
+//! shading point, in parallel lanes. The results are to the bit the ones that
+//! [`Corner`](super::spherical_triangle::Corner) and [`Side`] compute one by one.
+//!
+//! ```text
+//!    d───cd───c     lanes 0–4: the sides ab, ac, ad, bc, cd
+//!    │      ╱ │     lanes 5, 6: the normals ab × ac and ac × ad of the triangles, for their
+//!   ad   ac  bc                determinants
+//!    │ ╱      │     lane 7: padding
+//!    a───ab───b
+//! ```
 
 use crate::polygon::fan::Vector;
 use crate::polygon::spherical_triangle::Side;
 use linelit_geometry::DVec3;
 use linelit_simd::{Isa, Simd, dispatch};
 
-/// The view of the corners a, b, c, d of a quadrilateral, whose fan has the triangles abc and
-/// acd.
+/// The view of the corners a, b, c, d of a quadrilateral, whose fan has the triangles abc and acd.
 #[derive(Debug)]
 pub(crate) struct Quadrilateral {
-    /// The corners relative to the shading point, and how far they are.
+    /// The corners relative to the shading point, and their distances from it.
     pub(crate) corners: [DVec3; 4],
     pub(crate) lengths: [f64; 4],
     /// ab, ac, ad, bc, cd.
     pub(crate) sides: [Side; 5],
-    /// The distance from the plane of each triangle times twice its area.
+    /// For each triangle, the distance of its plane times twice its area.
     pub(crate) det: [f64; 2],
 }
 
-/// The corners of each side.
+/// The indices of the corners at the ends of each side.
 const ENDS: [[usize; 2]; 5] = [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]];
 
-/// Rows of eight: the corners relative to the shading point where sides start and end, then what is
-/// multiplied with what; in lanes 5 and 6, that are two edges of a triangle.
+/// The inputs in rows of eight lanes: the corners, relative to the shading point, where a side
+/// starts and ends, and then the two factors of a cross product. In lanes 5 and 6 these factors are
+/// two edges of a triangle.
 type Rows = [[[f64; 8]; 3]; 4];
 
-/// The results, in this order: the products, their lengths, [`Side`]'s numbers, the lengths of the
-/// corners that sides start and end at; the determinants.
+/// The results, in this order: the cross products, their lengths, the two numbers of [`Side`], the
+/// distances of the corners where a side starts and ends, and the determinants.
 type Results = [[f64; 8]; 9];
 
 impl Quadrilateral {
-    /// `None` where squares would lose digits, as those of what is not finite.
+    /// Computes the view; `None` where squares would lose digits or are not finite.
     pub(crate) fn new(isa: Isa, vertices: &[DVec3; 4], x: DVec3) -> Option<Self> {
         let corners = vertices.map(|v| v - x);
         let mut rows: Rows = [[[0.0; 8]; 3]; 4];
@@ -43,10 +52,11 @@ impl Quadrilateral {
             }
         };
         for (lane, [i, j]) in ENDS.into_iter().enumerate() {
-            // Edges are formed before the shading point is subtracted.
+            // Form edges before the shading point is subtracted, so that they keep their digits.
             let edge = vertices[j] - vertices[i];
             put(lane, [corners[i], corners[j], corners[i], edge]);
         }
+        // Lanes 5 and 6 compute the determinants of the triangles; lane 7 only fills the vector.
         let [ab, ac, ad] = [1, 2, 3].map(|i| vertices[i] - vertices[0]);
         put(5, [corners[0], corners[1], ab, ac]);
         put(6, [corners[0], corners[1], ac, ad]);
@@ -71,7 +81,7 @@ impl Quadrilateral {
     }
 }
 
-/// Computes a product and its rounding error as `linelit_geometry::predicates` does, for eight.
+/// Computes a product and its rounding error as `linelit_geometry::predicates` does, in each lane.
 #[inline(always)]
 fn two_product<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     /// 2²⁷ + 1.
@@ -82,6 +92,7 @@ fn two_product<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
 }
 
+/// Computes a sum and its rounding error in each lane.
 #[inline(always)]
 fn two_sum<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     let s = a + b;
@@ -89,6 +100,7 @@ fn two_sum<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     (s, (a - (s - t)) + (b - t))
 }
 
+/// Computes ab − cd with little more than one rounding, in each lane.
 #[inline(always)]
 fn diff_of_products<S: Simd>(a: S::D, b: S::D, c: S::D, d: S::D) -> S::D {
     let (p, ep) = two_product::<S>(a, b);
@@ -97,6 +109,7 @@ fn diff_of_products<S: Simd>(a: S::D, b: S::D, c: S::D, d: S::D) -> S::D {
     s + (es + (ep - eq))
 }
 
+/// Computes a dot product in twice the working precision, in each lane.
 #[inline(always)]
 fn exact_dot<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> S::D {
     let (p0, e0) = two_product::<S>(a[0], b[0]);
@@ -112,7 +125,8 @@ fn dot<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> S::D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// False where a square is not within what `predicates::length` takes as it stands.
+/// Computes all results; false where a square is outside the range that `predicates::length` takes
+/// without scaling.
 #[inline(always)]
 fn look_kernel<S: Simd>(s: S, rows: &Rows, first: DVec3, out: &mut Results) -> bool {
     let load = |row: &[[f64; 8]; 3]| [s.dload(&row[0]), s.dload(&row[1]), s.dload(&row[2])];
@@ -122,6 +136,7 @@ fn look_kernel<S: Simd>(s: S, rows: &Rows, first: DVec3, out: &mut Results) -> b
         load(&rows[2]),
         load(&rows[3]),
     ];
+    // Compute the cross products with one rounding, and the squares of all lengths.
     let cross: Vector<S> = [
         diff_of_products::<S>(a[1], b[2], a[2], b[1]),
         diff_of_products::<S>(a[2], b[0], a[0], b[2]),
@@ -134,12 +149,12 @@ fn look_kernel<S: Simd>(s: S, rows: &Rows, first: DVec3, out: &mut Results) -> b
     ];
     let least = s.dmin(s.dmin(squares[0], squares[1]), squares[2]);
     let most = s.dmax(s.dmax(squares[0], squares[1]), squares[2]);
-    // What is no number is none of them, whichever of two a minimum takes.
+    // A minimum or maximum may drop a NaN, but the sum of the squares keeps it.
     let number = squares[0] + squares[1] + squares[2];
     let safe = s.dlt(s.dsplat(1e-270), least)
         & s.dlt(most, s.dsplat(f64::INFINITY))
         & s.dle(number, s.dsplat(f64::INFINITY));
-    // In lanes 5 and 6 there are no sides.
+    // Ignore the range in lanes 5 and 6, where there are no sides.
     if s.bits(safe) | 0b0110_0000 != 0xff {
         return false;
     }
@@ -148,6 +163,7 @@ fn look_kernel<S: Simd>(s: S, rows: &Rows, first: DVec3, out: &mut Results) -> b
         s.dsqrt(squares[1]),
         s.dsqrt(squares[2]),
     ];
+    // Compute 1 + cos θ and tan(θ/2) of each side by the branch that does not cancel.
     let (dot, product) = (dot::<S>(&from, &to), from_length * to_length);
     let one_minus = product - dot;
     let ahead = s.dle(s.dsplat(0.0), dot);

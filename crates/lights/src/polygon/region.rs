@@ -1,4 +1,5 @@
-//! Uniform on a region of a plane that is known by its boundary: on what is visible of a light.
+//! This module samples a region of a plane uniformly that is given by its boundary: the visible
+//! region of a light.
 #![allow(clippy::disallowed_types, reason = "kept from one region to the next")]
 
 use crate::density::{Area, Pdf};
@@ -7,13 +8,23 @@ use crate::{PointSample, PointTechnique, sample_linear};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{below_one, fraction};
 
-/// Points of a region of a plane, uniform in its area: of what is visible of a light, say.
+/// A technique that samples points of a region of a plane, uniformly by area: of a light's visible
+/// region, say.
 ///
-/// The region is known by straight pieces of its boundary, in any order, with the region on their
-/// left; it may have holes and several parts. Places p across are drawn by the length of the region
-/// there, which runs linearly between corners, and places q along uniformly: the density is 1/A in
-/// 1/m², and A is right to ε times the region's extent for each piece over a place. One value,
-/// kept, serves any number of regions: what it holds is used again.
+/// The region is given by straight pieces of its boundary, in any order, with the region on their
+/// left; it may have holes and several parts. It is cut into slabs at the ends of the pieces. A
+/// point has the coordinates (p, q) in the plane: p is drawn by the length of the region at p,
+/// which is linear over a slab, and q uniformly over this length. The density is 1/A in 1/m², and
+/// the error of A is ε times the region's extent for each piece over a slab. One value can be used
+/// for any number of regions, and reuses its memory.
+///
+/// ```text
+///  q │     ╱╲
+///    │   ╱│  │╲ │     a slab lies between neighbouring ends of pieces; over it the
+///    │ ╱  │  │  ╲     pieces do not begin, end or cross
+///    │ ╲──┼──┼──┤
+///    └────┴──┴──┴─ p
+/// ```
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -32,33 +43,33 @@ use linelit_geometry::finite::{below_one, fraction};
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct RegionSampler {
-    /// The origin of both coordinates, and their axes.
+    /// The point (0, 0) of the plane, and the vectors along p and q.
     plane: [DVec3; 3],
     sides: Vec<Side>,
     slabs: Vec<Slab>,
-    /// The sides over each slab, by where they cross it.
+    /// The sides over each slab, ordered by where they cross it.
     over: Vec<usize>,
-    /// The area before each slab, and all of it, in units of the axes.
+    /// The area before each slab, and the whole area at the end, in units of the axes.
     sums: Vec<f64>,
     /// The area in square metres.
     area: f64,
-    /// The ends of sides, and those over a slab.
+    /// Scratch memory: the ends of the sides, and the sides over the current slab.
     ends: Vec<f64>,
     active: Vec<(f64, usize)>,
 }
 
-/// A piece of the boundary, from the end with the lesser p.
+/// A piece of the boundary, from the end with the smaller p.
 #[derive(Clone, Copy, Debug)]
 struct Side {
     from: [f64; 2],
     to: f64,
     slope: f64,
-    /// Whether the region begins here as q grows.
+    /// Whether the region begins at this side as q grows; otherwise it ends here.
     begins: bool,
 }
 
 impl Side {
-    /// `None` if it is upright, and bounds no length.
+    /// Makes a side; `None` if p is constant along it, so that it bounds no length.
     fn new([a, b]: [[f64; 2]; 2]) -> Option<Self> {
         let begins = a[0] < b[0];
         let [from, to] = if begins { [a, b] } else { [b, a] };
@@ -70,6 +81,7 @@ impl Side {
         })
     }
 
+    /// Returns q on the side at p.
     #[inline]
     fn at(&self, p: f64) -> f64 {
         self.from[1] + self.slope * (p - self.from[0])
@@ -80,17 +92,19 @@ impl Side {
 #[derive(Clone, Copy, Debug)]
 struct Slab {
     range: [f64; 2],
-    /// The extent of the region over both ends of the range.
+    /// The length of the region at both ends of the slab.
     lengths: [f64; 2],
-    /// The sides over it: the first, and beyond the last.
+    /// The range in `over` of the sides over the slab.
     over: [usize; 2],
 }
 
 impl RegionSampler {
-    /// Takes another region: the place (0, 0) of its plane with the vectors along p and q, and its
-    /// boundary in these coordinates, with the region on the left of each piece.
+    /// Replaces the region. `plane` holds the point (0, 0) of its plane and the vectors along p and
+    /// q; `boundary` holds the pieces in these coordinates, with the region on the left of each
+    /// piece.
     ///
-    /// Where pieces do not meet, as by rounding, the region is off by no more than the gap.
+    /// Where pieces do not meet exactly, for example by rounding, the error of the region is at
+    /// most the gap.
     pub fn set(&mut self, plane: [DVec3; 3], boundary: impl IntoIterator<Item = [[f64; 2]; 2]>) {
         self.plane = plane;
         self.sides.clear();
@@ -109,7 +123,7 @@ impl RegionSampler {
         self.area = if area.is_finite() { area } else { 0.0 };
     }
 
-    /// Cuts the region between the ends of its sides.
+    /// Cuts the region into slabs between the ends of its sides.
     fn cut(&mut self) {
         self.slabs.clear();
         self.over.clear();
@@ -120,11 +134,13 @@ impl RegionSampler {
         for pair in self.ends.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             let sides = &self.sides;
+            // Drop the sides that end here, and add the sides that begin here.
             self.active.retain(|(_, side)| sides[*side].to > from);
             while sides.get(next).is_some_and(|side| side.from[0] <= from) {
                 self.active.push((0.0, next));
                 next += 1;
             }
+            // Order the sides by where they cross the middle of the slab.
             let middle = 0.5 * (from + to);
             for (q, side) in &mut self.active {
                 *q = sides[*side].at(middle);
@@ -132,6 +148,7 @@ impl RegionSampler {
             self.active.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
             let first = self.over.len();
             self.over.extend(self.active.iter().map(|(_, side)| side));
+            // Measure the slab as a trapezoid.
             let mut slab = Slab {
                 range: [from, to],
                 lengths: [0.0; 2],
@@ -144,7 +161,7 @@ impl RegionSampler {
         }
     }
 
-    /// The region's area in square metres; zero if there is none.
+    /// Returns the region's area in square metres; zero for an empty region.
     #[must_use]
     pub const fn area(&self) -> f64 {
         self.area
@@ -160,7 +177,7 @@ impl RegionSampler {
         self.locate(point).is_some_and(within)
     }
 
-    /// The density everywhere in the region; zero if there is none.
+    /// Returns the density, which is the same everywhere in the region; zero for an empty region.
     #[must_use]
     pub fn density(&self) -> Pdf<Area> {
         match self.area > 0.0 {
@@ -169,7 +186,8 @@ impl RegionSampler {
         }
     }
 
-    /// The parts of the region over a place in a slab, in ascending order.
+    /// Returns the intervals of q in which the region lies at a p within a slab, in ascending
+    /// order.
     #[inline]
     fn parts(&self, slab: &Slab, p: f64) -> impl Iterator<Item = [f64; 2]> {
         let (mut depth, mut begin) = (0, 0.0);
@@ -189,7 +207,7 @@ impl RegionSampler {
         })
     }
 
-    /// The slab of a point, and its coordinates; `None` beside all.
+    /// Returns the slab of a point and its coordinates (p, q); `None` outside all slabs.
     fn locate(&self, point: DVec3) -> Option<(usize, [f64; 2])> {
         let [origin, along_p, along_q] = self.plane;
         let d = point - origin;

@@ -1,4 +1,4 @@
-//! Uniform by solid angle on any convex polygon.
+//! This module samples any convex polygon uniformly by solid angle.
 
 use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
@@ -12,22 +12,24 @@ use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_simd::{Isa, One, Simd, dispatch};
 use std::f64::consts::TAU;
 
-/// Triangles whose set-up is kept; those beyond are set up again for each sample.
+/// The number of triangles whose set-up is stored; further triangles are set up again for each
+/// sample.
 const KEPT: usize = 2;
 
-/// Samples a convex polygon uniformly by the solid angle it subtends at `x`: density 1/Ω.
+/// Samples a convex polygon uniformly by the solid angle that it subtends at `x`, with the density
+/// 1/Ω.
 ///
-/// The polygon is a fan of spherical triangles; the solid angle of each picks one. A rectangle is
-/// two of them, which is more accurate than the classic angle sum of the spherical rectangle by up
-/// to seven digits when far away.
+/// The polygon is a fan of spherical triangles, one of which is chosen in proportion to its solid
+/// angle. A rectangle consists of two triangles; for a distant rectangle this is more accurate by
+/// up to seven digits than the classic sum of the angles of the spherical rectangle.
 ///
-/// **Domain**: any `x`; in the light's plane, Ω = 0 and every density is 0. Both sides of the light
-/// are sampled alike: whether the back emits is for [`crate::AreaLight::faces`] to say. No
-/// threshold switches the technique: it is the same from Ω = 1e-12 (and far below) to 2π.
+/// **Domain**: any `x`. In the light's plane Ω = 0, and every density is 0. Both sides of the light
+/// are sampled alike: whether the back emits is answered by [`crate::AreaLight::faces`]. There is
+/// no threshold between techniques: one formula is used from Ω = 1e-12 (and far below) to 2π.
 ///
-/// **Accuracy**: Ω to about 10 ε (1 + r/z), where r is the largest vertex distance and z that of
-/// the plane: at grazing incidence the factor r/z is the conditioning of the problem in the
-/// coordinates.
+/// **Accuracy**: Ω to about 10 ε (1 + r/z), where r is the largest distance of a vertex and z the
+/// distance of the plane. At grazing incidence the factor r/z is the conditioning of the problem in
+/// the coordinates.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -50,7 +52,7 @@ pub struct SolidAngleSampler {
     pdf: Pdf<SolidAngle>,
 }
 
-/// One triangle of a polygon's fan, seen from `x`.
+/// Sets up one triangle of a polygon's fan, seen from `x`.
 #[cold]
 fn from_point(polygon: &ConvexPolygon, x: DVec3, i: usize) -> SphericalTriangle {
     let [a, b, c] = fan::triangle(polygon.vertices(), i).map(|v| Corner::new(v, x));
@@ -60,7 +62,7 @@ fn from_point(polygon: &ConvexPolygon, x: DVec3, i: usize) -> SphericalTriangle 
 }
 
 impl SolidAngleSampler {
-    /// The per-light part for the shading point `x`.
+    /// Sets the technique up for one light and the shading point `x`.
     #[inline]
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
@@ -75,7 +77,7 @@ impl SolidAngleSampler {
         out
     }
 
-    /// Looks at the triangles of the fan, of which neighbours share a side.
+    /// Sets up the triangles of the fan; neighbours share a side.
     fn look(&mut self) {
         if let [a, b, c, d] = *self.polygon.vertices()
             && let Some(seen) = Quadrilateral::new(Isa::best(), &[a, b, c, d], self.x)
@@ -87,6 +89,7 @@ impl SolidAngleSampler {
         self.pdf = Pdf::new(1.0 / self.solid_angle());
     }
 
+    /// Sets up the two triangles of a quadrilateral.
     fn look_at_two(&mut self, [a, b, c, d]: [DVec3; 4], seen: &Quadrilateral) {
         let [at_a, at_b, at_c, _] = seen.corners;
         let [la, lb, lc, ld] = seen.lengths;
@@ -100,6 +103,7 @@ impl SolidAngleSampler {
         self.pieces.push(second.solid_angle());
     }
 
+    /// Sets up the triangles of the fan one by one.
     fn look_at_each(&mut self) {
         let [first, second, rest @ ..] = self.polygon.vertices() else {
             return;
@@ -125,11 +129,12 @@ impl SolidAngleSampler {
         }
     }
 
+    /// Computes [`PointTechnique::sample_into`] by a given instruction set.
     fn sample_by(&self, isa: Isa, u: [&[[f64; 8]]; 2], out: &mut PointColumns<'_>) {
         let rows = out.rows(u);
         out.pdf[..rows].fill([self.pdf.value(); 8]);
         let last = self.polygon.vertices().len() - 3;
-        // Two triangles at a time.
+        // Sample two triangles of the fan at a time.
         for first in (0..=last).step_by(2) {
             let numbers = [first, last.min(first + 1)];
             let pair = numbers.map(|i| self.of_triangle(i, |t| *t));
@@ -137,22 +142,23 @@ impl SolidAngleSampler {
         }
     }
 
-    /// The polygon that is sampled.
+    /// Returns the polygon that is sampled.
     #[must_use]
     pub const fn polygon(&self) -> &ConvexPolygon {
         &self.polygon
     }
 
-    /// The solid angle Ω in sr, between 0 and 2π.
+    /// Returns the solid angle Ω in sr, between 0 and 2π.
     #[must_use]
     pub fn solid_angle(&self) -> f64 {
-        // From within rounding of its plane, where triangles of a polygon that is flat to rounding
-        // may face either way, they add up to more.
+        // If the shading point is in the light's plane up to rounding, the triangles of the polygon
+        // may face either way, and the sum of their solid angles may be larger.
         self.pieces.total().min(TAU)
     }
 }
 
-/// Points of two triangles of the fan, in place of those before which lie on them.
+/// Computes the points that fall on two triangles of the fan, and replaces the points there that
+/// were computed for earlier triangles.
 #[inline(always)]
 #[allow(clippy::cast_precision_loss, reason = "numbers of triangles")]
 fn pair_kernel<S: Simd>(
@@ -169,12 +175,14 @@ fn pair_kernel<S: Simd>(
     let (d, e) = (fan::splat(s, d), fan::splat(s, e));
     let usable = sampler.pdf.is_positive();
     for row in 0..out.rows(u) {
+        // Choose the triangle in each lane, and its point.
         let (piece, place) = sampler.pieces.pick_each(s, s.dload(&u[0][row]));
         let later = s.dle(s.dsplat(numbers[1] as f64), piece);
         let u = [place, fraction_each(s, s.dload(&u[1][row]))];
         let (lambda, kappa) = first.each(s, second, later).sample(s, u);
         let corners = [a, fan::select(s, later, b, d), fan::select(s, later, c, e)];
         let mut point = fan::place::<S>(corners, lambda, kappa);
+        // Keep the points of earlier triangles in the lanes that do not belong to this pair.
         if !usable {
             point = a;
         } else if numbers[0] > 0 {

@@ -1,23 +1,32 @@
-//! Uniform by solid angle on a triangle, from 1e-12 sr and less up to 2π, without a threshold that
-//! switches technique.
+//! This module samples a triangle uniformly by solid angle, from 1e-12 sr and less up to 2π,
+//! without a threshold between techniques.
 //!
-//! Arvo's classic map (1995) goes through cosines of the sides and angles; all of them are 1 − O(Ω)
-//! for a small triangle and its digits are gone below Ω = 1e-5 or so, where renderers switch to
-//! area sampling. Here every quantity is a ratio of positive terms. With `h = Ω/2`, `τ = tan(θ/2)`
-//! for the arc θ from b along bc, `τ₁` its value at c, `P = 1 + a·b` and `D = det(a, b, c)/sin θ₁`
-//! (unit vectors), the sub-triangle (a, b, q(τ)) has `tan(ξh) = τ D/(P + τ (a·t))`, and eliminating
-//! the signed `a·t` by the known end of the arc gives
+//! Arvo's classic map (1995) uses cosines of the sides and angles. For a small triangle all of them
+//! are 1 − O(Ω), and their digits are lost below Ω = 1e-5 or so, where renderers switch to area
+//! sampling. Here every quantity is a ratio of positive terms:
+//!
+//! ```text
+//!            c
+//!           ╱│    h = Ω/2
+//!         ╱  │    τ = tan(θ/2) for the arc θ from b to q on the side bc, τ₁ its value at c
+//!       ╱    q    P = 1 + a·b
+//!     ╱  ╱   │    D = det(a, b, c)/sin θ₁, all for unit vectors
+//!   a────────b    t: the unit tangent at b towards c
+//! ```
+//!
+//! The sub-triangle (a, b, q(τ)) has `tan(ξh) = τ D/(P + τ (a·t))`. The signed `a·t` is eliminated
+//! by the known end of the arc, where ξ = 1 and τ = τ₁, which gives
 //!
 //! ```text
 //! τ(ξ) = P sin(ξh) / [ D sin((1−ξ)h)/sin h + P sin(ξh)/τ₁ ]
 //! ```
 //!
-//! which is monotone and has no subtraction. The second random number places the point on the arc
+//! This is monotone and has no subtraction. The second random number places the point on the arc
 //! from a to q with `sin²(s/2) = ξ₂ sin²(s₁/2)`.
 //!
-//! Points are returned on the plane of the triangle, by interpolation between its vertices, so they
-//! stay in the triangle however small or far it is. (The sub-triangle in tangent form: Peters 2021,
-//! "BRDF importance sampling for polygonal lights", §4; the elimination is ours.)
+//! Points are returned in the plane of the triangle, by interpolation between its vertices, so that
+//! they stay in the triangle however small or distant it is. (The sub-triangle in tangent form:
+//! Peters 2021, "BRDF importance sampling for polygonal lights", §4; the elimination is ours.)
 
 use crate::polygon::fan::{self, Vector};
 use linelit_elementary::{atan2, cos};
@@ -25,7 +34,7 @@ use linelit_geometry::finite::power_of_two_over;
 use linelit_geometry::{DVec3, predicates};
 use linelit_simd::{Lanes, One, sine};
 
-/// The set-up of one triangle seen from the origin. Degenerate triangles have the solid angle 0.
+/// The set-up of one triangle seen from the origin. A degenerate triangle has the solid angle 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SphericalTriangle {
     a: DVec3,
@@ -33,11 +42,11 @@ pub(crate) struct SphericalTriangle {
     /// The edges b − a and c − b.
     ab: DVec3,
     bc: DVec3,
-    /// Lengths of the corners.
+    /// The lengths of the corners a, b and c.
     length: [f64; 3],
-    /// P = 1 + cos of the side ab.
+    /// P = 1 + the cosine of the side ab.
     p: f64,
-    /// D = det of the unit vectors over the sine of the side bc.
+    /// D = the determinant of the unit vectors over the sine of the side bc.
     d: f64,
     /// tan of half the side bc.
     tau_end: f64,
@@ -48,12 +57,12 @@ pub(crate) struct SphericalTriangle {
     rise: f64,
     /// |b| (1 + τ₁²).
     far: f64,
-    /// The products a × q and a·q of q = b + λ bc on the outer edge: at λ = 0, and their slopes.
+    /// For q = b + λ bc on the outer edge: a × q and a·q at λ = 0, and their slopes in λ.
     cross: [DVec3; 2],
     dot: [f64; 2],
 }
 
-/// The constants for samples of a triangle, or of one of two in each lane.
+/// The constants for samples of one triangle, or of one of two triangles in each lane.
 #[derive(Clone, Copy)]
 pub(crate) struct Each<L: Lanes> {
     p: L::D,
@@ -68,11 +77,11 @@ pub(crate) struct Each<L: Lanes> {
     dot: [L::D; 2],
 }
 
-/// A vertex of a light, and where it is seen.
+/// A vertex of a light, and the same vertex as seen from the shading point.
 #[derive(Clone, Copy)]
 pub(crate) struct Corner {
     vertex: DVec3,
-    /// Relative to the shading point.
+    /// The vertex relative to the shading point.
     from_x: DVec3,
     length: f64,
 }
@@ -89,26 +98,26 @@ impl Corner {
     }
 }
 
-/// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all
-/// relatively accurate.
+/// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b. All are
+/// accurate relative to their size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
     pub(crate) one_plus: f64,
     pub(crate) tan_half: f64,
     pub(crate) cross: DVec3,
-    /// Length of the product: |a| |b| sin θ.
+    /// The length of the cross product: |a| |b| sin θ.
     pub(crate) length: f64,
 }
 
 impl Side {
-    /// Edges are formed before the shading point is subtracted.
+    /// Computes a side; its edge is formed before the shading point is subtracted.
     #[inline]
     pub(crate) fn between(a: &Corner, b: &Corner) -> Self {
         let edge = b.vertex - a.vertex;
         Self::new(a.from_x, b.from_x, edge, a.length, b.length)
     }
 
-    /// The vector from b to a.
+    /// Returns the side from b to a.
     #[inline]
     fn reversed(&self) -> Self {
         Self {
@@ -119,11 +128,12 @@ impl Side {
 
     #[inline(always)]
     fn new(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
-        // a × b = a × (b − a): the edge carries the digits that the corners have lost when far
-        // away.
+        // a × b = a × (b − a): the edge has the digits that the corners of a distant triangle have
+        // lost.
         Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
     }
 
+    /// Makes a side from the products of its ends, by the form that does not cancel.
     #[inline]
     fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
         let length = predicates::length(cross);
@@ -146,15 +156,15 @@ impl Side {
     }
 }
 
-/// The cross product of a corner and an edge that is parallel to the plane z = const: two of its
-/// components have one term only.
+/// Returns the cross product of a corner and an edge that is parallel to the plane z = const: two
+/// of its components have one term only.
 pub(crate) fn cross_in_plane(a: DVec3, edge: DVec3) -> DVec3 {
     let turn = predicates::diff_of_products(a.x, edge.y, a.y, edge.x);
     DVec3::new(-a.z * edge.y, a.z * edge.x, turn)
 }
 
-/// Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))` with the longest side in the part of ab: the one combination
-/// whose denominator keeps its digits also where x comes close to an edge.
+/// Returns Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))`, where the longest side is taken for ab. This is the
+/// only choice whose denominator keeps its digits when x comes close to an edge.
 fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     let [ab, bc, ca] = sides;
     let (long, next, la, lb) = if ab.one_plus <= bc.one_plus && ab.one_plus <= ca.one_plus {
@@ -170,8 +180,9 @@ fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     atan2(d * next.tan_half, long.one_plus + at * next.tan_half)
 }
 
-/// Half the solid angle of a triangle with a side on each of two lines in the plane z = const;
-/// `det` is the magnitude of its determinant. 0 if it is degenerate.
+/// Returns half the solid angle of a triangle whose sides are given by edges parallel to the plane
+/// z = const; `det` is the magnitude of its determinant. The result is 0 if the triangle is
+/// degenerate.
 pub(crate) fn half_angle_in_plane(
     corners: [DVec3; 3],
     edges: [DVec3; 3],
@@ -190,19 +201,20 @@ pub(crate) fn half_angle_in_plane(
 }
 
 impl SphericalTriangle {
-    /// Becomes the triangle of three corners, given its sides ab and ac.
+    /// Sets up the triangle of three corners, given its sides ab and ac.
     pub(crate) fn set(&mut self, [a, b, c]: [&Corner; 3], ab: &Side, ac: &Side) {
         let sides = [ab, &Side::between(b, c), ac];
         let length = [a.length, b.length, c.length];
         let edges = [b.vertex - a.vertex, c.vertex - b.vertex];
-        // Distance from the plane times twice the area.
+        // The determinant is the distance of the plane times twice the area.
         let normal = predicates::cross(edges[0], c.vertex - a.vertex);
         let det = predicates::dot(normal, a.from_x).abs();
         self.complete([a.from_x, b.from_x], edges, length, sides, det);
     }
 
-    /// Becomes the triangle of corners a, b, c, of which a and b stand relative to the shading
-    /// point, with the edges b − a and c − b, given its sides ab, bc and ac.
+    /// Sets up the triangle of corners a, b, c from a and b relative to the shading point, the
+    /// edges b − a and c − b, the lengths of the corners, the sides ab, bc and ac, and the
+    /// magnitude of the determinant.
     #[inline]
     pub(crate) fn complete(
         &mut self,
@@ -218,11 +230,13 @@ impl SphericalTriangle {
         let (p, tau_end) = (sides[0].one_plus, sides[1].tan_half);
         (self.a, self.b, self.ab, self.bc) = (a, b, edges[0], edges[1]);
         self.length = length;
+        // Give a degenerate triangle the solid angle 0.
         let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
         if ![half, d, tau_end, p].into_iter().all(positive) {
             (self.half, self.p) = (0.0, 0.0);
             return;
         }
+        // Prepare the constants of samples, scaled if products of lengths could lose digits.
         (self.p, self.d, self.tau_end, self.half) = (p, d, tau_end, half);
         self.sin_half = sine(One, half);
         self.rise = tau_end * (d / self.sin_half);
@@ -234,7 +248,7 @@ impl SphericalTriangle {
         }
     }
 
-    /// Multiplies all lengths: samples do not depend on it.
+    /// Multiplies all lengths by a power of two; samples do not depend on it.
     #[cold]
     fn scale(&mut self, by: f64) {
         for v in [&mut self.a, &mut self.b, &mut self.ab, &mut self.bc] {
@@ -246,12 +260,13 @@ impl SphericalTriangle {
         self.dot = self.dot.map(|d| d * by * by);
     }
 
-    /// Solid angle in sr.
+    /// Returns the solid angle in sr.
     pub(crate) fn solid_angle(&self) -> f64 {
         2.0 * self.half
     }
 
-    /// Returns the constants of samples; for `other`, with the same corner a, in the lanes of `m`.
+    /// Returns the constants of samples: of `other`, which has the same corner a, in the lanes of
+    /// `m`, and of this triangle in the others.
     #[inline(always)]
     pub(crate) fn each<L: Lanes>(&self, l: L, other: &Self, m: L::M) -> Each<L> {
         let (s, o) = (self, other);
@@ -278,13 +293,13 @@ impl SphericalTriangle {
         }
     }
 
-    /// The point q on the outer edge and q − a.
+    /// Returns the point q on the outer edge, and q − a.
     fn on_outer(&self, lambda: f64) -> (DVec3, DVec3) {
         let step = self.bc * lambda;
         (self.b + step, self.ab + step)
     }
 
-    /// The random numbers of the place (λ, κ).
+    /// Returns the random numbers of the point (λ, κ).
     pub(crate) fn invert(&self, lambda: f64, kappa: f64) -> [f64; 2] {
         [self.invert_outer(lambda), self.invert_inner(lambda, kappa)]
     }
@@ -303,12 +318,13 @@ impl SphericalTriangle {
         let side = Side::new(self.b, q, self.bc * lambda, self.length[1], lq);
         let rest = Side::new(q, q + back, back, lq, self.length[2]).tan_half;
         let (tau, end) = (side.tan_half, self.tau_end);
-        // The difference of the tangents: τ₁ − τ = rest (1 + τ₁ τ).
+        // τ₁ − τ = rest (1 + τ₁ τ) gives the difference of the tangents without cancellation.
         let rho = (tau / rest) * (end / (1.0 + end * tau)) * (self.d / (self.p * self.sin_half));
         let angle = atan2(rho * self.sin_half, 1.0 + rho * cos(self.half));
         (angle / self.half).clamp(0.0, 1.0)
     }
 
+    /// Inverts `sin²(s/2) = ξ₂ sin²(s₁/2)` on the arc from a to the outer edge.
     fn invert_inner(&self, lambda: f64, kappa: f64) -> f64 {
         let half_sine = |edge: DVec3| {
             let p = self.a + edge;
@@ -326,7 +342,7 @@ impl SphericalTriangle {
     }
 }
 
-/// `b` in the lanes of `m`, `a` in the others.
+/// Returns `b` in the lanes of `m`, and `a` in the others.
 #[inline(always)]
 fn either<L: Lanes>(l: L, m: L::M, a: f64, b: f64) -> L::D {
     l.select(m, l.dsplat(a), l.dsplat(b))
@@ -347,29 +363,29 @@ fn norm<L: Lanes>(l: L, v: &Vector<L>) -> L::D {
 }
 
 impl<L: Lanes> Each<L> {
-    /// The place (λ on bc, κ from a) for two random numbers each.
+    /// Returns the point (λ on bc, κ from a) for a pair of random numbers in each lane.
     #[inline(always)]
     pub(crate) fn sample(&self, l: L, u: [L::D; 2]) -> (L::D, L::D) {
         let lambda = self.outer(l, u[0]);
         (lambda, self.inner(l, lambda, u[1]))
     }
 
-    /// λ on the edge bc such that (a, b, q) has the fraction ξ of the solid angle.
+    /// Returns λ on the edge bc such that (a, b, q) has the fraction ξ of the solid angle.
     #[inline(always)]
     fn outer(&self, l: L, xi: L::D) -> L::D {
         let one = l.dsplat(1.0);
         let ps = self.p * sine(l, xi * self.half);
         let ds = self.rise * sine(l, (one - xi) * self.half);
-        // The shares of the tangent τ₁: τ = τ₁ x, τ₁ − τ = τ₁ y.
+        // Divide the tangent τ₁ into the parts x and y: τ = τ₁ x, τ₁ − τ = τ₁ y.
         let inverse = one / (ds + ps);
         let (x, y) = (ps * inverse, ds * inverse);
-        // Weights of b and c in the direction, sin(θ₁ − θ) : sin θ, over the lengths of both.
+        // The weights of b and c in the direction are sin(θ₁ − θ) : sin θ, divided by the lengths.
         let wb = y * (self.square_end * x + 1.0) * self.length[1];
         let wc = x * self.far;
         ratio(l, wc, wb)
     }
 
-    /// κ on the segment from a to q such that sin²(s/2) has the fraction `v` of its range.
+    /// Returns κ on the segment from a to q such that sin²(s/2) has the fraction `v` of its range.
     #[inline(always)]
     fn inner(&self, l: L, lambda: L::D, v: L::D) -> L::D {
         let one = l.dsplat(1.0);
@@ -378,8 +394,8 @@ impl<L: Lanes> Each<L> {
         let dot = self.dot[0] + self.dot[1] * lambda;
         let (lq, sine) = (norm(l, &q), norm(l, &cross));
         let product = self.length[0] * lq;
-        // Sine and cosine of half the side aq: the larger from 1 ± cos, which does not cancel, the
-        // other from the sine of the whole.
+        // Compute the sine and the cosine of half the side aq: the larger one from 1 ± cos, which
+        // does not cancel, and the other one from the sine of the whole side.
         let half = l.dsplat(0.5) / product;
         let size = l.dmax(dot, dot * -1.0);
         let large = l.dsqrt((product + size) * half);
@@ -390,21 +406,22 @@ impl<L: Lanes> Each<L> {
         let root = l.dsqrt(v);
         let mu = root * sin1; // sin(s/2)
         let nu = l.dsqrt((one - mu) * (one + mu)); // cos(s/2)
-        // Half the sine of s₁ − s, from sin((s₁−s)/2) cos((s₁−s)/2), each without cancellation:
-        // sin s₁/2 · (1 − v)/(ν + √v cos s₁/2) · (…). What both weights have in common is left out.
+        // Half the sine of s₁ − s follows from sin((s₁−s)/2) cos((s₁−s)/2), each without
+        // cancellation: sin s₁/2 · (1 − v)/(ν + √v cos s₁/2) · (…). The factor that both weights
+        // share is left out.
         let here = root * nu * (nu + root * cos1) * self.length[0];
         let rest = (one - v) * (cos1 * nu + sin1 * mu) * lq;
         ratio(l, here, rest)
     }
 }
 
-/// `w/(w + other)`, 0 when both vanish or one is no number.
+/// Returns `w/(w + other)`; 0 when both are zero or one is not a number.
 #[inline(always)]
 fn ratio<L: Lanes>(l: L, w: L::D, other: L::D) -> L::D {
-    // The greater of NaN and zero is zero.
+    // The maximum of NaN and zero is zero.
     l.dmax(w / (w + other), l.dsplat(0.0))
 }
 
-/// Lengths between which squares of their products keep their digits.
+/// The range of lengths in which squares of their products keep their digits.
 const SMALL: f64 = 1e-60;
 const LARGE: f64 = 1e60;

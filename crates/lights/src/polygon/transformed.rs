@@ -1,4 +1,5 @@
-//! Uniform by solid angle after a linear map: points that follow a linearly transformed cosine.
+//! This module samples a polygon uniformly by solid angle after a linear map, so that points follow
+//! a linearly transformed cosine (LTC).
 
 #[cfg(doc)]
 use crate::AngularLines;
@@ -7,17 +8,17 @@ use crate::samples::PointSample;
 use crate::{PointTechnique, SolidAngleSampler};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 
-/// Samples a convex polygon, as seen from x, uniformly by the solid angle of its image under M⁻¹
-/// above the horizon there: with ω the direction to a point and c = M⁻¹ω/|M⁻¹ω|, the density is
-/// |det M⁻¹|/(|M⁻¹ω|³ Ω) where c.z > 0, Ω the solid angle of the image.
+/// Samples a convex polygon, as seen from x, uniformly by the solid angle of its image under M⁻¹,
+/// as far as the image is above the horizon. With ω the direction to a point and c = M⁻¹ω/|M⁻¹ω|,
+/// the density is |det M⁻¹|/(|M⁻¹ω|³ Ω) where c.z > 0; Ω is the solid angle of the image.
 ///
-/// A linearly transformed cosine is c.z/π times the same without Ω: the weights of samples differ
-/// by that cosine only. Following it as well ([`AngularLines::by_projected_solid_angle`] of the
-/// image) would take 17 times as long a sample.
+/// An LTC is this density times Ω c.z/π, so that the weights of samples vary by the cosine c.z
+/// only. To follow the cosine as well, by [`AngularLines::by_projected_solid_angle`] of the image,
+/// would take 17 times as long for each sample.
 ///
-/// **Domain**: M takes cosine space (z the axis of the cosine) to the world. A map whose image of
-/// the light is no polygon (flat, or beyond the range of [`ConvexPolygon`]) has no sampler.
-/// **Source**: Heitz, Dupuy, Hill & Neubelt 2016, for the map.
+/// **Domain**: M maps cosine space, in which z is the axis of the cosine, to the world. There is no
+/// sampler if the image of the light is not a polygon: if it is flat, or beyond the range of
+/// [`ConvexPolygon`]. **Source**: Heitz, Dupuy, Hill & Neubelt 2016, for the map.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DMat3, DVec3};
@@ -41,8 +42,8 @@ pub struct TransformedSampler {
 }
 
 impl TransformedSampler {
-    /// The per-light part for the shading point `x` and a map. `None` if nothing of the image is
-    /// above its horizon, or it is no polygon.
+    /// Sets the technique up for one light, the shading point `x` and a map. `None` if no part of
+    /// the image is above its horizon, or the image is not a polygon.
     #[must_use]
     pub fn new(light: &ConvexPolygon, x: DVec3, map: DMat3) -> Option<Self> {
         let determinant = map.determinant();
@@ -65,14 +66,15 @@ impl TransformedSampler {
         })
     }
 
-    /// The light in the cosine's space, seen from the origin: what is above the horizon there, to
-    /// rounding. The light takes as much of the transformed cosine as this takes of the cosine.
+    /// Returns the image of the light in cosine space, seen from the origin and clipped to the
+    /// horizon there, to rounding. The integral of the LTC over the light is the integral of the
+    /// cosine over this image.
     #[must_use]
     pub const fn image(&self) -> &ConvexPolygon {
         self.image.polygon()
     }
 
-    /// The density at a point of the light whose image is given.
+    /// Returns the density at a point of the light whose image is given.
     fn density(&self, to_light: DVec3, image: DVec3) -> Pdf<SolidAngle> {
         let stretch = to_light.length() / image.length();
         Pdf::new(self.shrink * stretch * stretch * stretch / self.image.solid_angle())

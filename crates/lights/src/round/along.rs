@@ -1,35 +1,36 @@
-//! Measures along a line of a light, and points on what is visible of it.
+//! This module measures lines on a cylinder or disk by length, solid angle or projected solid
+//! angle, and places points on their visible parts.
 
 use crate::linear::{LineView, ProjectedLine, ThinLine};
 use linelit_geometry::finite::fraction;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
 
-/// The measure of lines along a cylinder, and of points on them.
+/// The measure by which lines along a cylinder, and points on them, are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ChordMeasure {
-    /// Offsets uniform between the first line and the last, points uniform in length.
+    /// Offsets are uniform between the first line and the last, and points uniform in length.
     Uniform,
-    /// Offsets in proportion to length, points uniform in length: uniform in area.
+    /// Offsets are proportional to length, and points uniform in length: this is uniform in area.
     Length,
-    /// Offsets in proportion to solid angle, points uniform in solid angle.
+    /// Offsets are proportional to solid angle, and points uniform in solid angle.
     SolidAngle,
-    /// Offsets and points in proportion to projected solid angle, over the first of the horizons.
+    /// Offsets and points are proportional to projected solid angle, for the first horizon.
     Projected,
 }
 
-/// The shading point that looks at lines, and the measure along them.
+/// The shading point from which lines are seen, and the measure along them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Along {
     /// The shading point.
     pub x: DVec3,
-    /// The normal that projected solid angles refer to.
+    /// The normal for projected solid angles.
     pub normal: DVec3,
     pub measure: ChordMeasure,
 }
 
 impl Along {
-    /// A line or a part of one as the shading point sees it.
+    /// Returns a line or a part of one as the shading point sees it.
     pub(crate) fn thin(&self, line: &Segment) -> Option<ThinLine> {
         let [p0, p1] = [line.p0, line.p1].map(|p| p - self.x);
         if self.measure == ChordMeasure::Projected {
@@ -39,12 +40,13 @@ impl Along {
         }
     }
 
-    /// The measure of what is visible: length, or (projected) solid angle per radius.
+    /// Returns the measure of the visible parts: length, or (projected) solid angle per radius.
     pub(crate) fn visible_measure(&self, line: &Segment, visible: &[Interval]) -> f64 {
         let measure = |part: &Interval| self.part_measure(line, *part);
         visible.iter().map(measure).sum()
     }
 
+    /// Returns the measure of a part of a line.
     fn part_measure(&self, line: &Segment, part: Interval) -> f64 {
         match self.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => {
@@ -56,8 +58,8 @@ impl Along {
         }
     }
 
-    /// The parameter of the point that has the share `xi` of the visible measure below it, and
-    /// that measure; `None` where nothing is visible.
+    /// Returns the line parameter below which the fraction `xi` of the visible measure lies, and
+    /// that measure; `None` where no part is visible.
     pub(crate) fn place(
         &self,
         line: &Segment,
@@ -82,7 +84,7 @@ impl Along {
         Some((t, total))
     }
 
-    /// The fraction of a part that has the share `xi` of its measure below it.
+    /// Returns the fraction of a part below which the fraction `xi` of the part's measure lies.
     fn place_on(&self, line: &Segment, part: Interval, xi: f64) -> f64 {
         match self.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => xi,
@@ -94,7 +96,7 @@ impl Along {
         }
     }
 
-    /// The share of a whole line's measure below a parameter; `None` beside the line.
+    /// Returns the fraction of a whole line's measure below a parameter; `None` outside the line.
     pub(crate) fn below(&self, line: &Segment, t: f64) -> Option<f64> {
         match self.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => Some(t),

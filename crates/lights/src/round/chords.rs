@@ -1,4 +1,5 @@
-//! Points of a disk by projected solid angle: on chords.
+//! This module samples points of a disk by projected solid angle: it draws a chord, and a point on
+//! it.
 
 use super::along::Along;
 use crate::ChordMeasure;
@@ -10,11 +11,11 @@ use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
 
-/// Pieces on which the density of the offset's angle is linear.
+/// The number of pieces on which the density of the offset's angle is linear.
 const PIECES: usize = 16;
-/// The angle of a piece.
+/// The angle of one piece.
 const STEP: f64 = PI / PIECES as f64;
-/// Sines of whole steps.
+/// The sines of multiples of the step.
 const SINES: [f64; PIECES / 2 + 1] = [
     0.0,
     0.195_090_322_016_128_25,
@@ -27,22 +28,23 @@ const SINES: [f64; PIECES / 2 + 1] = [
     1.0,
 ];
 
-/// Points of the part of a disk above the horizons of a shading point, by projected solid angle: a
-/// chord of one direction, and a point uniform in projected solid angle on it.
+/// A technique that samples the part of a disk above the horizons of a shading point, by projected
+/// solid angle: it draws a chord of a given direction, and a point on it that is uniform in
+/// projected solid angle.
 ///
-/// **Formula**: the offset of the chord is `u = m + h sin φ` between the least, m − h, and the
-/// largest of that part; φ is drawn by the linear interpolation between sixteenths of a half turn
-/// of `μ(u) cos φ`, where μ is `z/d` times the projected solid angle of the chord per radius, with
-/// z the height of the shading point over the disk's plane and d its distance from the chord's
-/// line. The density is that of what is drawn.
+/// **Formula**: the offset of the chord is `u = m + h sin φ` between the smallest, m − h, and the
+/// largest offset of that part. The angle φ has the density `μ(u) cos φ`, linearly interpolated
+/// between sixteenths of a half turn. Here μ is `z/d` times the projected solid angle of the chord
+/// per radius, z is the height of the shading point above the disk's plane, and d its distance from
+/// the chord's line. The density that is returned is the interpolated one.
 ///
-/// **Units**: densities in 1/sr. **Domain**: any shading point off the disk's plane; in it, and
-/// where nothing is above the horizons, all densities are zero. **Accuracy**: the density of
-/// offsets is within 2 % of what it stands for in the middle half; at the ends, where that goes to
-/// zero, it is larger.
+/// **Units**: densities in 1/sr. **Domain**: any shading point outside the disk's plane. In the
+/// plane, and where no part of the disk is above the horizons, all densities are zero.
+/// **Accuracy**: in the middle half the interpolated density of offsets is within 2 % of the exact
+/// one; at the ends, where the exact density goes to zero, the difference is larger.
 ///
-/// **Source**: lines and their joint densities are those of Billen & Dutré 2016, section 4, and
-/// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
+/// **Source**: lines and their joint densities for polygons are in Billen & Dutré 2016, section 4,
+/// and Salesin & Jarosz 2019, eqs. 12–19.
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -57,14 +59,14 @@ pub struct DiskChords {
     disk: Disk,
     /// The shading point, and the measure along chords.
     along: Along,
-    /// Along the chords, and across.
+    /// The unit vectors along the chords, and across them.
     axes: [DVec3; 2],
-    /// The height of the shading point over the plane.
+    /// The height of the shading point above the plane.
     z: f64,
-    /// Horizons that cut the disk: a, b, c of what is above, `a v + b u + c ≥ 0`.
+    /// The horizons that cut the disk: a, b, c such that `a v + b u + c ≥ 0` above the horizon.
     cuts: [[f64; 3]; 2],
     cut_count: usize,
-    /// The middle of the offsets and half their range.
+    /// The middle of the range of offsets, and half its length.
     middle: f64,
     half: f64,
     /// μ cos φ at the ends of the pieces.
@@ -73,9 +75,9 @@ pub struct DiskChords {
 }
 
 impl DiskChords {
-    /// Chords at `angle_rad` from a fixed direction of the disk's plane, counter-clockwise about
-    /// its normal, for the shading point `x` with the unit normals of its horizons, of which those
-    /// after the second count for nothing.
+    /// Sets the technique up for chords at `angle_rad` from a fixed direction of the disk's plane,
+    /// counter-clockwise about its normal, for the shading point `x` and the unit normals of its
+    /// horizons. Normals after the second are ignored.
     #[must_use]
     pub fn new(disk: &Disk, angle_rad: f64, x: DVec3, horizons: &[DVec3]) -> Self {
         let frame = Frame::from_normal(disk.normal);
@@ -99,6 +101,7 @@ impl DiskChords {
             density: [0.0; PIECES + 1],
             pieces: Pieces::new(core::iter::empty()),
         };
+        // Collect the horizons that cut the disk.
         let r = disk.radius;
         for n in horizons.iter().take(2) {
             let [a, b] = axes.map(|axis| n.dot(axis));
@@ -117,6 +120,7 @@ impl DiskChords {
             return out;
         }
         (out.middle, out.half) = (0.5 * (low + high), 0.5 * (high - low));
+        // Tabulate μ cos φ at the ends of the pieces.
         for k in 1..PIECES {
             let steps = k.abs_diff(PIECES / 2);
             let sine = SINES[steps];
@@ -133,8 +137,9 @@ impl DiskChords {
         &self.cuts[..self.cut_count]
     }
 
-    /// The least and the largest offset of the part of the disk above the horizons: of the disk
-    /// itself, where a horizon cuts its rim, or where horizons cut each other.
+    /// Returns the smallest and the largest offset of the part of the disk above the horizons. An
+    /// extreme offset is reached at the disk's own extremes, where a horizon cuts its rim, or where
+    /// the horizons meet.
     fn range_of_offsets(&self) -> (f64, f64) {
         let r = self.disk.radius;
         if self.cut_count == 0 {
@@ -149,8 +154,10 @@ impl DiskChords {
                 range = (range.0.min(u), range.1.max(u));
             }
         };
+        // Try the extremes of the disk.
         reach(0.0, -r, usize::MAX, usize::MAX);
         reach(0.0, r, usize::MAX, usize::MAX);
+        // Try the points where each horizon cuts the rim.
         for (k, [a, b, c]) in self.cuts().iter().enumerate() {
             let slope = hypot(*a, *b);
             let (a, b, c) = (a / slope, b / slope, c / slope);
@@ -158,6 +165,7 @@ impl DiskChords {
             reach(-c * a - side * b, -c * b + side * a, k, k);
             reach(-c * a + side * b, -c * b - side * a, k, k);
         }
+        // Try the point where the horizons meet.
         if let [[a, b, c], [d, e, f]] = self.cuts() {
             let determinant = a * e - b * d;
             let (v, u) = ((b * f - c * e) / determinant, (c * d - a * f) / determinant);
@@ -168,7 +176,7 @@ impl DiskChords {
         (range.0.max(-r), range.1.min(r))
     }
 
-    /// The ends of the chord at an offset; `None` where nothing of it is above the
+    /// Returns the ends of the chord at an offset; `None` where no part of it is above the
     /// horizons.
     fn extent(&self, offset: f64) -> Option<[f64; 2]> {
         let r = self.disk.radius;
@@ -187,12 +195,14 @@ impl DiskChords {
         (ends[1] > ends[0]).then_some(ends)
     }
 
+    /// Returns the part of the chord at an offset between two ends.
     fn segment(&self, offset: f64, [from, to]: [f64; 2]) -> Segment {
         let [along, across] = self.axes;
         let middle = self.disk.center + across * offset;
         Segment::new(middle + along * from, middle + along * to)
     }
 
+    /// Returns μ at an offset.
     fn chord_measure(&self, offset: f64) -> f64 {
         let Some(ends) = self.extent(offset) else {
             return 0.0;
@@ -202,7 +212,8 @@ impl DiskChords {
         self.along.thin(&line).map_or(0.0, share)
     }
 
-    /// Offset and place of a point, kept in the range against rounding; `None` beside the disk.
+    /// Returns the offset of a point, clamped to the range within rounding, and its position along
+    /// the chord; `None` outside the disk.
     fn locate(&self, point: DVec3) -> Option<[f64; 2]> {
         let out = point - self.disk.center;
         let [v, u] = self.axes.map(|axis| axis.dot(out));
@@ -212,7 +223,7 @@ impl DiskChords {
         inside.then_some([kept, v])
     }
 
-    /// An offset from one random number in [0, 1).
+    /// Draws an offset from one random number in [0, 1).
     fn sample_offset(&self, u: f64) -> f64 {
         let (piece, place) = self.pieces.pick(u);
         let place = sample_linear(place, self.density[piece], self.density[piece + 1]);
@@ -221,7 +232,7 @@ impl DiskChords {
         self.middle + self.half * sin(angle)
     }
 
-    /// The density in 1/m of an offset from the centre; 0 beyond the range.
+    /// Returns the density in 1/m of an offset; 0 outside the range.
     fn offset_pdf(&self, offset: f64) -> f64 {
         let sine = (offset - self.middle) / self.half;
         if !(self.pieces.is_usable() && sine.abs() <= 1.0) {
@@ -237,7 +248,7 @@ impl DiskChords {
         density / (self.pieces.total() * STEP * self.half * cosine)
     }
 
-    /// The random number in [0, 1) that gives an offset.
+    /// Returns the random number in [0, 1) that gives an offset.
     fn invert_offset(&self, offset: f64) -> f64 {
         let sine = (offset - self.middle) / self.half;
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
@@ -251,7 +262,7 @@ impl DiskChords {
         self.pieces.unpick(piece, below)
     }
 
-    /// The chord through a point, its offset and the point's parameter.
+    /// Returns the offset of the chord through a point, the chord, and the point's parameter on it.
     fn chord_at(&self, point: DVec3) -> Option<(f64, Segment, f64)> {
         let [offset, v] = self.locate(point)?;
         let ends = self.extent(offset)?;
@@ -261,7 +272,7 @@ impl DiskChords {
         inside.then(|| (offset, self.segment(offset, ends), fraction(t)))
     }
 
-    /// The density at a point of the chord at an offset.
+    /// Returns the density at a point of the chord at an offset.
     fn density(&self, point: DVec3, line: &Segment, offset: f64) -> Pdf<SolidAngle> {
         let to = point - self.along.x;
         let cosine = self.along.normal.dot(to) / to.length();
@@ -272,8 +283,8 @@ impl DiskChords {
     }
 }
 
-/// The piece, counted from the nearer end, that the angle of a sine and cosine falls into, and the
-/// place in it.
+/// Returns the piece that contains the angle of a sine and cosine, counted from the nearer end, and
+/// the position in the piece.
 fn place_of(sine: f64, cosine: f64) -> (usize, f64) {
     let steps = atan2(cosine, sine.abs()) / STEP;
     #[allow(
@@ -287,7 +298,7 @@ fn place_of(sine: f64, cosine: f64) -> (usize, f64) {
     (piece, place)
 }
 
-/// The first random number chooses the chord, the second the point.
+/// The first random number chooses the chord, and the second the point on it.
 impl PointTechnique for DiskChords {
     type Measure = SolidAngle;
 

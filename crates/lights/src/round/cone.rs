@@ -1,4 +1,4 @@
-//! Directions towards disks that follow linearly transformed cosines.
+//! This module samples directions towards a disk by a linearly transformed cosine (LTC).
 
 use crate::{Disk, Pdf, SolidAngle};
 use core::f64::consts::{PI, TAU};
@@ -6,26 +6,28 @@ use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DMat3, DVec3, EllipticCone, Frame};
 
-/// The least tangent of a half angle in an image, and the least ratio of its two.
+/// The smallest tangent of a half angle of the disk's image, and the smallest ratio of its two
+/// tangents.
 const LEAST: f64 = 1e-6;
 
-/// Samples the directions in which a disk is seen, by a linearly transformed cosine.
+/// Samples the directions in which a disk is seen, by a linearly transformed cosine (LTC).
 ///
-/// **Formula**: under M⁻¹ the directions are a cone over an ellipse, with a and b the tangents of
-/// its half angles. A further linear map makes it a circular one about z, of tangent √(ab), in
-/// which directions are drawn by the projected solid angle. With ω a direction, c = N⁻¹ω and N both
-/// maps in one, the density is
+/// **Formula**: M⁻¹ maps the directions to a cone over an ellipse; a and b are the tangents of its
+/// half angles. A further linear map makes the cone circular about z, with the tangent √(ab), and
+/// directions in it are drawn by projected solid angle. With ω a direction, N both maps combined
+/// and c = N⁻¹ω, the density is
 ///
 /// ```text
 /// c.z |det N⁻¹|/(|c|⁴ π sin² θ),    tan² θ = ab
 /// ```
 ///
-/// Where the disk covers the whole lobe that is the transformed cosine itself, and where it is
-/// small, uniform in the solid angle.
+/// Where the disk covers the whole lobe this is the LTC itself, and where the disk is small it is
+/// uniform in the solid angle.
 ///
-/// **Domain**: M takes cosine space (z the axis of the cosine) to the world; what of the image is
-/// below the horizon is drawn as well. No sampler of a disk that is seen from its plane, or smaller
-/// than 1e-6 of its distance in the image, where directions would have too few digits.
+/// **Domain**: M maps cosine space, in which z is the axis of the cosine, to the world. Parts of
+/// the image below the horizon are drawn as well. There is no sampler for a disk that is seen from
+/// its plane, or smaller than 1e-6 of its distance in the image, where directions would have too
+/// few digits.
 ///
 /// ```
 /// use linelit_lights::geometry::{DMat3, DVec3};
@@ -40,7 +42,7 @@ const LEAST: f64 = 1e-6;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct TransformedCone {
-    /// N.
+    /// The map N.
     map: DMat3,
     inverse: DMat3,
     /// sin² θ.
@@ -51,24 +53,27 @@ pub struct TransformedCone {
 }
 
 impl TransformedCone {
-    /// The per-light part for the shading point `x` and a map.
+    /// Sets the technique up for one light, the shading point `x` and a map from cosine space to
+    /// the world; `None` outside the domain.
     #[must_use]
     pub fn new(disk: &Disk, x: DVec3, map: DMat3) -> Option<Self> {
         let to_cosine = map.inverse();
         let determinant = map.determinant().abs();
         let frame = Frame::from_normal(disk.normal);
+        // Find the elliptic cone of the image.
         let [u, v] = [frame.x, frame.y].map(|axis| to_cosine * (axis * disk.radius));
         let cone = EllipticCone::over(to_cosine * (disk.center - x), u, v)?;
         let ([a, b], [first, second, axis]) = (cone.tan, cone.axes);
         if !(b > LEAST && b > LEAST * a) {
             return None;
         }
+        // Add the map that makes the cone circular; its determinant is one.
         let tan = (a * b).sqrt();
         let [wider, narrower] = [a / tan, b / tan];
         let columns = DMat3::from_cols(first * wider, second * narrower, axis);
         let rows = DMat3::from_cols(first / wider, second / narrower, axis).transpose();
         let square = a * b / (1.0 + a * b);
-        // The second map's determinant is one.
+        // The determinant of N is the determinant of M.
         let scale = 1.0 / (determinant * PI * square);
         let inverse = rows * to_cosine;
         let usable = scale > 0.0 && scale.is_finite() && inverse.is_finite();
@@ -82,21 +87,21 @@ impl TransformedCone {
         })
     }
 
-    /// The share that the disk takes of the transformed cosine, from 0 to 1, if its image is all
-    /// above the horizon; about that where it is cut.
+    /// Returns the integral of the LTC over the disk, from 0 to 1, if the disk's image is
+    /// completely above the horizon; an approximation where the horizon cuts it.
     #[must_use]
     pub const fn about_integral(&self) -> f64 {
         self.integral
     }
 
-    /// The share of a cosine lobe that a cone like the image takes, sin² θ: near one where the disk
-    /// reaches far into the lobe's tails.
+    /// Returns the integral sin² θ of the cosine over a circular cone of the image's size. It is
+    /// close to one where the disk extends into the tails of the lobe.
     #[must_use]
     pub const fn coverage(&self) -> f64 {
         self.square
     }
 
-    /// A unit direction, and its density.
+    /// Returns a unit direction for two random numbers, and its density.
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> (DVec3, Pdf<SolidAngle>) {
         let (s, c) = sin_cos(TAU * u[0]);
@@ -109,7 +114,7 @@ impl TransformedCone {
         (to_light / length, Pdf::new(self.scale * z * cube))
     }
 
-    /// The density of a unit direction in which the disk is seen.
+    /// Returns the density of a unit direction in which the disk is seen.
     #[must_use]
     pub fn pdf(&self, direction: DVec3) -> Pdf<SolidAngle> {
         let c = self.inverse * direction;
@@ -117,7 +122,7 @@ impl TransformedCone {
         Pdf::new(self.scale * c.z / (square * square))
     }
 
-    /// The random numbers that give a direction in which the disk is seen.
+    /// Returns the random numbers that give a direction in which the disk is seen.
     #[must_use]
     pub fn invert(&self, direction: DVec3) -> [f64; 2] {
         let c = self.inverse * direction;

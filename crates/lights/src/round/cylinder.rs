@@ -1,4 +1,5 @@
-//! The side of a cylinder as a shading point sees it, and points on it by area.
+//! This module describes the side of a cylinder as a shading point sees it, and samples points on
+//! it by area.
 
 use crate::{Area, Cylinder, Pdf, PointSample, PointTechnique};
 use core::f64::consts::PI;
@@ -6,19 +7,28 @@ use linelit_elementary::{atan, atan2, hypot, sin, sin_cos, tan};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
 
-/// The view that a shading point outside an endless cylinder has of a finite one: a strip of its
+/// The view of a finite cylinder from a shading point outside the infinite cylinder: a strip of its
 /// side.
 ///
-/// **Formula**: with ρ the distance of the shading point from the axis, k = R/ρ and φ the azimuth
-/// about the axis from the shading point's, the lines along the axis with cos φ > k face the point.
-/// The convex side never hides itself, so that all of them are in view. On each the normal is
-/// constant; in the plane across the axis its line lies at the distance D from the point, at the
-/// angle α off the axis's and under the angle ψ of incidence, `sin α = k sin ψ`, `φ = ψ − α`; a
-/// strip dα of it has the solid angle `D² dα dz/d³`, d the distance of its point.
+/// ```text
+///            across            x: the shading point, at the distance ρ from the axis
+///        ___   │               φ: the azimuth of a line about the axis, from x
+///      ╱     ╲ ╱ line, at φ    α: the angle between the axis and the line, as seen from x
+///     │   ·───┼────────── x    ψ: the angle of incidence at the line, φ = ψ − α
+///      ╲ ___ ╱   ρ             the outline: the plane through both rims, cos φ = k
+/// ```
 ///
-/// The two lines at the rim span a plane, the *outline*, parallel to the axis at R k from it. All
-/// lines lie before that plane and are seen as segments in it parallel to the axis, of which a
-/// fraction t is where the fraction t of the line is.
+/// **Formula**: with ρ the distance of the shading point from the axis, k = R/ρ and φ the azimuth
+/// about the axis, measured from the shading point, the lines along the axis with cos φ > k face
+/// the point. The convex side never hides itself, so that all of these lines are visible. The
+/// normal is constant on each line. In the plane perpendicular to the axis, the line is at the
+/// distance D from the point, under the angle α from the axis and the angle of incidence ψ, with
+/// `sin α = k sin ψ` and `φ = ψ − α`. A strip dα has the solid angle `D² dα dz/d³`, where d is the
+/// distance of its point.
+///
+/// The two lines at the rim span a plane, the *outline*, parallel to the axis at the distance R k
+/// from it. All lines lie in front of that plane. A line appears there as a segment parallel to the
+/// axis, and the fraction t of the line appears at the fraction t of the segment.
 ///
 /// ```
 /// use linelit_lights::geometry::{DVec3, Segment};
@@ -32,36 +42,37 @@ use linelit_geometry::{DVec3, Frame, Segment, predicates};
 pub struct CylinderView {
     pub(crate) cylinder: Cylinder,
     pub(crate) x: DVec3,
-    /// The directions from the axis to the shading point, across both, and along the axis.
+    /// The unit vectors from the axis to the shading point, across both, and along the axis.
     pub(crate) axes: [DVec3; 3],
-    /// The ends along the axis, relative to the shading point.
+    /// The positions of the ends along the axis, relative to the shading point.
     ends: [f64; 2],
     pub(crate) rho: f64,
-    /// R/ρ, and what is missing to one.
+    /// R/ρ; the next field is 1 − R/ρ.
     pub(crate) k: f64,
     rest: f64,
 }
 
-/// A line along the side, in the plane across the axis.
+/// A line along the side, in the plane perpendicular to the axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slice {
-    /// Sine and cosine of the azimuth φ.
+    /// The sine and the cosine of the azimuth φ.
     pub sin: f64,
     pub cos: f64,
-    /// D: of the line from the shading point.
+    /// D: the distance of the line from the shading point.
     pub distance: f64,
-    /// D cos ψ: of the shading point over the plane that touches the cylinder there.
+    /// D cos ψ: the height of the shading point above the plane that touches the cylinder in the
+    /// line.
     pub height: f64,
 }
 
 impl CylinderView {
-    /// `None` from inside the endless cylinder, from where only the dark inner side is seen, and
-    /// of a cylinder without length or radius, or where numbers overflow.
+    /// Makes the view; `None` from inside the infinite cylinder, where only the dark inner side is
+    /// seen, for a cylinder without length or radius, and where numbers overflow.
     #[must_use]
     pub fn new(cylinder: &Cylinder, x: DVec3) -> Option<Self> {
         let Cylinder { axis, radius } = *cylinder;
         let along = predicates::normalize(axis.vector())?;
-        // From the nearer end, whose rounding turns the frame least.
+        // Measure from the nearer end, whose rounding rotates the frame least.
         let [from0, from1] = [x - axis.p0, x - axis.p1];
         let near = if from0.dot(along) + from1.dot(along) < 0.0 {
             from0
@@ -85,19 +96,19 @@ impl CylinderView {
         })
     }
 
-    /// The cylinder.
+    /// Returns the cylinder.
     #[must_use]
     pub const fn cylinder(&self) -> &Cylinder {
         &self.cylinder
     }
 
-    /// The shading point.
+    /// Returns the shading point.
     #[must_use]
     pub const fn position(&self) -> DVec3 {
         self.x
     }
 
-    /// Unit outward normal at a point of the side; zero on the axis.
+    /// Returns the unit outward normal at a point of the side; zero on the axis.
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
         let ([out, across, _], from) = (self.axes, point - self.cylinder.axis.p0);
@@ -105,7 +116,7 @@ impl CylinderView {
         predicates::normalize(out * c + across * s).unwrap_or(DVec3::ZERO)
     }
 
-    /// The place where a ray from the shading point enters the cylinder through its side.
+    /// Returns the point where a ray from the shading point enters the cylinder through its side.
     #[must_use]
     pub fn meets(&self, direction: DVec3) -> Option<DVec3> {
         let [out, across, along] = self.axes.map(|a| a.dot(direction));
@@ -121,8 +132,8 @@ impl CylinderView {
         meets.then(|| self.x + direction * distance)
     }
 
-    /// The least and the largest height of the cylinder over the plane through the shading point
-    /// with the unit normal `n`.
+    /// Returns the smallest and the largest height of the cylinder above the plane through the
+    /// shading point with the unit normal `n`.
     #[must_use]
     pub fn heights(&self, n: DVec3) -> [f64; 2] {
         let ends = self.cylinder.axis.relative_to(self.x);
@@ -131,7 +142,8 @@ impl CylinderView {
         [h0.min(h1) - rise, h0.max(h1) + rise]
     }
 
-    /// The segment across the axis at the place of a point, as wide as what is seen there.
+    /// Returns the segment across the axis through a point, as wide as the visible part of the
+    /// cylinder there.
     #[must_use]
     pub fn across(&self, point: DVec3) -> Segment {
         let [out, across, _] = self.axes;
@@ -141,41 +153,41 @@ impl CylinderView {
         Segment::new(middle - half, middle + half)
     }
 
-    /// The normal of the outline, towards the shading point.
+    /// Returns the normal of the outline, towards the shading point.
     #[must_use]
     pub const fn towards(&self) -> DVec3 {
         self.axes[0]
     }
 
-    /// The azimuth φ of the rim in radians, less than a quarter turn.
+    /// Returns the azimuth φ of the rim in radians, less than a quarter turn.
     #[must_use]
     pub fn half_turn(&self) -> f64 {
         atan2(self.rim(), self.k)
     }
 
-    /// The azimuth φ of a point of the side, in radians, in [−π, π].
+    /// Returns the azimuth φ of a point of the side in radians, in [−π, π].
     #[must_use]
     pub fn azimuth(&self, point: DVec3) -> f64 {
         let out = point - self.cylinder.axis.p0;
         atan2(self.axes[1].dot(out), self.axes[0].dot(out))
     }
 
-    /// √(1 − k²): the sine of φ at the rim, and the cosine of α.
+    /// Returns √(1 − k²): the sine of φ, and the cosine of α, at the rim.
     pub(crate) fn rim(&self) -> f64 {
         (self.rest * (1.0 + self.k)).sqrt()
     }
 
-    /// α at the rim.
+    /// Returns α at the rim.
     pub(crate) fn half_angle(&self) -> f64 {
         atan2(self.k, self.rim())
     }
 
-    /// The line at an angle α, with cos ψ.
+    /// Returns the line at an angle α, and cos ψ.
     pub(crate) fn at_angle(&self, alpha: f64) -> (Slice, f64) {
         self.at_incidence((sin(alpha) / self.k).clamp(-1.0, 1.0))
     }
 
-    /// The line of an angle of incidence, by its sine, with its cosine.
+    /// Returns the line at an angle of incidence given by its sine, and the cosine of this angle.
     pub(crate) fn at_incidence(&self, sine: f64) -> (Slice, f64) {
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
         let s = self.k * sine;
@@ -191,7 +203,7 @@ impl CylinderView {
         (slice, cosine)
     }
 
-    /// The line of an azimuth.
+    /// Returns the line at an azimuth.
     pub(crate) fn at_azimuth(&self, sin: f64, cos: f64) -> Slice {
         Slice {
             sin,
@@ -201,33 +213,33 @@ impl CylinderView {
         }
     }
 
-    /// D, from ρ − R and what the turn adds.
+    /// Returns D, computed from ρ − R and the contribution of the azimuth.
     fn distance(&self, sin: f64, cos: f64) -> f64 {
         let (near, r) = (self.rho * self.rest, self.cylinder.radius);
         (near * near + 2.0 * self.rho * r * one_minus(sin, cos)).sqrt()
     }
 
-    /// The solid angle of a part of a line, between two fractions of the cylinder, per dα.
+    /// Returns the solid angle per dα of a part of a line, between two fractions of the cylinder.
     pub(crate) fn solid_angle(&self, slice: &Slice, [from, to]: [f64; 2]) -> f64 {
         let (square, [low, high]) = (slice.distance * slice.distance, self.ends);
         let [a, b] = [from, to].map(|t| low + (high - low) * t);
         let [da, db] = [a, b].map(|height| (square + height * height).sqrt());
         if a * b > 0.0 {
-            // What does not cancel of b/db − a/da.
+            // This is b/db − a/da without the cancellation.
             square * (b - a) * (a + b) / (da * db * (b * da + a * db))
         } else {
             b / db - a / da
         }
     }
 
-    /// α of a line.
+    /// Returns α of a line.
     pub(crate) fn angle_of(&self, slice: &Slice) -> f64 {
         let r = self.cylinder.radius;
         let along = self.rho * self.rest + r * one_minus(slice.sin, slice.cos);
         atan2(r * slice.sin, along)
     }
 
-    /// The line of a slice, along all of the cylinder.
+    /// Returns the line of a slice over the whole length of the cylinder.
     pub(crate) fn line(&self, slice: &Slice) -> Segment {
         let [out, across, _] = self.axes;
         let offset = (out * slice.cos + across * slice.sin) * self.cylinder.radius;
@@ -235,8 +247,8 @@ impl CylinderView {
         Segment::new(p0 + offset, p1 + offset)
     }
 
-    /// Slice and fraction of the axis of a point of the strip in view; `None` beside it, by more
-    /// than 64 ε of its coordinates.
+    /// Returns the slice of a point on the visible strip, and its fraction along the axis; `None`
+    /// if the point is outside the strip by more than 64 ε of its coordinates.
     pub(crate) fn locate(&self, point: DVec3) -> Option<(Slice, f64)> {
         let Cylinder { axis, radius } = self.cylinder;
         let (out, length) = (point - axis.p0, self.ends[1] - self.ends[0]);
@@ -251,9 +263,10 @@ impl CylinderView {
         (slice.height > 0.0).then(|| (slice, fraction(z / length)))
     }
 
-    /// The corners of a rectangle in the outline's plane around all that is seen, in turn: a little
-    /// larger, where the ends bulge. What is between the shading point and this rectangle, but not
-    /// before the side, is inside the endless cylinder.
+    /// Returns the corners, in order, of a rectangle in the outline's plane around the visible
+    /// strip as it appears there. It is a little larger, since the ends bulge. An occluder between
+    /// the shading point and this rectangle that is not in front of the side is inside the infinite
+    /// cylinder.
     #[must_use]
     pub fn outline(&self) -> [DVec3; 4] {
         let ([low, high], r) = (self.reach(), self.cylinder.radius);
@@ -261,30 +274,32 @@ impl CylinderView {
         self.rectangle(r * self.k, r * self.rim(), longer)
     }
 
-    /// The least and the largest height, relative to the shading point, of what is seen on the
-    /// outline: that of a point times what takes its line there, from one for those at the rim to
-    /// 1 + k for the nearest.
+    /// Returns the smallest and the largest height, relative to the shading point, at which the
+    /// strip appears on the outline: the height of a point times the factor that moves its line to
+    /// the outline, from one for the lines at the rim to 1 + k for the nearest line.
     fn reach(&self) -> [f64; 2] {
         let [low, high] = self.ends;
         let most = 1.0 + self.k;
         [low.min(low * most), high.max(high * most)]
     }
 
-    /// The corners of a rectangle that touches the nearest line, around all that is seen: what
-    /// hides it hides the cylinder.
+    /// Returns the corners of a rectangle that touches the nearest line and covers the whole
+    /// visible strip: an occluder that hides it hides the cylinder.
     #[must_use]
     pub fn front(&self) -> [DVec3; 4] {
-        // Heights times one for the nearest line to 1/(1 + k) for those at the rim.
+        // The factors of heights are one for the nearest line, and 1/(1 + k) for the lines at the
+        // rim.
         let ([low, high], least) = (self.ends, (1.0 + self.k).recip());
         let longer = [low.min(low * least) - low, high.max(high * least) - high];
         let r = self.cylinder.radius;
         self.rectangle(r, r * self.rim() * least, longer)
     }
 
-    /// A rectangle so far before the axis and half as wide, its ends longer than the cylinder's.
+    /// Returns a rectangle at the distance `ahead` in front of the axis, of the half width `half`,
+    /// whose ends extend beyond the cylinder's by `longer`.
     fn rectangle(&self, ahead: f64, half: f64, longer: [f64; 2]) -> [DVec3; 4] {
         let [out, across, along] = self.axes;
-        // A little more than around: the rim is rounded.
+        // Make it slightly larger, since the rim is rounded.
         let wide = across * (half * (1.0 + 1e-9));
         let more = 1e-9 * (self.ends[1] - self.ends[0]);
         let Segment { p0, p1 } = self.cylinder.axis;
@@ -293,7 +308,8 @@ impl CylinderView {
         [low - wide, low + wide, high + wide, high - wide]
     }
 
-    /// A line along the axis before the outline as it is seen there.
+    /// Returns a line parallel to the axis and in front of the outline, projected onto the outline
+    /// from the shading point.
     #[must_use]
     pub fn onto_outline(&self, line: &Segment) -> Segment {
         let plane = self.rho * self.rest * (1.0 + self.k);
@@ -302,11 +318,11 @@ impl CylinderView {
         Segment::new(seen(line.p0), seen(line.p1))
     }
 
-    /// Whether a triangle keeps away from between the side and the outline: then what is hidden of
-    /// the outline is hidden of the side.
+    /// Whether a triangle stays out of the space between the side and the outline: then it hides
+    /// the same of the outline as of the side.
     ///
-    /// Asked of more than that, of all that is inside the endless cylinder beyond the outline's
-    /// distance and between the heights that are seen on it.
+    /// The space that is tested is larger: everything inside the infinite cylinder that is beyond
+    /// the outline's plane and between the heights that are seen on it.
     #[must_use]
     pub fn is_clear_of(&self, corners: [DVec3; 3]) -> bool {
         let [out, across, along] = self.axes;
@@ -318,6 +334,7 @@ impl CylinderView {
         };
         let [low, high] = self.reach();
         let (r, inner) = (self.cylinder.radius, self.cylinder.radius * self.k);
+        // Clip the triangle to that space, and measure its distance from the axis.
         let mut polygon = Clipped::new(corners.map(local));
         polygon.clip(|[c, _, _]| c - inner);
         polygon.clip(|[_, _, z]| z - low);
@@ -325,13 +342,15 @@ impl CylinderView {
         polygon.distance_of_axis() >= r
     }
 
-    /// `∫ ω dΩ` over what is seen, in sr: the irradiance that the cylinder, of radiance one, gives
-    /// a surface of the unit normal n is n times this, if all of the strip is above its horizon.
+    /// Returns `∫ ω dΩ` over the visible strip, in sr. A surface with the unit normal n receives
+    /// from the cylinder, with radiance one, n times this vector as irradiance, if the whole strip
+    /// is above its horizon.
     ///
-    /// **Formula**: half of `∮ p × dp/p²` around the strip: two angles for the lines at the rim;
-    /// around the ends, with ζ the end's height and A + B cos φ = ζ² + ρ² + R² − 2ρR cos φ, the
-    /// integrals of 1 and of cos φ over that, an arc tangent and a series where |B| < A/8.
-    /// **Error**: some ε times 1 + d/l, with d the distance and l the cylinder's length.
+    /// **Formula**: half of `∮ p × dp/p²` around the strip. The lines at the rim contribute two
+    /// angles. The ends, with ζ the end's height and A + B cos φ = ζ² + ρ² + R² − 2ρR cos φ,
+    /// contribute the integrals of 1 and of cos φ over this, which are an arc tangent and, where
+    /// |B| < A/8, a series. **Error**: some ε times 1 + d/l, with d the distance and l the
+    /// cylinder's length.
     #[must_use]
     pub fn vector_irradiance(&self) -> DVec3 {
         let (r, rho) = (self.cylinder.radius, self.rho);
@@ -350,8 +369,8 @@ impl CylinderView {
         if sum.is_finite() { sum } else { DVec3::ZERO }
     }
 
-    /// The integrals of 1 and of cos φ over the squared distance of an end's circle, over the part
-    /// in view.
+    /// Returns the integrals of 1 and of cos φ over the squared distance of an end's circle, along
+    /// its visible part.
     fn around_end(&self, height: f64, half: f64) -> [f64; 2] {
         let (r, rho) = (self.cylinder.radius, self.rho);
         let near = hypot(height, rho * self.rest);
@@ -368,7 +387,7 @@ impl CylinderView {
     }
 }
 
-/// 1 − cos φ, relatively accurate.
+/// Returns 1 − cos φ, accurate relative to its size.
 fn one_minus(sin: f64, cos: f64) -> f64 {
     if cos > 0.0 {
         sin * sin / (1.0 + cos)
@@ -377,10 +396,10 @@ fn one_minus(sin: f64, cos: f64) -> f64 {
     }
 }
 
-/// ∫ cos φ/(1 − q cos φ) dφ between −h and h, for q ≤ 1/8: Σ qⁿ ∫ cosⁿ⁺¹ φ dφ.
+/// Returns ∫ cos φ/(1 − q cos φ) dφ between −h and h, for q ≤ 1/8, as Σ qⁿ ∫ cosⁿ⁺¹ φ dφ.
 fn powers_of_cosine(h: f64, q: f64) -> f64 {
     let (s, c) = sin_cos(h);
-    // The integrals of the two powers before, and cosⁿ⁻¹ h.
+    // Keep the integrals of the two previous powers, and cosⁿ⁻¹ h.
     let (mut before, mut last, mut power) = (2.0 * h, 2.0 * s, 1.0);
     let (mut sum, mut factor) = (last, 1.0);
     for n in 2..20_i32 {
@@ -394,7 +413,7 @@ fn powers_of_cosine(h: f64, q: f64) -> f64 {
     sum
 }
 
-/// A triangle after some clips, in coordinates out, across and along.
+/// A triangle after some clips, in the coordinates out, across and along.
 struct Clipped {
     corners: [[f64; 3]; 6],
     count: usize,
@@ -409,7 +428,7 @@ impl Clipped {
         }
     }
 
-    /// Keeps what is on the positive side: each clip adds a corner at most.
+    /// Clips to the half space where `side` is positive; each clip adds at most one corner.
     fn clip(&mut self, side: impl Fn([f64; 3]) -> f64) {
         let (old, count) = (self.corners, self.count);
         self.count = 0;
@@ -432,7 +451,8 @@ impl Clipped {
         }
     }
 
-    /// The distance of the axis from the polygon, in the plane across; infinite of none.
+    /// Returns the distance of the axis from the polygon, in the plane perpendicular to the axis;
+    /// infinite for an empty polygon.
     fn distance_of_axis(&self) -> f64 {
         let corners = &self.corners[..self.count];
         let mut least = f64::INFINITY;
@@ -456,16 +476,17 @@ impl Clipped {
     }
 }
 
-/// The point between two at a fraction.
+/// Returns the point at a fraction of the way from `p` to `q`.
 fn between(p: [f64; 3], q: [f64; 3], t: f64) -> [f64; 3] {
     core::array::from_fn(|k| p[k] + (q[k] - p[k]) * t)
 }
 
-/// Samples the side of a cylinder uniformly by area: all of it, or the strip in view.
+/// Samples the side of a cylinder uniformly by area: the whole side, or the visible strip.
 ///
-/// Density 1/(2πR l), or 1/(2φR l) with φ the azimuth of the rim ([`CylinderView::half_turn`]).
-/// From inside the endless cylinder [`CylinderArea::visible`] is the whole side. `invert` gives
-/// `None` beside what is sampled by more than 64 ε of its coordinates.
+/// The density is 1/(2πR l), or 1/(2φR l) with φ the azimuth of the rim
+/// ([`CylinderView::half_turn`]). From inside the infinite cylinder [`CylinderArea::visible`] is
+/// the whole side. `invert` returns `None` for points that are outside the sampled part by more
+/// than 64 ε of their coordinates.
 ///
 /// ```
 /// use linelit_lights::geometry::{DVec3, Segment};
@@ -478,22 +499,22 @@ fn between(p: [f64; 3], q: [f64; 3], t: f64) -> [f64; 3] {
 #[derive(Clone, Copy, Debug)]
 pub struct CylinderArea {
     cylinder: Cylinder,
-    /// Across the axis; azimuths are from the first.
+    /// Two unit vectors across the axis; azimuths are measured from the first.
     axes: [DVec3; 2],
-    /// The largest azimuth.
+    /// The largest azimuth that is sampled.
     half: f64,
     density: Pdf<Area>,
 }
 
 impl CylinderArea {
-    /// The whole side.
+    /// Samples the whole side.
     #[must_use]
     pub fn whole(cylinder: &Cylinder) -> Self {
         let frame = Frame::from_normal(cylinder.axis.direction());
         Self::new(cylinder, [frame.x, frame.y], PI)
     }
 
-    /// The strip that `x` sees.
+    /// Samples the strip that `x` sees.
     #[must_use]
     pub fn visible(cylinder: &Cylinder, x: DVec3) -> Self {
         match CylinderView::new(cylinder, x) {
@@ -514,6 +535,7 @@ impl CylinderArea {
         }
     }
 
+    /// Returns the random numbers of a point; `None` outside the sampled part.
     fn locate(&self, point: DVec3) -> Option<[f64; 2]> {
         let Cylinder { axis, radius } = self.cylinder;
         let (out, length) = (point - axis.p0, axis.length());
@@ -542,7 +564,7 @@ impl PointTechnique for CylinderArea {
     }
 
     fn pdf(&self, point: DVec3) -> Pdf<Area> {
-        // The whole side is everywhere: what is asked is on it.
+        // All azimuths belong to the whole side, on which the point is assumed to lie.
         match self.half < PI && self.locate(point).is_none() {
             true => Pdf::ZERO,
             false => self.density,

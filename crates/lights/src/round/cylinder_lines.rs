@@ -1,4 +1,4 @@
-//! Lines along the side of a cylinder, and points on what is visible of them.
+//! This module samples lines along the side of a cylinder, and points on their visible parts.
 
 use super::along::Along;
 use super::cylinder::Slice;
@@ -11,35 +11,37 @@ use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
 
-/// Pieces on which the density of a line's angle is linear.
+/// The number of pieces on which the density of a line's angle is linear.
 const PIECES: usize = 12;
-/// The ends of the pieces, as angles of incidence from the middle of the range in halves of it:
-/// closer towards the rim, where distances go by the root of the distance to it.
+/// The ends of the pieces as angles of incidence, from the middle of the range and in units of half
+/// of it. They are closer together towards the rim, where the distance of a line behaves as the
+/// square root of its distance from the rim.
 const ENDS: [f64; PIECES + 1] = [
     -1.0, -0.974, -0.887, -0.735, -0.526, -0.274, 0.0, 0.274, 0.526, 0.735, 0.887, 0.974, 1.0,
 ];
 
-/// The least density of a piece, as a share of the mean, where a horizon cuts: the part above may
-/// be less than a piece.
+/// The smallest density on a piece, as a fraction of the mean, where a horizon cuts the strip: the
+/// part above the horizon may be smaller than a piece.
 const LEAST: f64 = 0.05;
 
-/// Lines along the axis of the strip of a cylinder that is in view and above the horizons of a
-/// shading point, and points on their visible parts.
+/// Lines along the axis on the strip of a cylinder that faces a shading point and is above its
+/// horizons, and points on the visible parts of these lines.
 ///
-/// **Formula**: a line is drawn by the angle α under which the shading point sees it beside the
-/// axis ([`CylinderView`]): uniform, or by the linear interpolation between thirteen places of the
-/// line's length, or of the solid angle or projected solid angle of the strip per dα. Points are
-/// uniform in that measure on what is visible. The density is that of what is drawn.
+/// **Formula**: a line is drawn by the angle α between it and the axis, as seen from the shading
+/// point ([`CylinderView`]). The angle is uniform, or its density is interpolated linearly between
+/// thirteen values of the line's length, or of the solid angle or projected solid angle of the
+/// strip per dα. Points are uniform in the same measure on the visible parts. The density that is
+/// returned is the interpolated one.
 ///
 /// **Units**: offsets are Rφ, lengths around the cylinder from the line nearest to the shading
-/// point; their densities are in 1/m, of points in 1/sr, the joint one of line and point.
-/// **Domain**: any shading point outside the endless cylinder; elsewhere, and where nothing is
-/// above the horizons, all densities are zero. **Accuracy**: where nothing is cut, the largest
-/// density of points by solid angle is within 1 % of the least, within 20 % from steeply beyond an
-/// end.
+/// point. Densities of offsets are in 1/m; densities of points, joint densities of line and point,
+/// are in 1/sr. **Domain**: any shading point outside the infinite cylinder. Elsewhere, and where
+/// no part is above the horizons, all densities are zero. **Accuracy**: where no horizon cuts the
+/// strip, the largest density of points by solid angle is within 1 % of the smallest, and within 20
+/// % from steeply beyond an end.
 ///
-/// **Source**: lines and their joint densities are those of Billen & Dutré 2016, section 4, and
-/// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
+/// **Source**: lines and their joint densities for polygons are in Billen & Dutré 2016, section 4,
+/// and Salesin & Jarosz 2019, eqs. 12–19.
 ///
 /// ```
 /// use linelit_lights::geometry::{DVec3, Segment, intervals::Interval};
@@ -57,24 +59,24 @@ const LEAST: f64 = 0.05;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct CylinderLines {
-    /// `None` where there is nothing to draw.
+    /// The view; `None` where no line can be drawn.
     view: Option<CylinderView>,
     along: Along,
-    /// Horizons that cut the strip: heights over them of both ends of the axis, and what a turn to
-    /// the shading point and one across add.
+    /// The horizons that cut the strip: the heights of both ends of the axis above a horizon, and
+    /// what is added in the directions towards the shading point and across.
     cuts: [[f64; 4]; 2],
     cut_count: usize,
-    /// The number of pieces: one where all lines are alike.
+    /// The number of pieces; one if the density is constant.
     count: usize,
-    /// The ends of the pieces, and the densities there.
+    /// The angles α at the ends of the pieces, and the densities there.
     angles: [f64; PIECES + 1],
     density: [f64; PIECES + 1],
     pieces: Pieces,
 }
 
 impl CylinderLines {
-    /// Lines for the shading point `x` with the unit normals of its horizons, of which those after
-    /// the second count for nothing.
+    /// Sets up the lines for the shading point `x` and the unit normals of its horizons. Normals
+    /// after the second are ignored.
     #[must_use]
     pub fn new(cylinder: &Cylinder, x: DVec3, horizons: &[DVec3], measure: ChordMeasure) -> Self {
         match CylinderView::new(cylinder, x) {
@@ -83,6 +85,7 @@ impl CylinderLines {
         }
     }
 
+    /// Sets up lines of which none can be drawn.
     fn nothing(x: DVec3, horizons: &[DVec3], measure: ChordMeasure) -> Self {
         let normal = horizons.first().copied().unwrap_or(DVec3::Z);
         Self {
@@ -97,13 +100,14 @@ impl CylinderLines {
         }
     }
 
-    /// Lines of a view.
+    /// Sets up the lines of a view.
     #[must_use]
     pub fn of(view: &CylinderView, horizons: &[DVec3], measure: ChordMeasure) -> Self {
         let mut out = Self::nothing(view.x, horizons, measure);
         let axis = view.cylinder.axis.relative_to(view.x);
         let half = view.half_turn();
         let (mut low, mut high) = (-half, half);
+        // Restrict the azimuths by each horizon that cuts the strip.
         for (k, n) in horizons.iter().enumerate().take(2) {
             let [a, b] = [0, 1].map(|k| n.dot(view.axes[k]) * view.cylinder.radius);
             let [h0, h1] = [axis.p0, axis.p1].map(|p| n.dot(p));
@@ -127,7 +131,7 @@ impl CylinderLines {
 
     /// Sets up the density of angles between two azimuths.
     fn spread(&mut self, view: &CylinderView, low: f64, high: f64) {
-        // The angle of incidence is φ + α.
+        // Convert the azimuths to α and to the angle of incidence, φ + α.
         let rim = view.half_angle();
         let ends = [low, high].map(|turn| {
             let (s, c) = sin_cos(turn);
@@ -136,6 +140,7 @@ impl CylinderLines {
         });
         let measure = self.along.measure;
         let is_whole = self.cut_count == 0;
+        // A constant density needs one piece; otherwise tabulate the measure at the ends of pieces.
         if measure == ChordMeasure::Uniform || (is_whole && measure == ChordMeasure::Length) {
             self.count = 1;
             self.density = [1.0; PIECES + 1];
@@ -168,7 +173,7 @@ impl CylinderLines {
         }
     }
 
-    /// The measure of what is above the horizons of a line, per dα.
+    /// Returns the measure of the part of a line above the horizons, per dα.
     fn line_measure(&self, view: &CylinderView, slice: &Slice) -> f64 {
         let Some([from, to]) = self.extent(slice) else {
             return 0.0;
@@ -184,7 +189,7 @@ impl CylinderLines {
         }
     }
 
-    /// The part of a line above the horizons.
+    /// Returns the part of a line above the horizons.
     fn part_above(&self, view: &CylinderView, slice: &Slice) -> Option<Segment> {
         let whole = view.line(slice);
         if self.cut_count == 0 {
@@ -194,7 +199,7 @@ impl CylinderLines {
         Some(whole.piece(from, to))
     }
 
-    /// The ends of the part of a line above the horizons, as fractions of the cylinder.
+    /// Returns the ends of the part of a line above the horizons, as fractions of the cylinder.
     fn extent(&self, slice: &Slice) -> Option<[f64; 2]> {
         let [mut from, mut to] = [0.0_f64, 1.0_f64];
         for [h0, h1, a, b] in &self.cuts[..self.cut_count] {
@@ -212,14 +217,14 @@ impl CylinderLines {
         (from < to).then_some([from, to])
     }
 
-    /// The unit direction of the lines; zero where there are none.
+    /// Returns the unit direction of the lines; zero where there are no lines.
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         self.view.map_or(DVec3::ZERO, |view| view.axes[2])
     }
 
-    /// The line through a point of the cylinder: without length where nothing of it is above the
-    /// horizons, and beside the strip in view.
+    /// Returns the line through a point of the cylinder. It has no length where no part of it is
+    /// above the horizons, and for points outside the visible strip.
     #[must_use]
     pub fn through(&self, point: DVec3) -> Segment {
         let line = self.view.and_then(|view| {
@@ -229,16 +234,16 @@ impl CylinderLines {
         line.unwrap_or_default()
     }
 
-    /// The height of the shading point over the plane that touches the cylinder in a line.
+    /// Returns the height of the shading point above the plane that touches the cylinder in a line.
     #[must_use]
     pub fn height(&self, line: &LineSample) -> f64 {
         self.view
             .map_or(0.0, |view| slice_at(&view, line.offset).height)
     }
 
-    /// A line from one random number in [0, 1), with the density of its offset. Density 0 where
-    /// nothing can be sampled: skip it. A line of which nothing is above the horizons has no
-    /// length, but its density.
+    /// Samples a line from one random number in [0, 1), and returns it with the density of its
+    /// offset. The density is 0 where no line can be sampled: skip the sample. A line of which no
+    /// part is above the horizons has no length, but keeps its density.
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
         let Some(view) = &self.view else {
@@ -256,13 +261,14 @@ impl CylinderLines {
         }
     }
 
-    /// The density of the angle, per radian, at a place in a piece.
+    /// Returns the density of the angle, per radian, at a position in a piece.
     fn angle_density(&self, piece: usize, place: f64) -> f64 {
         let [a, b] = [self.density[piece], self.density[piece + 1]];
         (a + (b - a) * place) / self.pieces.total()
     }
 
-    /// The piece of a line's angle and the place in it; `None` beyond the range.
+    /// Returns the piece that contains a line's angle, and the position in it; `None` outside the
+    /// range.
     fn piece_of(&self, view: &CylinderView, slice: &Slice) -> Option<(usize, f64)> {
         let alpha = view.angle_of(slice);
         let [first, last] = [self.angles[0], self.angles[self.count]];
@@ -276,8 +282,8 @@ impl CylinderLines {
         Some((piece, fraction((alpha - from) / (to - from))))
     }
 
-    /// The density in 1/m with which [`CylinderLines::sample`] gives the line at an offset Rφ from
-    /// the nearest; 0 beyond the range.
+    /// Returns the density in 1/m with which [`CylinderLines::sample`] gives the line at an offset
+    /// Rφ from the nearest line; 0 outside the range.
     #[must_use]
     pub fn offset_pdf(&self, offset: f64) -> Pdf<Offset> {
         let Some(view) = &self.view else {
@@ -293,8 +299,8 @@ impl CylinderLines {
         Pdf::new(density)
     }
 
-    /// The random number in [0, 1) from which [`CylinderLines::sample`] gives the line at an
-    /// offset; `None` where its density is zero.
+    /// Returns the random number in [0, 1) from which [`CylinderLines::sample`] gives the line at
+    /// an offset; `None` where its density is zero.
     #[must_use]
     pub fn invert_offset(&self, offset: f64) -> Option<f64> {
         let view = self.view.as_ref()?;
@@ -303,6 +309,7 @@ impl CylinderLines {
             .then(|| self.number_of(view, &slice_at(view, offset)))?
     }
 
+    /// Returns the random number of a line; `None` outside the range.
     fn number_of(&self, view: &CylinderView, slice: &Slice) -> Option<f64> {
         let (piece, place) = self.piece_of(view, slice)?;
         let [a, b] = [self.density[piece], self.density[piece + 1]];
@@ -310,9 +317,9 @@ impl CylinderLines {
         Some(self.pieces.unpick(piece, below))
     }
 
-    /// A point of what is visible of a line, from one random number in [0, 1), with the joint
-    /// density of line and point; `visible` holds disjoint ascending intervals of the line's
-    /// parameter. Density 0 where nothing is visible.
+    /// Samples a point of the visible part of a line from one random number in [0, 1), and returns
+    /// it with the joint density of line and point. `visible` holds disjoint ascending intervals of
+    /// the line's parameter. The density is 0 where no part is visible.
     #[must_use]
     pub fn point(
         &self,
@@ -332,9 +339,10 @@ impl CylinderLines {
         PointSample::at(point, self.joint(point, &slice, angle, total))
     }
 
-    /// The joint density with which [`CylinderLines::sample`] gives the line through a point of the
-    /// cylinder and [`CylinderLines::point`] the point; `visible` is what is visible of that line.
-    /// 0 where the point is hidden, below a horizon or beside the strip in view.
+    /// Returns the joint density with which [`CylinderLines::sample`] gives the line through a
+    /// point of the cylinder, and [`CylinderLines::point`] the point on it; `visible` holds the
+    /// visible intervals of that line. The density is 0 where the point is hidden, below a horizon
+    /// or outside the visible strip.
     #[must_use]
     pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<SolidAngle> {
         let Some((view, slice, line, t)) = self.line_at(point) else {
@@ -350,7 +358,8 @@ impl CylinderLines {
         self.joint(point, &slice, self.angle_density(piece, place), total)
     }
 
-    /// The line through a point, what is above the horizons of it, and the point's parameter there.
+    /// Returns the part above the horizons of the line through a point, and the point's parameter
+    /// there.
     fn line_at(&self, point: DVec3) -> Option<(CylinderView, Slice, Segment, f64)> {
         let view = self.view?;
         let (slice, place) = view.locate(point)?;
@@ -362,8 +371,8 @@ impl CylinderLines {
         (t >= -slack && t <= 1.0 + slack).then(|| (view, slice, line, fraction(t)))
     }
 
-    /// The joint density at a point of a line whose angle has the density `angle`: a strip dα has
-    /// dΩ = D²/d³ dα dz.
+    /// Returns the joint density at a point of a line whose angle has the density `angle`: a strip
+    /// dα has dΩ = D²/d³ dα dz.
     fn joint(&self, point: DVec3, slice: &Slice, angle: f64, visible: f64) -> Pdf<SolidAngle> {
         let to = point - self.along.x;
         let (d, near) = (to.length(), slice.distance);
@@ -376,14 +385,14 @@ impl CylinderLines {
     }
 }
 
-/// The line at an offset.
+/// Returns the line at an offset.
 fn slice_at(view: &CylinderView, offset: f64) -> Slice {
     let (s, c) = sin_cos(offset / view.cylinder.radius);
     view.at_azimuth(s, c)
 }
 
-/// The least and the largest azimuth within ±`half` at which `c + a cos φ + b sin φ` is positive;
-/// `None` if it is nowhere.
+/// Returns the smallest and the largest azimuth within ±`half` at which `c + a cos φ + b sin φ` is
+/// positive; `None` if it is positive nowhere.
 fn above(c: f64, a: f64, b: f64, half: f64) -> Option<(f64, f64)> {
     let rise = hypot(a, b);
     if c >= rise {
@@ -392,6 +401,7 @@ fn above(c: f64, a: f64, b: f64, half: f64) -> Option<(f64, f64)> {
     if c <= -rise {
         return None;
     }
+    // The expression is c + rise · cos(φ − middle): find its zeros within the range.
     let (middle, width) = (atan2(b, a), acos(-c / rise));
     let within = |turn: f64| {
         let turn = turn - TAU * (turn / TAU).round();
@@ -414,7 +424,8 @@ fn above(c: f64, a: f64, b: f64, half: f64) -> Option<(f64, f64)> {
     Some((from, to))
 }
 
-/// Points that ignore occluders: the first random number chooses the line, the second the point.
+/// Points are drawn without regard to occluders: the first random number chooses the line, and the
+/// second the point on it.
 impl PointTechnique for CylinderLines {
     type Measure = SolidAngle;
 

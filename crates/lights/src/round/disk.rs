@@ -1,4 +1,4 @@
-//! Disks, uniform by area through the concentric map.
+//! This module samples disks uniformly by area, through the concentric map.
 
 use crate::{Area, Disk, Pdf, PointSample, PointTechnique};
 use core::f64::consts::FRAC_PI_4;
@@ -8,8 +8,9 @@ use linelit_geometry::{DVec3, Frame};
 
 /// Samples a disk uniformly by area: density 1/(πR²) everywhere.
 ///
-/// Shirley & Chiu's concentric map (1997) keeps neighbours and shapes, so that stratified numbers
-/// stay stratified. `invert` gives `None` outside the disk by more than 64 ε of its coordinates.
+/// Shirley & Chiu's concentric map (1997) preserves neighbourhoods and shapes, so that stratified
+/// numbers give stratified points. `invert` returns `None` for points that are outside the disk by
+/// more than 64 ε of their coordinates.
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -26,11 +27,11 @@ pub struct DiskArea {
 }
 
 impl DiskArea {
-    /// The per-light part.
+    /// Sets the technique up for one light.
     #[must_use]
     pub fn new(disk: &Disk) -> Self {
         let frame = Frame::from_normal(disk.normal);
-        // If this is finite, so are all points.
+        // If this bound is finite, so are all points.
         let bound = disk.center.abs() + 2.0 * disk.radius.abs() + frame.x + frame.y;
         Self {
             disk: *disk,

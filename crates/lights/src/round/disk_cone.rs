@@ -1,4 +1,5 @@
-//! Disks by solid angle: the elliptic cone of directions that meet them.
+//! This module samples disks by solid angle, through the elliptic cone of directions that meet a
+//! disk.
 
 use super::disk::DiskArea;
 use crate::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
@@ -7,12 +8,12 @@ use linelit_elementary::{atan2, hypot, sin_cos};
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Frame, predicates};
 
-/// Pieces of a quarter turn on which the density of the turn is linear.
+/// The number of pieces of a quarter turn on which the density of the turn is linear.
 const PIECES: usize = 8;
 
 /// Samples a disk nearly uniformly in solid angle, with the exact density.
 ///
-/// **Formula**: what x sees of a disk is an elliptic cone about the bisector of the nearest and the
+/// **Formula**: a disk is seen from x as an elliptic cone about the bisector of the nearest and the
 /// farthest point of its rim (Guillén et al. 2017, "Area-preserving parameterizations for spherical
 /// ellipses"). With a ≥ b the tangents of its half angles, `A = √(1 + a²)`, `B = √(1 + b²)`, and s
 /// the turn for which a point of the rim lies along `(aB cos s, bA sin s)`,
@@ -21,15 +22,15 @@ const PIECES: usize = 8;
 /// dΩ = ab/(AB + p(s)) ds,    p(s) = √(B² cos² s + A² sin² s)
 /// ```
 ///
-/// whose integral is elliptic, but which varies by less than a factor of two for any disk: s is
-/// drawn by its linear interpolation between eighths of a quarter turn, and `1 − cos θ` uniformly
-/// up to the rim. The density is that of what is drawn.
+/// The integral of this is elliptic, but the integrand varies by less than a factor of two for any
+/// disk. Therefore s is drawn by its linear interpolation between eighths of a quarter turn, and `1
+/// − cos θ` uniformly up to the rim. The density that is returned is the interpolated one.
 ///
-/// **Units**: densities in 1/sr. **Domain**: any x off the disk's plane; in it the density is zero,
-/// and so it is within its rounding: where the cone is 1e14 times as wide as high, and nearer to
-/// the plane than 1e-150 radii. Both sides are sampled.
-/// **Accuracy**: the density is within 1 % of 1/Ω; it is what the sample is drawn by to a few ε
-/// times 1 + R/h, h the distance from the plane.
+/// **Units**: densities in 1/sr. **Domain**: any x outside the disk's plane. The density is zero in
+/// the plane, and within its rounding: where the cone is 1e14 times as wide as high, and nearer to
+/// the plane than 1e-150 radii. Both sides are sampled. **Accuracy**: the density is within 1 % of
+/// 1/Ω. It agrees with the distribution of the samples to a few ε times 1 + R/h, where h is the
+/// distance from the plane.
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -46,31 +47,32 @@ const PIECES: usize = 8;
 pub struct DiskCone {
     disk: Disk,
     x: DVec3,
-    /// The vector from x to the centre, and that along the disk's normal.
+    /// The vector from x to the centre, and its component along the disk's normal.
     to: DVec3,
     along: f64,
-    /// Axes of the cone: along a, along b, and its own.
+    /// The axes of the cone: along a, along b, and its own axis.
     axes: [DVec3; 3],
-    /// Tangents of the half angles, and √(1 + tan²).
+    /// The tangents of the half angles, and √(1 + tan²).
     tan: [f64; 2],
     sec: [f64; 2],
-    /// dΩ/ds at the ends of the pieces of a quarter turn, zero in the disk's plane.
+    /// The values of dΩ/ds at the ends of the pieces of a quarter turn; zero in the disk's plane.
     density: [f64; PIECES + 1],
     pieces: Pieces,
 }
 
-/// A cone this many times flatter than wide is the plane itself: heights are differences of
-/// coordinates, whose rounding is of this size, and directions of its samples are rounded to it.
+/// A cone whose ratio of height to width is below this number counts as the plane itself: heights
+/// are differences of coordinates, whose rounding is of this size, and so is the rounding of the
+/// directions of samples.
 const FLAT: f64 = 32.0 * f64::EPSILON;
 
-/// Sine and cosine of the ends of the pieces.
+/// Returns the sine and the cosine at the end of a piece.
 #[allow(clippy::cast_precision_loss, reason = "few pieces")]
 fn quarter(k: usize) -> (f64, f64) {
     sin_cos(k as f64 * (FRAC_PI_2 / PIECES as f64))
 }
 
 impl DiskCone {
-    /// The per-light part.
+    /// Sets the technique up for one light and shading point.
     #[must_use]
     pub fn new(disk: &Disk, x: DVec3) -> Self {
         let to = disk.center - x;
@@ -78,8 +80,8 @@ impl DiskCone {
         let along = to.dot(disk.normal);
         let (h, lateral) = (along.abs(), to - disk.normal * along);
         let rho = predicates::length(lateral);
-        // The nearest and farthest points of the rim, and the tangent of half the angle between
-        // them from its side that does not cancel.
+        // Find the nearest and the farthest point of the rim, and the tangent of half the angle
+        // between them by the form that does not cancel.
         let (near, far) = (hypot(rho - r, h), hypot(rho + r, h));
         let product = near * far;
         let dot = (rho - r) * (rho + r) + h * h;
@@ -92,7 +94,7 @@ impl DiskCone {
         let a = r * sec_b / product.sqrt();
         let outwards =
             predicates::normalize(lateral).unwrap_or_else(|| Frame::from_normal(disk.normal).x);
-        // In the plane of symmetry: the axis bisects the two directions.
+        // The axis bisects these two directions, in the plane of symmetry.
         let direction =
             |offset: f64, length: f64| (disk.normal * along + outwards * (rho + offset)) / length;
         let sum = direction(r, far) + direction(-r, near);
@@ -110,6 +112,7 @@ impl DiskCone {
             density: [0.0; PIECES + 1],
             pieces: Pieces::new(core::iter::empty()),
         };
+        // Tabulate the density of the turn.
         if h > 0.0 && r > 0.0 && b > FLAT * a && a.is_finite() && b.is_finite() {
             out.density = core::array::from_fn(|k| out.per_turn(out.rim(quarter(k))));
             let width = 0.5 * FRAC_PI_2 / PIECES as f64;
@@ -119,11 +122,12 @@ impl DiskCone {
         out
     }
 
-    /// `∫ ω dΩ` over the cone, in sr: the irradiance that the disk, of radiance one, gives a
-    /// surface of the unit normal n is n times this, if all of the disk is above its horizon.
+    /// Returns `∫ ω dΩ` over the cone, in sr. A surface with the unit normal n receives from the
+    /// disk, with radiance one, n times this vector as irradiance, if the whole disk is above its
+    /// horizon.
     ///
     /// **Formula**: `π ab/(AB)` along the axis, about which the cone is symmetric in two planes.
-    /// Zero where the density of samples is. **Error**: a few ε times 1 + R/h.
+    /// The vector is zero where the density of samples is. **Error**: a few ε times 1 + R/h.
     #[must_use]
     pub fn vector_irradiance(&self) -> DVec3 {
         if !self.pieces.is_usable() {
@@ -133,17 +137,17 @@ impl DiskCone {
         self.axes[2] * (PI * sines)
     }
 
-    /// p(s).
+    /// Returns p(s).
     fn rim(&self, sin_cos: (f64, f64)) -> f64 {
         hypot(self.sec[1] * sin_cos.1, self.sec[0] * sin_cos.0)
     }
 
-    /// dΩ/ds.
+    /// Returns dΩ/ds.
     fn per_turn(&self, p: f64) -> f64 {
         self.tan[0] * self.tan[1] / (self.sec[0] * self.sec[1] + p)
     }
 
-    /// 1 − cos θ at the rim, and its direction across the axis.
+    /// Returns 1 − cos θ at the rim, and the direction of the rim across the axis.
     #[inline(always)]
     fn reach(&self, sin_cos: (f64, f64), p: f64) -> (f64, [f64; 2]) {
         let (s, c) = sin_cos;
@@ -154,20 +158,20 @@ impl DiskCone {
         (tan * tan / (q * (1.0 + q)), across.map(|x| x / tan))
     }
 
-    /// The density of the turn, over a quarter, at a place in a piece; for the four quarters
-    /// together.
+    /// Returns the density of the turn at a position in a piece, over all four quarters.
     fn turn_density(&self, piece: usize, place: f64) -> f64 {
         let [a, b] = [self.density[piece], self.density[piece + 1]];
         (a + (b - a) * place) / (4.0 * self.pieces.total())
     }
 
-    /// The place where a direction meets the disk, kept on it against rounding at grazing
-    /// directions.
+    /// Returns the point where a direction meets the disk, moved onto the disk if rounding at
+    /// grazing directions has left it outside.
     #[inline(always)]
     fn hit(&self, direction: DVec3) -> DVec3 {
         let n = self.disk.normal;
         let v = direction * (self.along / direction.dot(n)) - self.to;
-        // Twice: what rounding has left along n of a disk far away may be more than the disk.
+        // Do it twice: for a distant disk, the rest along n that rounding leaves may be larger than
+        // the disk.
         let v = v - n * v.dot(n);
         let v = v - n * v.dot(n);
         let r = predicates::length(v);
@@ -179,7 +183,7 @@ impl DiskCone {
         self.disk.center + v * scale
     }
 
-    /// Random number of the turn, the turn's density and dΩ/ds, and the way to the rim.
+    /// Returns the random numbers that give a point, and the density there.
     fn locate(&self, point: DVec3) -> Option<([f64; 2], f64)> {
         DiskArea::new(&self.disk).invert(point)?;
         if !self.pieces.is_usable() {
@@ -188,13 +192,14 @@ impl DiskCone {
         let v = point - self.x;
         let [x, y, z] = self.axes.map(|axis| v.dot(axis));
         let ([a, b], [sec_a, sec_b]) = (self.tan, self.sec);
-        // tan s = (B/A) tan t with (cos t, sin t) along (x/a, y/b).
+        // Find the turn by tan s = (B/A) tan t with (cos t, sin t) along (x/a, y/b).
         let (ps, pc) = (y.abs() * sec_b * a, x.abs() * sec_a * b);
         let turn = if ps > 0.0 || pc > 0.0 {
             atan2(ps, pc)
         } else {
             0.0
         };
+        // Find its piece, and the random number for it.
         let scaled = turn * (PIECES as f64 / FRAC_PI_2);
         #[allow(
             clippy::cast_possible_truncation,
@@ -213,6 +218,7 @@ impl DiskCone {
             (false, false) => 2.0 + within,
             (true, false) => 4.0 - within,
         };
+        // Compare 1 − cos θ with its value at the rim.
         let sc = sin_cos(turn);
         let p = self.rim(sc);
         let (k, _) = self.reach(sc, p);
@@ -235,8 +241,8 @@ impl PointTechnique for DiskCone {
         if !self.pieces.is_usable() {
             return PointSample::none(self.disk.center);
         }
-        // The quarters that run backwards, so that the turn is continuous, mirror those that run
-        // forwards.
+        // The turn is continuous in u₀: every second quarter runs backwards, as the mirror image of
+        // a quarter that runs forwards.
         let scaled = 4.0 * u[0];
         let (within, [sx, sy]) = match scaled {
             t if t < 1.0 => (t, [1.0, 1.0]),
@@ -244,7 +250,7 @@ impl PointTechnique for DiskCone {
             t if t < 3.0 => (t - 2.0, [-1.0, -1.0]),
             t => (4.0 - t, [1.0, -1.0]),
         };
-        // `pick` takes what is below zero, as of numbers beyond [0, 1), and NaN as 0.
+        // `pick` treats negative numbers (u₀ outside [0, 1)) and NaN as 0.
         let within = if within > BELOW_ONE {
             BELOW_ONE
         } else {
@@ -254,6 +260,7 @@ impl PointTechnique for DiskCone {
         let place = sample_linear(share, self.density[piece], self.density[piece + 1]);
         #[allow(clippy::cast_precision_loss, reason = "few pieces")]
         let turn = (piece as f64 + place) * (FRAC_PI_2 / PIECES as f64);
+        // Draw 1 − cos θ uniformly up to the rim.
         let (s, c) = sin_cos(turn);
         let p = self.rim((s, c));
         let (k, across) = self.reach((s, c), p);

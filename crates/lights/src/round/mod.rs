@@ -1,5 +1,5 @@
-//! Points on spheres, disks and cylinders: by area, by what is in view, by solid angle and by
-//! projected solid angle; lines along cylinders.
+//! This module samples points on spheres, disks and cylinders, by area, by visible area, by solid
+//! angle and by projected solid angle, and lines along cylinders.
 
 pub(crate) mod along;
 pub(crate) mod chords;

@@ -1,4 +1,4 @@
-//! Spheres by projected solid angle.
+//! This module samples spheres by projected solid angle, including spheres that the horizon cuts.
 
 use super::sphere::{at, faces};
 use crate::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
@@ -7,30 +7,31 @@ use linelit_elementary::{asin, atan2, cbrt, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
 
-/// Points in proportion to the cosine n·ω within the sphere's solid angle above the horizon of n:
-/// zero variance on a diffuse surface that sees all of it.
+/// Samples points of a sphere in proportion to the cosine n·ω, within the sphere's solid angle
+/// above the horizon of n. A diffuse surface that sees the whole sphere has zero variance.
 ///
-/// **Formula.** Dropped onto the surface's plane, directions by projected solid angle are points by
-/// area, and the cap of directions with sin θ = σ = R/d at the angle β from n is an ellipse: centre
-/// (κ sin β, 0) with κ = cos θ, semi-axes σ cos β and σ. A sphere above the horizon is a uniform
-/// point of its ellipse, `ω·n = √(g² + σ²(1 − r²))` with g = κ cos β − σ p sin β at the point (p,
-/// q) of the unit disk. The horizon replaces the side of the ellipse beyond the points where both
-/// touch, at |y| = y_t, by the unit circle; slices at constant y then have the width
+/// **Formula.** Directions by projected solid angle, projected onto the surface's plane, are points
+/// by area. The cap of directions with sin θ = σ = R/d at the angle β from n becomes an ellipse,
+/// with the centre (κ sin β, 0), κ = cos θ, and the semi-axes σ cos β and σ. A sphere above the
+/// horizon is a uniform point of its ellipse: at the point (p, q) of the unit disk, r² = p² + q²,
+/// `ω·n = √(g² + σ²(1 − r²))` with g = κ cos β − σ p sin β. The horizon replaces one side of the
+/// ellipse by the unit circle, beyond the points at |y| = y_t where the two touch. Slices at
+/// constant y then have the width
 ///
 /// ```text
 /// W(y) = (κ² cos² β + σ² − y²)/(√(1−y²) + κ sin β) + cos β √(σ²−y²)    |y| < y_t
 ///        2 cos β √(σ²−y²)                                              beyond, if cos β > 0
 /// ```
 ///
-/// whose integral has a closed form, and is inverted by Newton's method in a bracket. Nothing
-/// cancels for small spheres. (The ellipse and the circle are those of Ureña & Georgiev 2018 and of
-/// Peters & Dachsbacher 2019, who draw along other curves.)
+/// The integral of this width has a closed form, and is inverted by Newton's method in a bracket.
+/// Nothing cancels for small spheres. (The ellipse and the circle are from Ureña & Georgiev 2018
+/// and Peters & Dachsbacher 2019, who sample along other curves.)
 ///
 /// **Domain**: shading points outside the sphere. **Units**: densities in 1/sr. **Error**: a few ε
-/// of the coordinates against the radius.
+/// of the coordinates relative to the radius.
 ///
-/// **When it pays**: what a cone ([`SphereCone`](crate::SphereCone)) leaves without shadows is, of
-/// one sample, this part of the mean:
+/// **When it pays**: with one sample and without shadows, a cone
+/// ([`SphereCone`](crate::SphereCone)) leaves this standard deviation, as a fraction of the mean:
 ///
 /// | | θ = 5° | 15° | 30° | 60° |
 /// |---|---|---|---|---|
@@ -39,8 +40,9 @@ use linelit_geometry::{DVec3, predicates};
 /// | 75° | 0.16 | 0.49 | 0.82 (cut) | 1.03 (cut) |
 /// | 90° | 1.33 (cut) | 1.33 (cut) | 1.33 (cut) | 1.31 (cut) |
 ///
-/// A sample costs 1.5 times as much as of a cone above the horizon (40 against 27 ns), and some 400
-/// ns where that cuts: both well below a shadow ray.
+/// A sample costs 1.5 times as much as a sample of a cone above the horizon (40 compared with 27
+/// ns), and some 400 ns where the horizon cuts the sphere. Both are well below the cost of a shadow
+/// ray.
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -58,10 +60,11 @@ pub struct SphereProjected {
     sphere: Sphere,
     x: DVec3,
     normal: DVec3,
-    /// Across the view in the plane of n and away from it, across that plane, and towards the
-    /// centre.
+    /// The unit vectors across the view in the plane of n, away from n; across that plane; and
+    /// towards the centre.
     axes: [DVec3; 3],
-    /// A power of two, and by it the distance of the centre, about one, and the radius.
+    /// A power of two; with this scale, the distance of the centre, which is about one, and the
+    /// radius.
     scale: f64,
     d: f64,
     r: f64,
@@ -77,16 +80,16 @@ pub struct SphereProjected {
 /// A sphere that the horizon cuts.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
-    /// The offsets, in units of σ, where ellipse and circle touch and where slices end.
+    /// The offsets, in units of σ, where ellipse and circle touch, and where the slices end.
     touch: f64,
     last: f64,
-    /// Integrals of the width from the middle to there.
+    /// The integrals of the width from the middle to these offsets.
     at_touch: f64,
     half: f64,
 }
 
-/// A direction as seen from the view towards the centre: across by `axes`, and its cosine to the
-/// centre less κ.
+/// A direction in coordinates about the direction to the centre: its components across along
+/// `axes`, and the excess of its cosine to the centre over κ; also its cosine with the normal.
 struct Direction {
     across: [f64; 2],
     excess: f64,
@@ -95,7 +98,8 @@ struct Direction {
 
 /// A slice at constant y = σ q.
 struct Slice {
-    /// √(1 − y²), that less κ sin β, and √(1 − q²).
+    /// √(1 − y²), this minus κ sin β, and √(1 − q²); then the width, and whether the circle bounds
+    /// the slice.
     circle: f64,
     edge: f64,
     root: f64,
@@ -104,9 +108,9 @@ struct Slice {
 }
 
 impl SphereProjected {
-    /// The per-light part for the shading point `x` with unit normal `normal` (any other is made
-    /// one). `None` if `x` is not outside the sphere, the normal zero or not finite, or nothing of
-    /// the sphere above the horizon.
+    /// Sets the technique up for one light and the shading point `x` with the unit normal `normal`
+    /// (any other length is normalized). `None` if `x` is not outside the sphere, if the normal is
+    /// zero or not finite, or if no part of the sphere is above the horizon.
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3, normal: DVec3) -> Option<Self> {
         let to_center = sphere.center - x;
@@ -147,6 +151,7 @@ impl SphereProjected {
         if highest <= 0.0 {
             return None;
         }
+        // Prepare the slices of a sphere that the horizon cuts.
         if lowest < 0.0 {
             let touch = (-lowest * highest).sqrt() / (sigma * sin);
             let mut cut = Cut {
@@ -162,13 +167,13 @@ impl SphereProjected {
         (out.area > 0.0 && out.area < f64::INFINITY).then_some(out)
     }
 
-    /// ∫ n·ω dω over what is above the horizon, in sr: at most π.
+    /// Returns ∫ n·ω dω over the part above the horizon, in sr: at most π.
     #[must_use]
     pub fn projected_solid_angle(&self) -> f64 {
         self.area
     }
 
-    /// The point (p, q) of the unit disk, with 1 − p² − q².
+    /// Returns the direction at the point (p, q) of the unit disk, where `rest` is 1 − p² − q².
     fn in_disk(&self, [p, q]: [f64; 2], rest: f64) -> Direction {
         let (sigma, square) = (self.sigma, self.sigma * self.sigma);
         let g = self.kappa * self.cos - sigma * self.sin * p;
@@ -185,6 +190,7 @@ impl SphereProjected {
         }
     }
 
+    /// Returns the direction for two random numbers if the horizon cuts the sphere.
     fn in_slice(&self, cut: &Cut, u: [f64; 2]) -> Direction {
         let side = 2.0 * u[0] - 1.0;
         let height = self.height(cut, side.abs());
@@ -205,6 +211,7 @@ impl SphereProjected {
         }
     }
 
+    /// Returns the slice at the height q.
     fn slice(&self, cut: &Cut, q: f64) -> Slice {
         let y = self.sigma * q;
         let root = ((1.0 - q) * (1.0 + q)).max(0.0).sqrt();
@@ -226,9 +233,10 @@ impl SphereProjected {
         }
     }
 
-    /// The height |q| that has the fraction `share` of the mass of its side below it: Newton's
-    /// method in a bracket, from a start that is right where slices shrink to nothing.
+    /// Returns the height |q| below which the fraction `share` of the mass of its side lies. It
+    /// uses Newton's method in a bracket, from a start that is exact where slices shrink to zero.
     fn height(&self, cut: &Cut, share: f64) -> f64 {
+        // Start as if the mass above a height fell as the power 3/2 of the distance to the end.
         let target = share * cut.half;
         let (mut low, mut high) = (0.0, cut.last);
         let rest = cbrt(1.0 - share);
@@ -255,7 +263,7 @@ impl SphereProjected {
         q
     }
 
-    /// ∫ W dy from the middle to σ q.
+    /// Returns ∫ W dy from the middle to σ q.
     fn mass(&self, cut: &Cut, q: f64) -> f64 {
         if q <= cut.touch {
             return self.lens(q);
@@ -264,15 +272,16 @@ impl SphereProjected {
         cut.at_touch + self.sigma * self.sigma * self.cos * beyond
     }
 
-    /// Returns the integral up to σ q where the circle bounds slices.
+    /// Returns the integral up to σ q of the slices that the circle bounds.
     fn lens(&self, q: f64) -> f64 {
         let (sigma, y) = (self.sigma, self.sigma * q);
         let lift = self.kappa * self.cos;
-        // 1 − κ sin β.
+        // This is 1 − κ sin β, without cancellation.
         let room = (lift * lift + sigma * sigma) / (1.0 + self.kappa * self.sin);
         room * y - under_circle(y) + 0.5 * sigma * sigma * self.cos * disk(q)
     }
 
+    /// Returns the point of the sphere in a direction.
     fn point(&self, direction: &Direction) -> DVec3 {
         let (r, d) = (self.r, self.d);
         let [a, b] = direction.across;
@@ -281,7 +290,7 @@ impl SphereProjected {
         let t = (d - r) * (d + r) / (d * cos + root) / r;
         let axial = (d * (a * a + b * b) + cos * root) / r;
         let normal = self.axes[0] * (t * a) + self.axes[1] * (t * b) - self.axes[2] * axial;
-        // A direction that rounding has taken past the rim: the point of the rim.
+        // If rounding has moved the direction past the rim, use the point of the rim.
         let off = (normal.length_squared() - 1.0).abs();
         if off > 1e-14 {
             return at(&self.sphere, normal.normalize_or(-self.axes[2]));
@@ -324,6 +333,7 @@ impl PointTechnique for SphereProjected {
         if !self.pdf(point).is_positive() {
             return None;
         }
+        // Find the point (p, q) of the disk from the point of the sphere.
         let v = (point - self.sphere.center) * self.scale;
         let [a, b, depth] = self.axes.map(|axis| axis.dot(v));
         let along = self.d + depth;
@@ -338,6 +348,8 @@ impl PointTechnique for SphereProjected {
             let turn = if turn < 0.0 { turn + 1.0 } else { turn };
             return Some([p * p + q * q, turn].map(below_one));
         };
+        // For a sphere that the horizon cuts, measure the slices below, and the position in the
+        // slice.
         let height = q.abs().min(cut.last);
         let half = 0.5 * self.mass(cut, height) / cut.half;
         let slice = self.slice(cut, height);
@@ -353,12 +365,12 @@ impl PointTechnique for SphereProjected {
     }
 }
 
-/// 2 ∫₀^q √(1 − q²) dq.
+/// Returns 2 ∫₀^q √(1 − q²) dq.
 fn disk(q: f64) -> f64 {
     q * ((1.0 - q) * (1.0 + q)).max(0.0).sqrt() + asin(q)
 }
 
-/// ∫₀^y (1 − √(1 − y²)) dy; its series where the difference would cancel.
+/// Returns ∫₀^y (1 − √(1 − y²)) dy, by a series where the difference would cancel.
 fn under_circle(y: f64) -> f64 {
     if y > 0.05 {
         return y - 0.5 * disk(y);

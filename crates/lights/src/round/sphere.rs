@@ -1,5 +1,5 @@
-//! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap,
-//! solid angle.
+//! This module samples spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: on the
+//! whole surface, on the visible cap, and by solid angle.
 
 use crate::{Area, Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 use core::f64::consts::PI;
@@ -7,23 +7,24 @@ use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, Frame, predicates};
 
-/// The point with the unit normal `n`.
+/// Returns the point with the unit normal `n`.
 pub(crate) fn at(sphere: &Sphere, n: DVec3) -> DVec3 {
     sphere.center + n * sphere.radius
 }
 
-/// Whether a point of the surface faces `x` outside it; `scale` takes lengths to where their
-/// products are numbers.
+/// Whether a point of the surface faces `x`, which is outside; `scale` brings lengths to a size
+/// whose products do not overflow.
 pub(crate) fn faces(sphere: &Sphere, point: DVec3, x: DVec3, scale: f64) -> bool {
     let (out, to_x) = ((point - sphere.center) * scale, (x - point) * scale);
     out.dot(to_x) >= 0.0
 }
 
-/// Distance of `x` from the centre and the frame whose z axis points from the centre to x.
+/// Returns the distance of `x` from the centre, and a frame whose z axis points from the centre to
+/// x.
 fn seen_from(sphere: &Sphere, x: DVec3) -> (f64, Frame) {
     let to_x = x - sphere.center;
     let square = to_x.length_squared();
-    // One root for both where squares are numbers: the bits are the same.
+    // One root serves for both where squares do not overflow or underflow; the bits are the same.
     let (d, z) = if square > 1e-270 && square < f64::INFINITY {
         let d = square.sqrt();
         (d, to_x * (1.0 / d))
@@ -33,8 +34,8 @@ fn seen_from(sphere: &Sphere, x: DVec3) -> (f64, Frame) {
     (d, Frame::from_normal(z))
 }
 
-/// Length and direction of a vector whose squares are no numbers, of zero and of what is not
-/// finite.
+/// Returns the length and the direction of a vector that is zero or not finite, or whose squares
+/// overflow or underflow.
 #[cold]
 #[inline(never)]
 fn extreme(v: DVec3) -> (f64, DVec3) {
@@ -42,19 +43,20 @@ fn extreme(v: DVec3) -> (f64, DVec3) {
     (predicates::length(v), z)
 }
 
-/// A unit vector at the azimuth 2πu with the given z, `1 − |z|` and sine formed by the caller.
+/// Returns a unit vector at the azimuth 2πu with the given z and sine.
 fn around(frame: &Frame, z: f64, sine: f64, u: f64) -> DVec3 {
     let (s, c) = sin_cos(2.0 * PI * u);
     frame.x * (c * sine) + frame.y * (s * sine) + frame.z * z
 }
 
-/// The azimuth of a direction as a fraction of 2π in [0, 1).
+/// Returns the azimuth of a direction as a fraction of 2π, in [0, 1).
 fn azimuth(frame: &Frame, v: DVec3) -> f64 {
     let turn = atan2(v.dot(frame.y), v.dot(frame.x)) / (2.0 * PI);
     below_one(if turn < 0.0 { turn + 1.0 } else { turn })
 }
 
-/// `1 − cos` of the angle between a direction of length `r` and the z axis, relatively accurate.
+/// Returns `1 − cos` of the angle between a direction of length `r` and the z axis, accurate
+/// relative to its size.
 fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
     let (x, y, z) = (v.dot(frame.x), v.dot(frame.y), v.dot(frame.z));
     if z > 0.0 {
@@ -64,11 +66,12 @@ fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
     }
 }
 
-/// Uniform by area on the part of a sphere that faces `x`, or on all of it.
+/// Samples uniformly by area the part of a sphere that faces `x`, or the whole sphere.
 ///
-/// Visible cap (`x` outside at the distance d): points whose normal has the cosine ≥ s = R/d to the
-/// direction towards x; density `1/(2πR²(1 − s))`, zero outside it. Whole surface, or `x` inside:
-/// `1/(4πR²)`; at least half of it is wasted outside.
+/// The visible cap (with `x` outside at the distance d) holds the points whose normal has at least
+/// the cosine s = R/d to the direction towards x; its density is `1/(2πR²(1 − s))`, and zero
+/// outside the cap. For the whole surface, or with `x` inside, the density is `1/(4πR²)`; at least
+/// half of the samples of the whole surface are invisible from outside.
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -90,7 +93,7 @@ pub struct SphereCap {
 }
 
 impl SphereCap {
-    /// The cap that `x` sees.
+    /// Samples the cap that `x` sees.
     #[must_use]
     pub fn visible(sphere: &Sphere, x: DVec3) -> Self {
         let (d, frame) = seen_from(sphere, x);
@@ -103,7 +106,7 @@ impl SphereCap {
         Self::new(sphere, frame, k)
     }
 
-    /// The whole surface.
+    /// Samples the whole surface.
     #[must_use]
     pub fn whole(sphere: &Sphere) -> Self {
         Self::new(sphere, Frame::from_normal(DVec3::Z), 2.0)
@@ -133,7 +136,7 @@ impl PointTechnique for SphereCap {
     fn pdf(&self, point: DVec3) -> Pdf<Area> {
         let v = point - self.sphere.center;
         let m = one_minus_cos(&self.frame, v, v.length());
-        // The rim itself is rounded: a point drawn at it counts as inside.
+        // The rim itself is rounded: a point that is drawn at the rim counts as inside.
         if m <= self.k + 8.0 * f64::EPSILON {
             self.density
         } else {
@@ -150,14 +153,14 @@ impl PointTechnique for SphereCap {
     }
 }
 
-/// Uniform by solid angle: the cone of directions from `x` that meet the sphere; the whole sphere
-/// of directions from inside.
+/// Samples a sphere uniformly by solid angle: in the cone of directions from `x` that meet the
+/// sphere, or, from inside, in all directions.
 ///
 /// **Formula**: `1/(2πk)` with `k = 1 − cos θ_max = s²/(1 + √(1 − s²))`, s = R/d, `1 − s² = (d −
-/// R)(d + R)/d²`: relatively accurate from inside to cones of any smallness. The point is placed by
-/// its normal, from the central angle, with `s² − sin² θ = k(1 − ξ)(2 − k(1 + ξ))`, so that no
-/// direction misses at the rim and no digits are lost far from the origin; the density is zero on
-/// the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
+/// R)(d + R)/d²`. This is accurate relative to its size, from the inside to cones of any smallness.
+/// The point is placed by its normal, from the central angle, with `s² − sin² θ = k(1 − ξ)(2 −
+/// k(1 + ξ))`, so that no direction misses at the rim and no digits are lost far from the origin.
+/// The density is zero on the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
 ///
 /// ```
 /// use linelit_lights::geometry::DVec3;
@@ -172,8 +175,8 @@ pub struct SphereCone {
     sphere: Sphere,
     x: DVec3,
     frame: Frame,
-    /// A power of two, and by it the distance of the centre and the radius, of which the larger is
-    /// of a size whose products are numbers.
+    /// A power of two; with this scale, the distance of the centre and the radius. The larger of
+    /// them has a size whose products do not overflow.
     scale: f64,
     d: f64,
     r: f64,
@@ -183,10 +186,11 @@ pub struct SphereCone {
 }
 
 impl SphereCone {
-    /// The per-light part.
+    /// Sets the technique up for one light and shading point.
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3) -> Self {
         let (d, frame) = seen_from(sphere, x);
+        // Scale lengths whose products would overflow or underflow.
         let size = if d > sphere.radius { d } else { sphere.radius };
         let scale = if size > 1e-30 && size < 1e30 {
             1.0
@@ -194,6 +198,7 @@ impl SphereCone {
             power_of_two_over(size)
         };
         let (d, r) = (d * scale, sphere.radius * scale);
+        // Compute 1 − cos θ_max from terms of one sign.
         let k = if d >= r {
             let s = r / d;
             s * s / (1.0 + ((d - r) * (d + r)).sqrt() / d)
@@ -212,7 +217,7 @@ impl SphereCone {
         }
     }
 
-    /// Solid angle 2πk in sr; 4π from inside.
+    /// Returns the solid angle 2πk in sr; 4π from inside.
     #[must_use]
     pub fn solid_angle(&self) -> f64 {
         2.0 * PI * self.k
@@ -233,7 +238,7 @@ impl PointTechnique for SphereCone {
         let m = u[0] * k;
         let (cos, sine) = (1.0 - m, (m * (2.0 - m)).sqrt());
         let n = if self.inside() {
-            // Distance to the far side; the direction is −z at ξ = 0.
+            // Compute the distance to the far side; the direction is −z at ξ = 0.
             let root = ((r - d * sine) * (r + d * sine)).sqrt();
             let t = d * cos + root;
             around(&self.frame, (d - t * cos) / r, t * sine / r, u[1])
@@ -259,8 +264,8 @@ impl PointTechnique for SphereCone {
             return None;
         }
         let v = (point - self.sphere.center) * self.scale;
-        // From x: across as from the centre; along, the distance to the centre minus the height of
-        // the point.
+        // As seen from x, the distance across the axis is the same as from the centre; along the
+        // axis it is the distance of the centre minus the point's height.
         let (across, along) = {
             let (a, b) = (v.dot(self.frame.x), v.dot(self.frame.y));
             (a * a + b * b, self.d - v.dot(self.frame.z))

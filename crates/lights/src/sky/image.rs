@@ -1,4 +1,4 @@
-//! Images of all directions, and directions in proportion to them.
+//! This module holds an environment's image, and samples directions in proportion to it.
 #![allow(
     clippy::disallowed_types,
     clippy::disallowed_macros,
@@ -13,16 +13,16 @@ use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DMat3, DVec3};
 use std::sync::LazyLock;
 
-/// The reason why pixels are no environment.
+/// The reason why pixels cannot be an environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyError {
-    /// The number of pixels is not width × height, or there are none.
+    /// The number of pixels is not width × height, or there are no pixels.
     Count,
-    /// An equal-area map that is not square.
+    /// An equal-area map is not square.
     NotSquare,
-    /// The pixel of this number is negative, infinite or not a number.
+    /// The pixel with this index is negative, infinite or not a number.
     Pixel(usize),
-    /// The transform is no rotation, with or without a reflection, to 10⁻⁶.
+    /// The transform is not a rotation, with or without a reflection, to 10⁻⁶.
     Transform,
 }
 
@@ -39,28 +39,30 @@ impl fmt::Display for SkyError {
 
 impl core::error::Error for SkyError {}
 
-/// The radiance of a sky as an image, and a hierarchy by which directions are drawn in proportion
-/// to it: four bytes for each cell of a grid in the image of up to 2048 × 2048 cells, and a third
-/// more for the levels above, in addition to twelve bytes for each pixel. An image of 16384 × 8192
-/// pixels takes 1.63 GB.
+/// The radiance of a sky as an image, with a hierarchy by which directions are sampled in
+/// proportion to it.
 ///
-/// Radiance is interpolated between the centres of pixels, or that of the nearest pixel
-/// ([`SkyFilter`]). Drawing descends the hierarchy from the whole sphere, at each level into one of
-/// four cells, in proportion to the integral of the radiance over the cell, which is exact; at the
-/// top, the choice knows the cosine, too. A hundredth of the density is uniform.
+/// The radiance between the centres of pixels is interpolated, or it is the radiance of the nearest
+/// pixel ([`SkyFilter`]). Sampling descends the hierarchy from the whole sphere, and chooses one of
+/// four cells at each level, in proportion to the exact integral of the radiance over the cell; at
+/// the top levels the choice includes the cosine. One hundredth of the density is uniform.
+///
+/// The memory is twelve bytes for each pixel, four bytes for each cell of a grid over the image of
+/// up to 2048 × 2048 cells, and a third more for the levels above the grid. An image of 16384 ×
+/// 8192 pixels takes 1.63 GB.
 #[derive(Clone, PartialEq)]
 pub struct SkyImage {
     raster: Raster,
-    /// The cells of the finest level.
+    /// The grid of the cells of the finest level.
     grid: Grid,
     pixels: Vec<[f32; 3]>,
     /// The space of the image's directions.
     space: LightSpace,
     scale: DVec3,
     mean: DVec3,
-    /// Levels of 1, 4, 16, … cells, row by row: the integral of the radiance over the cell, divided
-    /// by the solid angle of the mean cell, the sum over the channels, as a fraction of the
-    /// brightest pixel's.
+    /// Levels of 1, 4, 16, … cells, row by row. The value of a cell is the integral of the radiance
+    /// over it, divided by the solid angle of the mean cell and summed over the channels, as a
+    /// fraction of the brightest pixel.
     levels: Vec<Vec<f32>>,
 }
 
@@ -71,22 +73,23 @@ impl fmt::Debug for SkyImage {
     }
 }
 
-/// The share of the mean that each cell gets.
+/// The part of the mean that is added to each cell, as a uniform density.
 const UNIFORM: f32 = 0.01;
 
-/// The most levels below the whole sphere: 2048 × 2048 cells.
+/// The largest number of levels below the whole sphere: 2048 × 2048 cells.
 const DEEPEST: usize = 11;
 
-/// The levels at which the choice knows the cosine.
+/// The number of top levels at which the choice includes the cosine.
 const BY_COSINE: usize = 5;
 
 impl SkyImage {
-    /// An image of `size` columns and rows, first row first, of which `scale` times a pixel is the
-    /// radiance, interpolated between pixels; `to_image` turns directions of the world to those of
-    /// the mapping.
+    /// Makes a sky of an image of `size` columns and rows, first row first, interpolated between
+    /// pixels. The radiance is `scale` times the pixel, and `to_image` rotates directions of the
+    /// world to directions of the mapping.
     ///
     /// # Errors
-    /// Where the pixels are no environment, or the transform no rotation.
+    /// Returns an error where the pixels are not an environment, or the transform is not a
+    /// rotation.
     pub fn new(
         mapping: SkyMapping,
         size: [usize; 2],
@@ -103,11 +106,12 @@ impl SkyImage {
         Self::placed(SkyFilter::Linear, mapping, size, pixels, space, scale)
     }
 
-    /// [`SkyImage::new`] with a filter by which pixels are looked up, in the space of a light under
-    /// any transform.
+    /// Makes a sky like [`SkyImage::new`], with a filter for the lookup of pixels, and in the space
+    /// of a light under any transform.
     ///
     /// # Errors
-    /// Where the pixels are no environment, or the scale is negative or not finite.
+    /// Returns an error where the pixels are not an environment, or the scale is negative or not
+    /// finite.
     pub fn placed(
         filter: SkyFilter,
         mapping: SkyMapping,
@@ -116,7 +120,7 @@ impl SkyImage {
         space: LightSpace,
         scale: DVec3,
     ) -> Result<Self, SkyError> {
-        // Refuse what is no image of all directions.
+        // Refuse pixels that are not an image of all directions.
         let [width, height] = size;
         if pixels.is_empty() || width.checked_mul(height) != Some(pixels.len()) {
             return Err(SkyError::Count);
@@ -136,7 +140,7 @@ impl SkyImage {
             mapping,
             filter,
         };
-        // Choose a grid of as many cells as pixels, and weigh its cells.
+        // Choose a grid with about as many cells as there are pixels, and weigh its cells.
         let wanted = (pixels.len() as f64).sqrt();
         let fits = |depth: &usize| (1_u32 << depth) as f64 >= wanted;
         let depth = (3..DEEPEST).find(fits).unwrap_or(DEEPEST);
@@ -159,47 +163,48 @@ impl SkyImage {
         self.mean
     }
 
-    /// What [`SkyImage::new`] was given: the mapping, columns and rows, pixels, the map from
-    /// directions of the world to those of the mapping, and scale.
+    /// Returns the arguments of [`SkyImage::new`]: the mapping, columns and rows, pixels, the map
+    /// from directions of the world to directions of the mapping, and the scale.
     #[must_use]
     pub fn made_of(&self) -> (SkyMapping, [usize; 2], &[[f32; 3]], DMat3, DVec3) {
         let Raster { mapping, size, .. } = self.raster;
         (mapping, size, &self.pixels, self.space.matrix(), self.scale)
     }
 
-    /// Bytes of pixels and hierarchy.
+    /// Returns the memory of the pixels and the hierarchy in bytes.
     #[must_use]
     pub fn memory(&self) -> usize {
         let levels = self.levels.iter().map(|level| size_of_val(&level[..]));
         size_of_val(&self.pixels[..]) + levels.sum::<usize>()
     }
 
-    /// The radiance from a unit direction of the world.
+    /// Returns the radiance from a unit direction of the world.
     #[must_use]
     pub fn radiance(&self, w: DVec3) -> DVec3 {
         self.local_radiance(self.space.to_light(w))
     }
 
-    /// The radiance from a unit direction of the image.
+    /// Returns the radiance from a unit direction of the image.
     fn local_radiance(&self, w: DVec3) -> DVec3 {
         self.raster.lookup(w, |k| self.pixel(k))
     }
 
-    /// The solid angle in the image over the solid angle in the world, about a unit direction of
-    /// the image.
+    /// Returns the solid angle in the image over the solid angle in the world, about a unit
+    /// direction of the image.
     fn stretch(&self, w: DVec3) -> f64 {
         self.space.stretch(self.space.to_world(w))
     }
 
-    /// The radiance of a pixel.
+    /// Returns the radiance of a pixel.
     fn pixel(&self, k: usize) -> DVec3 {
         self.scale * DVec3::from(self.pixels[k].map(f64::from))
     }
 
-    /// The irradiance of a surface with the unit normal `n` that sees all of the sky above it.
+    /// Returns the irradiance of a surface with the unit normal `n` that sees all of the sky above
+    /// it.
     ///
-    /// **Error**: 10⁻⁵ of π times the mean radiance of a sky without sharp borders: the radiance is
-    /// integrated exactly over cells, the cosine is the one at their centres, of 1024 × 1024.
+    /// **Error**: 10⁻⁵ of π times the mean radiance of a sky without sharp borders. The radiance is
+    /// integrated exactly over 1024 × 1024 cells, and each cell has the cosine of its centre.
     #[must_use]
     pub fn irradiance(&self, n: DVec3) -> DVec3 {
         self.raster.weighted(
@@ -208,12 +213,14 @@ impl SkyImage {
         ) * (4.0 * PI)
     }
 
-    /// Makes the hierarchy: cells of about a pixel, by the integrals of the radiance over them.
+    /// Builds the hierarchy over cells of about a pixel, from the integrals of the radiance over
+    /// them.
     fn build(&mut self) {
         let count = self.grid.count;
         let all = (0..self.pixels.len()).map(|k| self.pixel(k).element_sum());
-        // Black images have no share.
+        // An image that is all black gets the value zero in each cell, not a quotient of zeros.
         let brightest = all.fold(f64::MIN_POSITIVE, f64::max);
+        // Integrate the radiance over each cell of the finest level.
         let number = (count * count) as f64;
         let mut finest = vec![0.0_f32; count * count];
         let (mut mean, mut whole) = (DVec3::ZERO, 0.0);
@@ -222,7 +229,7 @@ impl SkyImage {
             count,
             |k| self.pixel(k),
             |[i, j], value| {
-                // The cell's solid angle in the world, by the stretch in its middle.
+                // Estimate the cell's solid angle in the world from the stretch in its middle.
                 let shrink = 1.0 / self.stretch(self.grid.direction([i, j], [0.5; 2]));
                 (mean, whole) = (
                     mean + value * shrink,
@@ -231,7 +238,7 @@ impl SkyImage {
                 finest[j * count + i] = (value.element_sum() * shrink / brightest * number) as f32;
             },
         );
-        // Without a stretch the cells cover all directions, exactly.
+        // Without a stretch the cells cover all directions exactly.
         self.mean = if self.space.is_rigid() {
             mean
         } else {
@@ -244,6 +251,7 @@ impl SkyImage {
             let floor = (floor * self.grid.fraction(j)) as f32;
             row.iter_mut().for_each(|cell| *cell += floor);
         }
+        // Sum four cells of each level into a cell of the level above.
         let mut levels = vec![finest];
         let mut count = count;
         while count > 1 {
@@ -260,9 +268,9 @@ impl SkyImage {
         self.levels = levels;
     }
 
-    /// Descends from the whole sphere to a cell of the finest level: `second` says, of an axis
-    /// and the share of the first half along it, whether the second half is taken. Gives the cell
-    /// and its probability, zero where there is no cell to take.
+    /// Descends the hierarchy from the whole sphere to a cell of the finest level. For each axis
+    /// and the probability of the first half along it, `second` decides whether the second half is
+    /// taken. Returns the cell and its probability, which is zero if all cells are black.
     fn descend(
         &self,
         normal: Option<DVec3>,
@@ -283,6 +291,7 @@ impl SkyImage {
                     _ => value,
                 }
             };
+            // Choose a column of the four cells, and then a row.
             let weights = [[weight(0, 0), weight(0, 1)], [weight(1, 0), weight(1, 1)]];
             let columns = weights.map(|[a, b]| a + b);
             let total = columns[0] + columns[1];
@@ -297,14 +306,15 @@ impl SkyImage {
         (cell, probability)
     }
 
-    /// The density per solid angle of a cell of some probability.
+    /// Returns the density per solid angle in a cell that is chosen with a given probability.
     fn density(&self, cell: [usize; 2], probability: f64) -> f64 {
         probability / (4.0 * PI * self.grid.fraction(cell[1]))
     }
 
-    /// A direction from two random numbers, and its density per solid angle; zero where there is
-    /// none.
+    /// Returns a direction for two random numbers, and its density per solid angle, which is zero
+    /// where no direction can be sampled.
     pub(crate) fn sample(&self, mut u: [f64; 2], normal: Option<DVec3>) -> (DVec3, f64) {
+        // At each level take the half that the number falls into, and rescale the number.
         let (cell, probability) = self.descend(normal, |axis, share| {
             let is_second = u[axis] >= share;
             u[axis] = fraction(match is_second {
@@ -318,9 +328,10 @@ impl SkyImage {
         (self.space.to_world(w), density)
     }
 
-    /// The density per solid angle with which a direction is drawn.
+    /// Returns the density per solid angle with which a direction is drawn.
     pub(crate) fn pdf(&self, w: DVec3, normal: Option<DVec3>) -> f64 {
         let place = self.grid.locate(self.space.to_light(w));
+        // The bits of the cell's column and row say which half it is in at each level.
         let mut bits = [self.levels.len() - 1; 2];
         let (cell, probability) = self.descend(normal, |axis, _| {
             bits[axis] -= 1;
@@ -329,12 +340,12 @@ impl SkyImage {
         self.density(cell, probability) * self.space.stretch(w)
     }
 
-    /// The random numbers from which a direction is drawn.
+    /// Returns the random numbers from which a direction is drawn.
     pub(crate) fn invert(&self, w: DVec3, normal: Option<DVec3>) -> Option<[f64; 2]> {
         let place = self.grid.locate(self.space.to_light(w));
         let depth = self.levels.len() - 1;
         let mut bits = [depth; 2];
-        // The interval of each number that leads to the cell.
+        // Narrow the interval of each number that leads to the cell.
         let mut from = [(0.0, 1.0); 2];
         let (_, probability) = self.descend(normal, |axis, share| {
             bits[axis] -= 1;
@@ -356,19 +367,19 @@ impl SkyImage {
     }
 }
 
-/// About the mean of max(0, n · w) over the directions w of a cell with the mean `m`, positive
-/// everywhere.
+/// Returns approximately the mean of max(0, n · w) over the directions w of a cell whose mean
+/// direction is `m`; it is positive everywhere.
 ///
-/// The mean of max(0, x) is half the sum of those of x and |x|, and the mean of |x| is about the
-/// root of the mean square: the square of the mean plus the variance. The variance of w over all
-/// axes is 1 − m², a third of it along each.
+/// The mean of max(0, x) is half the sum of the means of x and |x|. The mean of |x| is about the
+/// root of the mean square, which is the square of the mean plus the variance. The variance of w
+/// over all axes is 1 − m², and a third of it belongs to each axis.
 fn about(n: DVec3, m: DVec3) -> f64 {
     let c = n.dot(m);
     0.5 * (c + (c * c + (1.0 - m.length_squared()) / 3.0).sqrt())
 }
 
-/// The mean directions of the cells of the levels at which the choice knows the cosine, from
-/// level 1 on, by mapping.
+/// The mean directions of the cells of the top levels, where the choice includes the cosine, by
+/// mapping and from level 1 on.
 static MEANS: LazyLock<[Vec<Vec<DVec3>>; 2]> = LazyLock::new(|| {
     [SkyMapping::Equirectangular, SkyMapping::EqualArea].map(|mapping| {
         let fine = Grid::new(mapping, 4 << BY_COSINE);

@@ -1,6 +1,7 @@
-//! Light from infinity with a solid angle: environments and suns, and their radiance by direction.
+//! This module holds light from infinity with a solid angle: environments and suns, and their
+//! radiance by direction.
 //!
-//! What a shading point sees of one, and the points that are drawn of it, are in `surface/sky.rs`.
+//! How a shading point sees a sky, and how points of it are drawn, is in `surface/sky.rs`.
 #![allow(
     clippy::disallowed_types,
     reason = "lights share the image of an environment"
@@ -16,28 +17,29 @@ use linelit_elementary::sin;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use std::sync::Arc;
 
-/// Light from all directions of a sky, or from a disk of it.
+/// Light from all directions of a sky, or from a disk at infinity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sky {
-    /// The radiance by direction.
+    /// The radiance as a function of the direction.
     pub emission: SkyEmission,
-    /// An opening outside of which the sky is black. Light passes it from behind: against its
-    /// normal, which points into the room.
+    /// An opening outside of which the sky is black. Light passes it against its normal, which
+    /// points into the room.
     pub portal: Option<ConvexPolygon>,
-    /// A ball that holds the scene: shadow rays leave it, and the light's power is what enters it.
+    /// A ball that holds the scene: shadow rays end outside it, and the light's power is the power
+    /// that enters it.
     pub scene: Sphere,
 }
 
-/// The radiance of a sky, W/(m² sr), linear RGB.
+/// The radiance of a sky in W/(m² sr), linear RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SkyEmission {
-    /// The same from all directions.
+    /// A radiance that is the same from all directions.
     Constant(DVec3),
-    /// A disk of one radiance, as a sun is.
+    /// A sun: a disk with one radiance.
     Sun {
         /// The unit vector towards its centre.
         direction: DVec3,
-        /// Half of the angle that it is seen under, in radians: in (0, π/2].
+        /// Half of the angle under which it is seen, in radians, in (0, π/2].
         half_angle: f64,
         /// The radiance.
         radiance: DVec3,
@@ -47,7 +49,8 @@ pub enum SkyEmission {
 }
 
 impl Sky {
-    /// The radiance that arrives at `x` from the unit direction `w`, where nothing hides the sky.
+    /// Returns the radiance that arrives at `x` from the unit direction `w` when there are no
+    /// occluders.
     #[must_use]
     pub fn radiance(&self, x: DVec3, w: DVec3) -> DVec3 {
         if !self.shows(x, w) {
@@ -56,7 +59,7 @@ impl Sky {
         self.along(w)
     }
 
-    /// The radiance from a direction of the sun, and through the portal.
+    /// Returns the radiance from a direction that is known to be of the sun and through the portal.
     #[inline]
     #[must_use]
     pub fn along(&self, w: DVec3) -> DVec3 {
@@ -66,7 +69,8 @@ impl Sky {
         }
     }
 
-    /// Whether the direction is of the sun, and through the portal.
+    /// Whether the direction is of the sun (if this is one), and through the portal (if there is
+    /// one).
     pub(crate) fn shows(&self, x: DVec3, w: DVec3) -> bool {
         let in_sun = match self.emission {
             SkyEmission::Sun {
@@ -81,7 +85,7 @@ impl Sky {
         in_sun && self.portal.as_ref().is_none_or(through)
     }
 
-    /// The mean radiance over the directions that emit: those of a sun, or all.
+    /// Returns the mean radiance over the directions that emit: the directions of a sun, or all.
     #[must_use]
     pub fn mean(&self) -> DVec3 {
         match &self.emission {
@@ -90,7 +94,7 @@ impl Sky {
         }
     }
 
-    /// The solid angle of the directions that emit, as if there were no portal.
+    /// Returns the solid angle of the directions that emit, without regard to a portal.
     #[must_use]
     pub fn solid_angle(&self) -> f64 {
         match self.emission {
@@ -99,13 +103,13 @@ impl Sky {
         }
     }
 
-    /// The power by channel that enters the ball which holds the scene, π R² ∫ L dω in W.
+    /// Returns the power by channel, in W, that enters the ball which holds the scene: π R² ∫ L dω.
     pub(crate) fn power(&self) -> DVec3 {
         let across = PI * self.scene.radius * self.scene.radius;
         self.mean() * (self.solid_angle() * across)
     }
 
-    /// Bytes that its image takes.
+    /// Returns the memory of the image in bytes; zero without an image.
     #[must_use]
     pub fn memory(&self) -> usize {
         match &self.emission {
@@ -132,13 +136,13 @@ impl Sky {
     }
 }
 
-/// 1 − cos of an angle, without cancellation.
+/// Returns 1 − cos of an angle, without cancellation.
 pub(crate) fn cap_height(angle: f64) -> f64 {
     let half = sin(0.5 * angle);
     2.0 * half * half
 }
 
-/// 1 − cos of the angle between unit vectors, without cancellation.
+/// Returns 1 − cos of the angle between unit vectors, without cancellation.
 pub(crate) fn below_cap(axis: DVec3, w: DVec3) -> f64 {
     0.5 * (w - axis).length_squared()
 }

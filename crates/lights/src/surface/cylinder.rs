@@ -1,4 +1,5 @@
-//! Cylinders, the lights that they make, and their surfaces as a shading point sees them.
+//! This module holds the cylinder, the light that it makes, and its surface as a shading point sees
+//! it.
 
 use super::shape::{
     Extent, Normals, Shape, ShapeLight, bounded, bounds_of, is_position, is_size, reach_across,
@@ -12,20 +13,20 @@ use std::f64::consts::{FRAC_1_PI, PI};
 /// The side of a cylinder, without its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// The axis, from the middle of one end to that of the other.
+    /// The axis, from the middle of one end to the middle of the other.
     pub axis: Segment,
-    /// Radius > 0, in scene units.
+    /// The radius > 0, in scene units.
     pub radius: f64,
 }
 
 impl Cylinder {
-    /// 2πR l; `f64::MAX` where that overflows, and zero where it is no number.
+    /// Returns the area 2πR l; `f64::MAX` where that overflows, and zero where it is not a number.
     #[must_use]
     pub fn area(&self) -> f64 {
         bounded(2.0 * PI * self.radius * self.axis.length())
     }
 
-    /// Unit outward normal at a point of the surface; zero on the axis.
+    /// Returns the unit outward normal at a point of the surface; zero on the axis.
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
         let (out, along) = (point - self.axis.p0, self.axis.direction());
@@ -33,12 +34,12 @@ impl Cylinder {
     }
 }
 
-/// The side of a cylinder that emits outwards.
+/// A light that is the side of a cylinder and emits outwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CylinderLight {
     /// The shape.
     pub cylinder: Cylinder,
-    /// Emitted radiance in W/(m² sr), linear RGB.
+    /// The emitted radiance in W/(m² sr), linear RGB.
     pub radiance: DVec3,
 }
 
@@ -58,6 +59,7 @@ impl ShapeLight for CylinderLight {
     }
 
     fn can_light(&self, x: DVec3, n: DVec3) -> bool {
+        // The highest point of each end is above its middle by `rise`.
         let Cylinder { axis, radius } = self.cylinder;
         let rise = radius * predicates::cross(n, axis.direction()).length();
         let heights = [axis.p0, axis.p1].map(|p| n.dot(p - x));
@@ -109,6 +111,7 @@ impl Shape for CylinderView {
     }
 
     fn border(&self, point: DVec3, _: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
+        // Multiply the factors for the distances from both ends and from the visible border.
         let cylinder = self.cylinder();
         let from = [cylinder.axis.p0, cylinder.axis.p1].map(|end| point - end);
         let along = cylinder.axis.direction();

@@ -1,4 +1,4 @@
-//! Disks, the lights that they make, and their surfaces.
+//! This module holds the disk, the light that it makes, and its surface.
 
 use super::shape::{
     Extent, Normals, Shape, ShapeLight, bounded, is_position, is_size, on_plane, reach_across,
@@ -11,16 +11,16 @@ use std::f64::consts::{PI, TAU};
 /// A flat disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
-    /// Centre.
+    /// The centre of the disk.
     pub center: DVec3,
-    /// Unit normal, the emitting side.
+    /// The unit normal, on the side that emits.
     pub normal: DVec3,
-    /// Radius > 0, in scene units.
+    /// The radius > 0, in scene units.
     pub radius: f64,
 }
 
 impl Disk {
-    /// πR²; `f64::MAX` where that overflows, and zero where it is no number.
+    /// Returns the area πR²; `f64::MAX` where that overflows, and zero where it is not a number.
     #[must_use]
     pub fn area(&self) -> f64 {
         bounded(PI * self.radius * self.radius)
@@ -32,13 +32,13 @@ impl Disk {
 pub struct DiskLight {
     /// The shape; its normal is the emitting side.
     pub disk: Disk,
-    /// The light that it emits.
+    /// The radiance that it emits, and from which sides.
     pub emission: Emission,
 }
 
 impl DiskLight {
-    /// Whether the shading point `x` is on a side that emits, and not in the light's plane: as
-    /// [`AreaLight::faces`](crate::AreaLight::faces).
+    /// Whether the shading point `x` is on a side that emits, and not in the plane of the light.
+    /// `margin` is the margin of [`AreaLight::faces`](crate::AreaLight::faces).
     #[must_use]
     pub fn faces(&self, x: DVec3, margin: f64) -> bool {
         let disk = &self.disk;
@@ -48,10 +48,10 @@ impl DiskLight {
 }
 
 impl Disk {
-    /// The number of corners of [`Disk::around`], which has 2.4 % more area than the disk.
+    /// The number of corners of [`Disk::around`]. This polygon has 2.4 % more area than the disk.
     pub const CORNERS: usize = 12;
 
-    /// The corners of a regular polygon around the disk.
+    /// Returns the corners of a regular polygon that encloses the disk.
     #[must_use]
     pub fn around(&self) -> [DVec3; Self::CORNERS] {
         let Frame { x, y, .. } = Frame::from_normal(self.normal);
@@ -61,14 +61,16 @@ impl Disk {
     }
 }
 
-/// The corners of the regular polygon around the unit circle that [`Disk::around`] is of.
+/// Returns the corners of the regular polygon that encloses the unit circle, of which
+/// [`Disk::around`] is the image.
 #[must_use]
 pub fn around_unit_circle() -> [[f64; 2]; Disk::CORNERS] {
     around_circle(1.0, |radius, s, c| [c * radius, s * radius])
 }
 
-/// The corners of such a polygon from their distance from the centre, a little more than around
-/// since the rim is rounded, and from the sines and cosines of their turns.
+/// Makes the corners of such a polygon from their distance from the centre, and the sine and cosine
+/// of their angles. The distance is a little larger than around an exact circle, since the rim is
+/// rounded.
 fn around_circle<P>(radius: f64, corner: impl Fn(f64, f64, f64) -> P) -> [P; Disk::CORNERS] {
     let turn = TAU / Disk::CORNERS as f64;
     let radius = radius / cos(0.5 * turn) * (1.0 + 1e-9);
@@ -99,10 +101,11 @@ impl ShapeLight for DiskLight {
             normal,
             radius,
         } = self.disk;
-        // The highest point of the disk over the tangent plane.
+        // Find the highest point of the disk above the tangent plane.
         let rise = radius * predicates::cross(n, normal).length();
         let height = n.dot(center - x);
-        // The rise towards a normal that is far from a unit vector may be no number.
+        // If the normal is far from a unit vector, the rise may not be a number: test the centre,
+        // too.
         self.emission.reaches(normal.dot(x - center)) && (height > 0.0 || height + rise > 0.0)
     }
 

@@ -1,24 +1,25 @@
-//! The drawing of one point of a surface, whichever technique draws it.
+//! This module draws one point of a surface, by any technique, and returns it with its direction
+//! and its density per solid angle.
 
 use super::{LightPoint, Surface};
 use crate::{PointColumns, PointTechnique, SurfaceMeasure};
 use linelit_geometry::DVec3;
 
-/// A sampler of the points of a light's surface: one technique, or a mixture of techniques that
-/// follows a reflection or a texture.
+/// A sampler of points on a light's surface: one technique, or a mixture of techniques that follows
+/// a reflection or a texture.
 pub(crate) trait Draw {
     /// Draws the point for two random numbers, as seen from the shading point `x`, with its density
-    /// per solid angle; `None` where the sample is lost.
+    /// per solid angle; `None` where the sample misses the light.
     fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)>;
 
-    /// Draws many points at once, eight in a row, as [`PointTechnique::sample_into`] does; `None`
-    /// if the sampler has no such form.
+    /// Draws many points at once, in columns of eight, as [`PointTechnique::sample_into`] does, and
+    /// returns whether the densities are per area; `None` if the sampler cannot do that.
     fn columns(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
         let _ = (u, out);
         None
     }
 
-    /// The density per solid angle with which a point of the light is drawn.
+    /// Returns the density per solid angle with which a point of the light is drawn.
     fn density(&self, at: &LightPoint) -> f64;
 }
 

@@ -1,4 +1,5 @@
-//! Lines on the surface of any light that has them, by any density.
+//! This module holds the lines on the surface of any light that has lines (polygons and cylinders),
+//! by any density.
 
 use super::texture::EmissionTexture;
 use super::{LightPoint, Surface, Viewer};
@@ -11,38 +12,41 @@ use linelit_elementary::atan2;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
 
-/// The measure in which lines, and points on them, are uniform where nothing occludes.
+/// The measure in which lines, and points on them, are uniformly distributed where there are no
+/// occluders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineDensity {
-    /// Area: points uniform in length (Salesin & Jarosz 2019, eq. 14).
+    /// Area: points are uniform in the length of the line (Salesin & Jarosz 2019, eq. 14).
     Area,
-    /// Solid angle (eqs. 16–19), for any polygon and direction.
+    /// Solid angle (Salesin & Jarosz 2019, eqs. 16–19), for any polygon and direction.
     SolidAngle,
-    /// Nearly solid angle: offsets from a density that needs no iteration
-    /// ([`AngularLines::by_warped_solid_angle`]); on cylinders as [`LineDensity::SolidAngle`].
+    /// Approximately solid angle: the offsets have a density that can be inverted without iteration
+    /// ([`AngularLines::by_warped_solid_angle`]). On cylinders this is [`LineDensity::SolidAngle`].
     Warped,
-    /// Projected solid angle of the part above the horizon.
+    /// Projected solid angle of the part of the light above the horizon.
     Projected,
-    /// The light's texture: offsets by what is on the line, points by the texture along the visible
-    /// part ([`TexturedLines`]); area where there is no texture, or where the light is no
-    /// parallelogram that is wholly above the horizon.
+    /// The light's texture: offsets in proportion to the texture's integral along the line, and
+    /// points in proportion to the texture along the visible part ([`TexturedLines`]). Where there
+    /// is no texture, or the light is not a parallelogram that is completely above the horizon,
+    /// this is area.
     Texture,
 }
 
-/// The direction of parallel lines, and the density of their offsets where they are by area.
+/// The direction of parallel lines, and the density of their offsets if they are drawn by area.
 #[derive(Clone, Copy, Debug)]
 pub struct LineSetup {
     /// The direction in half turns from the first edge of the whole light, which a texture covers.
     pub fraction: f64,
-    /// The direction in radians from the first edge of the surface, which may be a part.
+    /// The direction in radians from the first edge of the surface, which may be a part of the
+    /// light.
     pub angle: f64,
-    /// Whether the direction was asked for, not drawn.
+    /// Whether the direction was given by an option; otherwise it was drawn at random.
     pub fixed: bool,
-    /// The density of offsets of [`LineDensity::Area`].
+    /// The density of the offsets for [`LineDensity::Area`].
     pub offset: OffsetDensity,
 }
 
-/// Lines of one direction on a light, ready for a shading point.
+/// Parallel lines on a light, ready for one shading point.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
@@ -51,16 +55,17 @@ pub struct LineSetup {
 pub enum LineFamily<'t> {
     /// Lines on a polygon, by area.
     Area(LineSampler),
-    /// Lines on a polygon, by an angle.
+    /// Lines on a polygon, by solid angle or projected solid angle.
     Angular(AngularLines),
     /// Lines on a polygon, by its texture.
     Texture(TexturedLines<'t>),
-    /// Lines along a cylinder.
+    /// Lines along a cylinder, parallel to its axis.
     Cylinder(CylinderLines),
 }
 
 impl<'t> LineFamily<'t> {
-    /// Creates lines on a surface by a density, for any shading point; `None` if it has no lines.
+    /// Sets up the lines on a surface by a density, for a shading point; `None` if the surface has
+    /// no lines.
     #[must_use]
     pub fn new<T: EmissionTexture>(
         by: LineDensity,
@@ -82,20 +87,20 @@ impl<'t> LineFamily<'t> {
         }
     }
 
-    /// The unit direction of the lines; zero where there are none.
+    /// Returns the unit direction of the lines; zero where there are no lines.
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         of!(LineFamily self, lines => lines.direction())
     }
 
-    /// A line from one random number in [0, 1).
+    /// Samples a line from one random number in [0, 1).
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
         of!(LineFamily self, lines => lines.sample(u))
     }
 
-    /// A point of the visible parts of a line, from one random number in [0, 1), and the joint
-    /// density of line and point per solid angle at the shading point `x`.
+    /// Samples a point of the visible parts of a line from one random number in [0, 1), and returns
+    /// it with the joint density of line and point per solid angle at the shading point `x`.
     #[must_use]
     pub fn point(
         &self,
@@ -112,20 +117,21 @@ impl<'t> LineFamily<'t> {
         })
     }
 
-    /// The line through a point of the light.
+    /// Returns the line through a point of the light.
     #[must_use]
     pub fn through(&self, point: DVec3) -> Segment {
         of!(LineFamily self, lines => lines.through(point))
     }
 
-    /// The joint density per solid angle at a point whose line has these visible parts.
+    /// Returns the joint density per solid angle at a point whose line has these visible parts.
     #[must_use]
     pub fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
         of!(LineFamily self, lines => at.density(lines.joint_pdf(at.point, visible)))
     }
 
-    /// The factor of an integral along a line, beside its offset's density: the height over the
-    /// plane that touches a cylinder there; 1 on a polygon, whose lines share their plane.
+    /// Returns the height of the shading point above the plane that touches a cylinder in the line.
+    /// An integral along a line on a cylinder has this factor in addition to the density of the
+    /// offset. It is 1 on a polygon, whose lines share one plane.
     #[must_use]
     pub fn height(&self, line: &LineSample) -> f64 {
         match self {
@@ -136,8 +142,8 @@ impl<'t> LineFamily<'t> {
 }
 
 impl Surface<'_> {
-    /// Adds the lines across those of a direction, one through each point; of surfaces without
-    /// lines none.
+    /// Adds, for each of some points, the line through it that is perpendicular to `direction`.
+    /// Surfaces without lines add no line.
     pub fn lines_across(
         &self,
         direction: DVec3,
@@ -157,6 +163,7 @@ impl Surface<'_> {
     }
 }
 
+/// Sets up the lines on a polygon by a density.
 fn polygon<'t>(
     light: &ConvexPolygon,
     by: LineDensity,
@@ -174,8 +181,8 @@ fn polygon<'t>(
     })
 }
 
-/// Lines on a polygon by its texture, along its edges unless a direction is asked for; `None` where
-/// the image does not cover the polygon exactly.
+/// Sets up lines on a polygon by its texture. They run along its edges unless a direction was
+/// given; `None` where the image does not cover the polygon exactly.
 fn textured<'t>(
     texture: &'t impl EmissionTexture,
     light: &ConvexPolygon,
@@ -192,7 +199,8 @@ fn textured<'t>(
     TexturedLines::along(light, image, axis)
 }
 
-/// Lines along the axis, whatever the direction asked for.
+/// Sets up the lines along a cylinder, which are parallel to its axis whichever direction was
+/// given.
 fn cylinder<'t>(
     light: &CylinderView,
     by: LineDensity,
@@ -210,7 +218,7 @@ fn cylinder<'t>(
     LineFamily::Cylinder(along_cylinder(light, from, measure))
 }
 
-/// Lines of a measure along a cylinder, above both horizons of a viewer.
+/// Sets up the lines of a measure along a cylinder, above both horizons of the shading point.
 pub(super) fn along_cylinder(
     light: &CylinderView,
     from: &Viewer<'_>,

@@ -1,10 +1,11 @@
-//! Surfaces of lights: the properties of each shape, and points and lines of any of them.
+//! This module holds the surfaces of lights: the properties of each shape, and how points and lines
+//! are drawn on it.
 //!
-//! A shape is one file of this folder, which holds the plain shape, the light that it makes and its
-//! [`Shape`], and one arm of [`Surface`]. `points.rs` and `lines.rs` say what draws its points and
-//! lines by each density, in one function for each shape.
+//! A shape has one file in this folder, with the plain shape, the light that it makes and its
+//! [`Shape`], and one variant of [`Surface`]. The files `points.rs` and `lines.rs` choose, in one
+//! function for each shape, the technique that draws points or lines by a given density.
 
-/// The code for whichever variant of `Surface`, `PointSource` or `LineFamily` the value is.
+/// Runs the same code for each variant of `Surface`, `PointSource` or `LineFamily`.
 macro_rules! of {
     (Surface $value:expr, $one:ident => $code:expr) => {
         of!(Surface: Polygon Sphere Disk Cylinder Sky; $value, $one => $code)
@@ -39,23 +40,23 @@ use crate::{CylinderView, Disk, Pdf, Shape, SkyView, Sphere, SurfaceMeasure};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_shading::ltc::TransformedCosines;
 
-/// A point of a light, and the direction from the shading point to it.
+/// A point of a light, with its direction and its distance from the shading point.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPoint {
     /// The point, in the coordinates of the light.
     pub point: DVec3,
     /// The point relative to the shading point.
     pub to_light: DVec3,
-    /// The unit direction from the shading point.
+    /// The unit direction from the shading point to the point.
     pub direction: DVec3,
-    /// The square of the distance.
+    /// The square of the distance from the shading point.
     pub square: f64,
-    /// The cosine between the light's normal and the direction to the shading point.
+    /// The cosine between the light's normal at the point and the direction to the shading point.
     pub cos_light: f64,
 }
 
 impl LightPoint {
-    /// A point of a surface as the shading point `x` meets it.
+    /// Describes a point of a surface as seen from the shading point `x`.
     #[inline]
     #[must_use]
     pub fn new(point: DVec3, x: DVec3, surface: &Surface<'_>) -> Self {
@@ -63,7 +64,7 @@ impl LightPoint {
         Self::towards(point, to_light, to_light / to_light.length(), surface)
     }
 
-    /// A point of a surface of which the direction is known.
+    /// Describes a point of a surface when its direction is already known.
     #[inline]
     #[must_use]
     pub fn towards(point: DVec3, to_light: DVec3, direction: DVec3, surface: &Surface<'_>) -> Self {
@@ -76,7 +77,7 @@ impl LightPoint {
         }
     }
 
-    /// A density of this point per solid angle.
+    /// Converts a density of this point to the density per solid angle.
     #[inline]
     #[must_use]
     pub fn density<M: SurfaceMeasure>(&self, pdf: Pdf<M>) -> f64 {
@@ -84,42 +85,42 @@ impl LightPoint {
     }
 }
 
-/// The shading point that looks at a light.
+/// The shading point from which a light is seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewer<'a> {
-    /// The place of the shading point.
+    /// The position of the shading point.
     pub position: DVec3,
     /// The shading normal, a unit vector.
     pub normal: DVec3,
-    /// The unit normal of the surface that the point lies on: another horizon.
+    /// The unit geometric normal of the surface at the point, which makes a second horizon.
     pub geometric_normal: DVec3,
-    /// The point's reflection, if that is known and a density asks for it.
+    /// The reflection at the point as a sum of LTCs, if it is known and a density needs it.
     pub cosines: Option<&'a TransformedCosines>,
 }
 
-/// The surface of a light: one arm for each shape.
+/// The surface of a light, with one variant for each shape.
 #[derive(Clone, Copy, Debug)]
 pub enum Surface<'a> {
-    /// A polygon, or the part of it above the horizons.
+    /// A polygon, or the part of a polygon above the horizons.
     Polygon(&'a ConvexPolygon),
     /// A sphere.
     Sphere(&'a Sphere),
     /// A disk.
     Disk(&'a Disk),
-    /// The side of a cylinder, as its shading point sees it.
+    /// The side of a cylinder, as the shading point sees it.
     Cylinder(&'a CylinderView),
-    /// A sky, as its shading point sees it.
+    /// A sky, as the shading point sees it.
     Sky(&'a SkyView<'a>),
 }
 
-/// The surface of a light as one shading point sees it: what [`Surface`] borrows.
+/// The surface of a light as one shading point sees it: it owns the data that [`Surface`] borrows.
 #[derive(Clone, Copy, Debug)]
 #[allow(
     clippy::large_enum_variant,
     reason = "one for each shading point, on the stack"
 )]
 pub enum SeenSurface<'a> {
-    /// A surface that is the same from everywhere.
+    /// A surface that is the same for all shading points.
     Fixed(Surface<'a>),
     /// A cylinder.
     Cylinder(CylinderView),
@@ -128,7 +129,7 @@ pub enum SeenSurface<'a> {
 }
 
 impl SeenSurface<'_> {
-    /// The surface.
+    /// Borrows the surface.
     #[inline]
     #[must_use]
     pub const fn surface(&self) -> Surface<'_> {
@@ -141,39 +142,40 @@ impl SeenSurface<'_> {
 }
 
 impl Surface<'_> {
-    /// The unit normal at one of its points, on the side that emits.
+    /// Returns the unit normal at a point of the surface, on the side that emits.
     #[inline]
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
         of!(Surface self, shape => Shape::normal(*shape, point))
     }
 
-    /// The normal, if it is the same everywhere.
+    /// Returns the normal if it is the same everywhere.
     #[must_use]
     pub fn flat(&self) -> Option<DVec3> {
         of!(Surface self, shape => shape.flat())
     }
 
-    /// The place where a ray from the shading point `x` meets it first; none from inside.
+    /// Returns the first point where a ray from the shading point `x` meets the surface; `None`
+    /// from inside.
     #[must_use]
     pub fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
         of!(Surface self, shape => Shape::meets(*shape, x, direction))
     }
 
-    /// Whether some of it may be above a horizon: see [`Shape::may_rise_above`].
+    /// Whether a part of the surface may be above a horizon: see [`Shape::may_rise_above`].
     #[inline]
     #[must_use]
     pub fn may_rise_above(&self, x: DVec3, n: DVec3) -> bool {
         of!(Surface self, shape => shape.may_rise_above(x, n))
     }
 
-    /// Half the smaller extent: see [`Shape::half_width`].
+    /// Returns half of the smaller extent of the surface: see [`Shape::half_width`].
     #[must_use]
     pub fn half_width(&self) -> f64 {
         of!(Surface self, shape => shape.half_width())
     }
 
-    /// The product of `edge` of the distances from the borders: see [`Shape::border`].
+    /// Returns the product of `edge` over the distances from the borders: see [`Shape::border`].
     pub fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
         of!(Surface self, shape => shape.border(point, x, edge))
     }

@@ -1,4 +1,5 @@
-//! Points of the surface of any light, by any density.
+//! This module draws points on the surface of any light, by any density: for each shape it chooses
+//! the technique that has the density, or the nearest one.
 
 use super::draw::Draw;
 use super::lines::along_cylinder;
@@ -14,73 +15,74 @@ use PointDensity as By;
 use linelit_geometry::{ConvexPolygon, DVec3, Frame};
 use linelit_shading::ltc::TransformedCosines;
 
-/// The density of points of a light.
+/// The density by which points of a light are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointDensity {
-    /// Uniform on the light's area.
+    /// Uniform on the light's whole area.
     Area,
-    /// Uniform on the area that the shading point sees of a sphere or a cylinder.
+    /// Uniform on the area of a sphere or a cylinder that the shading point sees.
     VisibleArea,
-    /// Uniform on the triangles that a polygon spans at unit distance (Shirley & Wang 1991),
-    /// nearly its solid angle; on other lights as [`PointDensity::SolidAngle`].
+    /// Uniform on the triangles that the directions to a polygon's corners span at unit distance
+    /// (Shirley & Wang 1991), which is almost its solid angle. On other lights it is
+    /// [`PointDensity::SolidAngle`].
     Proxy,
-    /// Uniform in the light's solid angle; of disks and cylinders within 1 %.
+    /// Uniform in the light's solid angle; for disks and cylinders within 1 %.
     SolidAngle,
-    /// Uniform in the light's projected solid angle: no noise on diffuse surfaces that see all of
-    /// the light; of disks within 2 %.
+    /// Uniform in the light's projected solid angle, for disks within 2 %: a diffuse surface that
+    /// sees all of the light has no noise.
     ProjectedSolidAngle,
-    /// Drawn by linearly transformed cosines that look like the reflection, and seldom uniform in
-    /// the solid angle; as [`PointDensity::SolidAngle`] on cylinders, and where no lobe can draw.
+    /// In proportion to the LTCs that approximate the reflection, with a small uniform part. It is
+    /// [`PointDensity::SolidAngle`] on cylinders, and where no LTC can be sampled.
     Lobes,
-    /// Proportional to the texture of a polygon, uniform on the area of one without; on other
-    /// lights as [`PointDensity::SolidAngle`].
+    /// In proportion to the texture of a polygon, and uniform on the area of a polygon without
+    /// texture. On other lights it is [`PointDensity::SolidAngle`].
     Texture,
 }
 
-/// A sampler of points of a light, ready for a shading point.
+/// A technique that draws points of a light, ready for one shading point.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
     reason = "few, in a buffer or on the stack"
 )]
 pub enum PointSource<'t> {
-    /// A polygon's, uniform by area.
+    /// Points of a polygon, uniform by area.
     Area(AreaSampler<'t>),
-    /// A polygon's, by its proxy at unit distance.
+    /// Points of a polygon, by its proxy at unit distance.
     Proxy(ProxySampler),
-    /// A polygon's, uniform in solid angle.
+    /// Points of a polygon, uniform in solid angle.
     SolidAngle(SolidAngleSampler),
-    /// A polygon's, uniform in projected solid angle.
+    /// Points of a polygon, uniform in projected solid angle.
     Projected(PointsOnLines<AngularLines>),
-    /// A polygon's, by the lobes of a reflection.
+    /// Points of a polygon, by the LTCs of a reflection.
     Lobes(Lobes),
-    /// A polygon's, by its texture.
+    /// Points of a polygon, by its texture.
     Texture(TexturedPoints<'t>),
-    /// A sphere's, uniform by area.
+    /// Points of a sphere, uniform by area.
     SphereCap(SphereCap),
-    /// A sphere's, uniform in solid angle.
+    /// Points of a sphere, uniform in solid angle.
     SphereCone(SphereCone),
-    /// A sphere's, uniform in projected solid angle.
+    /// Points of a sphere, uniform in projected solid angle.
     SphereProjected(SphereProjected),
-    /// A disk's, uniform by area.
+    /// Points of a disk, uniform by area.
     DiskArea(DiskArea),
-    /// A disk's, nearly uniform in solid angle.
+    /// Points of a disk, nearly uniform in solid angle.
     DiskCone(DiskCone),
-    /// A disk's, nearly uniform in projected solid angle.
+    /// Points of a disk, nearly uniform in projected solid angle.
     DiskChords(DiskChords),
-    /// A disk's, or a sphere's with this disk as its outline, by the lobes of a reflection.
+    /// Points of a disk, or of a sphere whose outline is this disk, by the LTCs of a reflection.
     DiskLobes(DiskLobes),
-    /// A cylinder's, uniform by area.
+    /// Points of a cylinder, uniform by area.
     CylinderArea(CylinderArea),
-    /// A cylinder's, on lines along it.
+    /// Points of a cylinder, on lines along it.
     CylinderLines(CylinderLines),
-    /// A sky's.
+    /// Points of a sky.
     Sky(SkyPoints<'t>),
 }
 
 impl<'t> PointSource<'t> {
-    /// Creates points of a surface by a density, for any shading point.
-    // Inlined, so that the few bytes of most densities are written where the source stays.
+    /// Sets up the points of a surface by a density, for one shading point.
+    // Inlined, so that the few bytes of most densities are written where the source is stored.
     #[inline(always)]
     #[must_use]
     pub fn new<T: EmissionTexture>(
@@ -104,21 +106,23 @@ impl<'t> PointSource<'t> {
         }
     }
 
-    /// A point of the surface from two random numbers in [0, 1), and its density per solid angle
-    /// at the shading point `x`; `None` where a draw missed the light.
+    /// Draws a point of the surface from two random numbers in [0, 1), and returns it with its
+    /// density per solid angle at the shading point `x`; `None` where the sample misses the light.
     #[inline]
     pub fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
         of!(PointSource self, source => source.draw(u, surface, x))
     }
 
-    /// The points of [`PointSource::draw`] from many pairs of random numbers, eight side by side,
-    /// as many as all columns hold. Densities are per area if the answer is `true`, else per solid
-    /// angle; `None` where points are no function of the numbers and the source alone.
+    /// Draws the points of [`PointSource::draw`] from many pairs of random numbers, in columns of
+    /// eight; their number is the length of the shortest column. The densities are per area if the
+    /// result is `true`, and per solid angle if it is `false`; `None` where the points depend on
+    /// more than the numbers and the source.
     pub fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
         of!(PointSource self, source => source.columns(u, out))
     }
 
-    /// The density per solid angle with which [`PointSource::draw`] gives a point of the light.
+    /// Returns the density per solid angle with which [`PointSource::draw`] gives a point of the
+    /// light.
     #[inline]
     #[must_use]
     pub fn density(&self, at: &LightPoint) -> f64 {
@@ -126,6 +130,7 @@ impl<'t> PointSource<'t> {
     }
 }
 
+/// Sets up the points of a polygon by a density.
 #[inline(always)]
 fn polygon<'t>(light: &'t ConvexPolygon, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let (x, n) = (from.position, from.normal);
@@ -144,6 +149,7 @@ fn polygon<'t>(light: &'t ConvexPolygon, by: By, from: &Viewer<'_>) -> PointSour
     }
 }
 
+/// Sets up the points of a sphere by a density.
 #[inline(always)]
 fn sphere<'t>(light: &Sphere, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let x = from.position;
@@ -164,6 +170,7 @@ fn sphere<'t>(light: &Sphere, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     }
 }
 
+/// Sets up the points of a disk by a density.
 #[inline(always)]
 fn disk<'t>(light: &Disk, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let x = from.position;
@@ -178,12 +185,13 @@ fn disk<'t>(light: &Disk, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     }
 }
 
-/// The lobes of the viewer's reflection over a disk, where points can be drawn by them.
+/// Sets up the LTCs of the shading point's reflection over a disk, if points can be drawn by them.
 fn disk_lobes(disk: &Disk, from: &Viewer<'_>) -> Option<DiskLobes> {
     let cosines = from.cosines.filter(|cosines| !cosines.lobes().is_empty())?;
     DiskLobes::new(disk, from.position, cosines)
 }
 
+/// Sets up the points of a cylinder by a density.
 #[inline(always)]
 fn cylinder<'t>(light: &CylinderView, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let by_area = PointSource::CylinderArea;
@@ -196,6 +204,7 @@ fn cylinder<'t>(light: &CylinderView, by: By, from: &Viewer<'_>) -> PointSource<
     }
 }
 
+/// Sets up the points of a sky by a density.
 fn sky<'t>(light: SkyView<'t>, by: By, from: &Viewer<'_>) -> PointSource<'t> {
     let by = match by {
         By::ProjectedSolidAngle | By::Lobes => SkyBy::Projected(from.normal),

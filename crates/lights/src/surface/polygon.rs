@@ -1,4 +1,5 @@
-//! Polygons, the lights that they make, and their surfaces.
+//! This module holds the light that a convex polygon makes, and the polygon's properties as a
+//! surface.
 
 use super::shape::{Extent, Normals, Shape, ShapeLight, bounds_of, is_position, on_plane};
 use crate::light::{Emission, height};
@@ -9,16 +10,18 @@ use linelit_geometry::{ConvexPolygon, DVec2, DVec3};
 pub struct AreaLight {
     /// The shape; its normal is the emitting side.
     pub polygon: ConvexPolygon,
-    /// The light that it emits.
+    /// The radiance that it emits, and from which sides.
     pub emission: Emission,
 }
 
 impl AreaLight {
-    /// Whether the shading point `x` is on a side that emits, and not in the light's plane.
+    /// Whether the shading point `x` is on a side that emits, and not in the plane of the light.
     ///
-    /// What a point in the plane receives is anything between nothing and half a space, and every
-    /// technique would make something else of it: it is nothing. In the plane is what lies within
-    /// `margin`, a fraction of the distance or of the light's size, at least 10⁻¹².
+    /// The light that a point in the plane receives is not determined: its limit is anything
+    /// between zero and half of the sphere of directions, depending on the approach, and every
+    /// technique would give a different value. It is therefore defined as zero. A point counts as
+    /// in the plane if its height is at most `margin` times the distance or the light's size, where
+    /// `margin` is raised to 10⁻¹² at least.
     #[must_use]
     #[inline]
     pub fn faces(&self, x: DVec3, margin: f64) -> bool {
@@ -54,8 +57,8 @@ impl ShapeLight for AreaLight {
 
     fn extent(&self) -> Extent {
         let (vertices, mean) = (self.polygon.vertices(), self.polygon.centroid());
-        // A triangle's second moment is 1/12 of the sum of its corners'; near enough for any
-        // polygon.
+        // The second moment of a triangle is 1/12 of the sum over its corners, which is a good
+        // enough approximation for any polygon.
         let spread: f64 = vertices.iter().map(|v| (*v - mean).length_squared()).sum();
         Extent {
             bounds: bounds_of(vertices),
@@ -83,6 +86,7 @@ impl Shape for ConvexPolygon {
 
     fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
         let (vertices, n) = (self.vertices(), self.normal());
+        // Meet the plane, and test the point against each edge.
         let hit = on_plane(vertices[0], n, x, direction)?;
         let next = vertices.iter().cycle().skip(1);
         let inside = |(a, b): (&DVec3, &DVec3)| n.dot((*b - *a).cross(hit - *a)) >= 0.0;
@@ -94,7 +98,7 @@ impl Shape for ConvexPolygon {
         self.vertices().iter().any(|v| n.dot(*v - x) > 0.0)
     }
 
-    /// Along and across the first edge.
+    /// The extents are measured along the first edge and across it.
     fn half_width(&self) -> f64 {
         let frame = self.plane_frame();
         let corners = self.vertices().iter().map(|v| frame.to_plane(*v));

@@ -1,7 +1,6 @@
-//! Skies as surfaces of lights, and points of them, which stand for their directions.
-//!
-//! Techniques take the light to be a sphere about the shading point that is larger than the scene:
-//! points of it stand for directions, and densities are per solid angle.
+//! This module holds skies as surfaces of lights, and draws points of them. A sky is treated as a
+//! sphere about the shading point that is larger than the scene: each point of it represents a
+//! direction, and densities are per solid angle.
 
 use super::shape::Shape;
 use crate::density::{Pdf, SolidAngle};
@@ -12,7 +11,7 @@ use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame};
 
-/// A sky as a shading point sees it: a sphere about the point that is larger than the scene.
+/// A sky as one shading point sees it: a sphere about the point that is larger than the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyView<'a> {
     sky: &'a Sky,
@@ -21,19 +20,19 @@ pub struct SkyView<'a> {
 }
 
 impl<'a> SkyView<'a> {
-    /// The sky about `x`.
+    /// Makes the view of a sky from `x`.
     #[must_use]
     pub fn new(sky: &'a Sky, x: DVec3) -> Self {
         let radius = sky.scene.beyond(x);
         Self { sky, x, radius }
     }
 
-    /// The point that stands for a direction.
+    /// Returns the point that represents a direction.
     fn point(&self, w: DVec3) -> DVec3 {
         self.x + w * self.radius
     }
 
-    /// The direction that a point stands for.
+    /// Returns the direction that a point represents.
     fn direction(&self, point: DVec3) -> DVec3 {
         (point - self.x).normalize_or_zero()
     }
@@ -56,29 +55,32 @@ impl Shape for SkyView<'_> {
         self.radius
     }
 
-    /// Skies have no border: that of a sun is as sharp as the light itself.
+    /// Skies have no border that weights could smooth: a sun's border is as sharp as the light
+    /// itself.
     fn border(&self, _: DVec3, _: DVec3, _: impl Fn(f64) -> f64) -> f64 {
         1.0
     }
 }
 
-/// The density of directions of a sky. Suns have one, uniform in their solid angle.
+/// The density of directions of a sky. It has no effect on suns, which are uniform in their solid
+/// angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SkyBy {
-    /// In proportion to the radiance, whatever the surface; of a constant sky, uniform over the
-    /// hemisphere about this normal.
+    /// In proportion to the radiance, without the cosine. A constant sky is uniform over the
+    /// hemisphere about this unit normal.
     Radiance(DVec3),
-    /// In proportion to the radiance and, nearly, the cosine with this unit normal.
+    /// In proportion to the radiance and, approximately, to the cosine with this unit normal.
     Projected(DVec3),
 }
 
-/// Draws points of a sky for one shading point.
+/// A technique that draws points of a sky for one shading point.
 ///
-/// Suns are drawn uniformly in their solid angle, constant skies uniformly over the hemisphere or
-/// in proportion to the cosine, images by a hierarchy ([`SkyImage`](crate::SkyImage)). Behind a
-/// portal a constant sky is drawn uniformly in the portal's solid angle; so is one half of the
-/// draws from an image, and the other half by the image, for what is bright and seen through the
-/// portal. What of an image or a sun is beside the portal has the density zero, so that the density
+/// Suns are sampled uniformly in their solid angle, constant skies uniformly over the hemisphere or
+/// in proportion to the cosine, and images by a hierarchy ([`SkyImage`](crate::SkyImage)). Behind a
+/// portal, a constant sky is sampled uniformly in the portal's solid angle. Of an image behind a
+/// portal one half of the samples is uniform in the portal's solid angle, and the other half
+/// follows the image, which finds bright parts that are seen through the portal. Directions of an
+/// image or a sun that do not pass through the portal have the density zero, so that the density
 /// integrates to less than one.
 ///
 /// ```
@@ -97,28 +99,31 @@ pub struct SkyPoints<'a> {
     kind: Kind<'a>,
 }
 
+/// The distributions by which directions of a sky are drawn.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
     reason = "one for each shading point, on the stack"
 )]
 enum Kind<'a> {
-    /// A cap about an axis of this height, 1 − cos of its half angle; uniform.
+    /// A cap about an axis, uniform in solid angle; its height is 1 − cos of its half angle.
     Cap(Frame, f64),
-    /// A hemisphere about an axis in proportion to the cosine.
+    /// A hemisphere about an axis, in proportion to the cosine.
     Cosine(Frame),
-    /// The solid angle of a portal.
+    /// The solid angle of a portal, uniformly.
     Portal(SolidAngleSampler),
-    /// An image, in proportion to the cosine with this normal.
+    /// An image, in proportion to the cosine with this normal, too, if there is one.
     Image(&'a SkyImage, Option<DVec3>),
-    /// The same and the solid angle of a portal, a half of the draws each.
+    /// An image, and the solid angle of a portal, with one half of the samples each.
     Shown(&'a SkyImage, Option<DVec3>, SolidAngleSampler),
 }
 
 impl<'a> SkyPoints<'a> {
-    /// Points for the shading point of a view.
+    /// Sets up the technique for the shading point of a view.
     #[must_use]
     pub fn new(view: SkyView<'a>, by: SkyBy) -> Self {
+        // A sun ignores the density and the portal, and an image a portal that is seen edge-on;
+        // [`Self::shows`] tests the portal for each direction.
         let kind = match (&view.sky.emission, &view.sky.portal, by) {
             (
                 SkyEmission::Sun {
@@ -153,36 +158,37 @@ impl<'a> SkyPoints<'a> {
         Self { view, kind }
     }
 
-    /// Whether a direction is through the portal, if there is one: suns and cells of images reach
-    /// beside it, and nothing is seen from behind.
+    /// Whether a direction passes through the portal, if there is one, and is of the sun, if the
+    /// sky is one. Suns and cells of images extend beyond the portal, which also is opaque from
+    /// behind.
     fn shows(&self, w: DVec3) -> bool {
         self.view.sky.portal.is_none() || self.view.sky.shows(self.view.x, w)
     }
 
-    /// A direction in the solid angle of a portal.
+    /// Returns a direction in the solid angle of the portal.
     fn through(&self, sampler: &SolidAngleSampler, u: [f64; 2]) -> DVec3 {
         self.view.direction(sampler.sample(u).point)
     }
 
-    /// The random numbers of a direction in the solid angle of the portal.
+    /// Returns the random numbers of a direction in the solid angle of the portal.
     fn back(&self, sampler: &SolidAngleSampler, w: DVec3) -> Option<[f64; 2]> {
         sampler.invert(sampler.polygon().meets(self.view.x, w)?)
     }
 }
 
-/// The density in the solid angle of a portal.
+/// Returns the density in the solid angle of a portal.
 fn density(sampler: &SolidAngleSampler) -> f64 {
     sampler.pdf(sampler.polygon().vertices()[0]).value()
 }
 
-/// A direction about the axis of a frame from 1 − cos and the turn in [0, 1).
+/// Returns a direction about the axis of a frame from 1 − cos and the turn in [0, 1).
 fn about(frame: &Frame, height: f64, turn: f64) -> DVec3 {
     let sine = (height * (2.0 - height)).max(0.0).sqrt();
     let (s, c) = sin_cos(TAU * turn);
     frame.to_world(DVec3::new(sine * c, sine * s, 1.0 - height))
 }
 
-/// The turn of a direction about the axis of a frame, in [0, 1).
+/// Returns the turn of a direction about the axis of a frame, in [0, 1).
 fn turn(frame: &Frame, w: DVec3) -> f64 {
     let local = frame.to_local(w);
     let turn = atan2(local.y, local.x) / TAU;
@@ -200,7 +206,7 @@ impl PointTechnique for SkyPoints<'_> {
                 (w, 1.0 / (TAU * height))
             }
             Kind::Cosine(frame) => {
-                // cos² θ is uniform.
+                // With this density cos² θ, and so sin² θ, is uniform.
                 let sine2 = u[0];
                 let cosine = (1.0 - sine2).sqrt();
                 let w = about(frame, sine2 / (1.0 + cosine), u[1]);

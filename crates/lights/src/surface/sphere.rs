@@ -1,9 +1,10 @@
-//! Spheres, the lights that they make, and their surfaces.
+//! This module holds the sphere, the light that it makes, and its surface.
 //!
-//! A sphere of constant radiance is, seen from outside, the flat disk of its outline with the same
-//! radiance: the circle in which the cone of directions touches it, r²/d from the centre towards
-//! the shading point. Occluders between the point and that disk hide both alike, but for those
-//! inside the sphere before the disk, which hide the disk only.
+//! Seen from outside, a sphere of constant radiance looks like a flat disk of the same radiance:
+//! the disk within its outline, the circle in which the cone of directions touches the sphere, at
+//! the distance r²/d from the centre towards the shading point. Occluders between the point and
+//! that disk hide both alike. The exceptions are occluders inside the sphere and in front of the
+//! disk, which hide the disk only.
 
 use super::disk::Disk;
 use super::shape::{Extent, Normals, Shape, ShapeLight, bounded, is_position, is_size, on_plane};
@@ -14,26 +15,27 @@ use linelit_geometry::{DVec3, Triangle, predicates};
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Centre.
+    /// The centre of the sphere.
     pub center: DVec3,
-    /// Radius > 0, in scene units.
+    /// The radius > 0, in scene units.
     pub radius: f64,
 }
 
 impl Sphere {
-    /// 4πR²; `f64::MAX` where that overflows, and zero where it is no number.
+    /// Returns the area 4πR²; `f64::MAX` where that overflows, and zero where it is not a number.
     #[must_use]
     pub fn area(&self) -> f64 {
         bounded(4.0 * PI * self.radius * self.radius)
     }
 
-    /// Unit outward normal at a point of the surface.
+    /// Returns the unit outward normal at a point of the surface; zero at the centre.
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
         predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
     }
 
-    /// The bounds, mean and normals of the sphere as a light, for bounds of groups of lights.
+    /// Returns the bounds, mean and normals of the sphere as a light, for bounds of groups of
+    /// lights.
     pub(crate) fn extent(&self) -> Extent {
         let (mean, r) = (self.center, DVec3::splat(self.radius));
         Extent {
@@ -44,11 +46,12 @@ impl Sphere {
         }
     }
 
-    /// A distance from `x` at which every direction has left the sphere, if that holds a scene:
-    /// twice the way to its far side, so that no margin near the light cuts into it.
+    /// Returns a distance from `x` at which every direction has left the sphere, for a sphere that
+    /// holds a scene. It is twice the distance to the far side, so that no margin near the light
+    /// reaches into the sphere.
     pub(crate) fn beyond(&self, x: DVec3) -> f64 {
         let far = x.distance(self.center) + self.radius;
-        // A scene without size has no occluders.
+        // A scene without a size has no occluders: any positive distance will do.
         2.0 * far.max(f64::MIN_POSITIVE.sqrt())
     }
 }
@@ -58,13 +61,13 @@ impl Sphere {
 pub struct SphereLight {
     /// The shape.
     pub sphere: Sphere,
-    /// Emitted radiance in W/(m² sr), linear RGB.
+    /// The emitted radiance in W/(m² sr), linear RGB.
     pub radiance: DVec3,
 }
 
 impl Sphere {
-    /// The circle in which the cone from `x` touches the sphere, as a disk with its normal towards
-    /// `x`; `None` from inside.
+    /// Returns the disk within the circle in which the cone from `x` touches the sphere, with its
+    /// normal towards `x`; `None` from inside.
     #[must_use]
     pub fn outline(&self, x: DVec3) -> Option<Disk> {
         let to_x = x - self.center;
@@ -81,8 +84,8 @@ impl Sphere {
         })
     }
 
-    /// The disk before all of the sphere that has its solid angle: what hides it hides the sphere.
-    /// `None` from inside.
+    /// Returns a disk in front of the whole sphere that has the sphere's solid angle: an occluder
+    /// that hides this disk hides the sphere. `None` from inside.
     #[must_use]
     pub fn before(&self, x: DVec3) -> Option<Disk> {
         let normal = self.outline(x)?.normal;
@@ -96,8 +99,8 @@ impl Sphere {
         })
     }
 
-    /// Whether nothing of a triangle is inside the sphere: then what it hides of the outline it
-    /// hides of the sphere.
+    /// Whether no part of a triangle is inside the sphere: then the triangle hides the same of the
+    /// sphere as of its outline.
     #[must_use]
     pub fn is_clear_of(&self, [a, b, c]: [DVec3; 3]) -> bool {
         let nearest = Triangle::new(a, b, c).nearest(self.center);
@@ -147,7 +150,7 @@ impl Shape for Sphere {
     fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
         let to_center = self.center - x;
         let along = to_center.dot(direction);
-        // The distance of the ray from the centre, without the cancellation of d² − along².
+        // Compute the distance of the ray from the centre without the cancellation of d² − along².
         let across = (to_center - direction * along).length();
         if along <= 0.0 || across > self.radius {
             return None;
@@ -160,7 +163,8 @@ impl Shape for Sphere {
         self.radius
     }
 
-    /// That of the outline, at the point that is seen in the same direction; 1 from inside.
+    /// Returns the value for the outline, at the point that is seen in the same direction; 1 from
+    /// inside.
     fn border(&self, point: DVec3, x: DVec3, edge: impl Fn(f64) -> f64) -> f64 {
         let Some(outline) = self.outline(x) else {
             return 1.0;

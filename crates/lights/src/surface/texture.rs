@@ -1,4 +1,4 @@
-//! Emission that varies over a light, and points drawn in proportion to it.
+//! This module holds emission that varies over a light, and draws points in proportion to it.
 
 use super::draw::Draw;
 use super::{LightPoint, Surface};
@@ -6,30 +6,32 @@ use crate::Shape;
 use crate::{ImportanceImage, PointTechnique, TexturedSampler};
 use linelit_geometry::{ConvexPolygon, DVec3};
 
-/// Emission that varies over an area light, and what points are drawn in proportion to.
+/// Emission that varies over an area light, and the density by which points are drawn in proportion
+/// to it.
 pub trait EmissionTexture {
-    /// The radiance at a point of the light, W/(m²·sr), on the side that emits.
+    /// Returns the radiance at a point of the light, in W/(m²·sr), on the side that emits.
     fn radiance(&self, on_light: DVec3) -> DVec3;
 
-    /// Points in proportion to the emission, on the light or (see [`fits`](Self::fits)) around it;
-    /// `None` where there is no such density: points then are uniform on the area.
+    /// Returns a sampler of points in proportion to the emission, on the light or (see
+    /// [`fits`](Self::fits)) around it. `None` where there is no such density: then points are
+    /// uniform on the area.
     fn points(&self) -> Option<TexturedSampler<'_>> {
         None
     }
 
-    /// Whether all points that are drawn lie on the light.
+    /// Whether all points that [`points`](Self::points) draws lie on the light.
     fn fits(&self) -> bool {
         false
     }
 
-    /// The image over `part`, if that is a parallelogram that the image covers exactly.
+    /// Returns the image over `part` if `part` is a parallelogram that the image covers exactly.
     fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage> {
         let _ = part;
         None
     }
 }
 
-/// The texture of lights that have none: there is no value of it.
+/// The type of the texture of lights without one; it has no values.
 #[derive(Clone, Copy, Debug)]
 pub enum NoTexture {}
 
@@ -39,16 +41,16 @@ impl EmissionTexture for NoTexture {
     }
 }
 
-/// Points of a polygon by the image of its texture.
+/// A technique that draws points of a polygon by the image of its texture.
 #[derive(Clone, Debug)]
 pub struct TexturedPoints<'t> {
     sampler: TexturedSampler<'t>,
-    /// The light, where points of the image may fall beside it.
+    /// The light, if points of the image may fall outside it.
     light: Option<ConvexPolygon>,
 }
 
 impl<'t> TexturedPoints<'t> {
-    /// `None` where the texture has no density.
+    /// Sets the technique up; `None` where the texture has no density.
     pub(super) fn new(texture: &'t impl EmissionTexture, light: &ConvexPolygon) -> Option<Self> {
         Some(Self {
             sampler: texture.points()?,

@@ -1,5 +1,5 @@
-//! Backward errors of linear lights and errors of solid angles: the rows of
-//! `docs/accuracy-lights.md`.
+//! This module measures the backward errors of linear lights and the errors of solid angles, which
+//! are the rows of `docs/accuracy-lights.md`.
 //!
 //! The backward error of a sample is the change of the random number ξ that explains it:
 //! |CDF(sample) − ξ|, with the CDF evaluated in `f64` for the very same input.
@@ -342,7 +342,8 @@ const CLASSES: [&str; 17] = [
     "sizes 1e3 to 1e18",
 ];
 
-/// Rows of lines whose numbers are those of `f32`, the printed algorithm in `f32` beside ours.
+/// Returns the rows of lines whose numbers are `f32`, with the printed algorithm in `f32` next to
+/// ours.
 pub(crate) fn beside_printed(cases: u64) -> Vec<Row> {
     let row = |name: &&'static str| {
         let mut rng = Random(5);
@@ -488,7 +489,7 @@ fn measure(row: &Row) -> f64 {
     }]
 }
 
-/// Rows that are worse than those of a table, or than their goal.
+/// Returns the rows that are worse than in a table, or worse than their goal.
 pub(crate) fn regressions(rows: &[Row], table: &str) -> Vec<String> {
     let mut out = Vec::new();
     for row in rows {

@@ -1,4 +1,5 @@
-//! A part of the inputs behind `docs/accuracy-lights.md`: no row may be worse than its table says.
+//! These tests repeat a part of the inputs behind `docs/accuracy-lights.md`: no row may be worse
+//! than its table says.
 
 use crate::{accuracy, precise};
 use linelit_geometry::intervals::Interval;

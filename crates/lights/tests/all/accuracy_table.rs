@@ -1,5 +1,5 @@
-//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, by a search for the worst
-//! and beside the printed algorithms, and errors of solid angles.
+//! This module writes `docs/accuracy-lights.md`: backward errors of linear lights, by a search for
+//! the worst and compared with the printed algorithms, and errors of solid angles.
 //!
 //! `cargo xtask accuracy [--check] [--quick] [--cases=N] [--keep-search]`: N random starts of the
 //! search (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with the

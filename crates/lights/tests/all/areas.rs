@@ -1,4 +1,5 @@
-//! Powers of lights and conversions of densities against their definitions.
+//! These tests compare the powers of lights and the conversions of densities with their
+//! definitions.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_lights::linear::ProjectedLine;
@@ -13,8 +14,8 @@ use std::f64::consts::PI;
 /// A few roundings.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// π times the area times the mean of the radiance, on each side; of a line, as of a cylinder of a
-/// radius R with the radiance that is told over R.
+/// The power is π times the area times the mean of the radiance, on each side; for a linear light
+/// it is the power of a cylinder of the radius R whose radiance is the given product divided by R.
 #[test]
 fn powers_are_of_areas() {
     let radiance = DVec3::new(1.0, 2.5, 4.0);
@@ -129,8 +130,8 @@ fn triangle() -> ConvexPolygon {
     ConvexPolygon::new(&corners).expect("a triangle")
 }
 
-/// Offsets that are linear in their angle between a light's corners are a choice, of which samples
-/// and densities agree whatever it is.
+/// Offsets that are linear in their angle between a light's corners are a choice: samples and
+/// densities have to agree for any choice.
 #[test]
 fn warped_offsets_are_frozen() {
     let lines = AngularLines::by_warped_solid_angle(&triangle(), 0.7, DVec3::ZERO);

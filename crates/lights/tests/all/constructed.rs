@@ -1,5 +1,5 @@
-//! Lights from plain numbers: what constructors make is what the fields say, of ordinary numbers,
-//! and no panic of hostile ones.
+//! These tests make lights from plain numbers: constructors set the fields that they should for
+//! ordinary numbers, and do not panic for hostile ones.
 
 use linelit_geometry::DVec3;
 use linelit_lights::{Extent, Light, Normals, PointDensity, SeenSurface, Surface};
@@ -13,7 +13,8 @@ fn lights_emit_what_their_numbers_say() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
     assert_eq!(Light::polygon(&corners, [2.0; 3]), Ok(square.clone()));
     let sides = square.clone().two_sided();
-    // Powers: radiance times area times π, 4π times the intensity, and those of thin cylinders.
+    // Powers: radiance times area times π, 4π times the intensity, and the powers of thin
+    // cylinders.
     for (light, power) in [
         (square, 2.0 * PI),
         (sides, 4.0 * PI),
@@ -62,8 +63,9 @@ fn surfaces() -> Vec<(Light, usize)> {
     ]
 }
 
-/// Of points uniform on the visible area: they are in the box, their mean squared distance from the
-/// mean is the variance, their normals are those of the surface, and one above a horizon lights.
+/// For points that are uniform on the visible area: they are in the box, their mean squared
+/// distance from the mean is the variance, their normals are the normals of the surface, and the
+/// light can light a receiver if one of them is above its horizon.
 #[test]
 fn lights_are_where_their_points_are() {
     const N: u32 = 64;

@@ -1,5 +1,6 @@
-//! Images of all directions: every cell of the hierarchy is drawn as often as what a lookup returns
-//! in it demands, for each mapping and filter; means and irradiance; and where nothing is random.
+//! These tests check images of all directions: for each mapping and filter, every cell of the
+//! hierarchy is sampled in proportion to the lookups in it; also means and irradiance, and lookups
+//! that do not depend on random numbers.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "pixels are f32, and columns and rows a few thousand"
@@ -152,8 +153,9 @@ fn all_cells(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count * count).map(move |k| [k % count, k / count])
 }
 
-/// For each mapping, filter and size, random pixels and single bright ones: the probability of each
-/// cell is the fraction of the light that lookups return in it, and the mean is that of lookups.
+/// For each mapping, filter and size, with random pixels and with single bright ones: the
+/// probability of each cell is the fraction of the light that lookups return in it, and the mean is
+/// the mean of lookups.
 #[test]
 fn cells_are_drawn_by_the_light_that_lookups_return() {
     for form in forms() {
@@ -216,8 +218,8 @@ fn narrow_suns_are_drawn_by_their_light() {
     }
 }
 
-/// The irradiance of an even sky is π L for any normal, and that of rows by longitude and latitude
-/// about their pole is an integral over one angle.
+/// The irradiance of a constant sky is π L for any normal, and the irradiance of rows by longitude
+/// and latitude about their pole is an integral over one angle.
 #[test]
 fn irradiance_is_the_integral_of_the_radiance() {
     for form in forms() {
@@ -256,8 +258,8 @@ fn irradiance_is_the_integral_of_the_radiance() {
     }
 }
 
-/// Behind a portal, half of the draws are uniform in its solid angle, and those of a constant sky
-/// all are: the density is 1/Ω, Ω by the formula of Van Oosterom and Strackee.
+/// Behind a portal, half of the samples of an image and all samples of a constant sky are uniform
+/// in its solid angle: the density is 1/Ω, with Ω by the formula of Van Oosterom and Strackee.
 #[test]
 fn portals_have_the_density_of_their_solid_angle() {
     let even = Form {

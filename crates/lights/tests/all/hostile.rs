@@ -1,6 +1,7 @@
-//! Every public function, those of round lights and of surfaces in files of their own, with floats
-//! that attack it in any argument: none panics, densities are finite and not negative, numbers
-//! given back lie in [0, 1), and what is drawn with a positive density lies on the light.
+//! These tests call every public function with hostile floats in any argument (round lights and
+//! surfaces have files of their own): none panics, densities are finite and not negative, random
+//! numbers that are returned lie in [0, 1), and points that are drawn with a positive density lie
+//! on the light.
 
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
@@ -100,8 +101,8 @@ fn is_on(point: DVec3, Shape { polygon: p, scale }: &Shape) -> bool {
         && p.normal().dot(point - p.vertices()[0]).abs() <= slack
 }
 
-/// A polygon, and the size that its coordinates are rounded to: that of the whole which it is a
-/// part of.
+/// A polygon, and the size to which its coordinates are rounded: the size of the whole of which it
+/// is a part.
 #[derive(Clone, Debug)]
 struct Shape {
     polygon: ConvexPolygon,

@@ -207,8 +207,8 @@ fn hold(law: &impl Law, case: &Case) {
     law.hold("another corner", case, &AreaSampler::by_fan(&turned));
 }
 
-/// χ² of so many samples at a level, a density that integrates to one, and sample → invert →
-/// sample.
+/// The laws that a technique obeys: χ² of a number of samples at a level, a density that integrates
+/// to one, and the round trip from sample over invert to sample.
 struct Obeys {
     samples: u32,
     alpha: f64,
@@ -342,7 +342,7 @@ fn places_are_uniform_in_what_is_visible() {
         for i in 0..100 {
             let xi = (f64::from(i) + 0.5) / 100.0;
             let (t, total) = width.place(&visible, xi);
-            // Some roundings of numbers below one, over a share of .3.
+            // There are some roundings of numbers below one, divided by a fraction of .3.
             assert!(
                 (total - all / f64::from(power)).abs() < 1e-15,
                 "{width:?} {total}"
@@ -351,7 +351,7 @@ fn places_are_uniform_in_what_is_visible() {
         }
         assert!(width.place(&[], 0.5).1.abs() < f64::MIN_POSITIVE);
     }
-    // The points of a whole line are those of the sampler.
+    // The points of a whole line are the points of the sampler.
     for case in &cases() {
         let fan = AreaSampler::by_fan(&case.polygon);
         let (line, slack) = (
@@ -366,7 +366,7 @@ fn places_are_uniform_in_what_is_visible() {
     }
 }
 
-/// The laws of the offsets of lines; `condition` is that of the CDF.
+/// Checks the laws of the offsets of lines; `condition` is the condition of the CDF.
 fn offsets_obey(
     name: String,
     lines: &impl LineTechnique,
@@ -419,8 +419,8 @@ fn offsets_fit(plain: u32, angular: u32) {
             let warped = AngularLines::by_warped_solid_angle(&case.polygon, angle, case.x);
             let cosine =
                 AngularLines::by_projected_solid_angle(&case.polygon, angle, case.x, case.n);
-            // Lambert's sum for a light that is not small has terms of order one, whatever their
-            // sum.
+            // Lambert's sum for a light that is not small has terms of order one, however small the
+            // sum is.
             let condition = match case.name {
                 "tiny" => 0.0,
                 _ => 1.0 / cosine.total().min(1.0),

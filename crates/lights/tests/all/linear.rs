@@ -1,4 +1,4 @@
-//! The laws for the techniques of linear lights, the LTC and the profiles.
+//! These tests check the laws of the techniques for linear lights, for LTCs and for profiles.
 
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_lights::linear::{

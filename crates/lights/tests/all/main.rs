@@ -1,4 +1,4 @@
-//! Lights and their techniques: laws, accuracy, and hostile input.
+//! These tests check lights and their techniques: laws, accuracy, and hostile input.
 
 mod accuracy;
 mod accuracy_page;

@@ -1,4 +1,5 @@
-//! Lines by projected solid angle from next to the light's plane, against 77 digits.
+//! These tests compare lines by projected solid angle, for shading points near the light's plane,
+//! with 77 digits.
 
 use crate::precise;
 use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
@@ -141,8 +142,8 @@ fn the_total_does_not_know_the_rounded_normal() {
     assert!(error <= tolerance(&seen), "{error:e}");
 }
 
-/// The CDF at an offset is the share of what lies before the line, and lines and points come back
-/// from their random numbers.
+/// The CDF at an offset is the fraction of the light before the line, and lines and points are
+/// recovered from their random numbers.
 fn holds(seen: &Seen, [xi, xj]: [f64; 2]) -> Result<(), TestCaseError> {
     let &Seen { light, x, n, angle } = seen;
     let lines = AngularLines::by_projected_solid_angle(&light, angle, x, n);

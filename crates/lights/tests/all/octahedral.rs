@@ -1,4 +1,5 @@
-//! The octahedral map: where things lie, there and back, equal areas, and hostile input.
+//! These tests check the octahedral map: known directions, round trips, equal areas, and hostile
+//! input.
 
 use linelit_geometry::DVec3;
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere, wrap_texel};
@@ -103,7 +104,7 @@ proptest! {
         prop_assert!(there.distance(w) < 48.0 * EPSILON, "{w} {there}");
         let w = square_to_sphere(place);
         prop_assert!((w.length() - 1.0).abs() < 16.0 * EPSILON);
-        // Places of one direction differ (the sides): the direction tells.
+        // A direction on a side has several positions: compare directions.
         let again = square_to_sphere(sphere_to_square(w));
         prop_assert!(again.distance(w) < 48.0 * EPSILON, "{place:?}");
     }

@@ -1,4 +1,4 @@
-//! Solid angles and irradiance of polygons in 77 digits.
+//! This module computes solid angles and irradiance of polygons with 77 digits, for comparison.
 
 use linelit_geometry::DVec3;
 use linelit_testkit::precise::Precise;

@@ -1,4 +1,4 @@
-//! Profiles at directions where their values are known, to rounding.
+//! These tests compare profiles with known values in single directions, to rounding.
 
 use crate::profiles::profiles;
 use linelit_geometry::{DVec3, Frame};

@@ -1,4 +1,4 @@
-//! Profiles: means, tables, images, and what is none.
+//! These tests check profiles: means, tables, images, and numbers that cannot be a profile.
 
 use linelit_geometry::{DMat3, DVec3, Frame};
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere};
@@ -28,7 +28,7 @@ pub(crate) fn profiles() -> Vec<(&'static str, ProfileKind)> {
     ]
 }
 
-/// Means in closed form are those of quadrature between the cones.
+/// Means in closed form agree with quadrature between the cones.
 #[test]
 fn means_of_profiles() {
     let frame = Frame::from_normal(DVec3::new(0.6, 0.0, 0.8));
@@ -100,8 +100,8 @@ fn tables_on_surfaces_begin_at_the_x_axis_of_the_profile() {
     }
 }
 
-/// The mean of an image is that of what a lookup returns: of interpolated pixels, and of the
-/// nearest; one bright pixel of any number.
+/// The mean of an image is the mean of its lookups: for interpolated pixels, for the nearest pixel,
+/// and for one bright pixel at any index.
 #[test]
 fn maps_have_the_mean_of_their_lookups() {
     for side in [1, 2, 5, 16] {
@@ -326,8 +326,9 @@ fn the_narrowest_beams_have_their_means() {
     }
 }
 
-/// An equal-area image is its pixels, whose mean is that of all directions; the Lambertian one is
-/// that of midpoints of 64 × 64 parts of each pixel, which err by the square of their size.
+/// An equal-area image has the mean of its pixels over all directions. Its Lambertian mean is
+/// computed from midpoints of 64 × 64 parts of each pixel, whose error is of the order of the
+/// square of their size.
 #[test]
 fn means_of_equal_area_images_are_those_of_their_pixels() {
     for side in [1, 2, 3, 5_usize] {

@@ -1,5 +1,5 @@
-//! The techniques against reference vectors of 25 digits; errors against tolerances that each
-//! case's conditioning derives.
+//! This module compares the techniques with reference vectors of 25 digits, with a tolerance for
+//! each case that follows from its conditioning.
 #![allow(dead_code, reason = "a test and an example use a part of it each")]
 
 use linelit_geometry::intervals::Interval;

@@ -1,5 +1,5 @@
-//! The laws of points of regions: χ², a density that integrates to one, and sample → invert →
-//! sample.
+//! These tests check the laws of samples on regions: χ², a density that integrates to one, and
+//! round trips from sample over invert to sample.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{PointTechnique, RegionSampler};
@@ -158,7 +158,7 @@ fn obey(samples: u32) {
             let q = PLANE[1].cross(d).dot(normal) / unit();
             let cell = |x: f64| (1..CELLS).filter(|i| x >= *i as f64 / CELLS as f64).count();
             observed[cell(q) * CELLS + cell(p)] += 1;
-            // A share of 1e-12 of the region is within rounding of its boundary.
+            // A fraction of 1e-12 of the region is within rounding of its boundary.
             let u = region.invert(sample.point).expect("a point of the region");
             let back = region.sample(u).point;
             // Lines shrink to a point at corners, where ξ = (d/D)² of a width D: ε/√ξ, and of N

@@ -1,4 +1,4 @@
-//! Nothing panics and nothing is NaN, whatever the light.
+//! These tests check that no light, however extreme, causes a panic or a NaN.
 
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};

@@ -1,4 +1,5 @@
-//! Shapes as surfaces: outlines, borders and widths, and lobes on a part of a light.
+//! These tests check shapes as surfaces: outlines, borders and widths, and LTCs on a part of a
+//! light.
 
 use super::surfaces::{SLACK, Scene, off};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
@@ -123,7 +124,7 @@ fn borders_are_where_they_are() {
     );
 }
 
-/// Samples by lobes on a part of a light: none is beside it, and they see all of it.
+/// Samples by LTCs on a part of a light lie on this part, and reach all of it.
 #[test]
 fn lobes_on_a_part_see_all_of_it() {
     let mut rng = rng(10);

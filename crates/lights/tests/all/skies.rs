@@ -1,4 +1,4 @@
-//! Lights without size and skies: laws of their points, radiance, hostile input.
+//! These tests check delta lights and skies: laws of their points, radiance, and hostile input.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "pixels are f32, and bins a few thousand"
@@ -143,7 +143,8 @@ fn caps_follow_the_laws() {
             .samples(1_000_000)
             .alpha(sidak(1e-4, 6))
             .resolution(resolution)
-            // A cap of 10⁻⁴ has densities that its places, at 10⁻¹², tell to 10⁻⁴.
+            // The densities of a cap of 10⁻⁴ are accurate to 10⁻⁴, since its positions are to
+            // 10⁻¹².
             .density(if height < 1e-6 { 1e-3 } else { 1e-6 })
             .check_2d(
                 &cap(axis, height, &view),
@@ -190,7 +191,7 @@ fn histogram(
             continue;
         }
         let w = hold(points, &sample);
-        // Bins are those of the image, turned as it is.
+        // The bins are the bins of the image, rotated with it.
         let local = turned() * w;
         let place = match is_flat {
             true => sphere_to_square(local),
@@ -316,9 +317,9 @@ fn through_parts(points: &SkyPoints<'_>, sky: &Sky, portal: &ConvexPolygon) -> (
     (expected, light)
 }
 
-/// Counts of a million samples in the parts of portals, and of those that do not pass, against the
-/// density; the half that is uniform passes. The light that the samples tell of is that by places
-/// of the portal.
+/// Counts of a million samples in the parts of portals, and of samples that do not pass, compared
+/// with the density; the half that is uniform passes. The light by samples agrees with the light by
+/// positions on the portal.
 #[test]
 fn portals_follow_the_laws() {
     let n = DVec3::Z;
@@ -385,8 +386,8 @@ fn portals_show_nothing_from_behind() {
     }
 }
 
-/// Points of any sky have a density where it shows, and none beside a portal or from behind it: a
-/// sun that the portal cuts, one beside it, and a portal that faces away.
+/// Points of any sky have a density where the sky is visible, and none outside a portal or from
+/// behind it: for a sun that the portal cuts, one outside it, and a portal that faces away.
 #[test]
 fn no_point_is_beside_a_portal() {
     let towards = DVec3::new(1.0, 2.0, 1.5);
@@ -447,7 +448,7 @@ fn images_are_drawn_in_proportion() {
         })
         .sum();
     let want = sky.mean().element_sum() / 3.0 * sky.solid_angle();
-    // 4 × 4 places of a pixel tell its mean to 2 %, samples to 1 % / √(2 · 10⁵) and less.
+    // 4 × 4 positions in a pixel give its mean to 2 %, and samples to 1 % / √(2 · 10⁵) or better.
     assert!(
         (sum / f64::from(count) / want - 1.0).abs() < 0.02,
         "{sum} {want}"
@@ -462,7 +463,7 @@ fn images_are_drawn_in_proportion() {
     assert!((power / (PI * 100.0 * want) - 1.0).abs() < 1e-12);
 }
 
-/// The units of radiance do not matter, even far beyond those of `f32`.
+/// The units of radiance do not matter, even far beyond the range of `f32`.
 #[test]
 fn images_of_any_scale_are_drawn_alike() {
     let drawn = |scale: f64| {
@@ -567,7 +568,7 @@ fn beams_are_what_arrives() {
         (beam.direction, beam.irradiance),
         (DVec3::Y, DVec3::splat(3.0))
     );
-    // Beyond the scene, whatever way the margins take.
+    // The end is beyond the scene, for all margins.
     let end = X + beam.to_light * (1.0 - 1e-3);
     assert!(end.distance(SCENE.center) > SCENE.radius);
     assert!((light.power() - 300.0 * PI).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! Skies where their numbers are known, to rounding.
+//! These tests compare skies with known values, to rounding.
 
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 use linelit_lights::{Light, SkyView, Sphere};
@@ -73,7 +73,7 @@ fn suns_are_caps() {
         assert!(sky.radiance(DVec3::ZERO, outside) == DVec3::ZERO);
         if half_angle < 1.5 {
             for (share, is_above) in [(0.5, true), (-0.5, true), (-0.99, true), (-1.01, false)] {
-                // The horizon is so many half angles below the middle.
+                // The horizon is this many half angles below the middle.
                 let below = share * half_angle;
                 let normal = N * below.sin() + side * below.cos();
                 assert_eq!(

@@ -1,5 +1,5 @@
-//! The solid angle from 1e-13 to 2π, in one technique: against closed forms, by additivity, and
-//! through the inverse.
+//! These tests check the solid angle from 1e-13 to 2π, by one technique: with closed forms, by
+//! additivity, and through the inverse.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AngularLines, LineTechnique, PointTechnique, SolidAngleSampler};
@@ -85,7 +85,7 @@ fn inverse_at_every_distance() {
 #[test]
 fn edge_on_and_on_the_light() {
     let quad = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).expect("a square");
-    // In the plane beside it, on an edge, on a corner, inside.
+    // In the plane: outside the light, on an edge, on a corner, and inside.
     for x in [(2.0, 0.5), (0.5, 0.0), (0.0, 0.0), (0.4, 0.6)] {
         let x = DVec3::new(x.0, x.1, 1.0);
         let sampler = SolidAngleSampler::new(&quad, x);
@@ -180,7 +180,7 @@ fn check_rectangle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], z: f64) {
 
 #[test]
 fn lines_along_edges_of_rectangles_match_quadrature() {
-    // Ordinary, beside the foot, around it, and square over it.
+    // An ordinary rectangle, one outside the foot, one around it, and a square above it.
     check_rectangle([-0.7, 1.1], [0.2, 1.3], 0.9);
     check_rectangle([1.0, 2.5], [-3.0, -0.5], 0.4);
     check_rectangle([0.0, 1.0], [-1.0, 1.0], 1.0);

@@ -1,4 +1,4 @@
-//! Skies in the space of a light: reflections and uneven scales.
+//! These tests check skies in the space of a light, under reflections and uneven scales.
 
 use crate::profiles::profiles;
 use crate::skies::{X, sky, turned};

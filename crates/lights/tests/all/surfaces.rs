@@ -1,5 +1,5 @@
-//! The laws of surfaces: points lie on them, lines go through their points, and whatever drew a
-//! point says the same density of it again.
+//! These tests check the laws of surfaces: points lie on them, lines pass through their points, and
+//! every technique returns the same density for a point that it has drawn.
 
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
@@ -54,7 +54,7 @@ impl Scene {
             0 => ConvexPolygon::parallelogram(center, a, b),
             _ => ConvexPolygon::triangle(center, center + a, center + b),
         };
-        // The point is outside of the endless cylinder.
+        // The point is outside the infinite cylinder.
         let axis = to.cross(a).normalize() + to * rng.in_range(-0.7, 0.7);
         let axis = Segment::new(center, center + axis * radius);
         let frame = Frame::from_normal((n + to).normalize());
@@ -162,8 +162,8 @@ impl Laws<'_> {
         }
     }
 
-    /// Holds eight points of a source: one by one they are those of its columns, to the bit. The
-    /// answer is how many of them missed the light.
+    /// Checks that eight points of a source, drawn one by one, are the points of its columns, to
+    /// the bit. Returns how many of them missed the light.
     pub(crate) fn points(&self, source: &PointSource<'_>, rng: &mut SplitMix64) -> u32 {
         let u: [[f64; 8]; 2] = [(); 2].map(|()| std::array::from_fn(|_| rng.next_f64()));
         let [mut a, mut b, mut c, mut pdf] = [[[0.0; 8]]; 4];
@@ -260,7 +260,7 @@ fn points_and_lines_obey() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(1_000), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Nothing panics, whatever the numbers, and densities are none or densities.
+    /// No numbers cause a panic, and all densities are valid.
     #[test]
     fn hostile_numbers(
         places in hostile_vectors::<5>(), directions in [hostile_direction(), hostile_direction(), hostile_direction()],

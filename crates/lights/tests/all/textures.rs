@@ -1,4 +1,5 @@
-//! The laws of what samples textures: points and lines on parallelograms, by an image.
+//! These tests check the laws of textured techniques: points and lines on parallelograms, by an
+//! image.
 
 use super::surfaces::{Laws, SLACK, setup, viewer};
 use linelit_geometry::intervals::Interval;
@@ -376,8 +377,8 @@ impl EmissionTexture for Painted {
     }
 }
 
-/// Points by a texture are those on the part that is the light; lines by it run along the edges
-/// unless a direction is asked for, and are by area where it does not cover the light.
+/// Points by a texture lie on the part that is the light. Lines by a texture run along its edges
+/// unless a direction is given, and are by area where the texture does not cover the light.
 #[test]
 fn textures_obey() {
     let mut rng = rng(7);

@@ -1,4 +1,4 @@
-//! The techniques against reference vectors of 25 digits.
+//! These tests compare the techniques with reference vectors of 25 digits.
 #![allow(clippy::print_stdout, reason = "a table is printed")]
 
 use crate::reference::{self, Rows};

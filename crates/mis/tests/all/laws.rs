@@ -1,5 +1,5 @@
-//! Laws of weights: they sum to one, are never NaN, do not depend on units, and shed what cannot
-//! contribute.
+//! These tests check laws of weights: they sum to one, are never NaN, do not depend on units, and
+//! ignore terms that cannot contribute.
 #![allow(clippy::float_cmp, reason = "exact laws")]
 
 use linelit_mis::smoothing::{

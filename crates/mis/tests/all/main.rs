@@ -1,4 +1,4 @@
-//! The laws of the heuristics, and what they do with hostile numbers.
+//! These tests check the laws of the heuristics, and their results for hostile numbers.
 
 mod hostile;
 mod laws;

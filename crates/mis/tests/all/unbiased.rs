@@ -1,5 +1,5 @@
-//! Every heuristic is unbiased: Monte Carlo against exact integrals, and the variances that theory
-//! promises.
+//! These tests check that every heuristic is unbiased, by comparison of Monte Carlo estimates with
+//! exact integrals, and that variances are the ones of theory.
 #![allow(clippy::cast_possible_truncation, reason = "counts are small")]
 
 use linelit_mis::smoothing::{border, smoothed_balance};

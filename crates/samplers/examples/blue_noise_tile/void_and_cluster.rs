@@ -1,5 +1,5 @@
-//! Void-and-cluster dither arrays (R. Ulichney 1993, *The void-and-cluster method for dither array
-//! generation*), in integer arithmetic so that every machine makes the same tile.
+//! This module makes void-and-cluster dither arrays (R. Ulichney 1993, *The void-and-cluster method
+//! for dither array generation*), in integer arithmetic so that every machine makes the same tile.
 
 use linelit_samplers::hash::mix;
 

@@ -1,4 +1,5 @@
-//! Blocks of a pattern: each is stratified as a pattern that stands alone, and so are all together.
+//! These tests check blocks of a pattern: each block is stratified like a pattern of its own, and
+//! so are all blocks together.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
 use crate::strata::{assert_each_once, assert_net, cell, fractions, stratum};
@@ -170,7 +171,7 @@ fn blocks_of_nets_are_nets_and_so_are_all_together() {
 }
 
 /// All blocks together are the first points of one sequence: between powers of two no stratum of
-/// the next finer level holds two of them, whatever the numbers of blocks and samples.
+/// the next finer level has two of them, for any numbers of blocks and samples.
 #[test]
 fn blocks_of_sequences_are_runs_of_it() {
     for kind in [SamplerKind::Sobol, SamplerKind::Halton, SamplerKind::ZSobol] {
@@ -228,8 +229,9 @@ fn each_sample_of_a_block_is_uniform_over_seeds() {
     }
 }
 
-/// Of f(x) = x, a block has the variance 1/(12 N³) of as many numbers alone, and all together have
-/// that of SN: parts are independent from stratum to stratum, and each number is within its part.
+/// For f(x) = x, a block has the variance 1/(12 N³) of a pattern of N numbers, and all together
+/// have the variance for SN: parts are independent from stratum to stratum, and each number is
+/// within its part.
 #[test]
 fn variances_of_blocks_and_of_all_together() {
     use SamplerKind::{Halton, MultiJitter, Sobol, Stratified, ZSobol};
@@ -241,7 +243,7 @@ fn variances_of_blocks_and_of_all_together() {
             let sets = blocks(kind, seed, split);
             let mean = |set: &SampleSet| set.iter_1d().sum::<f64>() / n - 0.5;
             let errors: Vec<f64> = sets.iter().map(mean).collect();
-            // One of the blocks: those of a pattern are not independent.
+            // Take one of the blocks, since the blocks of a pattern are not independent.
             let one = errors[seed as usize % errors.len()];
             [one, errors.iter().sum::<f64>() / s]
         };
@@ -276,7 +278,7 @@ fn variances_of_blocks_and_of_all_together() {
     }
 }
 
-/// Blocks of independent numbers have nothing in common, whatever their sizes.
+/// Blocks of independent numbers have no numbers in common, for any sizes.
 #[test]
 fn blocks_of_independent_numbers_are_independent() {
     for kind in [SamplerKind::Independent, SamplerKind::BlueNoiseIndependent] {

@@ -1,4 +1,4 @@
-//! The blue-noise tile: a permutation of its ranks, and blue.
+//! These tests check the blue-noise tile: it is a permutation of its ranks, and blue.
 #![allow(clippy::cast_possible_truncation, reason = "sizes are at most 64×64")]
 
 use linelit_samplers::{Sampler, SamplerKind, blue_noise_rank};
@@ -121,10 +121,10 @@ fn errors_are_blue_across_pixels() {
     );
 }
 
-/// Of Z-order Sobol' points, neighbouring pixels hold points next to each other in one sequence,
-/// whatever their number: the errors of neighbours cancel, which is a correlation below zero. If
-/// pixels took the first points of blocks of a power of two, all would leave the same out, and the
-/// correlation be above zero for 24, 48 and 96.
+/// For Z-order Sobol' points in any number, neighbouring pixels have consecutive points of one
+/// sequence, so that the errors of neighbours cancel, which is a negative correlation. If pixels
+/// took the first points of blocks of a power of two, all would leave the same points out, and the
+/// correlation would be positive for 24, 48 and 96.
 #[test]
 fn errors_of_neighbours_cancel_for_any_number_of_points() {
     let e = std::f64::consts::E;

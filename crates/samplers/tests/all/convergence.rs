@@ -1,5 +1,5 @@
-//! How fast errors fall: exact variances where theory gives them, slopes where it gives rates (the
-//! table of variance exponents in the crate's README).
+//! These tests measure how fast errors fall: exact variances where theory gives them, and slopes
+//! where it gives rates (the table of variance exponents in the crate's README).
 
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_testkit::chi2::sidak;
@@ -92,9 +92,9 @@ fn variances_of_a_ramp() {
     }
 }
 
-/// A jump at a random place c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 −
-/// p)] = 1/6, so that the variance is 1/(6 N²) for all stratified patterns and for uniform jitter,
-/// whatever N; 1/(6 N) independent.
+/// A jump at a random position c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 −
+/// p)] = 1/6, so that for any N the variance is 1/(6 N²) for all stratified patterns and for
+/// uniform jitter, and 1/(6 N) for independent samples.
 #[test]
 fn variances_of_a_jump() {
     use SamplerKind::{Independent, MultiJitter, Sobol, Stratified, UniformJitter};

@@ -1,6 +1,6 @@
-//! Frozen streams: a change of any number here is a breaking change, to be named in the changelog
-//! under "Sampler streams". The values are what this crate gave when the streams were frozen;
-//! nothing else vouches for them.
+//! These tests freeze the streams: a change of any number here is a breaking change, to be named in
+//! the changelog under "Sampler streams". The values are the ones that this crate gave when the
+//! streams were frozen; there is no other source for them.
 
 use linelit_samplers::hash::mix;
 use linelit_samplers::{Block, Sampler, SamplerKind};

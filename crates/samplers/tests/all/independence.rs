@@ -1,5 +1,5 @@
-//! Padding: numbers of different dimensions, pixels and seeds are independent, and pair up at
-//! random.
+//! These tests check padding: numbers of different dimensions, pixels and seeds are independent,
+//! and are paired at random.
 #![allow(clippy::cast_possible_truncation, reason = "bins are small")]
 
 use linelit_samplers::{Sampler, SamplerKind, hash::unit_f64};

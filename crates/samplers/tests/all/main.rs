@@ -1,4 +1,5 @@
-//! What the patterns promise: their values, strata, independence and convergence.
+//! These tests check the properties of the patterns: their values, strata, independence and
+//! convergence.
 
 mod blocks;
 mod blue_noise;

@@ -1,5 +1,5 @@
-//! Numbers are pure functions of their names: no order, no state, no dependence on what else was
-//! drawn.
+//! These tests check that numbers are pure functions of seed, pixel, dimension and sample: there is
+//! no order, no state, and no dependence on other numbers that were drawn.
 #![allow(clippy::float_cmp, reason = "the same bits are expected")]
 #![allow(clippy::cast_possible_truncation, reason = "indices are small")]
 

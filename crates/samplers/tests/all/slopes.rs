@@ -1,4 +1,5 @@
-//! Slopes between numbers: unbiased, without noise of what is linear, and an order faster.
+//! These tests check slopes between numbers: they are unbiased, have no noise for linear functions,
+//! and converge one order faster.
 
 use linelit_samplers::hash::{mix, unit_f64};
 use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind, Slopes};

@@ -1,4 +1,5 @@
-//! What each pattern promises of one set: one sample per stratum, cell, elementary interval.
+//! These tests check the strata of each pattern in one set: one sample per stratum, cell, or
+//! elementary interval.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
 use linelit_samplers::{Sampler, SamplerKind, owen_scramble, sobol_02, van_der_corput};

@@ -1,5 +1,5 @@
-//! Every number is uniform: over a set, over seeds, over pixels, down to the last bits, for
-//! ordinary and nasty names.
+//! These tests check that every number is uniform: over a set, over seeds and over pixels, down to
+//! the last bits, for ordinary and extreme arguments.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
 use linelit_samplers::{Sampler, SamplerKind};

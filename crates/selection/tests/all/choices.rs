@@ -1,5 +1,5 @@
-//! Choosing among lights: probabilities add up, frequencies fit them, zeros are true, and the tree
-//! is good.
+//! These tests check the choice among lights: probabilities add up, frequencies fit them, only
+//! lights that cannot contribute have the probability zero, and the tree has little noise.
 
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};

@@ -1,5 +1,5 @@
-//! Estimates, which choose lights and bias nothing, are what they were: a formula that is wrong by
-//! little only adds noise, which no other test notices.
+//! These tests freeze the estimates by which lights are chosen. They affect only the noise, so that
+//! no other test notices a formula that is slightly wrong.
 
 use crate::choices::{mixed, receivers};
 use linelit_geometry::DVec3;

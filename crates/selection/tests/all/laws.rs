@@ -1,5 +1,5 @@
-//! Whatever the lights and wherever the point: one light for each number, probabilities that add up
-//! to one, true zeros.
+//! These tests check the choice for any lights and any point: one light for each random number,
+//! probabilities that add up to one, and zero only for lights that cannot contribute.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
 use linelit_lights::{
@@ -132,7 +132,7 @@ fn lamps() -> impl Strategy<Value = Vec<Light>> {
     prop::collection::vec(lamp(), 1..40).prop_map(|all| all.into_iter().flatten().collect())
 }
 
-/// Lights of any magnitude, some of which overflow whatever is made of them.
+/// Lights of any magnitude, some of which overflow in any product.
 fn hostile() -> impl Strategy<Value = Vec<Light>> {
     let magnitude = || {
         prop_oneof![

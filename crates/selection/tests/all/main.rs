@@ -1,4 +1,4 @@
-//! Choosing among lights: frequencies, laws, and hostile input.
+//! These tests check the choice among lights: frequencies, laws, and hostile input.
 
 mod choices;
 mod frozen;

@@ -1,9 +1,18 @@
-//! What the horizon leaves of a triangle.
+//! This module computes the part of a triangle above the horizon without cancellation.
 //!
-//! Corners P₀, P₁, P₂ with fᵢ = n·Pᵢ; edge k is opposite Pₖ, from Pᵢ to Pⱼ. It meets the horizon
-//! where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ. Products and quotients of these
-//! and of the determinant there yield the part above the horizon: nothing cancels, however near
-//! the light's plane is, and the horizon to it.
+//! Let the corners be P₀, P₁, P₂ with fᵢ = n·Pᵢ; edge k is opposite to Pₖ and runs from Pᵢ to Pⱼ.
+//! It meets the horizon where its corners have the weights fⱼ and −fᵢ, divided by fⱼ − fᵢ. The part
+//! above the horizon is given by products and quotients of these weights and of the determinant:
+//!
+//! ```text
+//!            P₀                    above: a triangle, or a quadrilateral
+//!           ╱  ╲
+//!   ───────•────•───── horizon     • : vertices with weights of two corners
+//!        ╱        ╲
+//!      P₁──────────P₂
+//! ```
+//!
+//! Nothing cancels, however near the light's plane is, and however close the horizon is to it.
 
 use super::{Corner, Triangle};
 use crate::exact::{dot, length};
@@ -12,28 +21,30 @@ use crate::span::power_of_two_unit;
 use linelit_geometry::double::{self, Double, Doubles, vector};
 use linelit_geometry::{DVec3, predicates};
 
-/// The horizon may add a corner to a triangle.
+/// The largest number of vertices: the horizon may add one to a triangle.
 const MOST: usize = 4;
-/// A difference below this share of its terms has lost more than three bits.
+/// A difference below this fraction of its terms has lost more than three bits.
 const CANCELLED: f64 = 0.125;
-/// Cosine of a diagonal from where on its rounded ends do not know its plane to 1e-13.
+/// The cosine of a diagonal's angle beyond which its rounded ends do not determine its plane to
+/// 1e-13.
 const NEARLY_STRAIGHT: f64 = -0.999_99;
 
-/// The line along which a side runs: an edge of the triangle, or the horizon.
+/// The line along which a side of the part runs: an edge of the triangle, or the horizon.
 #[derive(Clone, Copy, Debug)]
 enum Side {
     Edge(usize),
     Horizon,
 }
 
+/// A vertex of the part above the horizon.
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
     corner: Corner,
-    /// The weights of the triangle's corners that sum to the vertex.
+    /// The weights with which the triangle's corners sum to the vertex.
     weights: [f64; 3],
-    /// The edge that meets the horizon here, if one does, and the change of n·P along it.
+    /// The edge that meets the horizon here, if there is one, and the change of n·P along it.
     cut: Option<(usize, f64)>,
-    /// Along which it goes on to the next one.
+    /// The line along which the boundary continues to the next vertex.
     side: Side,
 }
 
@@ -41,13 +52,13 @@ struct Vertex {
 struct Given {
     n: DVec3,
     corners: [Corner; 3],
-    /// Cross products along the edges.
+    /// The cross products of the ends of each edge.
     edges: [DVec3; 3],
     volume: f64,
 }
 
-/// The sum of `part` over the triangles that are left of one, by corners of length one; `volume` is
-/// the determinant of `points`.
+/// Returns the sum of `part` over the triangles into which the part above the horizon is divided,
+/// with corners of length one; `volume` is the determinant of `points`.
 pub(super) fn above(
     n: DVec3,
     points: [DVec3; 3],
@@ -69,6 +80,7 @@ pub(super) fn above(
         edges,
         volume,
     };
+    // A triangle that is completely above the horizon needs no cut.
     if corners.iter().all(|c| c.value >= 0.0) {
         let (r, most) = (points.map(length), n.length());
         return part(Triangle {
@@ -77,8 +89,9 @@ pub(super) fn above(
             volume: [volume / r[0] / r[1], 1.0 / r[2]],
         });
     }
+    // Cut the triangle, and divide the rest.
     let (vertices, count) = given.clipped();
-    // Of cosines that are no numbers there is nothing above.
+    // If cosines are not numbers, there is no part above.
     if count < 3 {
         return 0.0;
     }
@@ -106,6 +119,7 @@ impl Given {
             out[count] = vertex;
             count += 1;
         };
+        // Walk around the triangle, and add a vertex where an edge crosses the horizon.
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let [from, to] = [i, j].map(|i| self.corners[i].value);
@@ -139,8 +153,8 @@ impl Given {
         }
     }
 
-    /// Returns the cross product of a vertex and the next one as a factor of their side's normal,
-    /// over `length`.
+    /// Returns the cross product of a vertex and the next one, divided by `length`, as a factor of
+    /// the normal of their side.
     fn turn(&self, a: &Vertex, b: &Vertex, length: f64) -> f64 {
         match (a.side, a.cut, b.cut) {
             (Side::Edge(_), _, Some((_, span))) => -a.corner.value / length / span,
@@ -164,7 +178,8 @@ impl Given {
         }
     }
 
-    /// Returns the position of a vertex, scaled to about length one.
+    /// Returns the position of a vertex in twice the working precision, scaled to about unit
+    /// length.
     fn place(&self, vertex: &Vertex) -> Doubles<3> {
         let at = match vertex.cut {
             None => vector(vertex.corner.at),
@@ -180,7 +195,7 @@ impl Given {
     }
 }
 
-/// The part that is left, with its corners as unit vectors.
+/// The part above the horizon, with its corners as unit vectors.
 struct Left<'a> {
     given: &'a Given,
     vertices: &'a [Vertex],
@@ -189,7 +204,7 @@ struct Left<'a> {
 }
 
 impl<'a> Left<'a> {
-    /// `None` with a corner at the shading point.
+    /// Normalizes the corners; `None` if one is at the shading point.
     fn new(given: &'a Given, vertices: &'a [Vertex]) -> Option<Self> {
         let mut units = [vertices[0].corner; MOST];
         let mut lengths = [0.0; MOST];
@@ -206,7 +221,7 @@ impl<'a> Left<'a> {
         })
     }
 
-    /// The cross product of a corner and the next one.
+    /// Returns the cross product of a corner and the next one.
     fn side(&self, i: usize) -> DVec3 {
         let j = (i + 1) % self.vertices.len();
         let (a, b) = (self.lengths[i], self.lengths[j]);
@@ -219,7 +234,7 @@ impl<'a> Left<'a> {
         normal / a.max(b) * turn
     }
 
-    /// The height over a side of the corner i.
+    /// Returns the height of the corner i above a side.
     fn height(&self, side: usize, i: usize) -> f64 {
         match self.vertices[side].side {
             Side::Edge(k) => self.given.volume * self.vertices[i].weights[k] / self.lengths[i],
@@ -227,13 +242,13 @@ impl<'a> Left<'a> {
         }
     }
 
-    /// The cross product of two corners that are not neighbours.
+    /// Returns the cross product of two corners that are not neighbours.
     fn diagonal(&self, i: usize, j: usize) -> DVec3 {
         let [p, q] = [i, j].map(|v| self.units[v].at);
         if p.dot(q) > NEARLY_STRAIGHT {
             return predicates::cross(p, q);
         }
-        // Of the next corner and the one before, j is a sum with these weights, but for i itself.
+        // The corner j is a weighted sum of the next corner, the one before, and i itself.
         let count = self.vertices.len();
         let (next, before) = ((i + 1) % count, (i + count - 1) % count);
         let one = self.side(i) * (self.height(before, j) / self.height(before, next));
@@ -247,7 +262,7 @@ impl<'a> Left<'a> {
         double::rounded(double::cross(p, q)) / r / s
     }
 
-    /// The triangles by the diagonal that is farther from half a turn.
+    /// Divides the part into triangles by the diagonal whose angle is farther from half a turn.
     fn triangles(&self) -> impl Iterator<Item = Triangle> {
         let count = self.vertices.len();
         let cosine = |i: usize| self.units[i].at.dot(self.units[i + 2].at);
@@ -255,7 +270,8 @@ impl<'a> Left<'a> {
         (1..count - 1).map(move |step| self.triangle(apex, step))
     }
 
-    /// The triangle of the apex, the corner so many steps after it and the next one.
+    /// Returns the triangle of the apex and two neighbouring corners, the first of which is `step`
+    /// corners after the apex.
     fn triangle(&self, apex: usize, step: usize) -> Triangle {
         let count = self.vertices.len();
         let at = [0, step, step + 1].map(|t| (apex + t) % count);
@@ -268,7 +284,7 @@ impl<'a> Left<'a> {
                 self.diagonal(from, to)
             }
         });
-        // By the longest side of the part, which is the farthest from what underflows.
+        // Use the longest side of the part, which is farthest from underflow.
         let longer = |best: usize, i: usize| {
             if is_side[i] && length(sides[i]) > length(sides[best]) {
                 i

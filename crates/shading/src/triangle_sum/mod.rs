@@ -1,15 +1,17 @@
-//! The irradiance of a convex polygon as a sum over triangles, from terms that are not negative.
+//! This module computes the irradiance of a convex polygon as a sum over triangles, from terms that
+//! are not negative. [`polygon`](crate::polygon) uses it where other sums cancel.
 //!
-//! With unit vectors â, b̂, ĉ to the corners of a triangle, v the angle along the side from b̂, δ
-//! that whole side, ê(v) the direction there, R the angle from â to ê, and G the function of R that
-//! lines have ([`lune`]),
+//! Let â, b̂, ĉ be unit vectors to the corners of a triangle, v the angle along the side from b̂, δ
+//! the angle of that whole side, ê(v) the direction there, R the angle from â to ê, and G the
+//! function of R that integrals along lines have ([`lune`]). Then
 //!
 //! ```text
 //! ∫ n·ω dω = det(â, b̂, ĉ) ∫ dv/sin δ · ½ [(n·â) (1 − G cos R) + (n·ê) G]
 //! ```
 //!
-//! What the [horizon](cut) leaves of a triangle has determinants that are products and quotients,
-//! and n·ω follows from its values at the corners: nothing cancels, however thin a sliver.
+//! The part of a triangle above the [horizon](cut) has determinants that are products and
+//! quotients, and n·ω follows from its values at the corners. Nothing cancels, even for the
+//! thinnest sliver.
 
 mod cut;
 
@@ -22,29 +24,31 @@ use linelit_elementary::{atan2, sin, sin_cos};
 use linelit_geometry::{DVec3, predicates};
 use std::f64::consts::PI;
 
-/// Cosine of an angle (96°): longer sides are halved. Over a shorter one sixteen nodes err by less
-/// than 1e-20: G has its next pole where R is half a turn, 84° beyond.
+/// The cosine of the longest side (96°): longer sides are halved. Over a shorter side the error of
+/// sixteen nodes is below 1e-20: the next pole of G is where R is half a turn, 84° beyond.
 const LONGEST: f64 = -0.1;
-/// The square of a side, so short that the third corner is not opposite the middle of the longest.
+/// The square of a side that is so short that the third corner is not opposite to the middle of the
+/// longest side.
 const SLENDER: f64 = 0.01;
-/// The scale of points: it brings the roundings of lengths of 1e-300 into the range of numbers.
+/// The scale of points: it brings the rounding errors of lengths of 1e-300 above underflow.
 const SCALE: f64 = 1_267_650_600_228_229_401_496_703_205_376.0;
-/// The most rounds of halving: a half-sphere's triangles have sides of at most 180°, 90°, 45°.
+/// The largest number of rounds of halving: the triangles of a half-sphere have sides of at most
+/// 180°, 90°, 45°.
 const HALVINGS: u32 = 6;
-/// Cosine of an angle (120°) below which all arcs are from a corner to the shortest side, once no
-/// side is longer than 96°.
+/// The cosine of an upper bound (120°) of all arcs from a corner to the shortest side, once no side
+/// is longer than 96°.
 const LONGEST_ARC: f64 = -0.5;
 
-/// A corner: its direction, or a point that way.
+/// A corner, given by its direction or by a point in this direction.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     at: DVec3,
-    /// n times it.
+    /// The product n·at.
     value: f64,
 }
 
 impl Corner {
-    /// The sum of two with weights that are not negative.
+    /// Returns the sum of two corners with weights that are not negative.
     fn blend(self, a: f64, other: Self, b: f64) -> Self {
         Self {
             at: self.at * a + other.at * b,
@@ -52,8 +56,9 @@ impl Corner {
         }
     }
 
-    /// The direction of a point so far away; its cosine is at most `most`, for a cut may be so near
-    /// the shading point that its distance underflows.
+    /// Returns the direction of a point at the distance `length`. Its cosine is bounded by `most`,
+    /// since a vertex on the horizon may be so near to the shading point that its distance
+    /// underflows.
     fn over(self, length: f64, most: f64) -> Self {
         Self {
             at: self.at / length,
@@ -66,16 +71,17 @@ impl Corner {
 #[derive(Clone, Copy, Debug)]
 struct Triangle {
     corners: [Corner; 3],
-    /// The cross products of the ends of the sides opposite the corners, in order. Of a side of
-    /// nearly 180° its rounded ends know neither the plane nor the sine.
+    /// The cross products of the ends of the sides opposite to the corners, in order. They are
+    /// stored because the rounded ends of a side of nearly 180° determine neither its plane nor its
+    /// sine.
     sides: [DVec3; 3],
-    /// The corners' determinant, of either sign, as two factors: of half a turn's sliver the
-    /// product is below the range of numbers.
+    /// The determinant of the corners, of either sign, as two factors: for a sliver of half a turn
+    /// the product underflows.
     volume: [f64; 2],
 }
 
-/// `∫ max(0, n·ω) dω` over the fan of triangles from the first vertex, positive where they are
-/// counter-clockwise.
+/// Returns `∫ max(0, n·ω) dω` over the fan of triangles from the first vertex; it is positive where
+/// they are counter-clockwise.
 pub(crate) fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut sum = 0.0;
     for pair in vertices[1..].windows(2) {
@@ -92,7 +98,7 @@ pub(crate) fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
 }
 
 impl Triangle {
-    /// ∫ n·ω dω by parts, while there is a long side.
+    /// Returns ∫ n·ω dω; a triangle with a long side is divided first.
     fn divided(&self, n: DVec3, rounds: u32) -> f64 {
         let corners = self.corners;
         let chord = |i: usize| (corners[(i + 1) % 3].at - corners[(i + 2) % 3].at).length_squared();
@@ -107,10 +113,12 @@ impl Triangle {
             })
         };
         let longest = pick(f64::gt);
+        // Integrate if all sides are short, over arcs to the shortest side.
         if rounds == 0 || 1.0 - 0.5 * chords[longest] >= LONGEST {
             return self.volume[0] * self.volume[1] * self.turned(pick(f64::lt)).sweep();
         }
         let turned = self.turned(longest);
+        // Divide at the circumcentre if it is inside, and at the longest side if not.
         let [a, b, c] = [0, 1, 2].map(|i| chords[(longest + i) % 3]);
         if a < b + c && b.min(c) > SLENDER {
             turned.thirds(n, rounds)
@@ -119,7 +127,7 @@ impl Triangle {
         }
     }
 
-    /// Counted from another corner.
+    /// Returns the triangle with its corners counted from another one.
     fn turned(&self, first: usize) -> Self {
         let order = [first, (first + 1) % 3, (first + 2) % 3];
         Self {
@@ -129,14 +137,14 @@ impl Triangle {
         }
     }
 
-    /// Sums three parts about the centre of the circumcircle, where that is inside: of half a
-    /// sphere, the middle of the longest side may be opposite the third corner.
+    /// Sums three parts about the circumcentre, if it is inside. (For a half-sphere, the middle of
+    /// the longest side may be opposite to the third corner, so that halving would not help.)
     fn thirds(&self, n: DVec3, rounds: u32) -> f64 {
         let corners = self.corners;
         let [a, b, c] = corners.map(|c| c.at);
         let normal = predicates::cross(b - a, c - a).normalize_or_zero();
-        // Which pole is meant, and whether it is inside, rounded corners of (nearly) half a sphere
-        // do not know: the triangle's orientation and its sides do.
+        // The rounded corners of (nearly) a half-sphere do not determine which pole is meant, and
+        // whether it is inside: the triangle's orientation and its sides do.
         let turn = self.volume[0].signum() * self.volume[1].signum();
         let at = normal * turn;
         let value = dot(n, at).max(0.0);
@@ -161,7 +169,7 @@ impl Triangle {
         third(0) + third(1) + third(2)
     }
 
-    /// Sums two parts, cut at the middle of the side opposite the first corner.
+    /// Sums two parts, divided at the middle of the side opposite to the first corner.
     fn halves(&self, n: DVec3, rounds: u32) -> f64 {
         let [a, b, c] = self.corners;
         let [across, left, right] = self.sides;
@@ -169,7 +177,7 @@ impl Triangle {
         let sine = length(across).min(1.0);
         let angle = atan2(sine, b.at.dot(c.at));
         let (half_sine, half_cosine) = sin_cos(0.5 * angle);
-        // By the side, for ends that are opposite do not know which way round it runs.
+        // Use the side, since ends that are opposite do not determine its direction.
         let tangent = predicates::cross(across / sine, b.at);
         let weight = half_sine / sine;
         let middle = Corner {
@@ -194,8 +202,8 @@ impl Triangle {
         half([a, b, middle], [-inner, right]) + half([a, middle, c], [left, inner])
     }
 
-    /// The integral over the determinant: over the arcs from the first corner to the side opposite
-    /// it.
+    /// Returns the integral divided by the determinant, over the arcs from the first corner to the
+    /// side opposite to it.
     fn sweep(&self) -> f64 {
         let [apex, from, to] = self.corners;
         let sine = length(self.sides[0]).min(1.0);

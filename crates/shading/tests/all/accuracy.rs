@@ -1,4 +1,5 @@
-//! Errors of every integral, domain by domain, and the table and plots made of them.
+//! This module measures the errors of every integral, domain by domain, for the table and the plots
+//! of accuracy.
 
 use crate::polygon_oracle::Oracle as Positive;
 use crate::{naive, oracle};
@@ -9,7 +10,7 @@ use linelit_testkit::precise::Wide;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
 
-/// One evaluated input: its condition (for the plot), our error and that of the printed form.
+/// One evaluated input: its condition (for the plot), our error, and the error of the printed form.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
     pub(crate) condition: f64,
@@ -211,10 +212,10 @@ pub(crate) const POLYGON_DOMAINS: [&str; 7] = [
 /// Polygons that the shading point is as good as in the plane of.
 const PLANE: &str = "in its plane";
 
-/// A triangle or a parallelogram in a plane (exactly: of equal coordinates) at 10 to a power from
-/// `low` to `high` of the shading point, whose foot is inside, on a side to 1e-17 to 1e-8, or
-/// outside; and a normal that is that of the plane, nearly that, nearly in the plane, or any, so
-/// that the horizon cuts.
+/// Returns a triangle or a parallelogram in a plane (exactly, by equal coordinates) at a distance
+/// of 10 to a power from `low` to `high`. The foot of the shading point is inside, on a side to
+/// 1e-17 to 1e-8, or outside. The normal is the normal of the plane, nearly this normal, nearly in
+/// the plane, or any, such that the horizon cuts the shape.
 pub(crate) fn flat_shape(low: f64, high: f64, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3) {
     let mut flat = || [rng.in_range(-1.0, 1.0), rng.in_range(-1.0, 1.0)];
     let [o, a, b] = [flat(), flat(), flat()];

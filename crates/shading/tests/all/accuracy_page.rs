@@ -1,4 +1,5 @@
-//! A part of the inputs behind `docs/accuracy.md`: no row may be worse than its table says.
+//! These tests repeat a part of the inputs behind `docs/accuracy.md`: no row may be worse than its
+//! table says.
 
 use crate::accuracy::{self, Row};
 use crate::{lobe_rows, solid_rows};

@@ -1,4 +1,4 @@
-//! The table and the plots of `docs/accuracy.md`.
+//! This module makes the table and the plots of `docs/accuracy.md`.
 
 use crate::accuracy::Row;
 use std::fmt::Write;

@@ -1,5 +1,5 @@
-//! Measures every integral against double-double arithmetic, domain by domain, and writes the table
-//! and plots of `docs/accuracy.md`.
+//! This module measures every integral against double-double arithmetic, domain by domain, and
+//! writes the table and plots of `docs/accuracy.md`.
 //!
 //! `cargo xtask accuracy [--check] [--quick | --share=N] [--only=GROUP]`: `--check` compares with
 //! the table there instead of writing and fails when a row is worse; `--quick` takes a hundredth of
@@ -47,11 +47,11 @@ fn write() {
     }
 }
 
-/// Rows of some functions with so many inputs each.
+/// A function that returns the rows of some integrals, given the number of inputs for each.
 type Group = fn(usize) -> Vec<Row>;
 
-/// The functions and their numbers of inputs, one group after the other: a million samples of each
-/// function need not be kept at once.
+/// The functions and their numbers of inputs, one group after the other, so that a million samples
+/// of each function need not be stored at once.
 const GROUPS: [(Group, usize); 7] = [
     (accuracy::lines, 112_000),
     (accuracy::polygons, 144_000),

@@ -12,7 +12,7 @@ use linelit_testkit::strategies::unit_vector;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// What both integrals of the quadrature are asked for.
+/// The tolerance of both integrals of the quadrature.
 const QUADRATURE: f64 = 1e-12;
 
 /// A cone and the normal of a surface.
@@ -113,10 +113,11 @@ impl Seen {
         }
     }
 
-    /// Rounding: 16 ε of the angle of the rim, at most π and in small cones a small one; and 4 ε,
-    /// whatever the cone's size, times the ratio of its angles for each place where pieces join or
-    /// meet the horizon: points have about unit length and are rounded across the narrower angle,
-    /// which moves them that much along the rim, so that the boundary has a gap there.
+    /// The rounding error is 16 ε of the angle of the rim (at most π, and less for small cones)
+    /// plus 4 ε, for a cone of any size, times the ratio of its angles for each point where pieces
+    /// join or meet the horizon. These points have about unit length and are rounded across the
+    /// narrower angle, which moves them by as much along the rim, so that the boundary has a gap
+    /// there.
     fn compare(&self, name: &str, got: f64, places: u32, (want, error): (f64, f64)) {
         let ratio = self.cone.tan[0] / self.cone.tan[1];
         let [a, b] = self.cone.tan.map(|t| t.min(1.0));

@@ -1,5 +1,5 @@
-//! A lobe of exponent zero: one where its cosine is positive, nothing elsewhere, wherever it is
-//! asked.
+//! These tests check a lobe with the exponent zero, in every integral: it is one where its cosine
+//! is positive, and zero elsewhere.
 
 use linelit_bsdf::Phong;
 use linelit_geometry::DVec3;
@@ -50,7 +50,7 @@ fn behind_the_lobe_is_dark() {
 }
 
 proptest! {
-    /// The lobe and its opposite are all of the light, whichever form is asked.
+    /// The lobe and its opposite together give all of the light, in every form.
     #[test]
     fn two_opposite_lobes_are_diffuse(p0 in point(), p1 in point(), n in unit(), r in unit()) {
         // Along the border of both there is neither.

@@ -1,5 +1,6 @@
-//! Inputs that were once answered wrongly, by up to a third of the light: held to the goals of
-//! docs/accuracy.md. What they have in common is searched by the properties and tables beside.
+//! These tests repeat inputs that once gave wrong results, by up to a third of the light, and hold
+//! them to the goals of docs/accuracy.md. The property tests and tables search for more inputs of
+//! their kind.
 
 use linelit_geometry::DVec3;
 use linelit_shading::{phong, polygon};

@@ -1,4 +1,4 @@
-//! Laws that every integral obeys, attacked with awkward floats.
+//! These tests check laws that every integral obeys, with awkward floats.
 
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_shading::ltc::Ltc;
@@ -240,7 +240,7 @@ proptest! {
         prop_assert_eq!((many * s).to_bits(), one.to_bits());
     }
 
-    /// The light is the same from whichever end it is counted, and whatever frame it is seen in.
+    /// The light does not depend on the order of the ends, nor on the frame in which it is given.
     #[test]
     fn lobes_turn_and_turn_around(p0 in point(), p1 in point(), n in unit(), r in unit(), axis in unit(), angle in 0.0..6.3f64, e in 0.0..3.0f64) {
         let (m, k) = (rotation(axis, angle), 10f64.powf(e).floor());

@@ -1,5 +1,6 @@
-//! Lobes along lines: what decides about cancellation in double-double arithmetic, the nodes
-//! of composite Gauss–Legendre rules in `f64` relative to the lobe's peak. Good to some 1e-14.
+//! This module integrates lobes along lines for comparison, to some 1e-14: the terms that decide
+//! about cancellation are in double-double arithmetic, and the nodes of composite Gauss–Legendre
+//! rules in `f64`, relative to the lobe's peak.
 
 use crate::oracle::{V, clip, dd};
 use linelit_testkit::dd::Dd;

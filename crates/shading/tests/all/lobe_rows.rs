@@ -1,4 +1,4 @@
-//! Errors of everything with a lobe, domain by domain.
+//! This module measures the errors of all integrals with a lobe, domain by domain.
 
 use crate::accuracy::{
     LINE_DOMAINS, Row, Sample, error, lit_segment, log_uniform, printed_error, sine, vector,

@@ -1,4 +1,4 @@
-//! Closed forms against quadrature, references, and each other.
+//! These tests compare closed forms with quadrature, with references, and with each other.
 
 mod accuracy;
 mod lobe_oracle;

@@ -1,5 +1,5 @@
-//! The closed forms as printed (with their errata corrected), evaluated naively: what the crate's
-//! own forms are compared with.
+//! This module evaluates the closed forms naively as they are printed (with their errata
+//! corrected), for comparison with the crate's own forms.
 
 use linelit_geometry::DVec3;
 use std::f64::consts::PI;

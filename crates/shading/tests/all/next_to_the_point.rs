@@ -1,5 +1,5 @@
-//! Lights of which a corner, an edge or an end is as near to the shading point as numbers go: the
-//! squares of such distances are below the range of numbers, the light is not.
+//! These tests use lights with a corner, an edge or an end so near to the shading point that the
+//! squares of such distances underflow, while the light does not.
 
 use crate::accuracy::{flat_shape, from_its_plane};
 use crate::polygons_by_quadrature::facets;
@@ -47,9 +47,10 @@ fn over_its_border(rng: &mut SplitMix64, on_edge: bool) -> (Vec<DVec3>, DVec3, u
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(64), ..ProptestConfig::default() })]
 
-    /// By Lambert's sum of up to 690 digits: to the goals of docs/accuracy.md. Sums over edges: a
-    /// cut end is off by 50 ε, which turns the plane of an edge by that over the sine of its angle;
-    /// next to the light's plane the least sine is that of the horizon with it.
+    /// Compared with Lambert's sum of up to 690 digits, by the goals of docs/accuracy.md. In sums
+    /// over edges, a clipped end has an error of 50 ε, which rotates the plane of an edge by this
+    /// over the sine of its angle. Next to the light's plane the smallest sine is the sine of the
+    /// angle between the horizon and this plane.
     #[test]
     fn a_foot_on_the_border_keeps_the_light(seed in any::<u64>(), on_edge in any::<bool>()) {
         let (corners, n, up) = over_its_border(&mut SplitMix64::new(seed), on_edge);

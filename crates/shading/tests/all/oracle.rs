@@ -1,5 +1,5 @@
-//! The integrals in double-double arithmetic (31 digits), from their definitions or from forms that
-//! lose less than fifteen of them.
+//! This module computes the integrals in double-double arithmetic (31 digits), from their
+//! definitions or from forms that lose less than fifteen digits.
 
 use linelit_testkit::dd::Dd;
 use linelit_testkit::real::{Real, cross, dot, length, sub, vector};

@@ -17,7 +17,8 @@ use std::f64::consts::{PI, TAU};
 /// Relative tolerances along a ray from the foot, and over the rays.
 const INNER: f64 = 1e-13;
 const OUTER: f64 = 1e-11;
-/// Pieces towards an azimuth with a kink, each that share of the one before.
+/// The number of pieces towards an azimuth with a kink, each of which is the fraction `STEP` of the
+/// one before.
 const GRADES: i32 = 8;
 const STEP: f64 = 1.0 / 64.0;
 /// Of an integrand of at most one, at a direction of four roundings.
@@ -189,7 +190,8 @@ impl Shape {
 
     /// `whole` is the solid angle, horizons or not, for an integrand of at most one.
     fn compare(&self, name: &str, got: f64, goal: f64, whole: f64, (want, error): (f64, f64)) {
-        // The integrand's, that of integrals along rays, and of that over the rays.
+        // Sum the errors of the integrand, of the integrals along rays, and of the integral over
+        // the rays.
         let own = 6.0 * ROUNDING * whole;
         // Below that, digits are lost to the range of numbers.
         let tolerance = error + own + (goal + self.rounding) * want + 1e-290;
@@ -222,8 +224,8 @@ fn shape(nearest: f64) -> impl Strategy<Value = Shape> {
     )
 }
 
-/// A shape and a normal: any, that of its plane but for little, or one whose horizon passes at
-/// little from a corner.
+/// A shape and a normal, which is arbitrary, nearly the normal of its plane, or has a horizon that
+/// passes close to a corner.
 fn lit(nearest: f64) -> impl Strategy<Value = (Shape, DVec3)> {
     (shape(nearest), unit(), 0..4u8, -13.0..-1.0f64).prop_map(|(shape, away, kind, little)| {
         let little = 10f64.powf(little);
@@ -261,9 +263,9 @@ fn most(corners: &[DVec3], n: DVec3, k: f64) -> f64 {
     polygon::irradiance(corners, n).min(TAU / (k + 2.0))
 }
 
-/// What the rounding of lines' ends may do to a polygon next to the shading point, as the doc of
-/// [`phong_polygon::irradiance`] derives it: 8 ε times the distance of the farthest vertex over
-/// that of the nearest point.
+/// Returns the effect of rounded ends of lines for a polygon next to the shading point, as the doc
+/// of [`phong_polygon::irradiance`] derives it: 8 ε times the distance of the farthest vertex over
+/// the distance of the nearest point.
 fn next_to_the_point(shape: &Shape) -> f64 {
     let next = shape.corners.iter().cycle().skip(1);
     let edges: Vec<_> = shape.corners.iter().zip(next).collect();

@@ -1,4 +1,5 @@
-//! Errors of solid angles and of linearly transformed cosines, domain by domain.
+//! This module measures the errors of solid angles and of linearly transformed cosines, domain by
+//! domain.
 
 use crate::accuracy::{
     LINE_DOMAINS, POLYGON_DOMAINS, Row, Sample, error, lit_segment, log_uniform, printed_error,

@@ -1,5 +1,5 @@
-//! The reference vectors (25 digits) against the crate, but for the field `b.point`: the crate has
-//! no lines of points.
+//! These tests compare the crate with reference vectors of 25 digits, except for the field
+//! `b.point`, since the crate has no lines of points.
 #![allow(clippy::print_stdout, reason = "a table is printed")]
 
 use crate::reference;

@@ -1,5 +1,6 @@
-//! What differs next to the light's plane: lines, pieces and offsets are taken from the end that is
-//! nearer to the shading point's foot.
+//! This module holds the special case in which the shading point is near the light's plane: lines,
+//! pieces and offsets are measured from the end that is nearer to the shading point's foot, because
+//! this end is known more precisely.
 
 use super::{AngularLines, Marginal};
 use crate::line::piece::{Line, Piece};
@@ -7,7 +8,8 @@ use linelit_geometry::finite::fraction;
 use linelit_geometry::{CloseLines, ConvexPolygon, DVec3};
 
 impl AngularLines {
-    /// [`AngularLines::by_projected_solid_angle`] nearer than [`super::NEAR`].
+    /// Sets up [`AngularLines::by_projected_solid_angle`] if the plane is nearer than
+    /// [`super::NEAR`].
     #[cold]
     #[inline(never)]
     pub(super) fn next_to_the_plane(
@@ -26,7 +28,7 @@ impl AngularLines {
         }
     }
 
-    /// The whole line at an offset; `None` outside the light.
+    /// Returns the whole line at an offset; `None` outside the light.
     #[cold]
     #[inline(never)]
     pub(super) fn close_line_at(&self, offset: f64) -> Option<Line> {
@@ -39,7 +41,7 @@ impl AngularLines {
         Some(piece.at(self.fraction(k, &piece, offset)))
     }
 
-    /// The fraction of a piece's width, from its first line, of an offset.
+    /// Returns the fraction of a piece's width, from its first line, at which an offset lies.
     fn fraction(&self, k: usize, piece: &Piece<true>, offset: f64) -> f64 {
         let knots = self.lines.knots();
         let steps = if piece.is_reversed() {
@@ -50,7 +52,8 @@ impl AngularLines {
         fraction(steps / piece.width.abs())
     }
 
-    /// The offset in a piece of the measure `whole` that has the share `place` of it below.
+    /// Returns the offset in a piece of the measure `whole` below which the fraction `place` of it
+    /// lies.
     #[cold]
     #[inline(never)]
     pub(super) fn close_offset(&self, k: usize, place: f64, whole: f64) -> f64 {
@@ -64,7 +67,7 @@ impl AngularLines {
         (from + piece.width * s).max(knots[k]).min(knots[k + 1])
     }
 
-    /// The inverse of [`AngularLines::close_offset`].
+    /// Inverts [`AngularLines::close_offset`].
     #[cold]
     #[inline(never)]
     pub(super) fn close_place(&self, k: usize, offset: f64, whole: f64) -> f64 {

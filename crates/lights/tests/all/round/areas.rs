@@ -1,4 +1,5 @@
-//! How much of what is round is seen, and where samples of it are, by elementary geometry.
+//! These tests check visible areas of round lights, and the positions of samples on them, by
+//! elementary geometry.
 
 use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_lights::{
@@ -32,7 +33,8 @@ proptest! {
         assert_close!(cone.solid_angle(), 2.0 * PI * versine, rel = rounding, "{sphere:?} {x}");
         let sample = cone.sample(u);
         assert_close!(sample.pdf.value() * cone.solid_angle(), 1.0, rounding, "{sphere:?} {x}");
-        // On the sphere, in front, and at its share of the solid angle from the axis.
+        // The point is on the sphere, in front, and at its fraction of the solid angle from the
+        // axis.
         let to = sample.point - x;
         assert_close!(sample.point.distance(center), r, 64.0 * EPS * d.max(1.0), "{sphere:?} {x}");
         let axis = (center - x).normalize();
@@ -146,8 +148,9 @@ fn samples_of_spheres_have_the_density_of_their_place() {
     }
 }
 
-/// How lines are spread over a cylinder is a choice, of which samples and densities agree whatever
-/// it is. The horizon leaves parts ahead of the point on some, and on both sides on others.
+/// The distribution of lines over a cylinder is a choice: samples and densities have to agree for
+/// any choice. The horizon leaves parts in front of the point on some lines, and on both sides on
+/// others.
 #[test]
 fn lines_of_cylinders_are_frozen() {
     let axis = Segment::new(DVec3::new(0.5, -1.0, 1.5), DVec3::new(0.6, 1.0, 1.6));

@@ -1,4 +1,4 @@
-//! Points of disks by projected solid angle, and the vector irradiance of a disk.
+//! These tests check points of disks by projected solid angle, and the vector irradiance of a disk.
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

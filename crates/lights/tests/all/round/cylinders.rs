@@ -1,5 +1,5 @@
-//! The laws of lines along cylinders and of points on them, what is seen of a cylinder, and its
-//! irradiance.
+//! These tests check the laws of lines along cylinders and of points on them, the visible part of a
+//! cylinder, and its irradiance.
 
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{
@@ -238,8 +238,8 @@ fn points_are_nearly_uniform_in_solid_angle() {
             least = least.min(density.value());
             most = most.max(density.value());
         }
-        // Distances go by the root of what is missing to the rim, whose share of what is seen is
-        // larger from beyond an end.
+        // Distances behave as the root of the distance to the rim, whose part of the visible strip
+        // is larger as seen from beyond an end.
         let bound = match view.name {
             "beyond the end" => 1.2,
             _ => 1.02,
@@ -248,7 +248,8 @@ fn points_are_nearly_uniform_in_solid_angle() {
     }
 }
 
-/// From inside the endless cylinder, below a horizon, and of cylinders that are none.
+/// There are no lines from inside the infinite cylinder, below a horizon, and on degenerate
+/// cylinders.
 #[test]
 fn what_is_not_seen_has_no_density() {
     let cylinder = |p0: [f64; 3], p1: [f64; 3], radius| Cylinder {
@@ -361,9 +362,9 @@ proptest! {
         prop_assert!(error < 1e-10, "{cylinder:?}: {integral:?} {closed} {error:e}");
     }
 
-    /// What is seen of the side is within the outline and before it, within the front and behind
-    /// it; whatever is between the side and the outline is noticed, and what is outside the endless
-    /// cylinder is not.
+    /// The visible side is within the outline and in front of it, and within the front and behind
+    /// it. Triangles between the side and the outline are noticed, and triangles outside the
+    /// infinite cylinder are not.
     #[test]
     fn outlines_hold_what_is_seen(cylinder in cylinders(), turn in -1.0..1.0f64, t in 0.0..1.0f64, beyond in 0.0..1.0f64, to in prop::array::uniform3(-1.0..1.0f64)) {
         let x = DVec3::ZERO;
@@ -402,7 +403,7 @@ proptest! {
         let rim = at(half, 0.0).0.normalize().cross(cylinder.axis.direction()).normalize();
         prop_assert!(rim.dot(wide.p1).abs() < slack);
         prop_assert!(point.dot(view.towards()) <= (view.front()[0] - x).dot(view.towards()) + slack);
-        // A triangle with a corner in between, whatever the others are.
+        // A triangle with one corner in between, and any other corners.
         let between = point + (flat - point) * beyond;
         let depth = (between - point).length();
         prop_assume!(depth > 1e-6 && (flat - between).length() > 1e-6);
@@ -416,7 +417,7 @@ proptest! {
     }
 }
 
-/// Irradiance and density from afar are those of the outline.
+/// From a large distance, irradiance and density are the ones of the outline.
 #[test]
 fn from_afar_a_cylinder_is_its_outline() {
     let axis = Segment::new(DVec3::new(0.0, 0.0, -0.5), DVec3::new(0.0, 0.0, 0.5));

@@ -1,5 +1,6 @@
-//! The laws of what samples spheres and disks: χ² at a million samples, densities integrate to one,
-//! round trips; on ordinary, tiny, huge, grazing and far-from-origin lights.
+//! These tests check the laws of the techniques for spheres and disks: χ² at a million samples,
+//! densities that integrate to one, and round trips, on ordinary, tiny, huge, grazing and
+//! far-from-origin lights.
 
 use linelit_geometry::{DMat3, DVec3, Frame};
 use linelit_lights::{

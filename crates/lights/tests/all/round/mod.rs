@@ -1,4 +1,4 @@
-//! Spheres, disks and cylinders: laws, and hostile input.
+//! These tests check spheres, disks and cylinders: laws, and hostile input.
 
 mod areas;
 mod chords;
