@@ -1,4 +1,4 @@
-//! The one call: scenes from slices, and what points ask of them.
+//! Tests of `Scene` and its builder: the light at points, visible parts of lights, and errors.
 #![allow(clippy::float_cmp, reason = "answers are compared bit by bit")]
 
 use linelit::bsdf::{Bsdf, Lambert};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// A lamp of 2 by 2, two up, over the origin.
+/// A square lamp with sides of 2, at the height 2 over the origin.
 fn lamp() -> Light {
     Light::rectangle(
         [-1.0, -1.0, 2.0],
@@ -98,8 +98,8 @@ fn exact_answers_agree_with_each_other() -> Result<(), Error> {
         let whole = 3.0 * polygon::irradiance(&relative, n);
         let seen = scene.irradiance(point, normal)?[0];
         let fraction = scene.visible_fraction(point, 0, Measure::Cosine(vector(normal)))?;
-        // Both are good to 1e-12 of the light; lifting the point by 1e-14 of its coordinates moves
-        // shadows by so much over the distance of the nearest edges, a hundredth at least.
+        // Both are good to 1e-12 of the light. Lifting the point by 1e-14 of its coordinates moves
+        // shadows by 1e-14 over the distance of the nearest edges, which is at least a hundredth.
         assert!(
             (seen / whole - fraction).abs() < 1e-10,
             "{seen} {whole} {fraction}"
@@ -383,7 +383,7 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
     Ok(())
 }
 
-/// No points have no answers, no triangles hide nothing, and no lights give no light.
+/// Empty slices of points, scenes without triangles and scenes without lights are valid.
 #[test]
 fn empty_slices_and_empty_scenes_have_answers() -> Result<(), Error> {
     let none: [[f64; 3]; 0] = [];
@@ -677,7 +677,7 @@ fn other_lights_and_methods_on_the_same_triangles_answer_as_built_with_them() ->
             builder = builder.light(light);
         }
         let built = builder.build()?;
-        // Lights first or the method first: `hybrid` looks at the lights either way.
+        // Set the lights or the method first: `hybrid` measures the lights in both cases.
         let lit_first = bare.with_lights(lights.clone())?.with_method(method, 8)?;
         let lit_last = bare.with_method(method, 8)?.with_lights(lights.clone())?;
         for (&point, &normal) in points.iter().zip(&normals) {

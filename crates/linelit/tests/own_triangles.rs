@@ -1,5 +1,5 @@
-//! Lights that are part of the mesh or lie in it: they are not hidden by their own rounding, and
-//! rooms of lights close.
+//! Tests of lights that are part of the mesh or lie in it: their own triangles do not hide them
+//! when rounding moves these in front, and a room whose triangles are all lights has no gaps.
 
 use linelit::geometry::{DMat3, DVec3};
 use linelit::{Estimator, Light, Measure, Scene};
@@ -47,8 +47,8 @@ fn room() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-/// What points see of a closed room whose triangles are all lights is everything: to 1e-9 by
-/// default, where margins of a millionth leave 1e-7.
+/// In a closed room whose triangles are all lights, the visible parts of all lights together fill
+/// all directions: to 1e-9 with the default margins, and to 1e-7 with margins of a millionth.
 #[test]
 fn a_room_of_lights_closes_by_default() {
     let (positions, triangles) = room();

@@ -1,4 +1,4 @@
-//! What points see of disks and spheres, and of lights for slices of points.
+//! Tests of the visible parts of disks and spheres, and of queries for slices of points.
 
 #![allow(clippy::float_cmp, reason = "nothing, and all")]
 
@@ -10,8 +10,8 @@ use std::f64::consts::{PI, TAU};
 
 const UP: Measure = Measure::Cosine(DVec3::Z);
 
-/// A triangle that, as the origin sees it, hides all of the plane z = 2 with x > `from`, but for
-/// what is far away.
+/// A triangle that, as the origin sees it, hides the part of the plane z = 2 with x > `from`, but
+/// for points that are far away.
 fn half_plane(from: f32) -> [[f32; 3]; 3] {
     let x = from / 2.0;
     [[x, -90.0, 1.0], [90.0, 0.0, 1.0], [x, 90.0, 1.0]]
@@ -54,7 +54,8 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
             );
         }
     }
-    // Beside it, a segment of the circle; on the axis its solid angle is of the same form.
+    // Off the centre a segment of the circle is visible; on the axis its solid angle has the same
+    // form.
     for from in [-0.9_f32, -0.25, 0.5, 0.75] {
         let scene = behind(&half_plane(from), disk([0.0, 0.0, 2.0], 1.0))?;
         let from = f64::from(from);
@@ -194,7 +195,8 @@ fn fractions_of_round_lights_are_those_of_rays() -> Result<(), Error> {
 
 #[test]
 fn small_and_flat_disks_have_the_halves_of_others() -> Result<(), Error> {
-    // Of closed forms, both lose digits; what hides the half with y > 0 is beside the mirror plane.
+    // Both closed forms lose digits here; the occluder of the half with y > 0 is next to the mirror
+    // plane.
     let up = [[-9.0, 0.0, 1.0], [9.0, 0.0, 1.0], [0.0, 9.0, 1.0_f32]];
     let aside = [[1.0, 0.0, -9.0], [1.0, 9.0, 0.0], [1.0, 0.0, 9.0_f32]];
     for (center, radius, wall) in [([0.0, 0.0, 2.0], 1e-5, up), ([3.0, 0.0, 1e-4], 1.0, aside)] {

@@ -1,5 +1,5 @@
-//! One scene at every place: what is far from the origin of its coordinates has the values that it
-//! has about the origin, and all methods agree about what stands on a point.
+//! Tests that a scene far from the origin of its coordinates has the same values as near it, and
+//! that all methods agree about occluders that stand on a point.
 
 use linelit::geometry::{DVec3, Segment, vector};
 use linelit::lights::LinearLight;
@@ -71,12 +71,13 @@ fn rounding_does_not_hide_a_surface_from_its_own_points() {
 
 /// The same blade, lamp and tube are moved over the map, as doubles.
 ///
-/// What may differ: the corners of blade, lamp and tube are rounded to half an ulp of their place,
-/// ε/2 times the largest coordinate, and those of the blade once more to 2⁻²⁴ of its extent of 1.1
-/// with another middle. A shadow's edge moves by both times two, as the blade is half of the way
-/// up; of a light of one unit and an answer that changes by less than three times as much per unit
-/// of its edges, there are three edges and four roundings for each. The point is lifted by 2⁻⁴⁶ of
-/// the largest coordinate and twice the rounding, which is less than ten times as much.
+/// The answers may differ by rounding alone. The corners of blade, lamp and tube are rounded to
+/// half an ulp of their coordinates, ε/2 times the largest, and the corners of the blade once more
+/// to 2⁻²⁴ of its extent of 1.1, relative to another middle. A shadow's edge moves by twice the sum
+/// of both, as the blade is half of the way up. The light is one unit wide, and the answer changes
+/// by less than three times as much per unit by which one of its three edges moves; there are four
+/// roundings for each. The point is lifted by 2⁻⁴⁶ of the largest coordinate and twice the
+/// rounding, which is less than ten times as much.
 #[test]
 fn scenes_are_the_same_everywhere_on_the_map() {
     for make in [lamp, tube] {
@@ -100,6 +101,6 @@ fn scenes_are_the_same_everywhere_on_the_map() {
     }
 }
 
-/// What a point is lifted by, in units of its largest coordinate, times six: the light changes by
-/// less than three times as much at one unit of distance from what moves, on two sides.
+/// Six times the distance by which a point is lifted, in units of its largest coordinate: the light
+/// changes by less than three times that at one unit of distance from what moves, on two sides.
 const SURFACE: f64 = 6.0 / (1_u64 << 46) as f64;
