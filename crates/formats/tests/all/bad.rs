@@ -1,4 +1,4 @@
-//! Every broken scene under `tests/bad` fails with exactly the message beside it.
+//! Every broken scene under `tests/bad` fails with exactly the message in the file next to it.
 //!
 //! With `LINELIT_BLESS=1` in the environment the messages are written instead of compared: read
 //! them before committing.

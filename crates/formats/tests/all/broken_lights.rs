@@ -1,5 +1,5 @@
-//! Lights cut short at every byte, and with every word of theirs replaced: they are read, or
-//! refused at their place.
+//! Lights in files that are cut off at every byte, or in which each word is replaced: they are
+//! read, or refused with the right position.
 
 use linelit_formats::{LoadOptions, Loaded, Root, SceneError, from_pbrt_str};
 use linelit_geometry::DVec3;

@@ -1,4 +1,4 @@
-//! Holes of shapes from files of all formats.
+//! Tests of alpha masks, which cut holes into shapes, in files of all formats.
 
 use crate::common::{load, world};
 use linelit_formats::{LoadOptions, Loaded};

@@ -1,4 +1,4 @@
-//! Scenes at map coordinates: vertices are rounded relative to the scene's middle.
+//! Tests of scenes at map coordinates, whose vertices are rounded relative to the scene's middle.
 
 use crate::common::base64;
 use linelit_formats::{Format, LoadOptions, Loaded};

@@ -1,4 +1,5 @@
-//! Textures over a pixel's footprint: against direct means, quadrature and neighbouring rays.
+//! Textures over a pixel's footprint are compared with direct means, quadrature and neighbouring
+//! rays.
 
 use crate::common::world;
 use linelit_formats::{LoadOptions, Warning};

@@ -1,4 +1,4 @@
-//! The corners of glTF that collections of test files look into.
+//! Tests of rare features of glTF, such as collections of test files have them.
 
 use crate::common::{assert_near, base64};
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};

@@ -1,4 +1,4 @@
-//! Image files of every kind that textures come in.
+//! Tests of image files in all formats that textures have.
 
 use linelit_formats::{ErrorKind, LoadOptions, Root};
 use linelit_geometry::{DVec2, DVec3};

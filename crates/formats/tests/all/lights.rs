@@ -1,4 +1,5 @@
-//! Which lights a scene has: merging of coplanar triangles, power, spheres, lines.
+//! Tests of the lights that a scene gets from its file: merging of coplanar triangles, power,
+//! spheres and lines.
 
 use crate::common::{area, assert_near, line, load, world};
 use linelit_formats::Loaded;

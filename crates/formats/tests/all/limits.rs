@@ -1,5 +1,5 @@
-//! Small files cannot ask for much time or memory: each of these is refused by its first limit, or
-//! is done soon.
+//! Small files cannot make the reader use much time or memory: each of these is refused by the
+//! first limit that it exceeds, or is read quickly.
 
 use linelit_formats::{ErrorKind, Format, LoadOptions, SceneError};
 use linelit_testkit::folder::Folder;

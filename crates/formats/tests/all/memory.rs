@@ -1,4 +1,4 @@
-//! Scenes in memory, with all that they name: no file is read.
+//! Scenes are read from memory, with all files that they name, and no file is opened.
 
 use linelit_formats::{
     ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, Watch, from_bytes,

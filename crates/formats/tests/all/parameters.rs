@@ -1,5 +1,5 @@
-//! `docs/pbrt.md` says which of pbrt's parameters are done, warned about or without effect: the
-//! reader does what its table says, and warns about every other parameter.
+//! `docs/pbrt.md` says which of pbrt's parameters are supported, cause a warning or have no effect.
+//! The reader does what its table says, and warns about every other parameter.
 
 use linelit_formats::{LoadOptions, from_pbrt_str};
 use std::collections::BTreeSet;

@@ -1,4 +1,5 @@
-//! What pbrt text means: transforms, cameras, orientation, films, instances, both versions.
+//! Tests of the meaning of pbrt text: transforms, cameras, orientation, films, instances, and both
+//! versions.
 
 use crate::common::{area, assert_near, load, world};
 use linelit_formats::LoadOptions;

@@ -1,4 +1,4 @@
-//! Lights without a shape: pbrt's light sources and glTF's punctual lights.
+//! Tests of lights without a shape: pbrt's light sources and glTF's punctual lights.
 
 use crate::common::{load, world, write_tga};
 use linelit_formats::{LoadOptions, from_pbrt_str};

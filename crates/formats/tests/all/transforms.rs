@@ -1,5 +1,5 @@
-//! Where the transform of a light meets what it sends by direction: each light under each
-//! transform in each format that has it, against formulas of the test's own.
+//! Lights whose emission depends on the direction, under transforms: each light under each
+//! transform in each format that has it is compared with formulas of the test's own.
 
 use crate::common::load;
 use linelit_geometry::glam::DMat3;
