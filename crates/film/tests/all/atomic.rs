@@ -1,4 +1,5 @@
-//! What writing leaves behind: links, read-only files, files of killed processes.
+//! Tests of the atomic writing of files: symbolic links, read-only files, and temporary files of
+//! killed processes.
 #![cfg(unix)]
 
 use std::fs::{self, File};

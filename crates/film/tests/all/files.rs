@@ -1,4 +1,4 @@
-//! Whole files: round trips, and damage that must not panic.
+//! Tests of whole files: what is written is read again, and damaged files do not cause a panic.
 
 use std::fs;
 use std::path::Path;
@@ -79,7 +79,7 @@ fn an_exr_document_comes_back_bit_for_bit() {
     );
 }
 
-/// The layers that a file without a picture of its own has are named.
+/// The error for a file without a main picture names the layers that it has.
 #[test]
 fn a_file_of_several_layers_has_no_picture_by_itself() {
     let folder = Folder::new("film-layers");
@@ -307,7 +307,8 @@ fn a_header_that_promises_terabytes_is_refused() {
     );
 }
 
-/// What a picture takes is asked before it is unpacked: 12 bytes a pixel, and the largest block.
+/// The memory of a picture is checked before it is unpacked: 12 bytes for each pixel, and the
+/// largest block.
 #[test]
 fn pictures_beyond_the_limit_are_refused_with_the_numbers() {
     let mut document = Document::new(100, 50);
