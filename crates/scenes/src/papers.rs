@@ -1,18 +1,19 @@
-//! Small scenes that the papers' claims are measured on.
+//! The small scenes on which claims of the papers are measured.
 
 use crate::{Files, luminaires};
 
-/// A diffuse floor under a light and nothing else.
+/// A diffuse floor under a light.
 const BARE: &str = include_str!("papers/bare.pbrt");
 /// A screen with one slanted edge halfway between the floor and the light.
 const SCREEN: &str = include_str!("papers/screen.pbrt");
-/// A second light that a ceiling hides.
+/// A second light, which is hidden by a ceiling.
 const HIDDEN: &str = include_str!("papers/hidden.pbrt");
 /// A linear light that goes through the horizon.
 const HORIZON: &str = include_str!("papers/horizon.pbrt");
-/// A floor that reflects as Frostbite's surfaces do, under a long linear light.
+/// A floor with Frostbite's standard material, under a long linear light.
 const FLOOR: &str = include_str!("papers/floor.pbrt");
 
+/// A scene of one file.
 fn file(name: &str, text: impl Into<String>) -> Files {
     vec![(format!("{name}.pbrt"), text.into().into_bytes())]
 }
