@@ -8,6 +8,7 @@ use linelit_scene::{Camera, Projection, SceneDescription};
 /// A camera that sees a whole box from the front, a little from the right and from above, in a
 /// right-handed world with y up.
 pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
+    /// The angle of view.
     const FOV_DEGREES: f64 = 40.0;
     // Choose the distance so that the ball around the box fits into the angle of view.
     let centre = 0.5 * (lo + hi);

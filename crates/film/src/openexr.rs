@@ -223,6 +223,7 @@ pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
     gather(&image)
 }
 
+/// The `exr` crate's image with any layers and channels.
 type AnyImage = exr::image::FlatImage;
 
 /// The largest size in bytes of a tile that is larger than the picture.

@@ -3,6 +3,7 @@
 
 use crate::{FilmError, FormatError, Image};
 
+/// The name of the format in messages.
 const FORMAT: &str = "PFM";
 
 /// Reads the picture in the bytes of a file, if it takes at most `limit` bytes of memory.

@@ -68,8 +68,8 @@ fn to_xyz(chromaticities: &Chromaticities) -> Option<Matrix> {
     finite.then_some(matrix)
 }
 
-/// The map from colours with these primaries and white to Rec. 709; `None` if they are those of
-/// Rec. 709.
+/// The map from colours with these primaries and white to Rec. 709; `None` if they are the same as
+/// in Rec. 709.
 ///
 /// # Errors
 /// The primaries lie on a line, or the white has no luminance.

@@ -40,6 +40,7 @@ pub struct SceneBuilder<'a, V = [f32; 3]> {
 }
 
 impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
+    /// Begins a scene with the default settings.
     pub(crate) fn new(positions: &'a [V], triangles: &'a [[u32; 3]]) -> Self {
         let settings = Settings {
             estimator: Estimator::hybrid(),
@@ -132,7 +133,7 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
     /// The default is 2⁻⁴⁶ of the point's largest coordinate, which suits points computed in `f64`;
     /// points computed in `f32` on slanted triangles need some 10⁻⁶ of the coordinates. The default
     /// grows where vertices in `f64` were rounded to `f32`: if a triangle is above the point by at
-    /// most twice the largest distance by which rounding moved a vertex, that distance is added.
+    /// most twice the largest distance by which rounding moved a vertex, it grows by this much.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self

@@ -60,6 +60,7 @@ pub struct Scene {
 pub type Rings = Vec<Vec<[f64; 3]>>;
 
 thread_local! {
+    /// The memory that this thread's queries use again and again.
     static WORKSPACE: Cell<Option<Box<Workspace>>> = const { Cell::new(None) };
 }
 

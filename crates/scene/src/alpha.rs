@@ -24,7 +24,7 @@ pub struct AlphaGrid {
     pub height: u32,
     /// The numbers, the top row first.
     pub values: Vec<f32>,
-    /// The mapping from texture coordinates to those of the grid, which lies in the unit square.
+    /// The mapping from texture coordinates to coordinates of the grid, which is the unit square.
     pub mapping: UvMapping,
     /// The wrap modes beyond the edges, across and up.
     pub wrap: [Wrap; 2],

@@ -160,8 +160,8 @@ const PARTS: [f64; 2] = [2.0, 128.0];
 const PARTS_OF_TEXEL: f64 = 8.0;
 
 /// The mean of a texture over a triangle of texture coordinates: of the values at the centres of n²
-/// equal triangles, where n is eight for each texel along the longest edge, but n² is at most
-/// `budget` (or 4, if that is more).
+/// equal triangles. The number n is eight for each texel along the longest edge, but between 2 and
+/// 128, and n² is at most `budget` or 4, whichever is more.
 ///
 /// ```text
 ///   |\

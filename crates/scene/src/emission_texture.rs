@@ -11,7 +11,8 @@ use linelit_lights::{ImportanceImage, TexturedSampler};
 
 /// The number of cells in the importance images of all lights together.
 const CELLS: f64 = 4e6;
-/// The limits between which `CELLS` bounds the number of cells along an edge of one light.
+/// The smallest and the largest value of the limit on the cells along an edge of one light, which
+/// follows from `CELLS` and the number of lights.
 const CELLS_ALONG: [f64; 2] = [2.0, 1024.0];
 
 /// The number of texture lookups on all lights together, as many as an image of 4096 × 4096 has
@@ -163,6 +164,7 @@ fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
     single.iter().copied().chain((0..many).map(middle))
 }
 
+/// A whole number as an integer.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -66,6 +66,7 @@ impl Footprint {
     /// to 1e8 repetitions.
     #[must_use]
     pub fn mapped(&self, mapping: &UvMapping) -> Self {
+        /// The largest extent, in repetitions of the image.
         const MOST: DVec2 = DVec2::splat(1e8);
         let change = |change| {
             let mapped = mapping.apply_to_change(change);

@@ -280,7 +280,7 @@ impl Material {
         value.clamp(DVec3::ZERO, DVec3::ONE)
     }
 
-    /// All textures: those of the model's parameters and those of bump and normal maps.
+    /// All textures of the model's parameters and of bump and normal maps.
     fn textures(&self) -> impl Iterator<Item = Texture> {
         let relief = self.normal_map.iter().map(|map| &map.texture);
         let relief = relief.chain(self.bump.iter().map(|map| &map.height));

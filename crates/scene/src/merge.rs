@@ -60,6 +60,7 @@ impl Facet {
         }
     }
 
+    /// The area of the facet.
     pub(crate) fn area(&self) -> f64 {
         0.5 * self.cross.length()
     }
@@ -109,6 +110,7 @@ struct Topology {
 }
 
 impl Topology {
+    /// Finds the common corners and the edges of facets.
     fn new(facets: &[Facet]) -> Self {
         let mut ids: HashMap<[u64; 3], u32> = HashMap::new();
         let mut points = Vec::new();

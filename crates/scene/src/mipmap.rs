@@ -121,6 +121,7 @@ impl Pyramid {
     /// Computes the second level from the image, in blocks of columns, so that the memory for
     /// resampled rows does not grow with the image.
     fn second(&self, image: &ImageData, is_grey: bool) -> Level {
+        /// The number of columns of a block.
         const BLOCK: u32 = 4096;
         let mut level = Level::sized(self.size, is_grey);
         let [columns, finer] = self.size;

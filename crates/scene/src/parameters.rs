@@ -34,8 +34,8 @@ macro_rules! table {
         /// The types of all models in pbrt text, with repetitions.
         pub const NAMES: &[&str] = &[$($($other,)* $name),+];
 
-        /// The model's type in pbrt text, and its parameters. With `v4` they are those of pbrt-v4
-        /// for the models that it has; otherwise those of pbrt-v3 and linelit.
+        /// The model's type in pbrt text, and its parameters. With `v4` they have the names of
+        /// pbrt-v4, for the models that it has; otherwise the names of pbrt-v3 and linelit.
         ///
         /// ```
         /// use linelit_scene::geometry::DVec3;

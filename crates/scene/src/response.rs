@@ -372,8 +372,9 @@ impl Builder<'_> {
     }
 }
 
-/// The Fresnel term for a reflectance r at normal incidence: Schlick's, or that of the conductor
-/// that pbrt-v4 uses for it, with η = 1 and k = 2 √r / √(1 − r), where r is at most 0.9999.
+/// The Fresnel term for a reflectance r at normal incidence: Schlick's approximation, or the term
+/// of the conductor that pbrt-v4 uses, with η = 1 and k = 2 √r / √(1 − r), where r is at most
+/// 0.9999.
 fn coloured(reflectance: DVec3, schlick: bool) -> Fresnel {
     if schlick {
         let (f0, f90) = (reflectance, 1.0);

@@ -31,6 +31,7 @@ impl RoundShape {
         emission: impl Fn(f64) -> Emission,
     ) -> Option<(Light, Option<bool>)> {
         Some(match self {
+            // Spheres and cylinders emit on one side; the sign of the radius says which.
             Self::Sphere(of) => {
                 let Sphere { center, radius } = sphere(of, to_world)?;
                 let area = 4.0 * std::f64::consts::PI * radius * radius;

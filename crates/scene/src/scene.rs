@@ -1,5 +1,5 @@
 //! [`SceneDescription`]: a scene as triangles in world space with materials, lights, a camera and a
-//! film, and the questions about it that a renderer asks.
+//! film, and the queries of it that a renderer needs.
 
 use crate::alpha::Alpha;
 use crate::camera::Camera;

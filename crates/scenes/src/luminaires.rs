@@ -5,6 +5,7 @@ use crate::mesh::{Mesh, Random};
 use crate::rooms::{BOX_CAMERA, walls};
 use crate::text::{diffuse, emitter, facing_up, light_text};
 
+/// The filter and the film of the scenes, up to the beginning of the world.
 const HEAD: &str = "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\nFilm \"rgb\" \"integer xresolution\" [ 128 ] \"integer yresolution\" [ 128 ]\nWorldBegin\n";
 
 /// A triangle that faces down, about a centre.

@@ -5,8 +5,11 @@ use super::mesh::{Mesh, Random};
 use super::{Files, diffuse, facing_down, facing_up, light_text, line_text, main_file, main_files};
 use linelit_elementary::sin_cos;
 
+/// The reflectance of the white walls.
 const WHITE: [f64; 3] = [0.725, 0.71, 0.68];
+/// The reflectance of the left wall.
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
+/// The reflectance of the right wall.
 const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
 
 /// The camera of the rooms. It is off the axis of symmetry, so that no ray through the centre of a

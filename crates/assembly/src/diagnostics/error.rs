@@ -184,7 +184,7 @@ impl SceneError {
 }
 
 impl Warning {
-    /// The number of times that the same message occurred; the location is that of the first time.
+    /// The number of times that the same message occurred; the location is the first one.
     pub fn repeats(&self) -> usize {
         self.repeats
     }

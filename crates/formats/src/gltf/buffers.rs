@@ -309,6 +309,7 @@ struct Layout {
 impl Layout {
     /// The layout of an accessor, whose types have to be known ones.
     fn new<'a>(doc: &Document<'a>, node: &Accessor, raw: Raw<'a>) -> Result<Self> {
+        // Refuse unknown types; floating-point numbers are never normalised.
         let wrong = |key: &str| {
             let message = format!("an accessor of unknown `{key}`");
             doc.error(ErrorKind::BadParameter, message, raw, "")

@@ -356,6 +356,7 @@ struct Surface {
 /// Makes the materials of a metallic-roughness surface: the base and the metal, of which one is
 /// left out if its weight is zero everywhere.
 fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roughness) -> Surface {
+    // Make the metal, and the base, which is Lambertian without specular reflection.
     let metal = MaterialKind::ColoredConductor {
         reflectance: colour.clone(),
         roughness: roughness.clone(),
@@ -373,6 +374,7 @@ fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roug
             roughness,
         }
     };
+    // Leave one out, unless the metalness is between zero and one.
     let parts = match metalness.as_constant() {
         Some(share) if share.x <= 0.0 => vec![base],
         Some(share) if share.x >= 1.0 => vec![metal],

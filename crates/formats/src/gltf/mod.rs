@@ -42,6 +42,7 @@ const EXTENSIONS: &[&str] = &[
     "KHR_texture_transform",
 ];
 
+/// The advice for files with compressed meshes.
 const WITHOUT_COMPRESSION: &str = "export the scene without mesh compression";
 
 /// The extension by which a node places many instances of a mesh.

@@ -13,7 +13,7 @@ pub(super) struct Line {
 
 impl Line {
     /// The text after the keyword, without the blanks around it, and its position. A name may
-    /// contain blanks. If the text is empty, the position is that of the statement.
+    /// contain blanks. If the text is empty, the position is the whole statement.
     pub(super) fn rest(&self, source: &Source) -> (String, Span) {
         match self.words.as_slice() {
             [_, first, .., last] => {

@@ -111,6 +111,7 @@ fn statement(
     keyword: Span,
     rest: &[Span],
 ) -> Result<()> {
+    /// The warning about partial transparency.
     const OPAQUE: &str = "transparency is not supported: surfaces are there or not";
     let at = source.at(keyword);
     match &source.bytes()[keyword.start..keyword.end] {

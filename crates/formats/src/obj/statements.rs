@@ -22,6 +22,7 @@ const SILENT: [&str; 8] = ["o", "g", "s", "bevel", "c_interp", "d_interp", "lod"
 const UNSUPPORTED: &str = "p vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con \
                            call csh shadow_obj trace_obj ctech stech";
 
+/// The statements that are read, for suggestions.
 const KNOWN: [&str; 7] = ["v", "vt", "vn", "f", "l", "usemtl", "mtllib"];
 
 /// The kinds of indices, in the order in which corners have them.

@@ -31,7 +31,9 @@ const TARGETS: &[(&str, Option<Target>)] = &[
     ("medium", None),
 ];
 
+/// The warning about media.
 const NO_MEDIA: &str = "participating media are not supported";
+/// The warning about motion.
 const NO_MOTION: &str = "motion is not supported: transforms are those of the start";
 
 /// The largest number of blocks that are open at once.
@@ -50,6 +52,7 @@ pub(super) fn begin(source: &Arc<Source>) -> bool {
 impl Loader {
     /// Executes one directive.
     pub(super) fn directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Directives that are not in this table have no effect, or are unknown.
         match lexer.word(token) {
             b"Identity" | b"Translate" | b"Scale" | b"Rotate" | b"LookAt" | b"Transform"
             | b"ConcatTransform" | b"CoordinateSystem" | b"CoordSysTransform" => {

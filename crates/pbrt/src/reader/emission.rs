@@ -168,6 +168,7 @@ impl Loader {
         param: &Param,
         emits: bool,
     ) -> Result<DVec3> {
+        // Convert the values by their type, and refuse a wrong number of them.
         let wrong = |what: &str| Err(params.wrong_count(param, format_args!("takes {what}")));
         match (param.ty, param.numbers()) {
             (Type::Rgb, &[r, g, b]) => Ok(DVec3::new(r, g, b)),

@@ -58,6 +58,7 @@ impl Lexer {
         }
     }
 
+    /// The file that is read.
     pub(crate) fn source(&self) -> &Arc<Source> {
         &self.source
     }

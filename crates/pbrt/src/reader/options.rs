@@ -11,6 +11,7 @@ use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 /// blanks, and the names of the parameters that these types have.
 type Known = &'static [(&'static str, &'static str)];
 
+/// The samplers of both versions.
 const SAMPLERS: Known = &[
     (
         "halton",
@@ -28,6 +29,7 @@ const SAMPLERS: Known = &[
     ),
 ];
 
+/// The integrators of both versions.
 const INTEGRATORS: Known = &[
     (
         "path volpath",
@@ -62,6 +64,7 @@ const INTEGRATORS: Known = &[
 /// The integrators whose pictures do not show radiance.
 const OTHER_PICTURES: &str = "ao ambientocclusion function";
 
+/// The accelerators of both versions.
 const ACCELERATORS: Known = &[
     ("bvh", "splitmethod maxnodeprims"),
     (

@@ -13,9 +13,12 @@ use std::rc::Rc;
 /// The shapes that pbrt has and linelit does not.
 const UNSUPPORTED: &str = "cone curve heightfield hyperboloid loopsubdiv nurbs paraboloid";
 
+/// The shapes that linelit has, for suggestions.
 const SHAPES: &str = "bilinearmesh cylinder disk line plymesh quad sphere trianglemesh";
 
+/// The type of parameters that are points.
 const POINT: &[Type] = &[Type::Point3];
+/// The type of parameters that are vectors.
 const VECTOR: &[Type] = &[Type::Vector3];
 
 /// The number of cells along each side of a bilinear patch that is not flat.

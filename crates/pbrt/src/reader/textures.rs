@@ -15,6 +15,7 @@ const MAX_COST: usize = 256;
 /// The textures that pbrt has and linelit does not.
 const UNSUPPORTED: &str = "bilerp directionmix dots fbm marble ptex uv windy wrinkled";
 
+/// The textures that linelit has, for suggestions.
 const TEXTURES: &str = "checkerboard constant imagemap mix scale";
 
 /// The types of parameters that are a number over a surface.
