@@ -293,6 +293,8 @@ fn points_to_prepare_with_keep_the_mean() -> Result<(), Error> {
 
 #[test]
 fn of_nothing_there_is_no_share() -> Result<(), Error> {
+    // Without occluders, polygons, lines, points and parallel light are wholly visible, unless
+    // their measure is zero.
     let builder = lights()
         .into_iter()
         .fold(Scene::builder(&[], &[]), |b, light| b.light(light));
@@ -311,6 +313,7 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
         assert_eq!(share([0.0; 3], light, Measure::Area)?, 1.0);
         assert_eq!(share([0.0; 3], light, Measure::Cosine(DVec3::Z))?, 1.0);
     }
+    // So are disks and spheres, by any measure.
     for light in 4..6 {
         for measure in [
             Measure::Area,
@@ -321,6 +324,7 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
         }
         assert!(share([0.0; 3], light, down)?.is_nan());
     }
+    // Cylinders and skies have no exact answer.
     for light in 6..8 {
         assert_eq!(
             share([0.0; 3], light, Measure::Area),
@@ -368,7 +372,7 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
             .visible_fraction([0.0, 0.0, 2.0], 0, Measure::Area)?
             .is_nan()
     );
-    // The spot lights nothing there; the tube does, as its cylinder's area says from afar.
+    // The spot light does not reach this point, but the cylinder does.
     assert!(scene.irradiance([1.0, 0.0, 0.0], UP)?[0] > 0.0);
     let own = scene.visible_fraction([0.0; 3], 3, Measure::Area);
     assert_eq!(own, Err(Error::NotExact(3)));
@@ -386,6 +390,7 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
 /// Empty slices of points, scenes without triangles and scenes without lights are valid.
 #[test]
 fn empty_slices_and_empty_scenes_have_answers() -> Result<(), Error> {
+    // Take scenes without triangles, with one, and with one that has no area.
     let none: [[f64; 3]; 0] = [];
     let mesh = [[0.0_f32, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
     for (positions, triangles) in [
@@ -401,6 +406,7 @@ fn empty_slices_and_empty_scenes_have_answers() -> Result<(), Error> {
             lit.clone(),
             lit.with_lights([] as [Light; 0])?,
         ] {
+            // Query no points, then one.
             scene.irradiances(&none, &none, &mut [])?;
             scene.radiances(&none, &none, &[], &none, &mut [])?;
             assert_eq!(scene.visible_intervals(&none, &[])?.len(), 0);
@@ -550,6 +556,7 @@ fn bad_input_is_refused_with_its_number() {
             .build()
             .err()
     };
+    // Vertices that are not finite, and triangles with a vertex that does not exist.
     let mut bad = good;
     bad[1][2] = f32::NAN;
     assert_eq!(build(&bad, &[[0, 1, 2]], lamp()), Some(Error::Vertex(1)));
@@ -561,6 +568,7 @@ fn bad_input_is_refused_with_its_number() {
         vertices: 3,
     };
     assert_eq!(build(&good, &[[0, 1, 2], [0, 3, 1]], lamp()), Some(missing));
+    // Lights with a position, an emission, a size or a direction that is not valid.
     let no_lights = [
         Light::point([0.0, f64::NAN, 0.0], [1.0; 3]),
         Light::point([0.0; 3], [1.0, -1.0, 1.0]),
@@ -576,6 +584,7 @@ fn bad_input_is_refused_with_its_number() {
     for (k, light) in no_lights.into_iter().enumerate() {
         assert_eq!(build(&good, &[], light), Some(Error::Light(1)), "{k}");
     }
+    // Lights without an exact irradiance, and a range of triangles that do not exist.
     for light in &lights()[4..] {
         let builder = Scene::builder(&good, &[]).light(light.clone());
         let error = builder.method(Estimator::exact()).build().err();
@@ -618,7 +627,7 @@ fn bad_queries_are_refused_with_their_number() {
         scene.visible_fraction([0.0; 3], 0, down),
         Err(Error::Normal(0))
     );
-    // In a slice, the first of several, with its number.
+    // In a slice, the error is the first of several, with its number.
     let mut points = vec![[0.0; 3]; 500];
     let (normals, mut out) = (vec![UP; 500], vec![[0.0; 3]; 500]);
     points[433][1] = f64::NAN;
@@ -697,6 +706,7 @@ fn other_lights_and_methods_on_the_same_triangles_answer_as_built_with_them() ->
 
 #[test]
 fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
+    // Find the visible intervals of random lines.
     let (positions, triangles) = soup(60, 23);
     let scene = Scene::builder(&positions, &triangles).build()?;
     let (points, ends) = (points(300, 24).0, points(600, 25).0);
@@ -707,6 +717,7 @@ fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
     for (i, (point, line)) in points.iter().zip(&lines).enumerate() {
         let alone = scene.visible_intervals(&[*point], &[*line])?;
         assert_eq!(alone.line(0), visible.line(i));
+        // Compare them with rays to points of the line that are not next to an end of an interval.
         for k in 0..64 {
             let t = (f64::from(k) + 0.5) / 64.0;
             let ends = visible.line(i).iter().flat_map(|part| [part.lo, part.hi]);
@@ -734,6 +745,7 @@ fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
             found: 299,
         })
     );
+    // A line that is not finite is an error.
     let nan = [[[f64::NAN; 3]; 2]];
     assert_eq!(
         scene.visible_intervals(&points[..1], &nan).map(|_| ()),
