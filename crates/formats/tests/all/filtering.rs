@@ -1,5 +1,5 @@
-//! Textures over a pixel's footprint are compared with direct means, quadrature and neighbouring
-//! rays.
+//! Tests of texture filtering over the footprint of a pixel, by comparison with direct means, with
+//! quadrature and with the rays of neighbouring pixels.
 
 use crate::common::world;
 use linelit_formats::{LoadOptions, Warning};
@@ -12,7 +12,8 @@ use linelit_scene::{
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// Texels are kept in `f32`, rounded once a level: less than ten half-units.
+/// A bound of the rounding of texels, which are stored in `f32` and rounded once in each of fewer
+/// than ten levels.
 const KEPT: f64 = 10.0 * 0.5 * f32::EPSILON as f64;
 
 fn image(size: [u32; 2], filter: TextureFilter, value: impl Fn(u32, u32) -> f32) -> ImageTexture {
@@ -26,7 +27,7 @@ fn image(size: [u32; 2], filter: TextureFilter, value: impl Fn(u32, u32) -> f32)
     }
 }
 
-/// Numbers without pattern, in [0, 1).
+/// A pseudo-random number in [0, 1) for each pixel.
 fn noise(x: u32, y: u32) -> f32 {
     let mixed = (x * 7919 + y * 104_729 + 17).wrapping_mul(2_654_435_761);
     f32::from(u16::try_from(mixed >> 16).unwrap()) / 65536.0
@@ -53,7 +54,7 @@ fn wraps() -> impl Strategy<Value = Wrap> {
     prop_oneof![Just(Wrap::Repeat), Just(Wrap::Mirror), Just(Wrap::Clamp)]
 }
 
-/// Vectors of any size from 1e-12 to 1e12, and zero.
+/// Vectors whose lengths are from 1e-12 to 1e12, and zero.
 fn changes() -> impl Strategy<Value = DVec2> {
     let size = prop_oneof![Just(0.0), (-12.0..12.0).prop_map(|e: f64| 10f64.powf(e))];
     (size, 0.0..std::f64::consts::TAU).prop_map(|(size, angle)| size * DVec2::from_angle(angle))
@@ -93,12 +94,13 @@ proptest! {
             dy: DVec2::new(c, d),
         };
         let got = texture.evaluate(at).x;
-        // A Lanczos window of two overshoots by less than a quarter in two directions.
+        // The Lanczos filter of radius two overshoots by less than a quarter in two directions.
         prop_assert!((0.0..1.25).contains(&got), "{got}");
     }
 
-    /// The rays beside a camera's ray are those of the neighbouring pixels; where they meet a
-    /// triangle's plane, the coordinates have changed by as much as the surface says.
+    /// The ray differentials of a camera ray are the rays of the neighbouring pixels. Where those
+    /// meet the plane of a triangle, the texture coordinates have changed by as much as the
+    /// footprint of the surface says.
     #[test]
     fn footprints_reach_to_the_neighbours(
         kind in 0..3usize,
@@ -157,7 +159,7 @@ proptest! {
             let moved = change - (plane.at(there) - plane.at(point));
             prop_assert!(moved.length() < 30.0 * tolerance, "{moved}");
         }
-        // A fraction of the spacing is a fraction of the way, on either side of the camera's ray.
+        // A fraction of the pixel spacing shifts the rays by that fraction, on either side.
         let part = camera.differential(film[0], film[1], spacing);
         for k in 0..2 {
             let origin = ray.origin + spacing * (beside.origins[k] - ray.origin);
@@ -263,9 +265,10 @@ fn the_whole_image_is_its_mean() {
     }
 }
 
-/// Where the finest level alone is asked, an ellipse's lookup is the sum over texels with a
-/// Gaussian's weights, to what the table of 128 weights rounds: its argument by 1/128 at most, so
-/// each weight by exp(−2 r²)/64, and the mean by those weights times the texels' differences to it.
+/// Where a lookup over an ellipse uses only the finest level, it is the mean of the texels with
+/// Gaussian weights, up to the rounding of the table of 128 weights. The table rounds the argument
+/// by at most 1/128 and so each weight by at most exp(−2 r²)/64; the error of the mean is bounded
+/// by the sum of these, each times the difference of the texel from the mean.
 #[test]
 fn ellipses_are_sums_with_gaussian_weights() {
     let n = 32;
@@ -292,12 +295,13 @@ fn ellipses_are_sums_with_gaussian_weights() {
             dy: q / f64::from(n),
         };
         let got = texture.evaluate(at).x;
-        // x^T M^-1 x with M = p p^T + q q^T + 1, in texels; v upwards.
+        // The ellipse is x^T M^-1 x < 1 with M = p p^T + q q^T + 1, in texels, with v upwards.
         let (xx, xy, yy) = (
             p.x * p.x + q.x * q.x + 1.0,
             p.x * p.y + q.x * q.y,
             p.y * p.y + q.y * q.y + 1.0,
         );
+        // Collect the texels in the ellipse as pairs (r², value).
         let centre = uv * f64::from(n);
         let mut terms = Vec::new();
         for row in -20..52i32 {
@@ -311,6 +315,7 @@ fn ellipses_are_sums_with_gaussian_weights() {
                 }
             }
         }
+        // Compare their weighted mean with the lookup.
         let weight = |square: f64| (-2.0 * square).exp() - (-2.0f64).exp();
         let weights: f64 = terms.iter().map(|(s, _)| weight(*s)).sum();
         let mean = terms.iter().map(|(s, v)| weight(*s) * v).sum::<f64>() / weights;
@@ -323,7 +328,8 @@ fn ellipses_are_sums_with_gaussian_weights() {
         );
         largest = largest.max(tolerance);
     }
-    // A quarter turn of the longest ellipse would change the mean by more.
+    // The tolerance is small enough to see a wrong turn: a quarter turn of the longest ellipse
+    // would change the mean by more.
     assert!(largest < 0.02, "{largest}");
 }
 
@@ -391,7 +397,8 @@ fn ellipses_are_gaussian_means_of_waves() {
     }
 }
 
-/// What a file asks for, by its version: pbrt-v4's films are not pbrt-v3's.
+/// The texture filter depends on the parameters of the texture and on the version of the file,
+/// which the film's name tells: "image" is pbrt-v3's and "rgb" is pbrt-v4's.
 #[test]
 #[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn files_say_how_to_filter() {
@@ -477,8 +484,8 @@ fn files_say_how_to_filter() {
     }
 }
 
-/// A bump map that repeats many times in a pixel is flat, and one that repeats rarely is as steep
-/// as without a footprint.
+/// A bump map that repeats many times in a pixel looks flat, and one that repeats rarely is as
+/// steep as without a footprint.
 #[test]
 fn bumps_are_as_flat_as_they_look() {
     let scene = |scale: f64| {
@@ -502,15 +509,17 @@ fn bumps_are_as_flat_as_they_look() {
         let seen = scene(scale).surface_over(0, [0.3, 0.4], DVec3::NEG_Z, Some(&beside));
         seen.shading_normal
     };
-    // A hundred squares in a pixel: a wave's mean over two pixels is 1/200 at most, so heights are
-    // within 0.2 · 1/2 · 1/200² of their mean. The step is half a pixel.
+    // With a hundred squares in a pixel, the mean of a square wave over two pixels is at most
+    // 1/200, so that heights are within 0.2 · 1/2 · 1/200² of their mean. The step of the
+    // difference is half a pixel.
     let flat = normal(1000.0, 0.1);
     let slope = 2.0 * 0.1 / (200.0 * 200.0) / 0.05;
     assert!(flat.x.abs() <= slope && flat.y.abs() <= slope, "{flat}");
-    // The pixel around u = 0.3 reaches to 0.31, a step of half a pixel further: past an edge at
-    // 0.312 with 0.003 of 0.02, which is a height of 0.03 over 0.005: a slope of six.
+    // The footprint around u = 0.3 reaches to 0.31. A step of 0.005, half a pixel, moves it to
+    // 0.315, so that 0.003 of its width of 0.02 are past the edge at 0.312. Its mean height grows
+    // by 0.03 over the step of 0.005, which is a slope of six.
     let steep = normal(1.0 / 0.312, 0.01);
     assert!((steep.x.abs() - 6.0 / 37f64.sqrt()).abs() < 1e-6, "{steep}");
-    // Far from all edges it is flat again.
+    // Far from all edges the surface is flat again.
     assert_eq!(normal(1.0, 0.01), DVec3::Z);
 }
