@@ -184,7 +184,8 @@ proptest! {
             dx: DVec2::new(reach[0], -0.3 * reach[1]),
             dy: DVec2::new(0.2 * reach[0], reach[1]),
         };
-        // Midpoints of n cells a side: each of at most 2 · 7 edges across moves a share of a cell.
+        // Integrate by a midpoint rule with N² cells. Each of the at most 2 · 7 edges that cross
+        // the footprint causes an error of a fraction of one row of cells.
         const N: u32 = 400;
         let mut sum = 0.0;
         for k in 0..N * N {
@@ -333,8 +334,9 @@ fn ellipses_are_sums_with_gaussian_weights() {
     assert!(largest < 0.02, "{largest}");
 }
 
-/// The mean of a wave over an ellipse: between that over the footprint's own and that over one with
-/// two texels of the coarser level added in quadrature to each axis, damped by those texels' boxes.
+/// The mean of a cosine wave over an ellipse lies between two bounds: the Gaussian mean over the
+/// ellipse of the footprint, and that over an ellipse to whose axes a texel of the coarser level
+/// was added in quadrature, damped by the box filter of these texels.
 #[test]
 fn ellipses_are_gaussian_means_of_waves() {
     let n = 512;
@@ -352,12 +354,12 @@ fn ellipses_are_gaussian_means_of_waves() {
         },
         wave,
     );
-    // The Fourier transform of the truncated Gaussian over the unit disk, at ω, relative to 0.
+    // The Fourier transform of the truncated Gaussian on the unit disk at ω, divided by that at 0.
     let damping = |omega: f64| {
         let steps = 2000;
         let (mut sum, mut all) = (0.0, 0.0);
         for i in 0..steps {
-            // Along x, what is left of the disk's weights integrated over y.
+            // For each x, integrate the weights over y.
             let x = (f64::from(i) + 0.5) / f64::from(steps);
             let half = (1.0 - x * x).sqrt();
             let strip: f64 = (0..200)
@@ -375,7 +377,7 @@ fn ellipses_are_gaussian_means_of_waves() {
     for (long, wide, turn) in [(0.02, 0.01, 0.0), (0.03, 0.012, 0.5), (0.024, 0.006, 1.2)] {
         let axis = DVec2::from_angle(turn);
         let (p, q) = (long * axis, wide * axis.perp());
-        // A crest.
+        // Look up the texture at a crest of the wave.
         let at = Footprint {
             uv: DVec2::new(0.5, 0.3),
             dx: p,
@@ -384,12 +386,14 @@ fn ellipses_are_gaussian_means_of_waves() {
         let got = 2.0 * texture.evaluate(at).x - 1.0;
         let omega = 2.0 * PI * waves;
         let reach = (p.x * p.x + q.x * q.x).sqrt();
-        // Texels of the coarser of the two levels: at most twice the width.
+        // The texels of the coarser of the two levels are at most twice as large as the width of
+        // the ellipse.
         let texel = 2.0 * wide;
         let most = damping(omega * reach);
         let half = 0.5 * omega * texel;
         let least = damping(omega * (reach * reach + texel * texel).sqrt()) * half.sin() / half;
-        // Sums over texels for integrals, and the table of weights: a hundredth.
+        // Sums over texels differ from integrals, and weights from those of the table, by less than
+        // a hundredth.
         assert!(
             (least - 0.01..most + 0.01).contains(&got),
             "{least} {got} {most}"
