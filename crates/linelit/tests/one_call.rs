@@ -66,7 +66,7 @@ fn an_open_lamp_gives_lamberts_sum_and_half_of_it_behind_a_half_plane() -> Resul
     for (scene, share) in [(open, 1.0), (half, 0.5)] {
         let got = scene.irradiance([0.0; 3], [0.0, 0.0, 7.0])?;
         for (got, radiance) in got.into_iter().zip([3.0, 2.0, 1.0]) {
-            // Sums of a dozen terms, each of a few roundings.
+            // The value is a sum of a dozen terms, each with a few roundings.
             let error = got / (share * radiance * whole) - 1.0;
             assert!(error.abs() < 1e-12, "{error}");
         }
@@ -98,14 +98,15 @@ fn exact_answers_agree_with_each_other() -> Result<(), Error> {
         let whole = 3.0 * polygon::irradiance(&relative, n);
         let seen = scene.irradiance(point, normal)?[0];
         let fraction = scene.visible_fraction(point, 0, Measure::Cosine(vector(normal)))?;
-        // Both are good to 1e-12 of the light. Lifting the point by 1e-14 of its coordinates moves
+        // Both are right to 1e-12 of the light. Lifting the point by 1e-14 of its coordinates moves
         // shadows by 1e-14 over the distance of the nearest edges, which is at least a hundredth.
         assert!(
             (seen / whole - fraction).abs() < 1e-10,
             "{seen} {whole} {fraction}"
         );
         partial += u32::from(fraction > 0.05 && fraction < 0.95);
-        // The rings have the area of the visible part, and turn as the point sees them.
+        // The rings have the area of the visible part, and run counter-clockwise as the point sees
+        // them.
         let rings = scene.visible_polygons(point, 0)?;
         let twice = |ring: &Vec<[f64; 3]>| -> f64 {
             let next = ring.iter().cycle().skip(1);
@@ -116,7 +117,7 @@ fn exact_answers_agree_with_each_other() -> Result<(), Error> {
         };
         let share = rings.iter().map(twice).sum::<f64>() / 8.0;
         let by_area = scene.visible_fraction(point, 0, Measure::Area)?;
-        // Corners in space are rounded to 1e-15 of their size; a ring has a hundred at most.
+        // The corners are rounded to 1e-15 of their size, and a ring has at most a hundred.
         assert!((share.abs() - by_area).abs() < 1e-9, "{share} {by_area}");
         assert!(
             rings.is_empty() || share < 0.0,
@@ -140,7 +141,8 @@ fn fractions_are_those_of_rays() -> Result<(), Error> {
     let most = 4.6;
     for point in points {
         let (count, x) = (20_000, vector(point));
-        // Rays to points uniform in the area, each counted for area and for solid angle.
+        // Trace rays to random points of the lamp, and sum the visible and the whole light by area
+        // and by solid angle.
         let mut sums = [[0.0_f64; 3]; 2];
         for _ in 0..count {
             let to = [0, 1].map(|_| random.random_range(-1.0..1.0));
@@ -159,7 +161,7 @@ fn fractions_are_those_of_rays() -> Result<(), Error> {
         for (sum, measure) in sums.into_iter().zip([Measure::Area, Measure::SolidAngle]) {
             let exact = scene.visible_fraction(point, 0, measure)?;
             let [seen, all, squares] = sum;
-            // The variance of a ratio of sums, of weights that vary little.
+            // Compare by the variance of a ratio of sums whose weights vary little.
             let sigma = (exact * (1.0 - exact) * squares).sqrt() / all;
             let z = (seen / all - exact) / sigma.max(1e-9);
             assert!(
@@ -224,7 +226,7 @@ fn every_light_keeps_its_mean_by_hybrid_and_by_points() -> Result<(), Error> {
                 let mean = sum / n;
                 (mean, ((squares / n - mean * mean) / (n - 1.0)).max(0.0))
             });
-            // Of light without noise, both are good to the 1e-9 that `exact` promises.
+            // Where an estimate has no noise, both agree to the 1e-9 that `exact` promises.
             let sigma = (a.1 + b.1).sqrt() + 1e-9 * (a.0 + b.0);
             let z = if sigma > 0.0 {
                 (a.0 - b.0) / sigma
@@ -256,14 +258,14 @@ fn answers_depend_on_neither_batch_nor_order_nor_threads() -> Result<(), Error> 
         });
         assert_eq!(again?, whole, "{threads} threads");
     }
-    // One by one, backwards; and in two calls.
+    // Query the points one by one backwards, and then in two calls.
     for i in (0..points.len()).rev().step_by(7) {
         assert_eq!(scene.irradiance(points[i], normals[i])?, whole[i], "{i}");
     }
     let mut part = vec![[0.0; 3]; 123];
     scene.irradiances(&points[300..423], &normals[300..423], &mut part)?;
     assert_eq!(part, whole[300..423]);
-    // Another seed is another estimate.
+    // Another seed gives another estimate.
     let [x, n] = [points[0], normals[0]];
     assert_ne!(scene.with_seed(12).irradiance(x, n)?, whole[0]);
     Ok(())
@@ -313,7 +315,7 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
         assert_eq!(share([0.0; 3], light, Measure::Area)?, 1.0);
         assert_eq!(share([0.0; 3], light, Measure::Cosine(DVec3::Z))?, 1.0);
     }
-    // So are disks and spheres, by any measure.
+    // Disks and spheres are wholly visible, too, by every measure.
     for light in 4..6 {
         for measure in [
             Measure::Area,
@@ -376,7 +378,7 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
     assert!(scene.irradiance([1.0, 0.0, 0.0], UP)?[0] > 0.0);
     let own = scene.visible_fraction([0.0; 3], 3, Measure::Area);
     assert_eq!(own, Err(Error::NotExact(3)));
-    // A line behind a wall.
+    // Query a line behind a wall.
     let wall = [[-9.0_f32, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 9.0, 1.0]];
     let line = Light::line([-0.1, 0.0, 2.0], [0.1, 0.0, 2.0], [1.0; 3]);
     let hidden = Scene::builder(&wall, &[[0, 1, 2]]).light(line).build()?;
