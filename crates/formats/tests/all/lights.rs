@@ -249,8 +249,9 @@ fn images_on_lines_are_named() {
     );
 }
 
-/// As in pbrt-v4, `power` is the power of the light if its whole image lay on it, computed from the
-/// mean luminance of all pixels. It does not depend on which part of the image lies on the light.
+/// As in pbrt-v4, the radiance of a light with an image and `power` is computed from the mean
+/// luminance of all pixels. A light that shows only a part of the image has the same radiance per
+/// pixel, and so another power.
 #[test]
 fn the_power_of_a_light_with_an_image_is_the_images() {
     let folder = Folder::new("power");
