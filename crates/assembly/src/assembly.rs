@@ -1,4 +1,5 @@
-//! What all readers share: putting meshes into the scene, reading images, finishing.
+//! [`Assembly`], by which all readers build a scene: it adds meshes and lights with warnings about
+//! them, opens files and decodes images within limits, and finishes the scene.
 
 use crate::diagnostics::{ErrorKind, Files, Location, Result, SceneError, Warnings, shorten};
 use crate::framing;
@@ -21,7 +22,7 @@ use std::sync::Arc;
 pub struct Opened {
     /// The path of the file, for messages.
     pub path: String,
-    /// The path with links followed.
+    /// The path after symbolic links.
     pub whole: PathBuf,
     /// The contents of the file.
     pub bytes: Vec<u8>,
@@ -33,14 +34,14 @@ pub enum Holes {
     /// No holes.
     #[default]
     None,
-    /// The holes where the alpha of this index in the scene is below its cutoff.
+    /// The holes are where the alpha mask with this index in the scene is below its cutoff.
     Some(u32),
-    /// No surface at all.
+    /// All of the surface is cut away.
     All,
 }
 
 impl Holes {
-    /// The alpha, if there is one.
+    /// The index of the alpha mask, if there is one.
     pub fn alpha(self) -> Option<u32> {
         match self {
             Self::Some(alpha) => Some(alpha),
@@ -49,29 +50,33 @@ impl Holes {
     }
 }
 
-/// A scene in the making.
+/// A scene that a reader is building, with its warnings and its files.
 #[derive(Debug)]
 pub struct Assembly {
     /// The scene so far.
     pub builder: SceneBuilder,
     /// The warnings so far.
     pub warnings: Warnings,
-    /// More triangles than this are refused.
+    /// The largest number of triangles.
     pub max_triangles: usize,
-    /// Whether the file has lights so far, dark ones and those that are left out included.
+    /// Whether the file has lights so far, including black ones and lights that were left out.
     pub has_lights: bool,
     files: Files,
     watch: Watch,
-    /// The images by the name in the scene and whether bytes are sRGB.
+    /// The images that have been decoded, by their names in the scene and whether their bytes are
+    /// sRGB-encoded.
     images: HashMap<(String, bool), Arc<ImageData>>,
-    /// The luminance of images, as far as it was requested.
+    /// The luminance of images for which it was requested.
     greys: HashMap<(String, bool), Arc<ImageData>>,
-    /// The alpha channels of images, as far as they have some.
+    /// The alpha channels of images for which they were requested.
     alpha_channels: HashMap<String, Arc<ImageData>>,
-    /// Files that were opened, and bytes read: of each once, and in all.
+    /// The files that have been opened.
     opened: HashSet<PathBuf>,
+    /// The number of bytes of these files, each counted once.
     distinct_bytes: u64,
+    /// The number of bytes that have been read or unpacked, counted every time.
     read_bytes: u64,
+    /// The number of bytes of all pixels.
     pixel_bytes: u64,
 }
 
@@ -81,13 +86,14 @@ const FREE_REREADS: u64 = 1 << 26;
 /// The average number of times that files may be read beyond that.
 const REREADS: u64 = 16;
 
-/// Bytes that the pixels of all images together may take, whatever the size of their files.
+/// The number of bytes that the pixels of all images together may take for files of any size.
 const FREE_PIXEL_BYTES: u64 = 1 << 29;
-/// Bytes that the pixels may take for each byte of the files.
+/// The number of bytes that the pixels may take for each byte of the files.
 const PIXEL_BYTES_PER_BYTE: u64 = 64;
 
 impl Assembly {
-    /// An empty scene; `path` is that of the scene file, which is `bytes` long.
+    /// Begins an empty scene. `path` is the path of the scene's file, if it is on a disk, and
+    /// `bytes` its length.
     pub fn new(path: Option<&Path>, bytes: usize, options: &LoadOptions) -> Self {
         let mut builder = SceneBuilder::new(options.max_triangles);
         builder.origin = options.origin.unwrap_or_default();
@@ -108,7 +114,8 @@ impl Assembly {
         }
     }
 
-    /// Warns about something at a place; the label stands beside the caret.
+    /// Warns about a location in a file. The label is printed next to the caret. With
+    /// [`LoadOptions::strict`], the warning is an error.
     pub fn warn(
         &mut self,
         kind: ErrorKind,
@@ -119,7 +126,7 @@ impl Assembly {
         self.warnings.warn(kind, message, |e| e.at(at, label))
     }
 
-    /// Warns about something that linelit does not support.
+    /// Warns about a feature that linelit does not support.
     pub fn unsupported(
         &mut self,
         message: impl Into<String>,
@@ -129,7 +136,7 @@ impl Assembly {
         self.warn(ErrorKind::Unsupported, message, label, at)
     }
 
-    /// Warns about something that is probably not meant.
+    /// Warns about something that is probably not intended.
     pub fn suspicious(
         &mut self,
         message: impl Into<String>,
@@ -139,7 +146,8 @@ impl Assembly {
         self.warn(ErrorKind::Suspicious, message, label, at)
     }
 
-    /// Adds a mesh to the scene; `what` it is, for messages.
+    /// Adds a mesh to the scene, with warnings about triangles that were left out. `what` names the
+    /// mesh in messages.
     pub fn add_mesh(
         &mut self,
         mesh: &MeshData,
@@ -147,6 +155,7 @@ impl Assembly {
         what: &str,
         at: Location<'_>,
     ) -> Result<()> {
+        // Warn about texture coordinates that are too large for alpha masks.
         self.has_lights |= place.emission.is_some();
         let alphas = place.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
         let mut alphas = alphas.into_iter().flatten();
@@ -154,6 +163,7 @@ impl Assembly {
             let message = "texture coordinates that are too large for holes";
             self.suspicious(message, "beyond 16777216 pixels of the image", at)?;
         }
+        // Add the mesh; a singular transform is only a warning.
         let total = mesh.triangles.len();
         let added = match self.builder.add_mesh(mesh, place) {
             Ok(added) => added,
@@ -176,6 +186,7 @@ impl Assembly {
                 )));
             }
         };
+        // Warn about triangles that were left out or give no light.
         if added.degenerate > 0 {
             let label = format!("{} of {total}", added.degenerate);
             self.suspicious("triangles without area are left out", &label, at)?;
@@ -207,20 +218,21 @@ impl Assembly {
         added.map_err(|_| self.too_many_lights(at))
     }
 
-    /// Adds a light that no shape stands for.
+    /// Adds a light without a shape.
     pub fn add_light(&mut self, light: Light, at: Location<'_>) -> Result<()> {
         self.has_lights = true;
         let added = self.builder.add_light(light);
         added.map_err(|_| self.too_many_lights(at))
     }
 
+    /// The error for a shape with too many lights.
     fn too_many_lights(&self, at: Location<'_>) -> SceneError {
         let message = format!("more than {} lights", self.builder.max_lights);
         at.error(ErrorKind::Limit, message, "this shape has too many")
             .note("each emissive triangle or line is a light, unless neighbours in one plane merge")
     }
 
-    /// A file that the scene names, read into memory.
+    /// Reads a file that the scene names.
     pub fn open(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
         let refuse = |why: SceneError| {
             let message = format!("cannot read `{name}`: {}", why.message());
@@ -231,8 +243,10 @@ impl Assembly {
             }
             error
         };
+        // Find and read the file.
         let (path, whole) = self.files.find(name).map_err(refuse)?;
         let bytes = self.files.read(&whole).map_err(refuse)?;
+        // Count the bytes, and pass the file to the callback.
         let count = bytes.len() as u64;
         if self.opened.insert(whole.clone()) {
             self.distinct_bytes += count;
@@ -243,7 +257,8 @@ impl Assembly {
         Ok(Opened { path, whole, bytes })
     }
 
-    /// Counts bytes that were read, or unpacked: small files must not make much work.
+    /// Counts bytes that were read or unpacked. The limit prevents that small files, read again and
+    /// again, take much time.
     fn count_read(&mut self, name: &str, count: u64, at: Location<'_>) -> Result<()> {
         self.read_bytes += count;
         let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
@@ -258,12 +273,12 @@ impl Assembly {
         )))
     }
 
-    /// Whether the scene may name such a file, and it is there.
+    /// Whether a file of this name exists and the scene may name it.
     pub fn has_file(&self, name: &str) -> bool {
         self.files.has(name)
     }
 
-    /// Opens a file as [`Assembly::open`] does, decompressed if its name ends in `.gz`.
+    /// Reads a file as [`Assembly::open`] does, and decompresses it if its name ends in `.gz`.
     pub fn open_unpacked(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
         let mut file = self.open(name, at)?;
         if name.ends_with(".gz") {
@@ -276,7 +291,8 @@ impl Assembly {
         Ok(file)
     }
 
-    /// The luminance of an image file, once for all that ask; `None` as for [`Assembly::image`].
+    /// The luminance of an image file, which is computed once; `None` in the same cases as for
+    /// [`Assembly::image`].
     pub fn luminance(
         &mut self,
         name: &str,
@@ -296,7 +312,8 @@ impl Assembly {
         Ok(Some(grey))
     }
 
-    /// An image file, read once; `None` after a warning if its format is not supported.
+    /// An image file, which is read once; `None`, after a warning, if its format is not supported.
+    /// `srgb` says whether its integers are sRGB-encoded.
     pub fn image(
         &mut self,
         name: &str,
@@ -315,7 +332,7 @@ impl Assembly {
         Ok(image)
     }
 
-    /// Counts what the images of the scene take.
+    /// Counts the memory of an image; it is an error if all images take more than allowed.
     fn add_pixels(&mut self, bytes: usize, at: Location<'_>) -> Result<()> {
         self.pixel_bytes += bytes as u64;
         let limit = FREE_PIXEL_BYTES.saturating_add(PIXEL_BYTES_PER_BYTE * self.distinct_bytes);
@@ -333,7 +350,7 @@ impl Assembly {
         ))
     }
 
-    /// An image from memory; `None` after a warning if its format is not supported.
+    /// Decodes an image from memory; `None`, after a warning, if its format is not supported.
     pub fn decode(
         &mut self,
         name: &str,
@@ -343,6 +360,7 @@ impl Assembly {
     ) -> Result<Option<Arc<ImageData>>> {
         match decode_picture(name, bytes) {
             Some(Ok(Decoded { pixels, warning })) => {
+                // Pass the decoder's warning on, and count the pixels.
                 if let Some(warning) = warning {
                     let message = format!("`{name}`: {warning}");
                     self.warn(ErrorKind::OutOfRange, message, "named here", at)?;
@@ -370,8 +388,8 @@ impl Assembly {
         }
     }
 
-    /// Returns the coverage in an image file: its alpha channel, or its luminance if it has none;
-    /// `None` as for [`Assembly::image`].
+    /// The alpha channel of an image file, or its luminance if it has no alpha channel; `None` in
+    /// the same cases as for [`Assembly::image`].
     pub fn alpha_image(&mut self, name: &str, at: Location<'_>) -> Result<Option<Arc<ImageData>>> {
         if let Some(known) = self.alpha_channels.get(name) {
             return Ok(Some(Arc::clone(known)));
@@ -385,8 +403,8 @@ impl Assembly {
         Ok(Some(alpha))
     }
 
-    /// The alpha channel of an image from memory, as grey; `None` if it has none, or cannot be
-    /// read, of which [`Assembly::decode`] says so.
+    /// The alpha channel of an image from memory, as grey; `None` if it has no alpha channel or
+    /// cannot be read. ([`Assembly::decode`] reports images that cannot be read.)
     pub fn alpha_channel(
         &mut self,
         name: &str,
@@ -403,8 +421,8 @@ impl Assembly {
         Ok(Some(Arc::new(image)))
     }
 
-    /// Returns the holes that a texture cuts into a shape: where its value is below the cutoff.
-    /// None, after a warning, for a texture of an unsupported kind.
+    /// The holes that a texture cuts into a shape, where its value is below the cutoff. There are
+    /// none, after a warning, if the texture cannot be an alpha mask.
     pub fn alpha(&mut self, texture: Texture, cutoff: f64, at: Location<'_>) -> Result<Holes> {
         #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
         let cutoff = cutoff as f32;
@@ -417,7 +435,8 @@ impl Assembly {
         Ok(Holes::None)
     }
 
-    /// The finished scene with its warnings; without a camera it gets one that frames it.
+    /// Finishes the scene, and returns it with its warnings. Without a camera, the scene gets one
+    /// that sees all of it. `name` is the name of the file in messages.
     pub fn finish(
         mut self,
         name: &str,
@@ -425,7 +444,7 @@ impl Assembly {
         camera: Option<Camera>,
         film: FilmSettings,
     ) -> Result<Loaded> {
-        // Say what is missing of shapes and lights.
+        // Warn about missing shapes and lights.
         let whole = |e: SceneError| e.in_file(name);
         if !has_shapes {
             let message = "the scene has no shapes";
@@ -451,7 +470,7 @@ impl Assembly {
         if framed && let Some((lo, hi)) = scene.bounds() {
             scene.camera = framing::camera(lo, hi, size);
         }
-        // Say where `f32` is too coarse for the details of the scene.
+        // Warn if `f32` is too coarse for the details of the scene.
         let rounding = scene.rounding();
         if rounding.is_coarse() {
             let kind = ErrorKind::OutOfRange;
@@ -466,7 +485,7 @@ impl Assembly {
     }
 }
 
-/// The image of a picture file's pixels.
+/// The image of a texture from the pixels of a picture file.
 fn image_of(pixels: Pixels, srgb: bool) -> Option<ImageData> {
     match pixels {
         Pixels::Bytes(p) => ImageData::new(p.width, p.height, p.rgb, srgb),

@@ -1,4 +1,4 @@
-//! A view and a light for files that have none.
+//! A camera and a light for files that have none.
 
 use linelit_elementary::sin;
 use linelit_geometry::glam::DAffine3;
@@ -8,7 +8,9 @@ use linelit_scene::{Camera, Projection, SceneDescription};
 /// A camera that sees a whole box from the front, a little from the right and from above, in a
 /// right-handed world with y up.
 pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
+    /// The angle of view.
     const FOV_DEGREES: f64 = 40.0;
+    // Choose the distance so that the ball around the box fits into the angle of view.
     let centre = 0.5 * (lo + hi);
     let radius = (0.5 * (hi - lo).length()).max(f64::MIN_POSITIVE);
     let backward = DVec3::new(0.4, 0.35, 1.0).normalize();
@@ -25,13 +27,15 @@ pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
     Camera::new(camera_to_world, projection, None, None, size)
 }
 
-/// The offsets of a framing light and its size, relative to the distance from the camera to what it
-/// looks at: how far up and to the left of the camera, how far behind it, and half its side.
+/// The position and the size of a framing light, relative to the distance from the camera to the
+/// middle of the scene: the distance up and to the left of the camera, the distance behind it, and
+/// half the side of the square.
 const LIGHT: [f64; 3] = [0.35, 0.05, 0.12];
 
-/// Adds a square light beside the camera, above it and to its left, that shines at the middle
-/// of the scene: for files that have no light, whose picture would be black. A white surface
-/// there that faces the light has a radiance of about one. False if there is nothing to light.
+/// Adds a square light next to the camera, above it and to its left, which faces the middle of the
+/// scene. It is for files without lights, whose pictures would be black. A white surface in the
+/// middle that faces the light has a radiance of about one. The result is false if the scene is
+/// empty.
 ///
 /// ```
 /// use linelit_assembly::{LoadOptions, Source, add_framing_light, ply};
@@ -49,6 +53,7 @@ pub fn add_framing_light(scene: &mut SceneDescription) -> bool {
     let Some((lo, hi)) = scene.bounds() else {
         return false;
     };
+    // Choose the position relative to the camera.
     let [aside, behind, half] = LIGHT;
     let centre = 0.5 * (lo + hi);
     let eye = scene.camera.position();
@@ -57,12 +62,14 @@ pub fn add_framing_light(scene: &mut SceneDescription) -> bool {
     let axis = |v: DVec3| v.normalize_or_zero() * distance;
     let (right, up, forward) = (axis(axes.x_axis), axis(axes.y_axis), axis(axes.z_axis));
     let place = eye + aside * (up - right) - behind * forward;
+    // Turn the square to the middle of the scene.
     let Some(normal) = (centre - place).try_normalize() else {
         return false;
     };
     let u = right.cross(normal).try_normalize().unwrap_or(DVec3::Y) * (half * distance);
     let v = normal.cross(u);
     let corners = [place - u - v, place + u - v, place + u + v, place - u + v];
+    // Choose the radiance that gives the irradiance π in the middle.
     let irradiance = std::f64::consts::PI;
     let square = (centre - place).length_squared();
     let radiance = |area: f64| DVec3::splat(irradiance * square / area);

@@ -1,17 +1,18 @@
-//! Unpacking gzip files (RFC 1952), their checksums verified.
+//! The decompression of gzip files (RFC 1952), with their checksums verified.
 
 use crate::diagnostics::{ErrorKind, Result, SceneError};
 use flate2::read::MultiGzDecoder;
 use std::io::Read as _;
 
-/// More output than this is refused (a gigabyte fits no scene that we could draw).
+/// The largest number of bytes of output (a gigabyte of mesh or text is too large a scene anyway).
 const MAX_OUTPUT: usize = 1 << 30;
-/// Output of any file that is not refused, however small the file is.
+/// The number of bytes of output that is allowed for a file of any size.
 const FREE_OUTPUT: usize = 1 << 26;
-/// Output for each byte of a file: meshes and text pack by less.
+/// The number of bytes of output that is allowed for each byte of a file; meshes and text compress
+/// by a smaller factor.
 const OUTPUT_PER_BYTE: usize = 64;
 
-/// The contents of a gzip file, all its members one after another.
+/// The contents of a gzip file: all its members one after another.
 pub(crate) fn unpack(data: &[u8]) -> Result<Vec<u8>> {
     let limit = FREE_OUTPUT.saturating_add(OUTPUT_PER_BYTE.saturating_mul(data.len()));
     let limit = limit.min(MAX_OUTPUT);
@@ -68,7 +69,7 @@ mod tests {
 
     #[test]
     fn every_change_behind_the_header_and_every_cut_is_an_error() {
-        // The first byte of the block has bits that mean nothing.
+        // The first byte of the block has bits without a meaning.
         for k in 11..ABC.len() {
             let mut changed = ABC;
             changed[k] ^= 0x10;

@@ -1,22 +1,24 @@
-//! Photometric files of luminaires: IES LM-63 of 1986, 1991, 1995, 2002 and 2019, type C.
+//! The reader of photometric files of luminaires: IES LM-63 of 1986, 1991, 1995, 2002 and 2019,
+//! with photometry of type C.
 
 use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, Warnings, shorten};
 use linelit_lights::{ProfileError, ProfileTable};
 
-/// A number of the file.
+/// A number of the file, with its position.
 #[derive(Clone, Copy)]
 struct Number {
     value: f64,
     span: Span,
 }
 
-/// The numbers behind the header, one after the other.
+/// The numbers after the header, which are read one after another.
 struct Numbers<'a> {
     source: &'a Source,
     at: usize,
 }
 
 impl Numbers<'_> {
+    /// Reads the next number; `what` describes it in messages.
     fn next(&mut self, what: &str) -> Result<Number> {
         let bytes = self.source.bytes();
         let is_blank = |b: &u8| b.is_ascii_whitespace() || *b == b',';
@@ -41,7 +43,8 @@ impl Numbers<'_> {
         }
     }
 
-    /// A count from `least` on, of what takes at least two bytes of the file each.
+    /// Reads a count, which is at least `least`. Each counted number takes at least two bytes of
+    /// the file, by which the count is limited.
     fn count(&mut self, what: &str, least: f64) -> Result<usize> {
         let Number { value, span } = self.next(what)?;
         let most = (self.source.bytes().len() / 2) as f64;
@@ -58,26 +61,29 @@ impl Numbers<'_> {
         Ok(count)
     }
 
+    /// Reads `count` numbers.
     fn list(&mut self, count: usize, what: &str) -> Result<Vec<Number>> {
         (0..count).map(|_| self.next(what)).collect()
     }
 }
 
-/// Reads the intensities of a luminaire in candela, times the multiplier, the ballast factor and,
-/// before the edition of 2019, the number after it, which was the ballast-lamp factor: in 2019 it
-/// is a code for how the file was made.
+/// Reads the intensities of a luminaire in candela. They are multiplied by the multiplier and the
+/// ballast factor and, before the edition of 2019, by the number after it, which was the
+/// ballast-lamp factor; in 2019 that number is a code for the origin of the file.
 ///
-/// Angles are in the profile's frame: vertical ones from its axis, which the luminaire shines
-/// along, horizontal ones from its x axis towards y = z × x. Whoever looks along the axis, as from
-/// behind the luminaire, sees them run clockwise; whoever looks up at it, counter-clockwise. (The
-/// standard's figures are read both ways; Radiance's `ies2rad` turns this way, too.) What the file
-/// leaves to symmetry is filled in. The size
-/// of the luminous opening is not read: the luminaire is a point or the shape that it is given to.
+/// Angles are in the profile's frame: vertical angles from its axis, along which the luminaire
+/// shines, and horizontal angles from its x axis towards y = z × x. Looking along the axis, as from
+/// behind the luminaire, they run clockwise; looking up at it, counter-clockwise. (The standard's
+/// figures are read both ways; Radiance's `ies2rad` turns this way, too.) Angles that the file
+/// leaves to symmetry are filled in. The size of the luminous opening is ignored: the luminaire is
+/// a point, or the shape that gets the profile.
 ///
 /// # Errors
-/// Where the file is cut short or not of the format, is of types A or B, counts or angles do not
-/// fit, or an intensity is negative; with the place. Factors of a tilted lamp are warned about.
+/// The file is cut off or does not follow the format, its photometry is of type A or B, counts or
+/// angles do not fit, or an intensity is negative. The error has the position. Factors of a tilted
+/// lamp are a warning.
 pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
+    // Read the numbers before the angles: of the lamp, of the photometry and of its units.
     let mut numbers = Numbers {
         source,
         at: tilt(source, warnings)?,
@@ -100,6 +106,7 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
     let lamp = numbers.next("the ballast-lamp factor")?.value;
     let lamp = if edition(source) >= 2019 { 1.0 } else { lamp };
     numbers.next("the input watts")?;
+    // Read the angles and the intensities.
     let vertical = numbers.list(rows, "a vertical angle")?;
     let horizontal = numbers.list(columns, "a horizontal angle")?;
     let factor = multiplier.value * ballast.value * lamp;
@@ -107,6 +114,7 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
     for _ in 0..columns {
         candela.push(numbers.list(rows, "an intensity")?);
     }
+    // Repeat columns by symmetry, and make the table.
     let order = unfolded(source, &horizontal)?;
     let values = order.iter().flat_map(|(_, column)| &candela[*column]);
     #[allow(clippy::cast_possible_truncation, reason = "profiles are f32")]
@@ -117,6 +125,7 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
         order.iter().map(|(degrees, _)| radians(*degrees)).collect(),
         values,
     );
+    // Point errors at the angle or the intensity.
     table.map_err(|why| {
         let span = match why {
             ProfileError::Angle(k) => vertical.get(k).map(|n| n.span),
@@ -135,7 +144,7 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
     })
 }
 
-/// The year that the first line names as `LM-63-2019` does; 0 where it names none.
+/// The year of the edition in the first line, such as `LM-63-2019`; 0 if the line has none.
 fn edition(source: &Source) -> u32 {
     let bytes = source.bytes();
     let end = bytes.iter().position(|b| is_line_end(*b));
@@ -145,15 +154,18 @@ fn edition(source: &Source) -> u32 {
     year[..digits].parse().unwrap_or(0)
 }
 
+/// Whether a byte ends a line.
 const fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
-/// The end of the line of the lamp's tilt and, if they are in the file, of its factors.
+/// Reads the line of the lamp's tilt and, if they are in the file, its factors, which are ignored
+/// with a warning. The result is the offset after them.
 fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
     let bytes = source.bytes();
     let mut start = 0;
     while start < bytes.len() {
+        // Look for the line `TILT=…`.
         let line = bytes[start..].iter().position(|b| is_line_end(*b));
         let end = line.map_or(bytes.len(), |n| start + n + 1);
         let span = Span::new(start, end);
@@ -162,7 +174,7 @@ fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
         let Some((name, tilt)) = text.split_once('=') else {
             continue;
         };
-        // A byte order mark is no blank.
+        // `trim` does not remove a byte order mark, as that is not a blank.
         if !name
             .trim_start_matches('\u{feff}')
             .trim()
@@ -170,6 +182,7 @@ fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
         {
             continue;
         }
+        // Skip the factors.
         let mut numbers = Numbers { source, at: end };
         match tilt.trim().to_ascii_uppercase().as_str() {
             "NONE" => {}
@@ -198,16 +211,18 @@ fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
     ))
 }
 
-/// Horizontal angles in [0, 360) degrees in ascending order, each with the column that it has,
-/// where symmetry repeats columns.
+/// The horizontal angles in [0, 360) degrees in ascending order, each with the number of its column
+/// in the file. Columns that the file leaves to symmetry are repeated.
 fn unfolded(source: &Source, angles: &[Number]) -> Result<Vec<(f64, usize)>> {
+    // Check that the angles ascend.
     let (first, last) = (angles[0], angles[angles.len() - 1]);
     let ascend = |pair: &&[Number]| pair[1].value <= pair[0].value;
     if let Some(pair) = angles.windows(2).find(ascend) {
         let message = "the horizontal angles of an IES file do not ascend";
         return Err(source.error(ErrorKind::OutOfRange, message, pair[1].span, ""));
     }
-    // Planes of symmetry: about each, an angle a has the column of 2 m − a.
+    // Find the planes of symmetry from the first and the last angle. By a plane at the angle m, the
+    // angle a has the same column as 2 m − a.
     let mirrors: &[f64] = match (first.value, last.value) {
         (0.0, 0.0) | (0.0, 360.0) => &[],
         (0.0, 90.0) => &[90.0, 180.0],
@@ -219,6 +234,7 @@ fn unfolded(source: &Source, angles: &[Number]) -> Result<Vec<(f64, usize)>> {
             return Err(source.error(ErrorKind::OutOfRange, message, last.span, label));
         }
     };
+    // Mirror the angles, and sort them.
     let mut all: Vec<(f64, usize)> = angles.iter().map(|n| n.value).zip(0..).collect();
     for mirror in mirrors {
         let again: Vec<_> = all.iter().map(|(a, k)| (2.0 * mirror - a, *k)).collect();

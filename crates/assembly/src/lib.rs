@@ -1,4 +1,5 @@
-//! What the readers of scene files share: errors that point at the place, limits, and meshes.
+//! The parts that all readers of scene files share: errors that point at their position in a file,
+//! limits on memory and time, the loading of images, and the reader of PLY meshes.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -21,7 +22,7 @@ pub use framing::add_framing_light;
 pub use options::{LoadOptions, Loaded, Root, Watch, about_its_middle};
 pub use polygon::triangulate;
 
-// What public signatures name, so that one dependency is enough.
+// Public signatures name types of these crates, so that users need only one dependency.
 pub use {
     linelit_film as film, linelit_geometry as geometry, linelit_lights as lights,
     linelit_scene as scene,

@@ -1,4 +1,4 @@
-//! How to load, and what comes of it.
+//! [`LoadOptions`], the options for loading a scene, and [`Loaded`], the result.
 
 use crate::diagnostics::{Result, Warning};
 use linelit_geometry::DVec3;
@@ -11,41 +11,44 @@ use std::sync::Arc;
 /// The options for loading a scene.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
-    /// Warnings become errors.
+    /// Whether warnings are errors.
     pub strict: bool,
-    /// More triangles than this are an error. What is placed many times is copied, and each copy
-    /// counts.
+    /// The largest number of triangles; more are an error. Each instance of an object is a copy,
+    /// whose triangles count.
     pub max_triangles: usize,
-    /// Files with more bytes than this, the scene's own or those it names, are an error; so are
-    /// folders, pipes and devices.
+    /// The largest number of bytes of the scene's file and of each file that it names; a longer
+    /// file is an error. Folders, pipes and devices are errors, too.
     pub max_file_bytes: u64,
-    /// The folder in which the files that the scene names must lie.
+    /// The folder in which the files that the scene names have to be.
     pub root: Root,
     /// The callback for the files that are read.
     pub watch: Watch,
-    /// The point of the world relative to which vertices are stored; if there is none, zero, or the
-    /// scene's middle where that is [far away](linelit_geometry::origin_of_box).
+    /// The point of the world relative to which vertices are stored. By default it is zero, or the
+    /// middle of the scene if that is [far away](linelit_geometry::origin_of_box).
     pub origin: Option<DVec3>,
 }
 
-/// A callback that gets each file of a scene, with its bytes, when it is read: to know later
-/// whether it is the same scene, or to keep the files. By default there is none.
+/// A callback that receives the name and the bytes of each file of a scene when it is read. By it a
+/// program can find out later whether a scene has changed, or store the files. By default there is
+/// no callback.
 ///
-/// The scene's own file comes first, by its name without a folder; then those that it names, as the
-/// scene writes them, each as often as it is read. With these names in [`Root::Memory`] the scene
-/// is read again without any file.
+/// The scene's own file comes first, with its name without a folder. Then come the files that it
+/// names, by the names in the scene, each as often as it is read. With these names in
+/// [`Root::Memory`], the scene can be read again without any file.
 #[derive(Clone, Default)]
 pub struct Watch(Option<Arc<Told>>);
 
+/// The type of the callback.
 type Told = dyn Fn(&str, &[u8]) + Send + Sync;
 
 impl Watch {
-    /// Calls this with name and bytes.
+    /// Makes a callback of a function of name and bytes.
     pub fn new(told: impl Fn(&str, &[u8]) + Send + Sync + 'static) -> Self {
         Self(Some(Arc::new(told)))
     }
 
-    /// Tells of a file: for who reads the scene's own.
+    /// Calls the callback for a file. Readers call it for the scene's own file; for other files
+    /// [`Assembly`](crate::Assembly) does.
     pub fn tell(&self, name: &str, bytes: &[u8]) {
         if let Some(told) = &self.0 {
             told(name, bytes);
@@ -64,24 +67,24 @@ impl fmt::Debug for Watch {
     }
 }
 
-/// The root in which the files that a scene names must lie, links followed: a scene from elsewhere
-/// shall not read what it was not shipped with.
+/// Where the files that a scene names have to be, after symbolic links are followed. A scene from
+/// another source should not read files that do not belong to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Root {
-    /// The folder of the scene's file and below; for a scene in memory, the working folder.
+    /// In the folder of the scene's file or below it; for a scene in memory, the working directory.
     #[default]
     SceneFolder,
-    /// This folder and below.
+    /// In this folder or below it.
     Folder(PathBuf),
     /// Anywhere.
     Anywhere,
-    /// Nowhere on a disk: only these, by their names as the scene writes them.
+    /// In memory: only these files exist, by their names in the scene.
     Memory(Arc<BTreeMap<String, Vec<u8>>>),
 }
 
 impl Default for LoadOptions {
-    /// Lenient, at most 32 million triangles (some 3 GB with the renderer's structures), files of
-    /// at most 4 GiB, in the scene's folder and below.
+    /// Options by which warnings are no errors, with at most 32 million triangles (some 3 GB with
+    /// the renderer's structures) and files of at most 4 GiB, in the scene's folder or below it.
     fn default() -> Self {
         Self {
             strict: false,
@@ -94,22 +97,23 @@ impl Default for LoadOptions {
     }
 }
 
-/// A scene and what was strange about its files.
+/// A scene, with the warnings about its files.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scene.
     pub scene: SceneDescription,
-    /// Whether the file has lights, dark ones and those that are left out included.
+    /// Whether the file has lights, including black ones and lights that were left out.
     pub has_lights: bool,
-    /// The warnings in the order of the files; the same message only once.
+    /// The warnings in the order of the files, with each message only once.
     pub warnings: Vec<Warning>,
 }
 
-/// Reads a scene, and once more where its origin is to be another, for its vertices are rounded as
-/// they are read: what all readers of whole scenes do.
+/// Reads a scene with `read`, and reads it a second time with another origin if that is better for
+/// the precision of its vertices, which are rounded relative to the origin as they are read. All
+/// readers of whole scenes call it.
 ///
 /// # Errors
-/// Those of `read`.
+/// The errors of `read`.
 pub fn about_its_middle(
     options: &LoadOptions,
     read: impl Fn(&LoadOptions) -> Result<Loaded>,
@@ -117,7 +121,8 @@ pub fn about_its_middle(
     if options.origin.is_some() {
         return read(options);
     }
-    // What is wrong by rounding alone is not wrong the second time.
+    // Read it about zero. Warnings that are due to rounding may not come again with a better
+    // origin, so that they must not be errors yet.
     let lenient = LoadOptions {
         strict: false,
         ..options.clone()
@@ -131,7 +136,7 @@ pub fn about_its_middle(
     if origin.is_none() && (found.warnings.is_empty() || !options.strict) {
         return Ok(found);
     }
-    // Both would take twice the memory.
+    // Read it again about its middle, or strictly. Both scenes at once would take twice the memory.
     drop(found);
     read(&LoadOptions {
         origin,

@@ -1,22 +1,24 @@
-//! Cutting polygons into triangles.
+//! The triangulation of polygons, convex or not.
 
 use linelit_geometry::{DVec2, DVec3, Frame};
 
-/// The most corners of a polygon that is not convex: time grows with their square.
+/// The largest number of corners of a polygon that is not convex; the time grows with its square.
 const MOST_CORNERS: usize = 1024;
 
-/// Appends the triangles of a polygon given by its corners, all in range.
+/// Appends the triangles of a polygon, whose `corners` are indices of `positions`, to `out`.
 ///
 /// Convex polygons become fans from the first corner (a quad `0 1 2 3` becomes `0 1 2`, `0 2 3`,
-/// as in pbrt); others are cut in their mean plane.
+/// as in pbrt). Other polygons are projected to their mean plane and triangulated there.
 ///
 /// # Errors
-/// When it is not convex and has more than 1024 corners; the error says so of "it".
+/// The polygon is not convex and has more than 1024 corners. The message is a sentence without its
+/// subject, the polygon.
 pub fn triangulate(
     positions: &[DVec3],
     corners: &[u32],
     out: &mut Vec<[u32; 3]>,
 ) -> Result<(), String> {
+    // Make a fan of a triangle.
     let n = corners.len();
     if n < 3 {
         return Ok(());
@@ -28,6 +30,7 @@ pub fn triangulate(
     if n == 3 {
         return fan(out);
     }
+    // Project the corners to the plane of the area vector; without one, a fan is as good as any.
     let points: Vec<DVec3> = corners.iter().map(|i| positions[*i as usize]).collect();
     let normal: DVec3 = (1..n - 1)
         .map(|k| (points[k] - points[0]).cross(points[k + 1] - points[0]))
@@ -41,9 +44,11 @@ pub fn triangulate(
         .map(|p| *p - points[0])
         .map(|p| DVec2::new(p.dot(frame.x), p.dot(frame.y)))
         .collect();
+    // Make a fan of a polygon that turns left at each corner.
     if (0..n).all(|i| turn(flat[(i + n - 1) % n], flat[i], flat[(i + 1) % n]) >= 0.0) {
         return fan(out);
     }
+    // Cut ears off all others.
     if n > MOST_CORNERS {
         return Err(format!(
             "has {n} corners and is not convex; at most {MOST_CORNERS} are cut into triangles"
@@ -53,13 +58,22 @@ pub fn triangulate(
     Ok(())
 }
 
-/// Twice the signed area of a triangle.
+/// Twice the signed area of a triangle: positive if a, b, c turn left.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Cuts ears off; whether a corner is an ear is asked again only when a neighbour goes, so that
-/// the time is in proportion to the square of the corners.
+/// Triangulates a simple polygon by ear clipping.
+///
+/// ```text
+///       b            An ear is a corner b that turns left and whose triangle a b c with both
+///      / \           neighbours contains no other corner. Every simple polygon has one. It is
+///     /   \          cut off, which leaves a polygon with one corner less.
+///  ──a─ ─ ─c──
+/// ```
+///
+/// Whether a corner is an ear is tested again only when a neighbour has been cut off, so that the
+/// time is in proportion to the square of the number of corners.
 fn cut_ears(points: &[DVec2], corners: &[u32], out: &mut Vec<[u32; 3]>) {
     let is_ear = |left: &[usize], i: usize| {
         let n = left.len();
@@ -72,11 +86,12 @@ fn cut_ears(points: &[DVec2], corners: &[u32], out: &mut Vec<[u32; 3]>) {
         let others = left.iter().filter(|k| ![a, b, c].contains(k));
         turn(pa, pb, pc) > 0.0 && !others.into_iter().any(|k| inside(*k))
     };
+    // Cut off ears until a triangle is left. `left` has the corners that are left.
     let mut left: Vec<usize> = (0..points.len()).collect();
     let mut ears: Vec<bool> = (0..points.len()).map(|i| is_ear(&left, i)).collect();
     while left.len() > 3 {
         let n = left.len();
-        // A polygon that crosses itself may have no ear: then any corner will do.
+        // A polygon that crosses itself may have no ear; then any corner is cut off.
         let i = ears.iter().position(|e| *e).unwrap_or(0);
         let triangle = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
         out.push(triangle.map(|k| corners[k]));

@@ -1,4 +1,4 @@
-//! Shows what is in an EXR or PFM file, and its main picture as PNG:
+//! A program that prints the contents of an EXR or PFM file, and writes its main picture as PNG:
 //! `cargo run -p linelit-film --example look -- picture.exr [picture.png]`.
 
 #![allow(clippy::print_stdout, reason = "an example that prints")]
@@ -13,6 +13,7 @@ fn main() -> Result<(), FilmError> {
         println!("usage: look PICTURE.exr|.pfm [PICTURE.png]");
         return Ok(());
     };
+    // Print size and mean of the main picture.
     let image = Image::read(Path::new(&input))?;
     println!(
         "{} × {}, mean {:?}",
@@ -20,6 +21,7 @@ fn main() -> Result<(), FilmError> {
         image.height,
         image.mean()
     );
+    // Print the layers and the metadata of an EXR file.
     if let Ok(document) = Document::read(Path::new(&input)) {
         for layer in &document.layers {
             let channels: Vec<&str> = layer.channels.iter().map(|c| c.name.as_str()).collect();
@@ -29,6 +31,7 @@ fn main() -> Result<(), FilmError> {
             println!("{name} = {value}");
         }
     }
+    // Write the picture as PNG.
     if let Some(output) = arguments.next() {
         write_png(Path::new(&output), &image, Exposure::fitting(&image, 0.98))?;
     }

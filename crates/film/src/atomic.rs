@@ -1,4 +1,5 @@
-//! Files that are either whole or absent.
+//! The writing of files so that a reader finds either a whole file or none: a file is written under
+//! a temporary name and renamed.
 #![allow(clippy::disallowed_methods, reason = "pictures are files")]
 
 use std::ffi::{OsStr, OsString};
@@ -10,18 +11,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::FilmError;
 
+/// The number of temporary files that this process has opened, which makes their names different.
 static SERIAL: AtomicU64 = AtomicU64::new(0);
 
-/// Symbolic links that are followed in a row, as many as Linux follows.
+/// The largest number of symbolic links that are followed in a row, the same as in Linux.
 const MOST_LINKS: usize = 40;
 
-/// Writes `bytes` to `path` through a temporary name in the same folder, then renames.
+/// Writes `bytes` to a temporary file in the same folder as `path`, and renames it to `path`.
 ///
-/// A reader sees the old file or the whole new one, never a part; on failure the temporary file is
-/// removed and an older file of that name stays as it was. Missing parent folders are created. A
-/// symbolic link is followed: the file it leads to is replaced, the link stays. The new file gets
-/// the older one's permissions, and is on the disk when the function returns. What an earlier
-/// process that was killed has left of its temporary files for this name is removed.
+/// A reader sees the old file or the whole new one, never a part. If writing fails, the temporary
+/// file is removed and an older file at `path` does not change. Missing parent folders are created.
+/// If `path` is a symbolic link, the file that it leads to is replaced, and the link stays. The new
+/// file gets the permissions of the older one, and is on the disk when the function returns.
+/// Temporary files for this path that were left by a process that was killed are removed.
 ///
 /// # Errors
 /// [`FilmError::Io`] with the path and the step that failed; also when the older file is read-only
@@ -38,10 +40,11 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FilmError> {
     write_atomically_by(path, |mut file| file.write_all(bytes))
 }
 
-/// Does as [`write_atomically`] with what `write` writes piece by piece: give it a buffer.
+/// Writes a file as [`write_atomically`] does, with the contents that `write` writes piece by
+/// piece. The file is not buffered, so that `write` should use a buffer.
 ///
 /// # Errors
-/// Those of [`write_atomically`].
+/// The same as for [`write_atomically`].
 pub fn write_atomically_by(
     path: &Path,
     write: impl FnOnce(&File) -> io::Result<()>,
@@ -54,16 +57,17 @@ pub fn write_atomically_by(
     written.map_err(|e| FilmError::io(path, "write", e))?;
     fs::rename(&temporary.0, &destination.file)
         .map_err(|e| FilmError::io(path, "rename the temporary file to", e))?;
-    // Now the name is in the folder, but the folder not yet on the disk.
+    // Flush the folder, too: it has the new name, but perhaps not on the disk yet.
     sync_folder(&destination.folder)
         .map_err(|e| FilmError::io(&destination.folder, "flush the folder", e))
 }
 
-/// Tries whether [`write_atomically`] could write to `path`, and leaves nothing behind but missing
-/// parent folders: to be asked before the work whose result goes there.
+/// Checks whether [`write_atomically`] could write to `path`, by opening a temporary file and
+/// removing it; missing parent folders are created. Call it before long work whose result is to be
+/// written there.
 ///
 /// # Errors
-/// Those of [`write_atomically`].
+/// The same as for [`write_atomically`].
 ///
 /// ```
 /// let file = std::env::temp_dir().join(format!("linelit-doc-try-{}", std::process::id()));
@@ -79,22 +83,22 @@ pub fn check_writable(path: &Path) -> Result<(), FilmError> {
     Destination::find(path)?.temporary().map(drop)
 }
 
-/// Path of a file to be written, behind symbolic links.
+/// The path of a file that is to be written, after symbolic links.
 struct Destination<'a> {
-    /// The name that was asked for.
+    /// The path that the caller gave.
     asked: &'a Path,
-    /// The file behind all symbolic links.
+    /// The path after all symbolic links.
     file: PathBuf,
-    /// The folder it is in.
+    /// The folder of the file.
     folder: PathBuf,
-    /// The name within the folder.
+    /// The name of the file in its folder.
     name: OsString,
-    /// The permissions of the file that is there.
+    /// The permissions of an older file at this path.
     older: Option<fs::Permissions>,
 }
 
 impl<'a> Destination<'a> {
-    /// Follows links, makes missing folders and looks at the file that is there.
+    /// Follows links, creates missing folders, and checks an older file.
     fn find(asked: &'a Path) -> Result<Self, FilmError> {
         let file = behind_links(asked).map_err(|e| FilmError::io(asked, "write", e))?;
         let Some(name) = file.file_name().map(OsStr::to_owned) else {
@@ -113,7 +117,7 @@ impl<'a> Destination<'a> {
         })
     }
 
-    /// Opens a file of a name of its own beside the place.
+    /// Opens a temporary file with a unique name in the folder of the destination.
     fn temporary(&self) -> Result<(File, RemoveOnDrop), FilmError> {
         self.sweep();
         loop {
@@ -124,20 +128,20 @@ impl<'a> Destination<'a> {
             let mut options = OpenOptions::new();
             match options.write(true).create_new(true).open(&path) {
                 Ok(file) => {
-                    // Others see by the lock that the file is being written, even from another
-                    // machine, which cannot ask whether the process lives. Without locks on this
-                    // file system the process has to do.
+                    // Lock the file while it is written, so that other processes do not remove it.
+                    // On another machine they cannot find out whether this process is alive. If
+                    // the file system has no locks, they go by the process alone.
                     let _ = file.try_lock();
                     return Ok((file, RemoveOnDrop(path)));
                 }
-                // Left by a killed process that had our number.
+                // Try another name: a killed process with the same number has left this file.
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(e) => return Err(FilmError::io(self.asked, "write", e)),
             }
         }
     }
 
-    /// Prefix of the temporary names for this file.
+    /// The prefix of the names of temporary files for this file.
     fn prefix(&self) -> OsString {
         let mut prefix = OsString::from(".");
         prefix.push(&self.name);
@@ -145,7 +149,7 @@ impl<'a> Destination<'a> {
         prefix
     }
 
-    /// Removes temporary files for this file whose processes are dead.
+    /// Removes temporary files for this file whose processes do not exist any more.
     fn sweep(&self) {
         let Ok(entries) = fs::read_dir(&self.folder) else {
             return;
@@ -155,7 +159,7 @@ impl<'a> Destination<'a> {
             let name = entry.file_name();
             let writer = writer_of(name.as_encoded_bytes(), prefix.as_encoded_bytes());
             if writer.is_some_and(is_dead) && is_unlocked(&entry.path()) {
-                // What refuses to go does no harm.
+                // A file that cannot be removed does no harm.
                 let _ = fs::remove_file(entry.path());
             }
         }
@@ -170,7 +174,8 @@ impl<'a> Destination<'a> {
     }
 }
 
-/// The permissions of the file that is to be replaced, if there is one and it may be.
+/// The permissions of the file that is to be replaced, if there is one; an error if it must not be
+/// replaced.
 fn older(file: &Path) -> io::Result<Option<fs::Permissions>> {
     let metadata = match fs::metadata(file) {
         Ok(metadata) => metadata,
@@ -184,8 +189,8 @@ fn older(file: &Path) -> io::Result<Option<fs::Permissions>> {
         let reason = "it is not a regular file";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     }
-    // Renaming asks for rights to the folder only; root may write to any file. Who has taken the
-    // right to write away did not mean the file to be replaced.
+    // Refuse to replace a read-only file. Renaming would succeed, as it needs rights to the folder
+    // only, and root may write to any file; but the file was made read-only to protect it.
     if metadata.permissions().readonly() {
         let reason = "the file is read-only";
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, reason));
@@ -194,7 +199,7 @@ fn older(file: &Path) -> io::Result<Option<fs::Permissions>> {
     Ok(Some(metadata.permissions()))
 }
 
-/// The path behind symbolic links, whether anything is there or not.
+/// The path after all symbolic links, whether or not a file exists there.
 fn behind_links(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -209,6 +214,7 @@ fn behind_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
 }
 
+/// The folder of a file.
 fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -216,7 +222,8 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// The process that wrote a temporary file, by its name: prefix, `PID-SERIAL.tmp`.
+/// The number of the process that wrote a temporary file, from the file's name, which is the prefix
+/// and `PID-SERIAL.tmp`.
 fn writer_of(name: &[u8], prefix: &[u8]) -> Option<u32> {
     let rest = name.strip_prefix(prefix)?.strip_suffix(b".tmp")?;
     let (process, serial) = std::str::from_utf8(rest).ok()?.split_once('-')?;
@@ -224,40 +231,43 @@ fn writer_of(name: &[u8], prefix: &[u8]) -> Option<u32> {
     process.parse().ok()
 }
 
-/// Whether the system says that there is no such process; not where it says nothing (no `/proc`).
+/// Whether a process does not exist. It is false where the system has no `/proc`, by which this is
+/// known.
 fn is_dead(process: u32) -> bool {
     let processes = Path::new("/proc");
     processes.join("self").exists() && !processes.join(process.to_string()).exists()
 }
 
+/// Whether no process has locked a file.
 fn is_unlocked(file: &Path) -> bool {
     File::open(file).is_ok_and(|file| file.try_lock().is_ok())
 }
 
-/// Writes the names in a folder to the disk, where the system can.
+/// Flushes the names in a folder to the disk, where the system supports it.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());
     }
     let unknown = [io::ErrorKind::InvalidInput, io::ErrorKind::Unsupported];
     match File::open(folder)?.sync_all() {
-        // Some file systems of networks do not know it.
+        // Some network file systems do not support it.
         Err(e) if unknown.contains(&e.kind()) => Ok(()),
         other => other,
     }
 }
 
-/// A file that goes unless it was renamed.
+/// A temporary file, which is removed at the end unless it was renamed.
 struct RemoveOnDrop(PathBuf);
 
 impl Drop for RemoveOnDrop {
     fn drop(&mut self) {
-        // Nothing more can be done about a temporary file that refuses to go.
+        // If the file cannot be removed, it has to stay.
         let _ = fs::remove_file(&self.0);
     }
 }
 
-/// The bytes of a regular file; opening a pipe would wait, and a device has no end.
+/// Reads a regular file. Pipes and devices are refused, as opening a pipe would wait and a device
+/// may have no end.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FilmError> {
     let found = fs::metadata(path).map_err(|e| FilmError::io(path, "read", e))?;
     if !found.is_file() {

@@ -1,4 +1,5 @@
-//! How EXR files are packed.
+//! [`Compression`], the ways in which the pixels of EXR files are compressed, and the compressor of
+//! OpenEXR's ZIP, which lets the level be chosen.
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,18 +17,19 @@ use flate2::{Compress, FlushCompress, Status};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
-    /// `none`: as they are.
+    /// `none`: the pixels are not compressed.
     None,
-    /// `rle`: runs of equal bytes, row by row; shrinks flat pictures only.
+    /// `rle`: runs of equal bytes are shortened, row by row. It helps only for flat pictures.
     Rle,
-    /// `zip` or `zip:LEVEL`: deflate of 16 rows at a time, by a level from 1, fast, to 9, small;
-    /// others count as the nearest. Files of rendered radiance shrink to about two fifths by any
-    /// level: the highest saves one percent over the lowest, and takes ten times as long.
+    /// `zip` or `zip:LEVEL`: 16 rows at a time are compressed by deflate, with a level from 1
+    /// (fast) to 9 (small); other levels are clamped. Files of rendered radiance shrink to about
+    /// two fifths with any level: the highest saves one percent over the lowest, and takes ten
+    /// times as long.
     Zip(u8),
 }
 
 impl Default for Compression {
-    /// The fastest that shrinks.
+    /// ZIP with level 1, the fastest way that makes files of radiance smaller.
     fn default() -> Self {
         Self::Zip(1)
     }
@@ -60,15 +62,18 @@ impl FromStr for Compression {
     }
 }
 
-/// Packs blocks of rows as OpenEXR's ZIP does; what it keeps is memory.
+/// A compressor of blocks of rows by OpenEXR's ZIP, which has memory that is used again for each
+/// block.
 pub(crate) struct Zip {
     deflate: Compress,
-    /// The bytes of a block in the order and as the differences that are packed.
+    /// The differences of the reordered bytes of a block, which are compressed.
     changed: Vec<u8>,
+    /// The reordered bytes of a block.
     halves: Vec<u8>,
 }
 
 impl Zip {
+    /// A compressor of a level, which is clamped to 1 to 9.
     pub(crate) fn new(level: u8) -> Self {
         let level = flate2::Compression::new(u32::from(level.clamp(1, 9)));
         Self {
@@ -78,7 +83,8 @@ impl Zip {
         }
     }
 
-    /// A block in a file: packed, or as it is if that is not longer.
+    /// The bytes that represent a block in a file: compressed, or unchanged if compression does not
+    /// make it shorter.
     pub(crate) fn pack(&mut self, block: Vec<u8>) -> Vec<u8> {
         self.change(&block);
         self.deflate.reset();
@@ -86,13 +92,14 @@ impl Zip {
         let finish = FlushCompress::Finish;
         match (self.deflate).compress_vec(&self.changed, &mut packed, finish) {
             Ok(Status::StreamEnd) => packed,
-            // It did not fit.
+            // The compressed block would be at least as long.
             _ => block,
         }
     }
 
-    /// The bytes of even index before those of odd, as values' high bytes are alike; then of each
-    /// the difference to the one before, plus 128 (OpenEXR's `ImfZip.cpp`).
+    /// Transforms a block before deflate, as OpenEXR does (`ImfZip.cpp`). Bytes of even index come
+    /// before bytes of odd index, as the high bytes of values are similar. Then each byte is
+    /// replaced by its difference from the previous one, plus 128.
     fn change(&mut self, block: &[u8]) {
         let (pairs, last) = block.as_chunks::<2>();
         self.halves.clear();

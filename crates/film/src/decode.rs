@@ -1,67 +1,69 @@
-//! Picture files of all kinds as pixels: which reader, and what memory it may take.
+//! [`decode_picture`], which reads picture files in any format: it chooses the reader, and limits
+//! the memory that the pixels may take.
 
 use crate::{FormatError, Image};
 
-/// Bytes that the pixels of any image may take, however small its file is.
+/// The number of bytes that the pixels of an image may take for a file of any size.
 const FREE_BYTES: usize = 1 << 28;
-/// Bytes that the pixels may take for each byte of the file: flat colour packs well.
+/// The number of bytes that the pixels may take for each byte of the file; flat colours compress
+/// well.
 const BYTES_PER_BYTE: usize = 64;
-/// The most bytes that the pixels of an image may take.
+/// The largest number of bytes that the pixels of an image may take.
 const MAX_BYTES: usize = 1 << 32;
 
-/// A picture of integers, three to a pixel. Whether they are sRGB-encoded or linear is for those to
-/// know who use it: files do not say, or not reliably.
+/// A picture with three integers for each pixel. The caller has to know whether they are
+/// sRGB-encoded or linear, as files do not say so reliably.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IntegerImage<T> {
-    /// Pixels across.
+    /// The number of pixels across.
     pub width: u32,
-    /// Pixels down.
+    /// The number of pixels down.
     pub height: u32,
-    /// Red, green and blue, row by row, the top row first; `width` × `height` of them.
+    /// The `width` × `height` pixels row by row, the top row first: red, green and blue.
     pub rgb: Vec<[T; 3]>,
 }
 
-/// A picture of eight bits a channel.
+/// A picture with eight bits for each channel.
 pub type ByteImage = IntegerImage<u8>;
 
-/// A picture of sixteen bits a channel.
+/// A picture with sixteen bits for each channel.
 pub type WordImage = IntegerImage<u16>;
 
 impl<T> IntegerImage<T> {
-    /// A picture of its rows; `None` if it has no pixels or another number of them.
+    /// A picture of these pixels; `None` if there are none, or their number does not fit the size.
     pub(crate) fn of([width, height]: [u32; 2], rgb: Vec<[T; 3]>) -> Option<Self> {
         let count = crate::image::area(width, height);
         (count > 0 && rgb.len() == count).then_some(Self { width, height, rgb })
     }
 }
 
-/// The pixels of a picture file of any kind.
+/// The pixels of a picture file in any format.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pixels {
-    /// Pixels of a PNG, TGA or JPEG file.
+    /// The pixels of a PNG, TGA or JPEG file.
     Bytes(ByteImage),
-    /// Pixels of a PNG file of 16 bits a channel.
+    /// The pixels of a PNG file with 16 bits for each channel.
     Words(WordImage),
-    /// Pixels of an EXR or PFM file: linear values, finite and not below zero.
+    /// The pixels of an EXR or PFM file: linear values that are finite and not negative.
     Linear(Image),
 }
 
-/// A picture, and what was strange about its file.
+/// A picture, and a warning if the file was unusual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decoded {
     /// The picture.
     pub pixels: Pixels,
-    /// Description of what was left out or changed to make sense of the file.
+    /// A description of parts of the file that were left out or changed, if there were any.
     pub warning: Option<String>,
 }
 
-/// Why a picture was not read.
+/// The reason why a picture could not be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct DecodeError {
-    /// Description of the fault, on one line.
+    /// A description of the error, on one line.
     pub message: String,
-    /// Whether the file may be whole, but asks for more memory than a file of its size should.
+    /// Whether the file may be valid, but needs more memory than is allowed for a file of its size.
     pub too_large: bool,
 }
 
@@ -87,15 +89,15 @@ impl From<FormatError> for DecodeError {
     }
 }
 
-/// Bytes that the pixels of a file of so many bytes may take.
+/// The number of bytes that the pixels may take, for a file of `file` bytes.
 fn limit(file: usize) -> usize {
     FREE_BYTES
         .saturating_add(BYTES_PER_BYTE.saturating_mul(file))
         .min(MAX_BYTES)
 }
 
-/// Bytes of an image with so many for each pixel; sizes that a file of so many bytes should not
-/// ask for are refused, the error is a message.
+/// The number of bytes of an image with `pixel` bytes for each pixel. It is an error if they are
+/// more than is allowed for a file of `file` bytes, or zero. `what` names the format in messages.
 pub(crate) fn check_size(
     what: &str,
     [width, height]: [u32; 2],
@@ -119,9 +121,11 @@ pub(crate) fn check_size(
     Ok(needed)
 }
 
-/// Reads a picture of any kind, by its first bytes or else the extension of its name; `None` if
-/// there is no reader for it. Its size is asked before memory is: pixels may take 256 MiB, or 64
-/// bytes for each of the file if that is more, 4 GiB at most.
+/// Reads a picture in any format. The format is known by the first bytes, or else by the extension
+/// of the name; the result is `None` if there is no reader for it.
+///
+/// The size is checked before memory is allocated: pixels may take 256 MiB, or 64 bytes for each
+/// byte of the file if that is more, but at most 4 GiB.
 ///
 /// ```
 /// use linelit_film::{ByteImage, Exposure, Image, Pixels, decode_picture, encode_png};
@@ -134,8 +138,9 @@ pub(crate) fn check_size(
 /// ```
 ///
 /// # Errors
-/// When the file is broken, not of the kind that its name says, or asks for more memory.
+/// The file is damaged, is not in the format of its extension, or needs more memory.
 pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
+    // Recognise the format by the first bytes.
     let plain = |image: Result<ByteImage, DecodeError>| {
         Some(image.map(|image| Decoded {
             pixels: Pixels::Bytes(image),
@@ -151,6 +156,7 @@ pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, Decode
     if bytes.starts_with(b"\x76\x2f\x31\x01") {
         return Some(read_numbers(bytes));
     }
+    // Recognise it by the extension.
     let extension = name.rsplit('.').next().unwrap_or("");
     match extension.to_ascii_lowercase().as_str() {
         "tga" => plain(crate::tga::read(bytes)),
@@ -161,11 +167,11 @@ pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, Decode
     }
 }
 
-/// Reads the alpha channel of a picture as grey integers, within the same limits; `None` if it has
-/// none, and of files other than PNG and TGA.
+/// Reads the alpha channel of a PNG or TGA file as grey integers, with the limits of
+/// [`decode_picture`]; `None` if it has no alpha channel, and for files of other formats.
 ///
 /// # Errors
-/// As [`decode_picture`].
+/// The same as for [`decode_picture`].
 pub fn decode_alpha(name: &str, bytes: &[u8]) -> Result<Option<Pixels>, DecodeError> {
     if bytes.starts_with(b"\x89PNG") {
         return crate::png::read_alpha(bytes);
@@ -177,6 +183,7 @@ pub fn decode_alpha(name: &str, bytes: &[u8]) -> Result<Option<Pixels>, DecodeEr
     Ok(None)
 }
 
+/// Reads a PNG file.
 fn read_png(bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
     let warning = None;
     Some(crate::png::read(bytes).map(|pixels| Decoded { pixels, warning }))
@@ -184,6 +191,7 @@ fn read_png(bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
 
 /// Reads an EXR or PFM file.
 fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
+    // Refuse images without pixels, or with values that are not finite.
     let (mut image, placement) = Image::placed(bytes, limit(bytes.len()))?;
     if image.rgb.is_empty() {
         return Err("it has no pixels".into());
@@ -197,13 +205,15 @@ fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
     if let Some(k) = image.rgb.iter().position(odd) {
         return Err(format!("{} is {:?}, not finite", coordinates(k), image.rgb[k]).into());
     }
-    // pbrt takes the data window for the image, too.
+    // Warn if the pixels are a part of a larger picture. They are used as the whole image, as pbrt
+    // does, too.
     let size = [image.width, image.height];
     let placement = placement.filter(|p| p.full != size || p.origin != [0, 0]);
     let windows = placement.map(|placement| {
         let ([w, h], [x, y]) = (placement.full, placement.origin);
         format!("its pixels lie at {x}, {y} of a picture of {w} x {h}, and are taken for all of it")
     });
+    // Set negative values to zero.
     let negatives = without_negatives(&mut image.rgb, coordinates);
     let warnings: Vec<String> = windows.into_iter().chain(negatives).collect();
     let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
@@ -211,15 +221,18 @@ fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
     Ok(Decoded { pixels, warning })
 }
 
-/// Makes values below zero zero: there is no such light. Images that were resampled have some, a
-/// little below zero beside bright ones; others are worth a warning, which is given.
+/// Sets negative values to zero, as there is no negative light. Images that were resampled have
+/// such values a little below zero next to bright pixels; larger ones give the warning that is
+/// returned.
 fn without_negatives(
     rgb: &mut [[f32; 3]],
     coordinates: impl Fn(usize) -> String,
 ) -> Option<String> {
+    /// The largest negative value without a warning, as a fraction of the largest value.
     const RINGING: f32 = 1e-3;
     let allowed = -RINGING * rgb.iter().flatten().fold(0.0, |a: f32, v| a.max(*v));
     let least = |p: &[f32; 3]| p.iter().fold(0.0, |a: f32, v| a.min(*v));
+    // Count the pixels below that, find the worst, and clamp all.
     let mut count = 0_usize;
     let mut worst = (0.0, 0);
     for (k, pixel) in rgb.iter_mut().enumerate() {

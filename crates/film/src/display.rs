@@ -1,4 +1,4 @@
-//! From linear radiance to what a screen shows, and PNG.
+//! The conversion of linear radiance to the colours of a screen, false colours, and PNG files.
 
 use linelit_elementary::{exp2, ln, log2, pow};
 use std::path::Path;
@@ -6,9 +6,10 @@ use std::path::Path;
 use crate::moments::to_f32;
 use crate::{FilmError, Image};
 
-/// The sRGB transfer function of IEC 61966-2-1: linear [0, 1] to encoded [0, 1].
+/// The sRGB transfer function of IEC 61966-2-1, from linear values in [0, 1] to encoded values in
+/// [0, 1].
 ///
-/// Values outside are clamped; NaN gives zero.
+/// Other values are clamped to [0, 1]; NaN gives zero.
 #[must_use]
 pub fn srgb_encode(linear: f64) -> f64 {
     let linear = unit(linear);
@@ -30,22 +31,23 @@ pub fn srgb_decode(encoded: f64) -> f64 {
     }
 }
 
-/// A value clamped to [0, 1]; NaN becomes zero, which `f64::clamp` would keep.
+/// A value clamped to [0, 1]. NaN becomes zero, where `f64::clamp` would return NaN.
 pub(crate) fn unit(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
-/// Brightness of a picture on screen: radiance times 2^`stops`, clamped, then the sRGB transfer.
-/// By default radiance one is white.
+/// The brightness of a picture on a screen: radiance is multiplied by 2^`stops`, clamped, and
+/// converted by the sRGB transfer function. By default, radiance one is white.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exposure {
-    /// Doublings of brightness.
+    /// The number of doublings of brightness.
     pub stops: f64,
 }
 
 impl Exposure {
     /// The exposure that shows the given quantile of the pixels' largest channels as white, so that
-    /// a light in the picture does not leave the rest black. Half stops; zero for a black picture.
+    /// a light in the picture does not leave the rest black. It is rounded down to half stops, and
+    /// zero for a black picture.
     ///
     /// ```
     /// use linelit_film::{Exposure, Image};
@@ -54,6 +56,7 @@ impl Exposure {
     /// ```
     #[must_use]
     pub fn fitting(image: &Image, quantile: f64) -> Self {
+        // Sort the largest channels of all pixels that are not black.
         let mut peaks: Vec<f32> = image
             .rgb
             .iter()
@@ -64,6 +67,7 @@ impl Exposure {
         let Some(last) = peaks.len().checked_sub(1) else {
             return Self::default();
         };
+        // Make the quantile white.
         #[allow(
             clippy::cast_possible_truncation,
             reason = "an index, below the length"
@@ -75,7 +79,7 @@ impl Exposure {
         }
     }
 
-    /// One pixel as three bytes.
+    /// The three sRGB bytes that show a pixel.
     #[must_use]
     pub fn show(self, pixel: [f32; 3]) -> [u8; 3] {
         let gain = exp2(self.stops);
@@ -83,6 +87,7 @@ impl Exposure {
     }
 }
 
+/// The byte nearest to an encoded value.
 pub(crate) fn to_byte(encoded: f64) -> u8 {
     #[allow(
         clippy::cast_possible_truncation,
@@ -92,7 +97,7 @@ pub(crate) fn to_byte(encoded: f64) -> u8 {
     byte
 }
 
-/// The bytes of a PNG file of the picture, 8 bits, sRGB.
+/// The bytes of a PNG file of the picture, sRGB with 8 bits for each channel.
 ///
 /// # Errors
 /// [`FilmError::Invalid`] for a picture without pixels.
@@ -106,14 +111,16 @@ pub fn encode_png(image: &Image, exposure: Exposure) -> Result<Vec<u8>, FilmErro
     encode_bytes(image.width, image.height, &bytes)
 }
 
-/// Writes a PNG file of the picture, 8 bits, sRGB.
+/// Writes a PNG file of the picture, sRGB with 8 bits for each channel.
 ///
 /// # Errors
-/// [`FilmError::Invalid`] for a picture without pixels, [`FilmError::Io`].
+/// [`FilmError::Invalid`] for a picture without pixels; [`FilmError::Io`] when the file cannot be
+/// written.
 pub fn write_png(path: &Path, image: &Image, exposure: Exposure) -> Result<(), FilmError> {
     crate::write_atomically(path, &encode_png(image, exposure)?)
 }
 
+/// The bytes of a PNG file of these sRGB bytes.
 pub(crate) fn encode_bytes(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, FilmError> {
     let invalid = |e: png::EncodingError| FilmError::Invalid(e.to_string());
     let mut bytes = Vec::new();
@@ -128,7 +135,7 @@ pub(crate) fn encode_bytes(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8
     Ok(bytes)
 }
 
-/// A false-colour image of one number per pixel, row by row, and of its scale's ends.
+/// The scale of a picture in false colours, which shows one number for each pixel.
 ///
 /// ```
 /// use linelit_film::HeatMap;
@@ -140,11 +147,12 @@ pub(crate) fn encode_bytes(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeatMap {
-    /// The value shown darkest.
+    /// The value of the darkest colour.
     pub low: f64,
-    /// The value shown brightest.
+    /// The value of the brightest colour.
     pub high: f64,
-    /// Whether equal ratios, not differences, are equal steps; needs positive ends.
+    /// Whether equal ratios instead of equal differences are equal steps; both ends must then be
+    /// positive.
     pub logarithmic: bool,
 }
 
@@ -165,12 +173,13 @@ impl HeatMap {
         }
     }
 
-    /// Position of a value on the scale, in [0, 1]; `None` for one that is not a number.
+    /// The position of a value on the scale, in [0, 1]; `None` for NaN.
     #[must_use]
     pub fn position(&self, value: f64) -> Option<f64> {
         if value.is_nan() {
             return None;
         }
+        // Find the position between the ends, on a logarithmic scale between their logarithms.
         let scale = |x: f64| {
             if self.logarithmic {
                 ln(x.max(f64::MIN_POSITIVE))
@@ -180,7 +189,7 @@ impl HeatMap {
         };
         let (low, high) = (scale(self.low), scale(self.high));
         let position = (scale(value) - low) / (high - low);
-        // A scale of no width shows its value in the middle.
+        // If both ends are equal, their value is in the middle.
         Some(if position.is_nan() {
             0.5
         } else {
@@ -188,16 +197,16 @@ impl HeatMap {
         })
     }
 
-    /// The colour of a value as sRGB bytes; magenta, which the scale lacks, for one that is none.
+    /// The colour of a value as sRGB bytes; magenta, which is not on the scale, for NaN.
     #[must_use]
     pub fn colour(&self, value: f64) -> [u8; 3] {
         self.position(value).map_or([255, 0, 255], heat_colour)
     }
 
-    /// The bytes of a PNG file.
+    /// The bytes of a PNG file that shows these values, which are row by row from the top.
     ///
     /// # Errors
-    /// [`FilmError::Invalid`] when there is not one value per pixel.
+    /// [`FilmError::Invalid`] when there is not one value for each pixel.
     pub fn encode_png(
         &self,
         width: u32,
@@ -221,11 +230,11 @@ impl HeatMap {
 /// The colour at `position` in [0, 1] of a scale from near-black blue over purple, red and orange
 /// to pale yellow, as sRGB bytes.
 ///
-/// Five stops in Björn Ottosson's Oklab (2020), interpolated linearly there: lightness rises
-/// evenly, so the order of values survives grey print and colour blindness.
+/// Five colours are interpolated linearly in Björn Ottosson's Oklab (2020). As lightness rises
+/// evenly, the order of values can be seen in grey print and by colour-blind readers.
 #[must_use]
 pub fn heat_colour(position: f64) -> [u8; 3] {
-    /// Oklab lightness, green–red, blue–yellow.
+    /// The colours in Oklab: lightness, green to red, and blue to yellow.
     const STOPS: [[f64; 3]; 5] = [
         [0.14, 0.005, -0.050],
         [0.345, 0.085, -0.115],
@@ -242,7 +251,7 @@ pub fn heat_colour(position: f64) -> [u8; 3] {
         .map(|linear| Exposure::default().show([to_f32(linear); 3])[0])
 }
 
-/// Oklab to linear sRGB, with Ottosson's published matrices.
+/// Converts Oklab to linear sRGB by Ottosson's published matrices.
 fn oklab_to_linear([lightness, a, b]: [f64; 3]) -> [f64; 3] {
     let cube = |x: f64| x * x * x;
     let l = cube(lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b);

@@ -1,4 +1,4 @@
-//! A picture with named layers and metadata: what an EXR file holds.
+//! [`Document`]: a picture with named layers and metadata, the contents of an EXR file.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -10,14 +10,14 @@ use crate::{Compression, FilmError, Image, openexr};
 /// The values of one channel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// Real numbers; 16-bit files are widened, which is exact.
+    /// Real numbers. Numbers of 16 bits in a file are converted exactly.
     Float(Vec<f32>),
     /// Counts.
     Count(Vec<u32>),
 }
 
 impl Samples {
-    /// Number of values.
+    /// The number of values.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -26,7 +26,7 @@ impl Samples {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no values.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -42,7 +42,7 @@ impl Samples {
     }
 }
 
-/// One channel of a layer, `R` for example.
+/// One channel of a layer, for example `R`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// The name within the layer.
@@ -51,7 +51,7 @@ pub struct Channel {
     pub samples: Samples,
 }
 
-/// A group of channels; the unnamed layer is what viewers show first.
+/// A group of channels. The layer without a name is the main picture, which viewers show first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
     /// The name of the layer, empty for the main picture.
@@ -61,7 +61,7 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// The channel of that name.
+    /// The channel of this name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&Samples> {
         self.channels
@@ -71,23 +71,24 @@ impl Layer {
     }
 }
 
-/// Position of a cropped picture within the full one.
+/// The position of a cropped picture in the full one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placement {
-    /// Column and row of the upper left pixel in the full picture.
+    /// The column and the row of the upper left pixel in the full picture.
     pub origin: [i32; 2],
-    /// Width and height of the full picture (the display window of an EXR file).
+    /// The width and the height of the full picture (the display window of an EXR file).
     pub full: [u32; 2],
-    /// The coordinates in the file of the full picture's upper left pixel: 0, 0 in files of ours.
+    /// The coordinates that the file gives the full picture's upper left pixel; 0, 0 in files that
+    /// linelit writes.
     pub corner: [i32; 2],
 }
 
 /// Layers of one size with metadata, as stored in an EXR file.
 ///
-/// In the file a layer `variance` is the channels `variance.R`, `variance.G`, `variance.B` of a
-/// single part, which every EXR reader understands; files with several parts are read too, each
-/// part's name before its channels' layers. Metadata are text attributes with the prefix
-/// `linelit:`.
+/// In the file, a layer `variance` is the channels `variance.R`, `variance.G` and `variance.B` of a
+/// single part, which every EXR reader understands. Files with several parts are read, too; the
+/// name of a part then precedes the names of its layers. Metadata are text attributes with the
+/// prefix `linelit:`.
 ///
 /// ```
 /// use linelit_film::{Document, Image};
@@ -106,19 +107,20 @@ pub struct Placement {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Document {
-    /// Pixels in a row.
+    /// The number of pixels in a row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
-    /// The place in the full picture, if this is a part of one.
+    /// The position in the full picture, if this is a part of one.
     pub placement: Option<Placement>,
-    /// The matrices from the world to the camera, and from there to the picture, whose corners are
-    /// (0, 0), at the upper left, and (1, 1): by columns, for column vectors, as far as known. They
-    /// are OpenEXR's `worldToCamera` and `worldToNDC`.
+    /// The matrices from the world to the camera, and from the world to the picture, in which the
+    /// upper left corner is (0, 0) and the lower right corner (1, 1). They are by columns, for
+    /// column vectors, and `None` if not known. In the file they are OpenEXR's `worldToCamera` and
+    /// `worldToNDC`.
     pub world_to: [Option<[f32; 16]>; 2],
     /// The layers.
     pub layers: Vec<Layer>,
-    /// Names and values: samples, seed, commit, estimator….
+    /// The metadata by their names, such as samples, seed, commit and estimator.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -133,10 +135,11 @@ impl Document {
         }
     }
 
-    /// Adds a colour layer, replacing one of the same name; the empty name is the main picture.
+    /// Adds a layer of colours, in place of one with the same name. The empty name is the main
+    /// picture.
     ///
     /// # Errors
-    /// [`FilmError::Size`] when the picture's size is not the document's.
+    /// [`FilmError::Size`] when the picture has not the size of the document.
     pub fn add_image(&mut self, name: &str, image: &Image) -> Result<(), FilmError> {
         image.check()?;
         if (image.width, image.height) != (self.width, self.height) {
@@ -173,6 +176,7 @@ impl Document {
         self.add_single(name, Samples::Count(values))
     }
 
+    /// Adds a layer with the single channel `Y`.
     fn add_single(&mut self, name: &str, samples: Samples) -> Result<(), FilmError> {
         self.check_length(name, samples.len())?;
         self.replace(
@@ -185,6 +189,7 @@ impl Document {
         Ok(())
     }
 
+    /// Refuses a channel that has not one value for each pixel.
     fn check_length(&self, name: &str, found: usize) -> Result<(), FilmError> {
         let expected = area(self.width, self.height);
         if found != expected || expected == 0 {
@@ -196,6 +201,7 @@ impl Document {
         Ok(())
     }
 
+    /// Adds a layer, in place of one with the same name.
     fn replace(&mut self, name: &str, channels: Vec<Channel>) {
         self.layers.retain(|layer| layer.name != name);
         self.layers.push(Layer {
@@ -204,13 +210,14 @@ impl Document {
         });
     }
 
-    /// The layer of that name.
+    /// The layer of this name.
     #[must_use]
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// A layer as a picture: its `R`, `G`, `B`, or its only channel (else `Y`) three times.
+    /// A layer as a picture: its channels `R`, `G` and `B`, or three times its only channel or its
+    /// channel `Y`.
     #[must_use]
     pub fn image(&self, name: &str) -> Option<Image> {
         let layer = self.layer(name)?;
@@ -230,7 +237,7 @@ impl Document {
         })
     }
 
-    /// The layer that [`Image::read`] takes as a picture.
+    /// The main picture: the layer that [`Image::read`] would choose in this file.
     #[must_use]
     pub fn main_image(&self) -> Option<Image> {
         let mut channels = Vec::new();
@@ -241,22 +248,23 @@ impl Document {
         self.image(openexr::main_layer(&channels)?)
     }
 
-    /// Sets a piece of metadata.
+    /// Sets the metadata of a name.
     pub fn set(&mut self, name: &str, value: impl Display) {
         self.metadata.insert(name.to_owned(), value.to_string());
     }
 
-    /// A piece of metadata.
+    /// The metadata of a name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&str> {
         self.metadata.get(name).map(String::as_str)
     }
 
-    /// Writes an EXR file (32 bits, [`Compression::default`]); equal documents give equal bytes.
+    /// Writes an EXR file with 32 bits for each value and [`Compression::default`]. Equal documents
+    /// give equal bytes.
     ///
     /// # Errors
-    /// [`FilmError::Invalid`] when the document has no pixels or no layers, or a channel of another
-    /// size; [`FilmError::Io`] when the system refuses.
+    /// [`FilmError::Invalid`] when the document has no pixels or no layers, or a channel of a wrong
+    /// size; [`FilmError::Io`] when the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), FilmError> {
         crate::write_atomically(path, &self.encode()?)
     }
@@ -264,17 +272,18 @@ impl Document {
     /// The bytes of the EXR file.
     ///
     /// # Errors
-    /// [`FilmError::Invalid`] as for [`Document::write`].
+    /// [`FilmError::Invalid`], in the same cases as for [`Document::write`].
     pub fn encode(&self) -> Result<Vec<u8>, FilmError> {
         self.clone().into_bytes(Compression::default())
     }
 
-    /// The bytes of the EXR file, for a document that is needed no more: beside its values memory
-    /// is taken for at most as many bytes as they have, the metadata, and for each thread of the
-    /// pool that it is called in, which share out the packing, 128 rows.
+    /// The bytes of the EXR file, of a document that is no longer needed. In addition to its
+    /// values, this takes memory for at most the same number of bytes, for the metadata, and for
+    /// 128 rows for each thread of the rayon pool in which it is called. These threads share the
+    /// compression.
     ///
     /// # Errors
-    /// [`FilmError::Invalid`] as for [`Document::write`].
+    /// [`FilmError::Invalid`], in the same cases as for [`Document::write`].
     pub fn into_bytes(self, compression: Compression) -> Result<Vec<u8>, FilmError> {
         if self.layers.iter().all(|layer| layer.channels.is_empty()) {
             return Err(FilmError::Invalid("there is no layer".to_owned()));
@@ -290,12 +299,14 @@ impl Document {
     /// Reads an EXR file.
     ///
     /// # Errors
-    /// [`FilmError::Io`] or [`FilmError::Format`].
+    /// [`FilmError::Io`] when the file cannot be read, and [`FilmError::Format`] when it is not a
+    /// valid EXR file.
     pub fn read(path: &Path) -> Result<Self, FilmError> {
         openexr::decode(&crate::atomic::read(path)?).map_err(|e| FilmError::format(path, e))
     }
 }
 
+/// A value of a channel, rounded to `f32`.
 fn value(samples: &Samples, index: usize) -> Option<f32> {
     samples.get(index).map(crate::moments::to_f32)
 }

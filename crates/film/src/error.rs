@@ -1,23 +1,24 @@
-//! What can go wrong with a picture on disk.
+//! The errors of reading and writing picture files.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file's bytes are not what its format asks for.
+/// The error for a file whose bytes do not follow its format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("not a readable {format} file: expected {expected}, found {found}")]
 pub struct FormatError {
-    /// The format that was tried: `OpenEXR`, `PFM`.
+    /// The format as which the file was read: `OpenEXR` or `PFM`.
     pub format: &'static str,
-    /// Contents that the format asks for at the position that failed.
+    /// The contents that the format requires at the position of the error.
     pub expected: String,
-    /// Contents found there instead.
+    /// The contents that were found there.
     pub found: String,
-    /// Whether the file may be whole, but asks for more memory than is allowed.
+    /// Whether the file may be valid, but needs more memory than is allowed.
     pub too_large: bool,
 }
 
 impl FormatError {
+    /// An error with the expected and the found contents.
     pub(crate) fn new(
         format: &'static str,
         expected: impl Into<String>,
@@ -31,7 +32,7 @@ impl FormatError {
         }
     }
 
-    /// A picture that takes more bytes of memory than allowed.
+    /// The error for a picture that takes more bytes of memory than `limit`.
     pub(crate) fn too_large(
         format: &'static str,
         [width, height]: [u32; 2],
@@ -47,18 +48,19 @@ impl FormatError {
     }
 }
 
-/// Every error of this crate; the message always begins with the file's path if there is one.
+/// The errors of functions for files. The message begins with the path of the file, if there is
+/// one.
 #[derive(Debug, thiserror::Error)]
 pub enum FilmError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("{}: cannot {action}: {reason}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// The action that failed: `read`, `write`, `rename`.
+        /// The action that failed, such as `read`, `write` or `rename`.
         action: &'static str,
-        /// The system's reason: part of the message, and hence no `source()`, which programs
-        /// print behind it.
+        /// The system's reason. It is a part of the message and therefore not the `source()`, which
+        /// programs would print after the message.
         reason: io::Error,
     },
     /// The file is malformed or truncated.
@@ -66,33 +68,33 @@ pub enum FilmError {
     Format {
         /// The file.
         path: PathBuf,
-        /// Expected and found contents; part of the message.
+        /// The expected and the found contents; a part of the message.
         reason: FormatError,
     },
-    /// The file has no layer of that name, or none that is its picture by itself.
+    /// The file has no layer of the requested name, or no layer that is clearly its picture.
     #[error("{}: expected {}, found {}", path.display(), layer(wanted.as_deref()), list(available))]
     MissingLayer {
         /// The file.
         path: PathBuf,
-        /// The name asked for, if one was.
+        /// The requested name, if there was one.
         wanted: Option<String>,
-        /// The names in the file.
+        /// The names of the layers in the file.
         available: Vec<String>,
     },
-    /// Two things that must have one size do not.
+    /// A picture has another size than is required.
     #[error("expected {} × {} pixels, found {} × {}", expected[0], expected[1], found[0], found[1])]
     Size {
-        /// Width and height asked for.
+        /// The required width and height.
         expected: [u32; 2],
-        /// Width and height that came.
+        /// The width and height of the picture.
         found: [u32; 2],
     },
-    /// A picture that cannot be stored: no pixels, too many, or a channel of the wrong length.
+    /// A picture cannot be stored: it has no pixels or too many, or a channel of a wrong length.
     #[error("cannot store the picture: {0}")]
     Invalid(String),
 }
 
-/// Returns the description of the layer that is expected in a file.
+/// The description of the layer that is expected in a file, for messages.
 pub(crate) fn layer(wanted: Option<&str>) -> String {
     match wanted {
         Some(name) => format!("a layer named `{name}`"),
@@ -100,6 +102,7 @@ pub(crate) fn layer(wanted: Option<&str>) -> String {
     }
 }
 
+/// A list of names for messages.
 pub(crate) fn list(names: &[String]) -> String {
     let quoted: Vec<String> = names
         .iter()
@@ -119,6 +122,7 @@ pub(crate) fn list(names: &[String]) -> String {
 }
 
 impl FilmError {
+    /// The error of an action of the system.
     pub(crate) fn io(path: &Path, action: &'static str, reason: io::Error) -> Self {
         Self::Io {
             path: path.to_owned(),
@@ -127,6 +131,7 @@ impl FilmError {
         }
     }
 
+    /// The error of a malformed file.
     pub(crate) fn format(path: &Path, reason: FormatError) -> Self {
         Self::Format {
             path: path.to_owned(),

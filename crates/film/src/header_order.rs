@@ -1,10 +1,12 @@
-//! Puts the attributes of an EXR header in the order of their names.
+//! The sorting of the attributes in an EXR header by their names.
 //!
-//! The `exr` crate keeps custom attributes in a hash map and writes them in its random order; equal
-//! pictures would not be equal files. A header is a list of `name\0 type\0 size(i32) value`, ended
-//! by a zero byte; the order of attributes is free, and sorting moves nothing behind the header.
+//! The `exr` crate stores custom attributes in a hash map and writes them in its random order, so
+//! that equal pictures would not be equal files. A header is a list of attributes, each
+//! `name\0 type\0 size(i32) value`, and ends with a zero byte. The order of attributes is free, and
+//! sorting them moves no byte after the header.
 
-/// Sorts the attributes of a single-part file in place; leaves alone what it does not understand.
+/// Sorts the attributes of a file with a single part in place. A file whose header cannot be parsed
+/// is not changed.
 pub(crate) fn sort_attributes(file: &mut [u8]) {
     const START: usize = 8; // magic number and version
     let Some((mut attributes, end)) = attributes(file, START) else {
@@ -18,6 +20,8 @@ pub(crate) fn sort_attributes(file: &mut [u8]) {
     file[START..end].copy_from_slice(&sorted);
 }
 
+/// The ranges of all attributes in a header, and the position of the zero byte after them; `None`
+/// if the header is malformed.
 fn attributes(file: &[u8], start: usize) -> Option<(Vec<std::ops::Range<usize>>, usize)> {
     let mut all = Vec::new();
     let mut at = start;
@@ -36,10 +40,12 @@ fn attributes(file: &[u8], start: usize) -> Option<(Vec<std::ops::Range<usize>>,
     Some((all, at))
 }
 
+/// The position after the next zero byte.
 fn after_zero(file: &[u8], from: usize) -> Option<usize> {
     Some(from + file.get(from..)?.iter().position(|&byte| byte == 0)? + 1)
 }
 
+/// The name of an attribute.
 fn name(attribute: &[u8]) -> &[u8] {
     let end = attribute
         .iter()

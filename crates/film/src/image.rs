@@ -1,18 +1,19 @@
-//! A picture in linear radiance.
+//! [`Image`], a picture in linear radiance.
 
 use crate::FilmError;
 
-/// A picture of linear radiance, W/(m²·sr) per channel, rows from top to bottom.
+/// A picture of linear radiance, in W/(m²·sr) for each channel, with rows from top to bottom.
 ///
-/// Storage is `f32`: each value is within half an ulp, 2⁻²⁴ ≈ 6e-8 relative, of what was computed.
-/// `rgb` holds `width · height` pixels; writers check it, readers guarantee it.
+/// Values are stored as `f32`, within half an ulp (a relative error of 2⁻²⁴ ≈ 6e-8) of the computed
+/// value. `rgb` has `width · height` pixels; functions that write files check this, and functions
+/// that read files guarantee it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// Pixels in a row.
+    /// The number of pixels in a row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
-    /// Row-major pixels: red, green, blue.
+    /// The pixels row by row: red, green and blue.
     pub rgb: Vec<[f32; 3]>,
 }
 
@@ -27,7 +28,7 @@ impl Image {
         }
     }
 
-    /// A picture from a function of the pixel's column and row.
+    /// A picture whose pixels are a function of the column and the row.
     ///
     /// ```
     /// use linelit_film::Image;
@@ -63,6 +64,7 @@ impl Image {
         self.rgb[index] = value;
     }
 
+    /// The index of a pixel.
     fn index(&self, x: u32, y: u32) -> usize {
         assert!(
             x < self.width && y < self.height,
@@ -86,6 +88,7 @@ impl Image {
         sum.map(|total| total / count)
     }
 
+    /// Refuses a picture without pixels, or with a number of pixels that does not fit its size.
     pub(crate) fn check(&self) -> Result<(), FilmError> {
         if self.rgb.is_empty() || self.rgb.len() != area(self.width, self.height) {
             return Err(FilmError::Invalid(format!(
@@ -99,6 +102,7 @@ impl Image {
     }
 }
 
+/// The number of pixels of a picture.
 pub(crate) fn area(width: u32, height: u32) -> usize {
     width as usize * height as usize
 }

@@ -1,4 +1,4 @@
-//! Reading JPEG pictures, baseline and progressive.
+//! The reader of JPEG files, baseline and progressive.
 //!
 //! The decoder is used without its SIMD code, so that pixels are the same on every machine.
 
@@ -9,7 +9,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Reads an image; the error is a message without a place.
+/// Reads an image; the error does not name the file.
 pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
     let options = DecoderOptions::new_safe()
         .set_max_width(usize::from(u16::MAX))
@@ -30,7 +30,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
     ByteImage::of([width, height], rgb).ok_or_else(|| "the JPEG file ends early".into())
 }
 
-/// The decoder's message on one line.
+/// The message for an error of the decoder, on one line.
 fn message(error: &impl std::fmt::Debug) -> String {
     let text = format!("{error:?}");
     let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -1,16 +1,17 @@
-//! Films for renderers that measure themselves: pictures in linear radiance, moments per pixel, and
-//! the files they are kept in.
+//! Films for renderers whose errors are measured: pictures in linear radiance, moments per pixel,
+//! and the files in which they are stored.
 //!
-//! - [`Image`]: linear radiance, `f32`.
-//! - [`Moments`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
-//! - [`tiles`]: rectangles of work in a fixed order.
-//! - [`Document`]: named layers and metadata, read from and written to EXR.
-//! - [`decode_picture`]: any PNG, TGA, EXR, PFM or, with the feature `jpeg`, JPEG file.
-//! - [`write_png`], [`HeatMap`].
+//! - [`Image`]: a picture of linear radiance in `f32`.
+//! - [`Moments`]: count, mean and sum of squared deviations in `f64`, merged by the formula of Chan
+//!   in a fixed order.
+//! - [`tiles`]: the rectangles into which work on a picture is divided, in a fixed order.
+//! - [`Document`]: named layers and metadata, which are read from and written to EXR files.
+//! - [`decode_picture`]: the reader of PNG, TGA, EXR, PFM and, with the feature `jpeg`, JPEG files.
+//! - [`write_png`] and [`HeatMap`]: pictures for a screen.
 //!
 //! Every file is written under a temporary name and renamed ([`write_atomically`]); equal contents
 //! give equal bytes. Damaged input is an error that says what was expected and found, never a
-//! panic. This crate knows nothing of scenes, lights or samples.
+//! panic. This crate does not know scenes, lights or samples.
 //!
 //! ```
 //! use linelit_film::{Document, Moments};

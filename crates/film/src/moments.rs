@@ -1,12 +1,13 @@
-//! Running mean and spread.
+//! [`Moments`], the running mean and variance of a pixel.
 
-/// Count, mean and sum of squared deviations (M2) of colours, per channel.
+/// The count, the mean and the sum of squared deviations (M2) of colours, for each channel.
 ///
-/// **Formula**: Welford's update for single values, Chan, Golub & LeVeque (1979) for merging:
-/// `mean = mean_a + δ·n_b/n`, `M2 = M2_a + M2_b + δ²·n_a·n_b/n`, `δ = mean_b − mean_a`.
-/// **Units**: those of the values; M2 their square.
-/// **Error bound**: relative error of M2 about `n·ε·κ`, `κ² = 1 + mean²/variance` (Chan et al.,
-/// table 1), against `n·ε·κ²` of the textbook formula.
+/// **Formula**: Welford's update for single values, and for merging two sets a and b the formulas
+/// of Chan, Golub and LeVeque (1979): `mean = mean_a + δ·n_b/n`, `M2 = M2_a + M2_b + δ²·n_a·n_b/n`
+/// with `δ = mean_b − mean_a`.
+/// **Units**: the units of the values; for M2 their square.
+/// **Error bound**: the relative error of M2 is about `n·ε·κ` with `κ² = 1 + mean²/variance` (Chan
+/// et al., table 1), where the textbook formula has `n·ε·κ²`.
 ///
 /// Merging is not associative in floating point: merge in a fixed order to get the same bits.
 ///
@@ -20,11 +21,11 @@
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// Number of values.
+    /// The number of values.
     pub count: u64,
     /// The mean of the values.
     pub mean: [f64; 3],
-    /// Sum of squared deviations from the mean.
+    /// The sum of squared deviations from the mean.
     pub m2: [f64; 3],
 }
 
@@ -40,7 +41,7 @@ impl Moments {
         }
     }
 
-    /// Adds all values that `other` has seen.
+    /// Adds all values that were added to `other`.
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -59,7 +60,8 @@ impl Moments {
         self.count = total;
     }
 
-    /// Unbiased variance of one value, M2/(n − 1); NaN below two values, which say nothing of it.
+    /// The unbiased estimate of the variance of one value, M2/(n − 1); NaN for fewer than two
+    /// values.
     #[must_use]
     pub fn variance(&self) -> [f64; 3] {
         if self.count < 2 {
@@ -69,8 +71,9 @@ impl Moments {
         self.m2.map(|m2| m2 / freedom)
     }
 
-    /// Variance of the mean, M2/(n(n − 1)), if the values are independent: use replicates over
-    /// seeds, not the samples inside one stratified set. NaN below two values.
+    /// The estimate of the variance of the mean, M2/(n(n − 1)), for independent values: use the
+    /// results of different seeds, not the samples of one stratified set. NaN for fewer than two
+    /// values.
     #[must_use]
     pub fn variance_of_mean(&self) -> [f64; 3] {
         let count = self.count as f64;
@@ -78,6 +81,7 @@ impl Moments {
     }
 }
 
+/// Rounds to single precision.
 #[allow(
     clippy::cast_possible_truncation,
     reason = "the film stores f32, within 2^-24 relative"

@@ -1,4 +1,8 @@
-//! The bridge to the `exr` crate, whose types stay in here.
+//! The reading and writing of [`Document`]s as EXR files by the `exr` crate, whose types occur here
+//! and in `picture.rs` only.
+//!
+//! Files are written with one part, whose channels are named `layer.channel`. Blocks of rows are
+//! compressed on all threads and written in order.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -21,13 +25,17 @@ use crate::document::{Channel, Document, Layer, Placement, Samples};
 use crate::{Compression, FilmError, FormatError};
 use crate::{header_order, pool};
 
+/// The prefix of the names of attributes that are linelit's metadata.
 const PREFIX: &str = "linelit:";
+/// The name of the format in messages.
 pub(crate) const FORMAT: &str = "OpenEXR";
 
-/// Blocks that each thread packs before what is packed goes into the file.
+/// The number of blocks that each thread compresses before all compressed blocks are written.
 const BLOCKS_OF_THREAD: usize = 8;
 
+/// The bytes of an EXR file of a document.
 pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>, FilmError> {
+    // Convert the channels.
     let size = Vec2(document.width as usize, document.height as usize);
     let mut channels = SmallVec::new();
     let mut values = 0;
@@ -37,7 +45,8 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
             channels.push(encode_channel(&layer.name, channel));
         }
     }
-    // By rows for row vectors, the numbers of a matrix stand in the same order.
+    // Set the attributes. OpenEXR's matrices are by rows for row vectors, which is the same order
+    // of numbers as by columns for column vectors.
     let [world_to_camera, world_to_normalized_device] = document.world_to;
     let mut attributes = LayerAttributes {
         software_name: Some(text("linelit")),
@@ -63,6 +72,7 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
         let size = Vec2(full[0] as usize, full[1] as usize);
         display = IntegerBounds::new(Vec2(corner[0], corner[1]), size);
     }
+    // Write the header and the blocks of rows.
     let compression = match packing {
         Compression::None => Method::Uncompressed,
         Compression::Rle => Method::RLE,
@@ -75,8 +85,8 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
     let layer = exr::image::Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
     let headers = layer.infer_headers(&ImageAttributes::new(display));
     let rows = layer.create_writer(&headers);
-    // Rows that do not shrink are stored as they are: 4 bytes a value are the most, and growing
-    // would take twice that.
+    // Reserve the memory at once: a file has at most 4 bytes for each value, as rows that do not
+    // shrink are stored uncompressed, and growing would take twice as much.
     let mut bytes = Cursor::new(Vec::with_capacity(4 * values));
     exr::block::write(&mut bytes, headers, true, |meta, file| {
         write_blocks(&meta.headers, &rows, file, packing)
@@ -87,14 +97,15 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Packs all blocks of rows, some at a time on all threads, and writes them in their order.
+/// Compresses all blocks of rows, some at a time on all threads, and writes them in their order.
 fn write_blocks(
     headers: &[Header],
     rows: &impl LayersWriter,
     file: &mut impl ChunksWriter,
     packing: Compression,
 ) -> exr::error::UnitResult {
-    // Those that no thread has in its hands: each has much memory, which must not be cleared anew.
+    // A list of the compressors that no thread is using: each has much memory, and making a new one
+    // for each block would clear it every time.
     let zips = Mutex::new(Vec::new());
     let pack = |&(_, index): &(usize, BlockIndex)| {
         let data = rows.extract_uncompressed_block(headers, index);
@@ -107,6 +118,7 @@ fn write_blocks(
         lock(&zips).push(zip);
         chunk
     };
+    // Compress some blocks on all threads, then write them.
     let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
     for some in blocks.chunks(BLOCKS_OF_THREAD * pool::threads()) {
         for ((place, _), chunk) in some.iter().zip(pool::map(some, pack)) {
@@ -116,13 +128,13 @@ fn write_blocks(
     Ok(())
 }
 
-/// Locks the list, which a panic elsewhere does not break.
+/// Locks the list of compressors, also after a panic in another thread.
 fn lock(zips: &Mutex<Vec<Zip>>) -> MutexGuard<'_, Vec<Zip>> {
     zips.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A block of rows as it stands in the file, of values in this machine's order. (By `exr`'s own
-/// deflate the level could not be chosen.)
+/// The block of rows in the file for `data`, whose values are in this machine's byte order. (With
+/// the compressor of the `exr` crate, the level could not be chosen.)
 fn zip_chunk(
     headers: &[Header],
     index: BlockIndex,
@@ -143,6 +155,7 @@ fn zip_chunk(
     })
 }
 
+/// A channel for the `exr` crate, whose name begins with the layer's.
 fn encode_channel(layer: &str, channel: Channel) -> AnyChannel<FlatSamples> {
     let name = if layer.is_empty() {
         channel.name
@@ -156,7 +169,8 @@ fn encode_channel(layer: &str, channel: Channel) -> AnyChannel<FlatSamples> {
     AnyChannel::new(text(&name), samples)
 }
 
-/// UTF-8, as the format's specification asks for; a zero byte would end a name early.
+/// A text in UTF-8, as the format's specification demands. Zero bytes, which would end a name, are
+/// replaced.
 fn text(string: &str) -> Text {
     let bytes = string
         .bytes()
@@ -164,14 +178,17 @@ fn text(string: &str) -> Text {
     Text::from_bytes_unchecked(bytes.collect())
 }
 
+/// A text of a file as a string; bytes that are not UTF-8 are replaced.
 fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
+/// The error for a file that the `exr` crate cannot read.
 pub(crate) fn broken(error: &exr::error::Error) -> FormatError {
     FormatError::new(FORMAT, "a whole file", error.to_string())
 }
 
+/// Refuses bytes that do not begin as an EXR file does.
 pub(crate) fn check_magic(bytes: &[u8]) -> Result<(), FormatError> {
     if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         return Ok(());
@@ -184,11 +201,11 @@ pub(crate) fn check_magic(bytes: &[u8]) -> Result<(), FormatError> {
     ))
 }
 
-/// A document from the bytes of an EXR file.
+/// Reads a document from the bytes of an EXR file.
 ///
 /// # Errors
-/// When the bytes are no EXR file, one that is damaged, or one with a feature this crate does not
-/// read (deep pixels, subsampled channels, parts of several sizes).
+/// The bytes are not an EXR file, the file is damaged, or it has a feature that is not supported
+/// (deep pixels, subsampled channels, parts with different sizes or positions).
 pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
     check_magic(bytes)?;
     let chunks = exr::block::read(Cursor::new(bytes), false).map_err(|e| broken(&e))?;
@@ -206,17 +223,19 @@ pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
     gather(&image)
 }
 
+/// The `exr` crate's image with any layers and channels.
 type AnyImage = exr::image::FlatImage;
 
-/// Bytes of the largest tile that may be larger than the picture.
+/// The largest size in bytes of a tile that is larger than the picture.
 const MOST_OF_A_TILE: usize = 1 << 26;
 
-/// Refuses what would not fit our document.
+/// Refuses files with features that a [`Document`] cannot have, and tiles that are far too large.
 pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
     let first = headers
         .first()
         .ok_or_else(|| FormatError::new(FORMAT, "a part", "none"))?;
     for header in headers {
+        // Check that the pixels are flat, and that all parts have one size and one position.
         if header.deep {
             return Err(FormatError::new(FORMAT, "flat pixels", "deep pixels"));
         }
@@ -229,8 +248,8 @@ pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
             let found = format!("{:?} and {:?}", positions[0], positions[1]);
             return Err(FormatError::new(FORMAT, "parts at one place", found));
         }
-        // The `exr` crate asks for as much memory as a block may have. A tile may be larger than a
-        // small picture, but not by much.
+        // Limit the size of tiles, as the `exr` crate allocates memory for the largest block. A
+        // tile may be larger than a small picture, but not by much.
         if let BlockDescription::Tiles(tiles) = header.blocks {
             let Vec2(width, height) = tiles.tile_size;
             let pixels = width.saturating_mul(height);
@@ -241,6 +260,7 @@ pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
                 return Err(FormatError::new(FORMAT, "tiles within the picture", found));
             }
         }
+        // Check that each channel has a value for each pixel.
         for channel in &header.channels.list {
             if channel.sampling != Vec2(1, 1) {
                 let found = format!("channel `{}` sampled {:?}", channel.name, channel.sampling);
@@ -251,14 +271,14 @@ pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// Refuses sizes that such a short file cannot fill: a damaged header must not make us ask for
-/// terabytes.
+/// Refuses sizes for which the file is much too short, so that a damaged header does not lead to
+/// the allocation of terabytes.
 fn check_memory(headers: &[Header], file_size: usize) -> Result<(), FormatError> {
     let decoded = headers.iter().fold(0_usize, |sum, header| {
         let pixels = header.layer_size.0.saturating_mul(header.layer_size.1);
         sum.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel))
     });
-    // Deflate shrinks at most 1032 to 1, the others less on real pictures.
+    // Deflate shrinks data by a factor of at most 1032, and other methods by less on real pictures.
     let limit = file_size.saturating_mul(2000).max(1 << 20);
     if decoded > limit {
         return Err(FormatError::new(
@@ -270,8 +290,8 @@ fn check_memory(headers: &[Header], file_size: usize) -> Result<(), FormatError>
     Ok(())
 }
 
-/// The layer of a channel and its name there: `diffuse.R` is `R` of `diffuse`; in a file of
-/// several parts, of `part.diffuse`.
+/// The layer of a channel, and its name in that layer: `diffuse.R` is the channel `R` of the layer
+/// `diffuse`. In a file with several parts, the layer is `part.diffuse`.
 pub(crate) fn layer_and_name(
     part: Option<&Text>,
     channel: &Text,
@@ -288,13 +308,16 @@ pub(crate) fn layer_and_name(
     (layer, name.to_owned())
 }
 
-/// The layer that is the picture of a file, of the layer and the name of each of its channels: the
-/// unnamed one if it has colour (`R`, `G`, `B`) or luminance (`Y`), else `estimate`, likewise; else
-/// the only one with colour; else that of the only channel, if that is no depth. `None` where none
-/// is, or where several may be.
+/// The layer that is the picture of a file. `channels` has the layer and the name of each channel.
+///
+/// It is the layer without a name if that has colour (`R`, `G`, `B`) or luminance (`Y`); otherwise
+/// the layer `estimate` if that has; otherwise the only layer with colour; otherwise the layer of
+/// the only channel, if that is not a depth. `None` if there is no such layer or several could be
+/// the picture.
 pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str> {
     let has = |layer: &str, name: &str| channels.contains(&(layer, name));
     let has_colour = |layer: &str| ["R", "G", "B"].iter().all(|name| has(layer, name));
+    // Look for the usual names.
     let usual = ["", "estimate"].into_iter();
     if let Some(usual) = usual
         .clone()
@@ -302,6 +325,7 @@ pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str>
     {
         return Some(usual);
     }
+    // Look for a single layer with colour, or a single channel.
     let reds = channels.iter().filter(|(_, name)| *name == "R");
     let mut coloured = reds
         .map(|(layer, _)| *layer)
@@ -320,7 +344,8 @@ pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str>
     }
 }
 
-/// Returns where the pixels of a part lie in the picture; `None` if they are all of it.
+/// The position of the pixels of a part in the full picture; `None` if they are all of it.
+/// `position` and `size` are the data window, and `display` is the display window.
 pub(crate) fn placement(
     position: Vec2<i32>,
     size: Vec2<usize>,
@@ -340,12 +365,15 @@ pub(crate) fn placement(
     }))
 }
 
+/// The number of pixels along a side of a picture.
 pub(crate) fn side(length: usize) -> Result<u32, FormatError> {
     u32::try_from(length)
         .map_err(|_| FormatError::new(FORMAT, "a side below 2³²", length.to_string()))
 }
 
+/// Converts an image of the `exr` crate to a document.
 fn gather(image: &AnyImage) -> Result<Document, FormatError> {
+    // Take size, position and matrices from the first part.
     let parts = &image.layer_data;
     let first = parts
         .first()
@@ -358,6 +386,7 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
     document.placement = placement(position, first.size, display)?;
     let own = &first.attributes;
     document.world_to = [own.world_to_camera, own.world_to_normalized_device];
+    // Collect the channels of each layer, and the metadata.
     let mut layers: BTreeMap<String, Vec<Channel>> = BTreeMap::new();
     for part in parts {
         let part_name = part.attributes.layer_name.as_ref();
@@ -376,6 +405,7 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
             }
         }
     }
+    // Put the channels in their usual order.
     document.layers = layers
         .into_iter()
         .map(|(name, mut channels)| {
@@ -386,7 +416,8 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
     Ok(document)
 }
 
-/// Red, green, blue, alpha first, whatever else after, stably.
+/// The rank by which channels are sorted: red, green, blue and alpha come first, and others after
+/// them in the order of the file.
 fn usual_position(name: &str) -> usize {
     ["R", "G", "B", "A"]
         .iter()
@@ -394,6 +425,7 @@ fn usual_position(name: &str) -> usize {
         .unwrap_or(4)
 }
 
+/// Converts the values of a channel.
 fn decode_samples(samples: &FlatSamples) -> Samples {
     match samples {
         FlatSamples::F16(values) => {
@@ -415,7 +447,7 @@ mod tests {
             ("A B G R Z", Some("")),
             ("Y Z", Some("")),
             ("Y", Some("")),
-            // One channel that says nothing of itself is grey.
+            // A single channel that is not a depth is grey.
             ("R", Some("")),
             ("a.V", Some("a")),
             // The unnamed layer goes before all others, and `estimate` before the rest.
@@ -432,7 +464,7 @@ mod tests {
                 Some("View.Combined"),
             ),
             ("R a.R a.G a.B", Some("a")),
-            // Depth, by any of its names, and what is no colour.
+            // Depth, by any of its names, and channels that are not a colour.
             ("Z", None),
             ("zback", None),
             ("depth.Y", None),

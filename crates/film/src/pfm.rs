@@ -1,18 +1,21 @@
-//! Portable float maps: a text header and raw 32-bit rows from bottom to top.
+//! The reading and writing of PFM files (portable float maps), which have a text header and then
+//! 32-bit floating-point numbers, with rows from bottom to top.
 
 use crate::{FilmError, FormatError, Image};
 
+/// The name of the format in messages.
 const FORMAT: &str = "PFM";
 
-/// The picture in the bytes of a file, if it takes at most `limit` bytes of memory.
+/// Reads the picture in the bytes of a file, if it takes at most `limit` bytes of memory.
 ///
-/// Colour (`PF`) or grey (`Pf`, three equal channels), of either byte order, which is the sign of
-/// the header's scale; its magnitude is left alone, as other readers do.
+/// It may be colour (`PF`) or grey (`Pf`, which gives three equal channels). The sign of the
+/// header's scale is the byte order; the magnitude of the scale is ignored, as other readers do.
 pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
+    // Read the header.
     let channels = match bytes.get(..2) {
         Some(b"PF") => 3,
         Some(b"Pf") => 1,
-        // What other files hold is nobody's business.
+        // The message must not quote the file: a scene could name any file of the machine.
         other => {
             let found = other.map_or("end of file", |_| "other bytes");
             return Err(FormatError::new(FORMAT, "`PF` or `Pf`", found));
@@ -21,6 +24,7 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
     let mut header = Header { bytes, at: 2 };
     let (width, height, scale) = header.size_and_scale()?;
     let data = header.data()?;
+    // Check the number of bytes and the memory.
     let pixels = u128::from(width) * u128::from(height);
     let expected = pixels * channels * 4;
     if data.len() as u128 != expected {
@@ -32,6 +36,7 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
         let size = [width, height];
         return Err(FormatError::too_large(FORMAT, size, pixels * 12, limit));
     }
+    // Convert the numbers, and reverse the order of the rows.
     let float = |chunk: &[u8]| {
         let raw = [chunk[0], chunk[1], chunk[2], chunk[3]];
         if scale < 0.0 {
@@ -57,7 +62,7 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
     Ok(Image { width, height, rgb })
 }
 
-/// The bytes of a colour PFM file: linear values, little-endian, rows from bottom to top.
+/// The bytes of a PFM file of the picture: linear colours in little-endian order.
 ///
 /// ```
 /// use linelit_film::{Image, encode_pfm};
@@ -67,7 +72,8 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
 /// ```
 ///
 /// # Errors
-/// [`FilmError::Invalid`] for a picture without pixels, or with another number of them.
+/// [`FilmError::Invalid`] for a picture without pixels, or whose number of pixels does not fit its
+/// size.
 pub fn encode_pfm(image: &Image) -> Result<Vec<u8>, FilmError> {
     image.check()?;
     let mut bytes = format!("PF\n{} {}\n-1.0\n", image.width, image.height).into_bytes();
@@ -77,13 +83,14 @@ pub fn encode_pfm(image: &Image) -> Result<Vec<u8>, FilmError> {
     Ok(bytes)
 }
 
+/// The header of a file, which is read from left to right.
 struct Header<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Header<'a> {
-    /// Two positive integers, and a number whose sign is the byte order.
+    /// Reads two positive integers, and a number whose sign is the byte order.
     fn size_and_scale(&mut self) -> Result<(u32, u32, f64), FormatError> {
         let width: u32 = self.number("the width, a positive integer")?;
         let height: u32 = self.number("the height, a positive integer")?;
@@ -98,13 +105,14 @@ impl<'a> Header<'a> {
         Ok((width, height, scale))
     }
 
+    /// Reads blanks and a number; `expected` describes it in messages.
     fn number<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, FormatError> {
+        // Read a word. Its length is limited, or a message could quote a long binary file.
         let rest = &self.bytes[self.at.min(self.bytes.len())..];
         let blank = rest
             .iter()
             .take_while(|byte| byte.is_ascii_whitespace())
             .count();
-        // No number that we accept is longer; without a bound, binary noise would be the message.
         let word: Vec<u8> = rest[blank..]
             .iter()
             .copied()
@@ -119,6 +127,7 @@ impl<'a> Header<'a> {
                 format!("`{}`", word.escape_ascii())
             }));
         }
+        // Convert it to a number.
         self.at += blank + word.len();
         std::str::from_utf8(&word)
             .ok()
@@ -126,7 +135,7 @@ impl<'a> Header<'a> {
             .ok_or_else(|| wrong(format!("`{}`", word.escape_ascii())))
     }
 
-    /// The pixels begin after exactly one blank (or a carriage return and line feed).
+    /// The pixels, which begin after exactly one blank (or a carriage return and a line feed).
     fn data(&self) -> Result<&'a [u8], FormatError> {
         match &self.bytes[self.at..] {
             [b'\r', b'\n', data @ ..] => Ok(data),

@@ -1,5 +1,6 @@
-//! One picture out of an EXR file: its size is asked before anything is unpacked, only its channels
-//! are kept, and its colours become linear RGB of the Rec. 709 primaries.
+//! The reading of one picture from an EXR file, which may have many layers. Its size is checked
+//! before anything is unpacked, only its channels are stored, and its colours are converted to
+//! linear RGB with the primaries of Rec. 709.
 
 use std::io::Cursor;
 
@@ -29,15 +30,18 @@ struct NamedChannel {
     index: usize,
 }
 
-/// Bytes of a pixel of an [`Image`].
+/// The number of bytes of a pixel of an [`Image`].
 const PIXEL: usize = 12;
 
 impl<'a> Picture<'a> {
+    /// Reads the headers of a file.
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, FormatError> {
+        // Read and check the headers.
         openexr::check_magic(bytes)?;
         let reader =
             exr::block::read(Cursor::new(bytes), false).map_err(|e| openexr::broken(&e))?;
         openexr::check_headers(reader.headers())?;
+        // List the channels of all parts.
         let mut channels = Vec::new();
         for (part, header) in reader.headers().iter().enumerate() {
             for (index, channel) in header.channels.list.iter().enumerate() {
@@ -55,7 +59,7 @@ impl<'a> Picture<'a> {
         Ok(Self { reader, channels })
     }
 
-    /// The names of the layers, in order.
+    /// The names of the layers, in alphabetical order.
     pub(crate) fn layers(&self) -> Vec<String> {
         let mut names: Vec<String> = self.channels.iter().map(|c| c.layer.clone()).collect();
         names.sort();
@@ -63,7 +67,8 @@ impl<'a> Picture<'a> {
         names
     }
 
-    /// The red, green and blue of a layer; or its only channel, or else its `Y`, three times.
+    /// The channels `R`, `G` and `B` of a layer, or three times its only channel or its channel
+    /// `Y`.
     fn colours(&self, layer: &str) -> Option<[&NamedChannel; 3]> {
         let of_layer = || self.channels.iter().filter(|c| c.layer == layer);
         let named = |name: &str| of_layer().find(|c| c.name == name);
@@ -74,7 +79,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Returns where the pixels lie in the picture; `None` if they are all of it.
+    /// The position of the pixels in the full picture; `None` if they are all of it.
     pub(crate) fn placement(&self) -> Result<Option<Placement>, FormatError> {
         let header = &self.reader.headers()[0];
         openexr::placement(
@@ -84,14 +89,15 @@ impl<'a> Picture<'a> {
         )
     }
 
-    /// The picture of a layer; of `None`, of the one that is the file's picture
-    /// ([`openexr::main_layer`]). `Ok(None)` if there is none. The picture and the largest block of
-    /// the file may take `limit` bytes together.
+    /// Decodes a layer; for `None`, the layer that is the picture of the file
+    /// ([`openexr::main_layer`]). The result is `Ok(None)` if there is no such layer. The picture
+    /// and the largest block of the file together may take `limit` bytes.
     pub(crate) fn decode(
         self,
         layer: Option<&str>,
         limit: usize,
     ) -> Result<Option<Image>, FormatError> {
+        // Find the three channels.
         let colours = match layer {
             Some(name) => self.colours(name),
             None => {
@@ -103,6 +109,7 @@ impl<'a> Picture<'a> {
         let Some(colours) = colours.map(|c| c.map(|c| (c.part, c.index))) else {
             return Ok(None);
         };
+        // Check how much memory the picture takes.
         let header = &self.reader.headers()[colours[0].0];
         let size = header.layer_size;
         let mut image = Image {
@@ -120,8 +127,8 @@ impl<'a> Picture<'a> {
             let size = [image.width, image.height];
             return Err(FormatError::too_large(FORMAT, size, needed, limit));
         }
+        // Unpack the channels, and convert the colours; luminance has no primaries.
         let to_rec709 = match header.shared_attributes.chromaticities {
-            // Luminance has no primaries.
             Some(c) if colours[0] != colours[1] => {
                 let [r, g, b, w] = [c.red, c.green, c.blue, c.white];
                 primaries::to_rec709([r, g, b, w].map(|v| [f64::from(v.0), f64::from(v.1)]))?
@@ -138,13 +145,15 @@ impl<'a> Picture<'a> {
         Ok(Some(image))
     }
 
-    /// Unpacks block by block, and keeps the values of three channels.
+    /// Unpacks the file block by block, and copies the values of three channels, each given by the
+    /// indices of its part and of the channel in it.
     fn read_into(
         self,
         rgb: &mut [[f32; 3]],
         width: usize,
         colours: [(usize, usize); 3],
     ) -> Result<(), FormatError> {
+        // Choose the blocks at full resolution of the parts that have the channels.
         let wanted = |part: usize, level: Vec2<usize>| {
             level == Vec2(0, 0) && colours.iter().any(|c| c.0 == part)
         };
@@ -154,14 +163,16 @@ impl<'a> Picture<'a> {
             .map_err(|e| openexr::broken(&e))?;
         let meta = exr::block::reader::ChunksReader::meta_data(&chunks).clone();
         for chunk in chunks {
+            // Unpack a block.
             let block = chunk.and_then(|chunk| {
                 exr::block::UncompressedBlock::decompress_chunk(chunk, &meta, false)
             });
             let block = block.map_err(|e| openexr::broken(&e))?;
-            // What stands in the file need not be what its table says.
+            // In a damaged file, the block may be another than its table of offsets says.
             if !wanted(block.index.layer, block.index.level) {
                 continue;
             }
+            // Copy the rows of the channels.
             let channels = &meta.headers[block.index.layer].channels;
             for line in block.lines(channels) {
                 let row_location = line.location;
@@ -182,7 +193,8 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// Bytes of the largest block of a part: all channels of some rows, or of a tile.
+/// The number of bytes of the largest block of a part, which has all channels of some rows or of a
+/// tile.
 fn block_bytes(header: &Header) -> usize {
     let Vec2(width, height) = match header.blocks {
         BlockDescription::ScanLines => Vec2(
@@ -198,7 +210,8 @@ fn block_bytes(header: &Header) -> usize {
         .saturating_mul(header.channels.bytes_per_pixel)
 }
 
-/// Copies a row of a channel, whose bytes are in this machine's order.
+/// Copies a row of a channel, whose bytes are in this machine's order, to component `k` of the
+/// pixels.
 fn copy(row: &mut [[f32; 3]], k: usize, kind: SampleType, bytes: &[u8]) {
     match kind {
         SampleType::F16 => {

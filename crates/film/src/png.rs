@@ -1,12 +1,12 @@
-//! Reading PNG pictures: all colour types, of sixteen bits as they are and of fewer as eight, their
-//! checksums verified.
+//! The reader of PNG files of all colour types. Channels of sixteen bits stay as they are, and
+//! channels of fewer bits become eight bits. All checksums are verified.
 
 use crate::decode::{DecodeError, IntegerImage, Pixels, check_size};
 use flate2::Crc;
 use png::{BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Limits, Transformations};
 use std::io::Cursor;
 
-/// Reads an image; the error is a message without a place.
+/// Reads the colours of an image; the error does not name the file.
 pub(crate) fn read(bytes: &[u8]) -> Result<Pixels, DecodeError> {
     unpack(bytes)?.image(|channels| if channels > 2 { [0, 1, 2] } else { [0; 3] })
 }
@@ -19,17 +19,19 @@ pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<Pixels>, DecodeError> {
     has_alpha.then(|| unpacked.image(alpha)).transpose()
 }
 
-/// The channels of each pixel.
+/// A decoded image with all of its channels.
 struct Unpacked {
     size: [u32; 2],
+    /// The number of channels of each pixel.
     channels: usize,
-    /// Bytes of a channel: one, or two, the high one first.
+    /// The number of bytes of a channel: one, or two with the high byte first.
     depth: usize,
     bytes: Vec<u8>,
 }
 
 impl Unpacked {
-    /// The image of three of so many channels.
+    /// An image of three of the channels. `chosen` returns their numbers, for the number of all
+    /// channels.
     fn image(&self, chosen: impl Fn(usize) -> [usize; 3]) -> Result<Pixels, DecodeError> {
         let chosen = chosen(self.channels);
         let pixels = self.bytes.chunks_exact(self.depth * self.channels);
@@ -46,22 +48,24 @@ impl Unpacked {
     }
 }
 
+/// Decodes an image, and verifies all checksums.
 fn unpack(bytes: &[u8]) -> Result<Unpacked, DecodeError> {
     check_chunks(bytes)?;
     let unpacked = decode(bytes, true);
-    // The decoder does not name the one checksum that is not a chunk's: it is what is wrong if all
-    // is well without it.
+    // The decoder's error does not say that the checksum of the pixels is wrong. It is the only one
+    // left, so that it is wrong if the image can be decoded without it.
     if unpacked.is_err() && decode(bytes, false).is_ok() {
         return Err("the Adler-32 checksum does not match the pixels".into());
     }
     unpacked
 }
 
-/// Decodes an image whose chunks are whole, and verifies the checksum of its pixels if wanted.
+/// Decodes an image whose chunks have been checked. `verify` says whether to verify the checksum of
+/// its pixels.
 fn decode(bytes: &[u8], verify: bool) -> Result<Unpacked, DecodeError> {
+    // Read the size, and check it before memory is allocated. Texts and profiles are ignored.
     let mut options = DecodeOptions::default();
     options.set_ignore_checksums(!verify);
-    // Texts and profiles are for others.
     options.set_ignore_text_chunk(true);
     options.set_ignore_iccp_chunk(true);
     let mut decoder = Decoder::new_with_options(Cursor::new(bytes), options);
@@ -73,22 +77,23 @@ fn decode(bytes: &[u8], verify: bool) -> Result<Unpacked, DecodeError> {
         1
     };
     let size = check_size("a PNG", [width, height], 3 * depth, bytes.len())?;
-    // A row before and after it is unpacked, of four channels of 16 bits at most, beside the image.
+    // Limit the decoder's memory. It needs the image and, in addition, two rows of at most four
+    // channels of 16 bits, before and after unpacking.
     decoder.set_limits(Limits {
         bytes: 2 * size + 32 * width as usize + (1 << 16),
     });
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(|e| message(&e))?;
-    // The decoder takes it that a palette has a colour.
+    // Check the palette: the decoder assumes that it has at least one colour.
     if let Some(palette) = &reader.info().palette
         && (palette.is_empty() || !palette.len().is_multiple_of(3))
     {
         let length = palette.len();
         return Err(format!("a PNG image with a palette of {length} bytes").into());
     }
+    // Decode the pixels, and read on to the end of the file, where the last checksums are.
     let mut pixels = vec![0; reader.output_buffer_size().ok_or("a PNG image too large")?];
     let frame = reader.next_frame(&mut pixels).map_err(|e| message(&e))?;
-    // What follows the rows holds the last checksums.
     reader.finish().map_err(|e| message(&e))?;
     pixels.truncate(frame.buffer_size());
     let channels = match frame.color_type {
@@ -106,17 +111,20 @@ fn decode(bytes: &[u8], verify: bool) -> Result<Unpacked, DecodeError> {
     })
 }
 
-/// Checks the frames and checksums of the chunks that hold the picture, so that the message can
-/// say which one and where; the decoder drops others that are broken.
+/// Checks the lengths of all chunks, and the checksums of the critical ones, which the picture
+/// needs (their names begin with a capital letter). The messages say which chunk is wrong and where
+/// it is; the decoder ignores other broken chunks.
 fn check_chunks(bytes: &[u8]) -> Result<(), String> {
     let mut at = b"\x89PNG\r\n\x1a\n".len();
     while let Some(start) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
+        // Find the parts of the chunk: length, name, data and CRC-32 of name and data.
         let word = |i: usize| start.get(i..).and_then(<[u8]>::first_chunk::<4>);
         let cut = || format!("the PNG file ends within the chunk at byte {at}");
         let (length, kind) = (word(0).ok_or_else(cut)?, word(4).ok_or_else(cut)?);
         let length = u32::from_be_bytes(*length) as usize;
         let covered = start.get(4..8 + length).ok_or_else(cut)?;
         let written = u32::from_be_bytes(*word(8 + length).ok_or_else(cut)?);
+        // Compare the checksum, and go on to the next chunk.
         let mut crc = Crc::new();
         crc.update(covered);
         if kind[0].is_ascii_uppercase() && crc.sum() != written {
@@ -134,7 +142,7 @@ fn check_chunks(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the decoder's message.
+/// The message for an error of the decoder.
 fn message(error: &DecodingError) -> String {
     match error {
         DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {

@@ -1,18 +1,19 @@
-//! Colours of other primaries as linear RGB of Rec. 709.
+//! The conversion of colours with other primaries to linear RGB with the primaries of Rec. 709.
 //!
-//! The conversion is absolute, as Mitsuba's and OpenEXR's own (`RGBtoXYZ`, `XYZtoRGB`) are: from
-//! the file's primaries and white to CIE XYZ, from there to Rec. 709 with D65, without chromatic
-//! adaptation. So files in XYZ mean the tristimulus values that they hold, and the white of a file
-//! that has another stays that white.
+//! The conversion is absolute, as are Mitsuba's and OpenEXR's own (`RGBtoXYZ`, `XYZtoRGB`): from
+//! the file's primaries and white to CIE XYZ, and from there to Rec. 709 with D65, without
+//! chromatic adaptation. So the tristimulus values of a file in XYZ do not change, and the white of
+//! a file that has another white than D65 keeps its tint.
 
 use crate::FormatError;
 
-/// Chromaticities x, y of red, green, blue and white.
+/// The chromaticities x, y of red, green, blue and white.
 type Chromaticities = [[f64; 2]; 4];
 
+/// The chromaticities of Rec. 709.
 const REC709: Chromaticities = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
 
-/// Sum of squared differences up to which chromaticities are taken for Rec. 709: Mitsuba's.
+/// The sum of squared differences up to which chromaticities count as Rec. 709, as in Mitsuba.
 const SAME: f64 = 1e-6;
 
 /// A linear map of colours, by rows.
@@ -20,16 +21,19 @@ const SAME: f64 = 1e-6;
 pub(crate) struct Matrix([[f64; 3]; 3]);
 
 impl Matrix {
+    /// The converted colour.
     pub(crate) fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let rgb = rgb.map(f64::from);
         self.times(rgb).map(crate::moments::to_f32)
     }
 
+    /// The product with a vector.
     fn times(&self, v: [f64; 3]) -> [f64; 3] {
         self.0
             .map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
 
+    /// The product with a matrix.
     fn product(&self, other: &Self) -> Self {
         let column = |k: usize| self.times(other.0.map(|row| row[k]));
         let columns = [column(0), column(1), column(2)];
@@ -51,7 +55,8 @@ impl Matrix {
     }
 }
 
-/// The matrix from RGB to XYZ: the white of luminance one is the sum of the primaries.
+/// The matrix from RGB to XYZ, whose columns are multiples of the primaries with the white of
+/// luminance one as their sum; `None` if there are no such multiples.
 fn to_xyz(chromaticities: &Chromaticities) -> Option<Matrix> {
     let tristimulus = |[x, y]: [f64; 2]| [x, y, 1.0 - x - y];
     let [r, g, b, white] = chromaticities.map(tristimulus);
@@ -63,10 +68,11 @@ fn to_xyz(chromaticities: &Chromaticities) -> Option<Matrix> {
     finite.then_some(matrix)
 }
 
-/// The map from colours of some primaries and white to Rec. 709; `None` if they are Rec. 709's.
+/// The map from colours with these primaries and white to Rec. 709; `None` if they are the same as
+/// in Rec. 709.
 ///
 /// # Errors
-/// If the primaries lie on a line, or the white has no luminance.
+/// The primaries lie on a line, or the white has no luminance.
 pub(crate) fn to_rec709(from: Chromaticities) -> Result<Option<Matrix>, FormatError> {
     let differences = from.iter().flatten().zip(REC709.iter().flatten());
     if differences.map(|(a, b)| (a - b) * (a - b)).sum::<f64>() < SAME {

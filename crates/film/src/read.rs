@@ -1,22 +1,26 @@
-//! Pictures from EXR and PFM files.
+//! The functions of [`Image`] that read EXR and PFM files.
 
 use crate::picture::Picture;
 use crate::{FilmError, FormatError, Image, Placement, error, pfm};
 use std::path::Path;
 
 impl Image {
-    /// Reads an EXR or PFM file, told apart by its first bytes, not its name.
+    /// Reads an EXR or PFM file. The first bytes of the file decide which of the two it is, and not
+    /// its name.
     ///
-    /// From an EXR file it takes the layer without a name, if that has colour (`R`, `G`, `B`) or
-    /// luminance (`Y`), or else the one named `estimate`, or else the only one that has colour, or
-    /// the only channel of the file, if it is no depth; where several layers may be meant, none is
-    /// taken. [`Image::read_layer`] picks another. Colours of other primaries than Rec. 709's (the
-    /// attribute `chromaticities`) are converted by way of CIE XYZ, without chromatic adaptation.
-    /// The pixels are those of the data window, wherever in the picture that lies
+    /// In an EXR file it chooses the layer without a name, if that has colour (`R`, `G`, `B`) or
+    /// luminance (`Y`); otherwise the layer named `estimate`; otherwise the only layer that has
+    /// colour, or the only channel of the file if that is not a depth. If several layers could be
+    /// the picture, it is an error, and [`Image::read_layer`] reads one by its name.
+    ///
+    /// Colours with other primaries than Rec. 709 (the attribute `chromaticities`) are converted
+    /// by way of CIE XYZ, without chromatic adaptation. The pixels are the pixels of the data
+    /// window, at any position in the picture
     /// ([`Document::placement`](crate::Document::placement)).
     ///
     /// # Errors
-    /// When the file cannot be read, is neither, or has no layer that is its picture by itself.
+    /// The file cannot be read, is neither EXR nor PFM, or has no layer that is clearly its
+    /// picture.
     pub fn read(path: &Path) -> Result<Self, FilmError> {
         Self::read_layer(path, None)
     }
@@ -24,8 +28,9 @@ impl Image {
     /// Reads one layer of an EXR file by its name; a PFM file has only the unnamed one.
     ///
     /// # Errors
-    /// When the file cannot be read, is neither EXR nor PFM, or has no such layer.
+    /// The file cannot be read, is neither EXR nor PFM, or has no such layer.
     pub fn read_layer(path: &Path, layer: Option<&str>) -> Result<Self, FilmError> {
+        // Read a PFM file, whose only layer has no name.
         let bytes = crate::atomic::read(path)?;
         if bytes.starts_with(b"P") {
             let image = pfm::decode(&bytes, usize::MAX).map_err(|e| FilmError::format(path, e))?;
@@ -38,6 +43,7 @@ impl Image {
                 }),
             };
         }
+        // Read the layer of an EXR file.
         let picture = Picture::open(&bytes).map_err(|e| FilmError::format(path, e))?;
         let available = picture.layers();
         let found = picture.decode(layer, usize::MAX);
@@ -49,17 +55,17 @@ impl Image {
         })
     }
 
-    /// The image in the bytes of an EXR file (the layer that [`Image::read`] takes) or a PFM file,
-    /// if it takes at most `limit` bytes of memory, 12 for each pixel: asked before anything is
-    /// unpacked.
+    /// Reads the image in the bytes of an EXR file (the layer that [`Image::read`] chooses) or a
+    /// PFM file. Before memory is allocated, it checks that the image takes at most `limit` bytes,
+    /// of which each pixel takes 12.
     ///
     /// # Errors
-    /// When the bytes are neither, hold no colour, or ask for more memory.
+    /// The bytes are neither EXR nor PFM, have no colour, or need more memory than `limit`.
     pub fn from_bytes(bytes: &[u8], limit: usize) -> Result<Self, FormatError> {
         Self::placed(bytes, limit).map(|(image, _)| image)
     }
 
-    /// Reads the picture, and its place in a larger one.
+    /// Reads the image, and its position in a larger picture if it is a part of one.
     pub(crate) fn placed(
         bytes: &[u8],
         limit: usize,

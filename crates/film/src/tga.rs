@@ -1,23 +1,26 @@
-//! Reading TGA pictures.
+//! The reader of TGA files.
 
 use crate::ByteImage;
 use crate::decode::{DecodeError, check_size};
 
-/// Reads a TGA file: true colour or grey, 8, 24 or 32 bits, plain or run-length encoded.
-/// The error is a message without a place.
+/// Reads a TGA file in true colour or grey, with 8, 24 or 32 bits, uncompressed or run-length
+/// encoded. The error does not name the file.
 pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
     read_as(bytes, tga_pixel)
 }
 
 /// Reads the alpha channel of a TGA file as grey; `None` if it has none.
 pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
-    // The bits of alpha, which some files of 32 bits leave without a meaning.
+    // The descriptor has the number of alpha bits. It is zero in some files of 32 bits, in which
+    // the fourth byte has no meaning.
     let has_alpha = bytes.get(16) == Some(&32) && bytes.get(17).is_some_and(|d| d & 0x0f != 0);
     let alpha = |p: &[u8]| [p.get(3).copied().unwrap_or(u8::MAX); 3];
     has_alpha.then(|| read_as(bytes, alpha)).transpose()
 }
 
+/// Reads a TGA file; `pixel` converts the bytes of a pixel.
 fn read_as(bytes: &[u8], pixel: fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, DecodeError> {
+    // Read the header.
     let header: &[u8; 18] = bytes
         .first_chunk()
         .ok_or("the file ends within the TGA header")?;
@@ -39,10 +42,10 @@ fn read_as(bytes: &[u8], pixel: fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, Decod
             return Err(message.into());
         }
     };
+    // Check that the file is long enough for the pixels, at least if all runs are of full length.
     let count = u64::from(width) * u64::from(height);
     check_size("a TGA", [width, height], 3, bytes.len())?;
     let data = bytes.get(18 + id_length + map_bytes..).unwrap_or(&[]);
-    // The least number of bytes that can hold that many pixels.
     let least = if run_length {
         count.div_ceil(128) * (1 + depth as u64)
     } else {
@@ -55,12 +58,14 @@ fn read_as(bytes: &[u8], pixel: fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, Decod
         )
         .into());
     }
+    // Decode the pixels.
     let count = usize::try_from(count).map_err(|e| e.to_string())?;
     let mut rgb = if run_length {
         decode_runs(data, depth, count, pixel)?
     } else {
         data.chunks_exact(depth).take(count).map(pixel).collect()
     };
+    // Put the top row first, and the left column first.
     let w = width as usize;
     if descriptor & 0x20 == 0 {
         let flipped: Vec<[u8; 3]> = rgb.chunks_exact(w).rev().flatten().copied().collect();
@@ -72,7 +77,7 @@ fn read_as(bytes: &[u8], pixel: fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, Decod
     ByteImage::of([width, height], rgb).ok_or_else(|| "an empty TGA image".into())
 }
 
-/// Blue, green, red (and alpha) or grey.
+/// Converts the bytes of a pixel, which are blue, green, red (and alpha), or grey.
 fn tga_pixel(bytes: &[u8]) -> [u8; 3] {
     match *bytes {
         [b, g, r, ..] => [r, g, b],
@@ -81,6 +86,8 @@ fn tga_pixel(bytes: &[u8]) -> [u8; 3] {
     }
 }
 
+/// Decodes run-length encoded pixels. A packet is a byte with a count, and either one pixel that is
+/// repeated (if the highest bit is set) or this number of pixels.
 fn decode_runs(
     data: &[u8],
     depth: usize,

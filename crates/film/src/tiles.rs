@@ -1,20 +1,20 @@
-//! Rectangles of work in a fixed order.
+//! [`tiles`], the rectangles into which work on a picture is divided, in a fixed order.
 
 /// A rectangle of pixels: columns `x0..x1`, rows `y0..y1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Tile {
-    /// First column.
+    /// The first column.
     pub x0: u32,
-    /// First row.
+    /// The first row.
     pub y0: u32,
-    /// One past the last column.
+    /// The column after the last one.
     pub x1: u32,
-    /// One past the last row.
+    /// The row after the last one.
     pub y1: u32,
 }
 
 impl Tile {
-    /// A whole picture.
+    /// The tile that is a whole picture.
     #[must_use]
     pub const fn whole(width: u32, height: u32) -> Self {
         Self {
@@ -25,19 +25,19 @@ impl Tile {
         }
     }
 
-    /// Pixels in a row.
+    /// The number of pixels in a row.
     #[must_use]
     pub const fn width(&self) -> u32 {
         self.x1 - self.x0
     }
 
-    /// Rows.
+    /// The number of rows.
     #[must_use]
     pub const fn height(&self) -> u32 {
         self.y1 - self.y0
     }
 
-    /// Pixels.
+    /// The number of pixels.
     #[must_use]
     pub fn area(&self) -> usize {
         crate::image::area(self.width(), self.height())
@@ -50,11 +50,11 @@ impl Tile {
     }
 }
 
-/// Cuts a window into tiles of at most `size × size` pixels, row by row.
+/// Divides a window into tiles of at most `size × size` pixels, row by row.
 ///
-/// Every pixel of the window is in exactly one tile. The order depends only on the arguments: who
-/// works on tiles in parallel and merges in this order gets the same bits for any number of
-/// threads. `size` zero counts as one.
+/// Every pixel of the window is in exactly one tile. The order depends only on the arguments, so
+/// that results which are computed in parallel and merged in this order have the same bits for any
+/// number of threads. A `size` of zero counts as one.
 ///
 /// ```
 /// use linelit_film::{Tile, tiles};

@@ -1,4 +1,4 @@
-//! Readers of scene files: pbrt text, OBJ, PLY and glTF.
+//! Readers of scene files in all formats: pbrt text, OBJ, PLY and glTF.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -15,5 +15,5 @@ pub use linelit_assembly::{
 pub use linelit_pbrt::from_pbrt_str;
 pub use load::{Format, from_bytes, load};
 
-// What public signatures name, so that one dependency is enough.
+// Public signatures name types of these crates, so that users need only one dependency.
 pub use {linelit_assembly as assembly, linelit_scene as scene};

@@ -1,4 +1,4 @@
-//! Loading a scene from a file.
+//! [`load`] and [`from_bytes`], which read a scene in any format.
 
 #[cfg(feature = "gltf")]
 use crate::gltf;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 /// The formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// pbrt text, versions 3 and 4.
+    /// The text format of pbrt, versions 3 and 4.
     Pbrt,
-    /// Wavefront OBJ with its material library.
+    /// Wavefront OBJ with its material libraries.
     Obj,
-    /// A single PLY mesh.
+    /// A single mesh in PLY.
     Ply,
-    /// glTF 2.0, as JSON or binary; needs the feature `gltf`.
+    /// glTF 2.0, as JSON or binary. It needs the feature `gltf`.
     Gltf,
 }
 
@@ -39,6 +39,7 @@ impl Format {
         }
     }
 
+    /// Reads a scene of this format.
     fn read(
         self,
         source: Arc<Source>,
@@ -61,12 +62,13 @@ impl Format {
     }
 }
 
-/// Loads a scene; the extension of the file says its format: `.pbrt`, `.obj`, `.ply`, `.gltf`
-/// or `.glb`.
+/// Loads a scene from a file. The extension decides the format: `.pbrt`, `.obj`, `.ply`, `.gltf` or
+/// `.glb`.
 ///
 /// # Errors
-/// Whatever is wrong with the file or the files that it names, with its place; when
-/// [`LoadOptions::strict`] also what is merely not supported.
+/// The first error in the file or the files that it names, with its position. With
+/// [`LoadOptions::strict`], features that are not supported are errors, too; otherwise they are
+/// warnings.
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -83,12 +85,12 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded> {
     format.read(source, Some(path), options)
 }
 
-/// Reads a scene of a known format from memory. Files that it names are looked up in the
-/// working folder, or in [`Root::Memory`](linelit_assembly::Root::Memory); `name` is what messages
-/// call the bytes.
+/// Reads a scene of a known format from memory. Files that it names are looked up in the working
+/// directory, or in [`Root::Memory`](linelit_assembly::Root::Memory). `name` is the name of the
+/// bytes in messages.
 ///
 /// # Errors
-/// As [`load`].
+/// The same as for [`load`].
 pub fn from_bytes(
     format: Format,
     bytes: &[u8],

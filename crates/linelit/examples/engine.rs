@@ -1,6 +1,7 @@
-//! A small renderer that takes from linelit what it has not: its vectors are arrays, its triangles
-//! and rays its own, its random numbers `rand`'s. It lights a floor under a table by points, by
-//! lines and by two techniques together, asks whether the three agree, and shows the floor.
+//! A small renderer that uses single parts of linelit: its vectors are arrays, its triangles and
+//! rays its own, and its random numbers come from `rand`. It lights a floor under a table by
+//! points, by lines and by two techniques together, tests whether the three agree, and prints the
+//! floor.
 //!
 //! ```text
 //! cargo run --release --example engine
@@ -34,16 +35,18 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [[1, 2], [2, 0], [0, 1]].map(|[i, j]| a[i] * b[j] - a[j] * b[i])
 }
 
-/// The floor's normal, and its albedo over π.
+/// The floor's normal.
 const UP: Vector = [0.0, 0.0, 1.0];
+/// The floor's BRDF: its albedo over π.
 const REFLECTED: f64 = 0.5 / PI;
-/// What the lamp emits.
+/// The radiance that the lamp emits.
 const RADIANCE: f64 = 10.0;
 
-/// A box and the triangles in it.
+/// The lower and the upper corner of a bounding box, and the triangles in it.
 type Boxed = ([f32; 3], [f32; 3], Vec<[[f32; 3]; 3]>);
 
-/// Triangles under boxes, one for each part of the table: the engine's hierarchy.
+/// The engine's scene: bounding boxes with their triangles, one for each part of the table, and a
+/// lamp.
 struct Engine {
     boxes: Vec<Boxed>,
     lamp: ConvexPolygon,
@@ -81,7 +84,8 @@ impl Engine {
         self.boxes.push((low, high, triangles));
     }
 
-    /// Whether a ray of the engine, from `x` along `d` up to t = 1, is free: Möller and Trumbore.
+    /// Whether a ray of the engine, from `x` along `d` up to t = 1, meets no triangle, by the test
+    /// of Möller and Trumbore.
     fn is_free(&self, x: Vector, d: Vector) -> bool {
         !self.boxes.iter().flat_map(|(_, _, all)| all).any(|t| {
             let [a, b, c] = t.map(|v| v.map(f64::from));
@@ -93,7 +97,7 @@ impl Engine {
         })
     }
 
-    /// Where a direction from `x` meets the lamp, as a vector from `x`.
+    /// The vector from `x` to where a direction meets the lamp, if it does.
     fn to_lamp(&self, x: Vector, d: Vector) -> Option<Vector> {
         let t = (3.0 - x[2]) / d[2];
         let to = d.map(|k| k * t);
@@ -101,7 +105,7 @@ impl Engine {
         (t > 0.0 && meets(0) && meets(1)).then_some(to)
     }
 
-    /// One point of the lamp by solid angle, and a ray.
+    /// Estimates the reflected radiance by one point of the lamp, drawn by solid angle, and a ray.
     fn by_points(&self, x: Vector, random: &mut Pcg64Mcg) -> f64 {
         let sample = SolidAngleSampler::new(&self.lamp, vector(x)).sample(random.random());
         let d = add(sample.point.to_array(), x, -1.0);
@@ -111,20 +115,23 @@ impl Engine {
         RADIANCE * REFLECTED * dot(UP, d) / dot(d, d).sqrt() / sample.pdf.value()
     }
 
-    /// One line of the lamp, along what of it is visible past the triangles in between.
+    /// Estimates the reflected radiance by one line of the lamp, integrated over its visible parts.
     fn by_lines(&self, x: Vector, random: &mut Pcg64Mcg, room: &mut Room) -> f64 {
+        // Sample a line of the lamp: its direction, then its offset.
         let sampler = LineSampler::new(
             &self.lamp,
             random.random_range(0.0..PI),
             OffsetDensity::Uniform,
         );
         let sample = sampler.sample(random.random());
+        // Find its visible parts past the triangles whose boxes meet the space between x and lamp.
         let between = Between::new(x, &self.lamp);
         let boxes = self.boxes.iter();
         let boxes = boxes.filter(|(low, high, _)| between.may_meet(*low, *high));
         let occluders = Occluders::from_triangles(boxes.flat_map(|(_, _, all)| all).copied());
         let mut shaft = occluders.shaft(ShaftQuery::new(x, &self.lamp), &mut room.scratch);
         shaft.visible(&[sample.segment], &mut room.visible);
+        // Integrate in closed form along the visible parts.
         let (line, down) = (sample.segment.relative_to(vector(x)), self.lamp.normal());
         let parts = room.visible.line(0).iter();
         let along = parts.map(|part| {
@@ -140,13 +147,16 @@ impl Engine {
         RADIANCE * along.sum::<f64>() / sample.pdf.value()
     }
 
-    /// One point of the lamp and one direction of the floor, weighted by the balance heuristic.
+    /// Estimates the reflected radiance by one point of the lamp and one direction in proportion to
+    /// the floor's cosine, weighted by the balance heuristic.
     fn by_both(&self, x: Vector, random: &mut Pcg64Mcg) -> f64 {
+        // Sample a point of the lamp, and a direction by the cosine.
         let technique = SolidAngleSampler::new(&self.lamp, vector(x));
         let point = add(technique.sample(random.random()).point.to_array(), x, -1.0);
         let (r2, turn) = (random.random::<f64>(), TAU * random.random::<f64>());
         let across = r2.sqrt();
         let direction = [across * turn.cos(), across * turn.sin(), (1.0 - r2).sqrt()];
+        // Add both, each over its density and by its weight, where the ray is free.
         let both = [Some(point), self.to_lamp(x, direction)];
         let one = |(i, d): (usize, Option<Vector>)| {
             let d = d?;
@@ -161,22 +171,22 @@ impl Engine {
     }
 }
 
-/// What lines need from one point to the next.
+/// The memory that line samples use again from one point to the next.
 #[derive(Default)]
 struct Room {
     scratch: Scratch,
     visible: VisibleLines,
 }
 
-/// Pixels of the floor along each side, 4 by 4 metres.
+/// The number of pixels along each side of the floor, which is 4 by 4 metres.
 const SIDE: u32 = 16;
-/// Samples of a pixel, each way.
+/// The number of samples of a pixel for each technique.
 const SAMPLES: u32 = 400;
 
 fn main() -> ExitCode {
     let (engine, mut room, mut random) =
         (Engine::new(), Room::default(), Pcg64Mcg::seed_from_u64(1));
-    // Sums of the three ways and their variances, over the floor and its darkest pixels.
+    // Sum the means and the variances of the three techniques over all pixels of the floor.
     let (mut sums, mut picture) = ([[0.0; 2]; 3], String::new());
     for row in 0..SIDE {
         for column in 0..SIDE {
@@ -192,6 +202,7 @@ fn main() -> ExitCode {
                     *sum = [sum[0] + value, sum[1] + value * value];
                 }
             }
+            // Add the pixel's means, and the variances of its means.
             let n = f64::from(SAMPLES);
             for (sum, [first, second]) in sums.iter_mut().zip(pixel) {
                 let mean = first / n;
@@ -200,6 +211,7 @@ fn main() -> ExitCode {
                     sum[1] + (second / n - mean * mean) / (n - 1.0),
                 ];
             }
+            // Draw the pixel by its radiance from lines.
             let bright = 20.0 * pixel[1][0] / n;
             let shades = ".:-=+#".chars().zip(1..);
             let shade = shades
@@ -213,7 +225,7 @@ fn main() -> ExitCode {
     for ([mean, variance], name) in sums.iter().zip(["points", "lines", "both"]) {
         println!("{name:>6} {mean:.4} ± {:.4}", variance.sqrt());
     }
-    // Three comparisons, one false alarm in 10⁵ runs of other seeds.
+    // Compare each two techniques. The bound gives one false alarm in 10⁵ runs of other seeds.
     let z = |i: usize, j: usize| (sums[i][0] - sums[j][0]) / (sums[i][1] + sums[j][1]).sqrt();
     let worst = [z(0, 1), z(1, 2), z(2, 0)]
         .into_iter()

@@ -1,4 +1,5 @@
-//! Scenes from slices.
+//! The builder of a scene: it takes slices of vertices and triangles, lights and settings, checks
+//! all of them, and builds the hierarchy. One comes here through [`Scene::builder`].
 
 use crate::{Error, Scene};
 use linelit_direct::Luminaire;
@@ -10,10 +11,10 @@ use linelit_visibility::{BuildOptions, Occluders};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The largest coordinate of vertices, lights and points.
+/// The largest coordinate that vertices, lights and points may have: 2⁶⁰.
 pub(crate) const LARGEST: f64 = (1_u64 << 60) as f64;
 
-/// The settings of a scene's queries.
+/// The settings that all queries of a scene share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settings {
     pub estimator: Estimator,
@@ -21,7 +22,8 @@ pub(crate) struct Settings {
     pub samples: u32,
     pub seed: u64,
     pub offset: Option<f64>,
-    /// If none are set, each light has those that its own triangles need.
+    /// The margins of all lights; if none are set, each light has the margins that the triangles
+    /// in its plane need.
     pub margins: Option<Margins>,
 }
 
@@ -33,11 +35,12 @@ pub struct SceneBuilder<'a, V = [f32; 3]> {
     triangles: &'a [[u32; 3]],
     lights: Vec<Luminaire>,
     settings: Settings,
-    /// Whether a profile came before all lights.
+    /// Whether a profile was given before any light.
     has_stray_profile: bool,
 }
 
 impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
+    /// Begins a scene with the default settings.
     pub(crate) fn new(positions: &'a [V], triangles: &'a [[u32; 3]]) -> Self {
         let settings = Settings {
             estimator: Estimator::hybrid(),
@@ -56,20 +59,22 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
         }
     }
 
-    /// Adds a light; the first has number 0. Lights hide nothing by themselves.
+    /// Adds a light. Lights are numbered in the order in which they are added, from 0. A light is
+    /// no occluder: only triangles cast shadows.
     ///
-    /// A light may be a part of the mesh, or lie in a triangle of it, as a lamp in a ceiling does.
-    /// Rounded to `f32`, such triangles may be in front of the light. Those that lie in a polygon
-    /// or a disk are taken for its own, which do not hide it, if their numbers follow each other;
-    /// for others that are as close to its plane, nothing hides it in the last millionth of the way
-    /// ([`Margins::DEFAULT`]). Elsewhere occluders hide it up to where they touch it
-    /// ([`Margins::ROUNDING`]).
+    /// A light may be a part of the mesh, or lie in one of its triangles, as a lamp in a ceiling
+    /// does. Rounding to `f32` may move such triangles in front of the light, where they would hide
+    /// it. Triangles that lie in a polygon or a disk therefore count as its own and do not hide it,
+    /// if their numbers are consecutive. If other triangles are as close to its plane, occluders
+    /// within the last millionth of the way to the light are left out ([`Margins::DEFAULT`]).
+    /// Otherwise occluders hide the light up to where they touch it ([`Margins::ROUNDING`]).
     pub fn light(self, light: impl Into<Light>) -> Self {
         self.light_of(light, 0..0)
     }
 
-    /// Adds a light whose own triangles, by their numbers, do not hide it: of any shape, and also
-    /// where its triangles are not in its plane, as those of a sphere.
+    /// Adds a light together with the range of the triangles that are its own and do not hide it.
+    /// It is for meshes of lights that are not flat, such as the triangles around a sphere, and for
+    /// flat lights whose triangles [`SceneBuilder::light`] would not find.
     pub fn light_of(mut self, light: impl Into<Light>, triangles: Range<u32>) -> Self {
         let index = u32::try_from(self.lights.len()).unwrap_or(u32::MAX);
         self.lights.push(Luminaire {
@@ -79,9 +84,10 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
         self
     }
 
-    /// Has the light that was added last emit by a profile, about the normal of the side that
-    /// emits. It is for polygons, disks, spheres and cylinders; others are refused by
-    /// [`SceneBuilder::build`], for points hold their own.
+    /// Gives the light that was added last a profile, by which its emission depends on the angle to
+    /// the normal of the side that emits. Profiles are for polygons, disks, spheres and cylinders;
+    /// [`SceneBuilder::build`] refuses them for other lights. (A point light has its profile in a
+    /// field of its own.)
     pub fn profile(mut self, profile: Arc<Profile>) -> Self {
         match self.lights.last_mut() {
             Some(last) => last.profile = Some(profile),
@@ -90,59 +96,66 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
         self
     }
 
-    /// The estimator; [`Estimator::hybrid`] if none is set. [`Estimator::exact`] gives irradiance
-    /// without noise, and is refused for lights where it would have some ([`Error::NotExact`]).
+    /// Sets the estimator; the default is [`Estimator::hybrid`]. [`Estimator::exact`] computes the
+    /// irradiance without noise, and [`SceneBuilder::build`] refuses it with [`Error::NotExact`]
+    /// for lights whose irradiance has no such formula.
     pub const fn method(mut self, estimator: Estimator) -> Self {
         self.settings.estimator = estimator;
         self
     }
 
-    /// The number of samples for each point and light: 16 if none is set. 0 counts as 1, and more
-    /// than [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES) are refused by
-    /// [`SceneBuilder::build`]. What has a closed form takes none.
+    /// Sets the number of samples for each point and light; the default is 16. 0 counts as 1, and
+    /// [`SceneBuilder::build`] refuses more than
+    /// [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES). Light that has a closed form takes no
+    /// samples.
     pub const fn samples(mut self, samples: u32) -> Self {
         self.settings.samples = if samples == 0 { 1 } else { samples };
         self
     }
 
-    /// The sampling pattern.
+    /// Sets the sampling pattern; the default is [`SamplerKind::Auto`].
     pub const fn sampler(mut self, sampler: SamplerKind) -> Self {
         self.settings.sampler = sampler;
         self
     }
 
-    /// The seed, any number; two seeds give independent estimates.
+    /// Sets the seed of the random numbers, which may be any number and is 0 by default. Two seeds
+    /// give independent estimates.
     pub const fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
         self
     }
 
-    /// The distance by which `irradiance` and `radiance` lift points off their surface, along the
-    /// normal. If none is set it is 2⁻⁴⁶ of the point's largest coordinate, which is for points
-    /// computed in `f64`: points computed in `f32` on slanted triangles need some 10⁻⁶ of the
-    /// coordinates, or the triangle may hide the light from its own points. From 0 on and below
-    /// 2⁶⁰. Where vertices in `f64` were rounded, and a triangle is above the point by no more than
-    /// twice what that moved one, it is as much more.
+    /// Sets the distance by which `irradiance` and `radiance` lift points off their surface along
+    /// the normal, so that a triangle does not hide the light from its own points. It is at least 0
+    /// and below 2⁶⁰.
+    ///
+    /// The default is 2⁻⁴⁶ of the point's largest coordinate, which suits points computed in `f64`;
+    /// points computed in `f32` on slanted triangles need some 10⁻⁶ of the coordinates. The default
+    /// grows where vertices in `f64` were rounded to `f32`: if a triangle is above the point by at
+    /// most twice the largest distance by which rounding moved a vertex, it grows by this much.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self
     }
 
-    /// The distances from a point and from a light within which triangles hide nothing, as
-    /// fractions of the way, from 0 on and below 1, for all lights; if none are set, each light has
-    /// those that [`SceneBuilder::light`] says.
+    /// Sets how close to a point and to a light triangles are left out as occluders, as fractions
+    /// of the way between the two, at least 0 and below 1. The margins hold for all lights; by
+    /// default each light has the margins that [`SceneBuilder::light`] describes.
     pub const fn margins(mut self, margins: Margins) -> Self {
         self.settings.margins = Some(margins);
         self
     }
 
-    /// Checks everything and builds the hierarchy on all threads of the rayon pool. For `hybrid`
-    /// and lines it sends queries from points on the triangles to the polygons among the first 16
-    /// lights, which decide on methods and directions. ([`Scene::prepare`] takes other points.)
+    /// Checks all input and builds the hierarchy on all threads of the rayon pool.
+    ///
+    /// For `hybrid` and for line samples it also measures how much of each polygon among the first
+    /// 16 lights is hidden from points on the triangles; methods and the directions of lines are
+    /// chosen by that. ([`Scene::prepare`] measures from other points.)
     ///
     /// # Errors
     /// The first setting, vertex, triangle or light that is not valid. Triangles without area are
-    /// valid, and hide nothing. No triangles at all hide nothing, and no lights give no light.
+    /// valid and hide nothing, and so are scenes without triangles and scenes without lights.
     pub fn build(self) -> Result<Scene, Error> {
         let Self {
             positions,
@@ -151,6 +164,7 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
             settings,
             has_stray_profile,
         } = self;
+        // Check the settings.
         if has_stray_profile {
             return Err(Error::Profile(0));
         }
@@ -161,6 +175,7 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
             return Err(Error::Setting);
         }
         check_samples(settings.samples)?;
+        // Check the vertices (a comparison with NaN is false), and the triangles' numbers of them.
         let is_valid = |p: &V| p.dvec3().abs().cmple(DVec3::splat(LARGEST)).all();
         if let Some(i) = positions.iter().position(|p| !is_valid(p)) {
             return Err(Error::Vertex(i));
@@ -175,6 +190,7 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
                 });
             }
         }
+        // Build the hierarchy.
         let mut scene = Scene {
             occluders: Occluders::build_with(positions, triangles, BuildOptions::default()),
             triangles: triangles.len(),
@@ -183,13 +199,14 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
             lights: Arc::default(),
             settings,
         };
+        // Take the lights, and measure from points on the triangles how much hides each.
         scene.places = Arc::new(scene.places_on(positions, triangles));
         scene.set_lights(lights)?;
         Ok(scene)
     }
 }
 
-/// Refuses more samples than memory is for.
+/// Refuses more samples than estimators have memory for.
 pub(crate) const fn check_samples(samples: u32) -> Result<(), Error> {
     match samples <= MOST_SAMPLES {
         true => Ok(()),
@@ -197,7 +214,7 @@ pub(crate) const fn check_samples(samples: u32) -> Result<(), Error> {
     }
 }
 
-/// The smallest ball around the box around all triangles.
+/// The ball around the bounding box of all triangles.
 fn ball_around<V: Vector3 + Copy>(positions: &[V], triangles: &[[u32; 3]]) -> Sphere {
     let used = triangles.iter().flatten();
     let mut all = used.map(|k| positions[*k as usize].dvec3());

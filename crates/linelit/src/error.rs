@@ -1,9 +1,10 @@
-//! Reasons why a scene or a query is refused.
+//! The error type of the façade: the reasons why a scene or a query is refused.
 
 use linelit_estimators::MOST_SAMPLES;
 use std::fmt;
 
-/// The reason why [`Scene`](crate::Scene) refuses what it was given.
+/// The reason why a [`Scene`](crate::Scene) or its builder refuses the input. Numbers of vertices,
+/// triangles, lights and points count from 0, in the slices of the call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The vertex of this number is NaN, infinite or beyond 2⁶⁰.
@@ -17,32 +18,34 @@ pub enum Error {
         /// The number of vertices.
         vertices: usize,
     },
-    /// The light of this number has an emission, a place, a size or a direction that no light has.
+    /// The light of this number has an emission, a position, a size or a direction that is not
+    /// valid: negative, not finite or beyond 2⁶⁰, or of length zero.
     Light(usize),
     /// The scene has no light of this number.
     NoLight {
-        /// The number that was asked for.
+        /// The number in the request.
         light: usize,
         /// The number of lights.
         lights: usize,
     },
-    /// The triangles of the light of this number are not all among the scene's.
+    /// The range of triangles of the light of this number is not a range of the scene's triangles.
     LightTriangles(usize),
-    /// The method gives the light of this number with noise, or the question has no exact answer
-    /// for it: see [`Scene::visible_fraction`](crate::Scene::visible_fraction) and
-    /// [`Scene::visible_polygons`](crate::Scene::visible_polygons). `exact` is for polygons without
-    /// a profile, lines, points and parallel light.
+    /// The light of this number has no exact answer. Either the estimator is `exact`, which is for
+    /// polygons without a profile, lines, points and parallel light, and would have noise here; or
+    /// the visible part of the light has no exact form: see
+    /// [`Scene::visible_fraction`](crate::Scene::visible_fraction) and
+    /// [`Scene::visible_polygons`](crate::Scene::visible_polygons).
     NotExact(usize),
-    /// A triangle reaches into a sphere on the side that a point sees, so that what is visible of
-    /// it is no part of a disk.
+    /// A triangle reaches into a spherical light on the side that the point sees, so that its
+    /// visible part is not a part of the disk of its outline.
     Pierced {
         /// The number of the point.
         point: usize,
         /// The number of the light.
         light: usize,
     },
-    /// The light of this number has no normal that a profile could be about, or there is no light
-    /// yet: profiles are for polygons, disks, spheres and cylinders.
+    /// A profile was given to the light of this number, which has no normal, or before any light
+    /// was added. Profiles are for polygons, disks, spheres and cylinders.
     Profile(usize),
     /// A margin is not between 0 and 1, or the surface offset is negative or not finite.
     Setting,
@@ -55,9 +58,9 @@ pub enum Error {
     Normal(usize),
     /// The direction to the viewer of the point of this number is zero, NaN or infinite.
     Outgoing(usize),
-    /// A slice has another length than the points.
+    /// A slice has not the same length as the slice of points.
     Length {
-        /// What the slice holds.
+        /// The content of the slice in words, such as "normals".
         of: &'static str,
         /// The number of points.
         points: usize,

@@ -1,4 +1,8 @@
-//! Direct light at points, in one call.
+//! [`Scene`] and its queries: the direct light at points, and the visible parts of lights.
+//!
+//! A query checks its input, lifts the point off its surface, and hands it to `linelit_direct`
+//! together with the occluders, the lights and the settings. Queries of many points run on all
+//! threads, each with memory of its own that it uses again and again.
 
 use crate::Error;
 use crate::builder::{LARGEST, SceneBuilder, Settings};
@@ -13,10 +17,11 @@ use std::cell::Cell;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The reflection of all light alike: its radiance is the irradiance over π.
+/// A diffuse reflection with albedo 1, whose reflected radiance is the irradiance over π.
 pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
 
-/// A scene of triangles and lights that answers how much light reaches a point.
+/// A scene of triangles and lights that computes how much light reaches a point, and which parts of
+/// a light the point sees.
 ///
 /// ```
 /// use linelit::{Scene, lights::Light};
@@ -31,32 +36,36 @@ pub(crate) const WHITE: Bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
 ///
 /// Every answer is a function of the scene, the seed and the point alone: neither the order of the
 /// points, nor their division into calls, nor the number of threads changes a bit. The random
-/// numbers of a point are named by the bits of its position and normal; [`Scene::with_seed`] gives
-/// independent ones. A scene is cheap to clone, as clones share the hierarchy.
+/// numbers of a point are derived from the seed and the bits of its position and normal;
+/// [`Scene::with_seed`] gives independent ones. A scene is cheap to clone, as clones share the
+/// hierarchy.
 ///
-/// Lengths are in any unit, and radiance is, too: irradiance then comes in π units of it. Scenes
-/// may be between 2⁻¹¹⁰ and 2⁵⁰ in size.
+/// Lengths may be in any unit. So may the radiance that lights emit: below a sky of radiance 1 in
+/// all directions, the irradiance is π in that unit. Scenes may be between 2⁻¹¹⁰ and 2⁵⁰ in size.
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) occluders: Occluders,
-    /// The number of triangles, and the ball around them.
+    /// The number of triangles.
     pub(crate) triangles: usize,
+    /// A ball around all triangles.
     pub(crate) ball: Sphere,
-    /// The points that lights are looked at from, and those for the direction of lines.
+    /// The points from which it is measured how much hides each light, and the points from which
+    /// the directions of lines are chosen.
     pub(crate) places: Arc<[Vec<ShadingPoint>; 2]>,
     pub(crate) lights: Arc<Luminaires>,
     pub(crate) settings: Settings,
 }
 
-/// Rings of corners.
+/// The boundary of a visible part: closed rings of corners in space.
 pub type Rings = Vec<Vec<[f64; 3]>>;
 
 thread_local! {
+    /// The memory that this thread's queries use again and again.
     static WORKSPACE: Cell<Option<Box<Workspace>>> = const { Cell::new(None) };
 }
 
-/// Does work with the memory of this thread; with new memory where that is in use, or was when work
-/// was stopped.
+/// Calls `work` with the workspace of this thread, or with a new one where that is in use (in a
+/// nested call) or was lost because an earlier call was stopped by unwinding.
 fn with_workspace<T>(work: impl FnOnce(&mut Workspace) -> T) -> T {
     let mut workspace = WORKSPACE.take().unwrap_or_default();
     let found = work(&mut workspace);
@@ -65,20 +74,22 @@ fn with_workspace<T>(work: impl FnOnce(&mut Workspace) -> T) -> T {
 }
 
 impl Scene {
-    /// Begins a scene of triangles, each three numbers of vertices. Either side hides light.
+    /// Begins a scene of triangles, each of which is given by the numbers of its three vertices.
+    /// Triangles cast shadows from both sides.
     ///
-    /// Vertices in double precision are for [`Scene::builder_from`].
+    /// [`Scene::builder_from`] takes vertices in double precision.
     pub fn builder<'a>(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> SceneBuilder<'a> {
         SceneBuilder::new(positions, triangles)
     }
 
-    /// Begins a scene as [`Scene::builder`] does, of vertices of any type.
+    /// Begins a scene as [`Scene::builder`] does, with vertices of any type.
     ///
-    /// Those in double precision are rounded once, relative to the middle of those that triangles
-    /// use ([`Occluders::origin`]): a scene is the same far from the origin of its coordinates.
-    /// Lights and points stay as they are. What the rounding moves is in
-    /// [`Occluders::rounding`], whose [`is_coarse`](linelit_geometry::Rounding::is_coarse) says
-    /// whether that is much for the scene's details.
+    /// Vertices in double precision are rounded to `f32` once, relative to the middle of all
+    /// vertices that triangles use ([`Occluders::origin`]), so that a scene loses no precision by
+    /// being far from the origin of its coordinates. Lights and points are not rounded.
+    /// [`Occluders::rounding`] has the distances by which vertices moved, and its
+    /// [`is_coarse`](linelit_geometry::Rounding::is_coarse) says whether they are large compared
+    /// with the scene's details.
     ///
     /// ```
     /// use linelit::{Light, Scene};
@@ -100,7 +111,7 @@ impl Scene {
         SceneBuilder::new(positions, triangles)
     }
 
-    /// This scene with other random numbers: two seeds give independent estimates.
+    /// Returns this scene with another seed: two seeds give independent estimates.
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut scene = self.clone();
@@ -108,17 +119,17 @@ impl Scene {
         scene
     }
 
-    /// The triangles.
+    /// The hierarchy of the scene's triangles.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
         &self.occluders
     }
 
-    /// The irradiance at a point of a surface, in W/m² by channel, of all lights and past all
-    /// triangles. The normal may be of any length but zero.
+    /// The irradiance at a point of a surface from all lights, with the shadows of all triangles,
+    /// in W/m² for each channel. The normal may have any length but zero.
     ///
     /// # Errors
-    /// A point that is not finite, or a normal that has no direction.
+    /// A point that is not finite or beyond 2⁶⁰; a normal that is zero or not finite.
     pub fn irradiance(&self, point: impl Vector3, normal: impl Vector3) -> Result<[f64; 3], Error> {
         let point = self.point(0, point.dvec3(), normal.dvec3(), None, WHITE)?;
         Ok((self.light(&point) * PI).to_array())
@@ -127,8 +138,8 @@ impl Scene {
     /// The irradiance at each of many points, on all threads of the rayon pool.
     ///
     /// # Errors
-    /// Slices of different lengths; the first point or normal that is not valid. `out` then holds
-    /// any values.
+    /// Slices of different lengths; the first point or normal that is not valid. The values in
+    /// `out` are then not specified.
     pub fn irradiances<V: Vector3 + Copy + Sync>(
         &self,
         points: &[V],
@@ -144,11 +155,12 @@ impl Scene {
     }
 
     /// The radiance that a point of a surface reflects in the direction `outgoing`, in W/(m² sr)
-    /// by channel, of the direct light of all lights. The viewer is on the normal's side, where
-    /// reflections are defined.
+    /// for each channel, from the direct light of all lights. The viewer has to be on the side of
+    /// the normal, where reflections are defined.
     ///
     /// # Errors
-    /// A point that is not finite; a normal or a direction to the viewer that is none.
+    /// A point that is not finite or beyond 2⁶⁰; a normal or a direction to the viewer that is zero
+    /// or not finite.
     pub fn radiance(
         &self,
         point: impl Vector3,
@@ -161,10 +173,11 @@ impl Scene {
         Ok(self.light(&point).to_array())
     }
 
-    /// The radiance that many points reflect, each by a reflection of its own, on all threads.
+    /// The radiance that each of many points reflects by its own BSDF, on all threads.
     ///
     /// # Errors
-    /// Those of [`Scene::radiance`], with the number of the point, and slices of different lengths.
+    /// The errors of [`Scene::radiance`], with the number of the point, and slices of different
+    /// lengths.
     pub fn radiances<V: Vector3 + Copy + Sync>(
         &self,
         points: &[V],
@@ -185,12 +198,15 @@ impl Scene {
         })
     }
 
-    /// The share of a light, by its number, that a point sees past all triangles, between 0 and 1:
-    /// exact but for rounding. Neither the sides of the light nor the direction of its emission
-    /// matter. A sphere is seen as the flat disk of its outline, of which [`Measure::Area`] is the
-    /// share. It is NaN where the whole light measures nothing: for a point in its plane, on it or
-    /// inside a sphere, or a light below the horizon of the normal of [`Measure::Cosine`]. The
-    /// point is taken as it is: [`SceneBuilder::surface_offset`] does not move it.
+    /// The fraction of a light that a point sees between the triangles, from 0 to 1, exact but for
+    /// rounding. `light` is the light's number, and `measure` says whether the fraction is by area,
+    /// by solid angle or by irradiance.
+    ///
+    /// It does not matter to which side or in which directions the light emits. A sphere is seen
+    /// as the flat disk of its outline, and [`Measure::Area`] is the area of that disk. The result
+    /// is NaN where the measure of the whole light is zero: for a point in the plane of the light,
+    /// on it or inside a sphere, and for a light below the horizon of the normal of
+    /// [`Measure::Cosine`]. [`SceneBuilder::surface_offset`] does not move the point.
     ///
     /// # Errors
     /// A point or normal that is not valid, a light that does not exist, [`Error::NotExact`] for a
@@ -205,11 +221,12 @@ impl Scene {
         self.fraction(0, point.dvec3(), light, measure)
     }
 
-    /// The share of a light that each of many points sees, on all threads, by the measure that
-    /// `measure` gives for the number of a point.
+    /// The fraction of a light that each of many points sees, on all threads. `measure` is called
+    /// with the number of a point and returns the measure for that point, such as the cosine with
+    /// its normal.
     ///
     /// # Errors
-    /// Those of [`Scene::visible_fraction`], with the number of the point.
+    /// The errors of [`Scene::visible_fraction`], with the number of the point.
     pub fn visible_fractions<V: Vector3 + Copy + Sync>(
         &self,
         points: &[V],
@@ -223,8 +240,9 @@ impl Scene {
         })
     }
 
-    /// The visible parts of a segment for each point, `lines[i]` for `points[i]`, on all threads:
-    /// ascending parameters of the segment, 0 at its first end and 1 at its second.
+    /// The parts of a segment that a point sees between the triangles, for each point `points[i]`
+    /// and segment `lines[i]`, on all threads. The parts are intervals of the segment's parameter,
+    /// which is 0 at its first end and 1 at its second, in ascending order.
     ///
     /// ```
     /// use linelit::Scene;
@@ -244,7 +262,7 @@ impl Scene {
         lines: &[[V; 2]],
     ) -> Result<VisibleLines, Error> {
         same_length("lines", points, lines)?;
-        // Find the visible parts of some lines at once, on all threads.
+        // Find the visible parts on all threads, in chunks of points.
         let mut each = vec![VisibleLines::new(); points.len().div_ceil(CHUNK)];
         over(&mut each, |k| {
             let mut visible = VisibleLines::new();
@@ -265,31 +283,32 @@ impl Scene {
             }
             Ok(visible)
         })?;
-        // Join them.
+        // Join the chunks in their order.
         let mut all = VisibleLines::new();
         each.iter().for_each(|part| all.append(part));
         Ok(all)
     }
 
-    /// The visible part of a polygon or of a round light, by its number among the lights, as rings
-    /// of corners: those around it run counter-clockwise as the point sees them, those around holes
-    /// clockwise. A sphere is seen as the flat disk of its outline, and nothing of it from inside.
+    /// The visible part of a polygon, a disk or a sphere, by its number among the lights, as rings
+    /// of corners. As the point sees them, outer rings run counter-clockwise and rings around holes
+    /// clockwise. A sphere is seen as the flat disk of its outline; from inside it there are no
+    /// rings.
     ///
-    /// Of disks and spheres, corners on the rim are at most a 256th of it apart: the chords between
-    /// are within 7.6e-5 of the radius of their arcs.
+    /// On the rim of disks and spheres, neighbouring corners are at most a 256th of the circle
+    /// apart, so that the chords between them are within 7.6e-5 of the radius from their arcs.
     ///
     /// # Errors
-    /// A point that is not finite, a light that does not exist, [`Error::NotExact`] for one that is
-    /// neither a polygon, a disk nor a sphere, and [`Error::Pierced`] for a sphere that a triangle
-    /// reaches into.
+    /// A point that is not finite, a light that does not exist, [`Error::NotExact`] for a light
+    /// that is neither a polygon, a disk nor a sphere, and [`Error::Pierced`] for a sphere that a
+    /// triangle reaches into.
     pub fn visible_polygons(&self, point: impl Vector3, light: usize) -> Result<Rings, Error> {
         self.rings(0, point.dvec3(), light)
     }
 
-    /// The visible part of a light for each of many points, on all threads.
+    /// The visible part of a light from each of many points, on all threads.
     ///
     /// # Errors
-    /// Those of [`Scene::visible_polygons`], with the number of the point.
+    /// The errors of [`Scene::visible_polygons`], with the number of the point.
     pub fn visible_polygons_each<V: Vector3 + Copy + Sync>(
         &self,
         points: &[V],
@@ -300,6 +319,7 @@ impl Scene {
         Ok(found)
     }
 
+    /// The visible part of a light from the point of number `i`.
     fn rings(&self, i: usize, point: DVec3, light: usize) -> Result<Rings, Error> {
         let point = check_point(i, point)?;
         let luminaire = self.light_number(light)?;
@@ -310,8 +330,8 @@ impl Scene {
         Ok(rings.into_iter().map(ring).collect())
     }
 
-    /// A shading point that is lifted off its surface; without a direction to the viewer, as seen
-    /// along the normal.
+    /// Checks the point of number `i` and its directions, and returns the shading point, lifted off
+    /// its surface. Without a direction to the viewer it is seen along the normal.
     pub(crate) fn point(
         &self,
         i: usize,
@@ -333,8 +353,9 @@ impl Scene {
         Ok(ShadingPoint::new(position, normal, outgoing, bsdf))
     }
 
-    /// The distance that lifts a point out of a triangle on which it was before vertices were
-    /// rounded: zero, unless rounding moved some, and one is as close above the point.
+    /// The distance that lifts a point out of the triangle on which it was before vertices were
+    /// rounded. It is zero unless rounding moved vertices and a triangle is that close above the
+    /// point.
     fn out_of_its_triangle(&self, point: DVec3, normal: DVec3) -> f64 {
         let room = 2.0 * self.occluders.rounding().displacement;
         if room <= 0.0 {
@@ -351,7 +372,7 @@ impl Scene {
         if is_under { room } else { 0.0 }
     }
 
-    /// The radiance that a point reflects of the light of all lights.
+    /// The radiance that a point reflects of the direct light of all lights.
     fn light(&self, point: &ShadingPoint) -> DVec3 {
         let settings = &self.settings;
         let illumination = Illumination {
@@ -367,6 +388,8 @@ impl Scene {
         with_workspace(|workspace| illumination.radiance(point, names, workspace))
     }
 
+    /// The fraction of a light that the point of number `i` sees, by a measure whose normal may
+    /// have any length.
     fn fraction(
         &self,
         i: usize,
@@ -388,6 +411,7 @@ impl Scene {
         fraction.map_err(|reason| unknown(reason, i, light))
     }
 
+    /// The light of a number, or an error that has the number of lights.
     fn light_number(&self, light: usize) -> Result<&Luminaire, Error> {
         let all = self.lights.as_slice();
         let lights = all.len();
@@ -395,7 +419,7 @@ impl Scene {
     }
 }
 
-/// The error of a point and a light for which a visible part has no exact answer.
+/// The error for a point and a light whose visible part has no exact form.
 const fn unknown(reason: Unknown, point: usize, light: usize) -> Error {
     match reason {
         Unknown::Shape => Error::NotExact(light),
@@ -403,7 +427,8 @@ const fn unknown(reason: Unknown, point: usize, light: usize) -> Error {
     }
 }
 
-/// Fills a slice on all threads; of several errors, the one of the first point.
+/// Fills `out[i]` with `value(i)` on all threads. If several values are errors, it returns the one
+/// of the least `i`.
 fn over<T: Send>(
     out: &mut [T],
     value: impl Fn(usize) -> Result<T, Error> + Sync,
@@ -430,9 +455,10 @@ fn over<T: Send>(
     first_error.map_or(Ok(()), Err)
 }
 
-/// Points that a thread takes at once.
+/// The number of points that a thread takes at a time.
 const CHUNK: usize = 64;
 
+/// Refuses a slice, named `of` in the message, that has not the same length as the points.
 pub(crate) fn same_length<A, B>(of: &'static str, points: &[A], other: &[B]) -> Result<(), Error> {
     let (points, found) = (points.len(), other.len());
     match points == found {
@@ -441,13 +467,13 @@ pub(crate) fn same_length<A, B>(of: &'static str, points: &[A], other: &[B]) -> 
     }
 }
 
-/// The point of this number, if it is one.
+/// The point of number `i`, or an error if it is not finite or beyond 2⁶⁰.
 fn check_point(i: usize, point: DVec3) -> Result<DVec3, Error> {
     let is_valid = point.is_finite() && point.abs().max_element() <= LARGEST;
     is_valid.then_some(point).ok_or(Error::Point(i))
 }
 
-/// The name of a point's random numbers: a hash of the bits of its position and normal.
+/// The key of a point's random numbers: a hash of the bits of its position and normal.
 fn key(point: &ShadingPoint) -> [u32; 2] {
     let numbers = point
         .position
@@ -455,7 +481,8 @@ fn key(point: &ShadingPoint) -> [u32; 2] {
         .into_iter()
         .chain(point.normal.to_array());
     let hash = numbers.fold(0_u64, |hash, x| {
-        // The finalizer of SplitMix64; zero and minus zero are one place.
+        // Mix in the next number by the finalizer of SplitMix64. Adding zero makes minus zero plus
+        // zero, as both are the same coordinate.
         let mut z = hash
             .wrapping_add((x + 0.0).to_bits())
             .wrapping_add(0x9e37_79b9_7f4a_7c15);

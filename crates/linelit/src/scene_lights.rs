@@ -1,4 +1,5 @@
-//! The lights of a scene: what is refused, and other lights and methods over the same triangles.
+//! The lights of a [`Scene`]: how they are checked and measured, and scenes with other lights,
+//! methods or samplers over the same triangles.
 
 use crate::builder::{LARGEST, check_samples};
 use crate::one_call::{WHITE, same_length};
@@ -12,7 +13,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Scene {
-    /// These triangles under other lights, which are numbered from 0. The hierarchy is shared.
+    /// Returns a scene of the same triangles with other lights, which are numbered from 0. Both
+    /// scenes share the hierarchy.
     ///
     /// # Errors
     /// The first light that is not valid.
@@ -27,12 +29,12 @@ impl Scene {
         Ok(scene)
     }
 
-    /// This scene with another estimator and another number of samples for each point and
-    /// light, of which 0 counts as 1. The hierarchy is shared.
+    /// Returns this scene with another estimator and another number of samples for each point and
+    /// light; 0 samples count as 1. Both scenes share the hierarchy.
     ///
     /// # Errors
     /// [`Error::Samples`] for more samples than [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES);
-    /// [`Error::NotExact`] for a light that the estimator promises without noise and gives with it.
+    /// [`Error::NotExact`] if the estimator is `exact` and a light has no exact irradiance.
     pub fn with_method(&self, estimator: Estimator, samples: u32) -> Result<Self, Error> {
         check_samples(samples)?;
         let mut scene = self.clone();
@@ -42,7 +44,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// This scene with another sampling pattern.
+    /// Returns this scene with another sampling pattern.
     #[must_use]
     pub fn with_sampler(&self, sampler: SamplerKind) -> Self {
         let mut scene = self.clone();
@@ -50,9 +52,10 @@ impl Scene {
         scene
     }
 
-    /// Looks at the lights from these points, by which `hybrid` chooses its method: in place of
-    /// points on the triangles, which the scene took when it was built. Some hundred points in the
-    /// places that matter will do. Answers keep their mean, whatever the points are.
+    /// Measures how much hides each light from these points, by which `hybrid` chooses its method
+    /// and the directions of lines. They replace the points on the triangles that the scene took
+    /// when it was built. Some hundred points in the parts of the scene that matter are enough.
+    /// The points affect the noise of later estimates, but not their mean.
     ///
     /// # Errors
     /// Slices of different lengths; the first point or normal that is not valid.
@@ -66,13 +69,14 @@ impl Scene {
         self.look_at(self.lights.as_slice().to_vec())
     }
 
-    /// The points from which the lights are looked at unless [`Scene::prepare`] takes others.
+    /// Points on the triangles from which it is measured how much hides each light, unless
+    /// [`Scene::prepare`] takes others.
     pub(crate) fn places_on<V: Vector3 + Copy>(
         &self,
         positions: &[V],
         triangles: &[[u32; 3]],
     ) -> [Vec<ShadingPoint>; 2] {
-        // Take corners as they are stored, or points would be below their own triangles.
+        // Take corners as they are stored in `f32`, or points would be below their own triangles.
         let origin = self.occluders.origin();
         let stored = |p: DVec3| (p - origin).as_vec3().as_dvec3() + origin;
         let corners = |t: &[u32; 3]| t.map(|i| stored(positions[i as usize].dvec3()));
@@ -83,7 +87,7 @@ impl Scene {
         })
     }
 
-    /// Takes lights after checking them, and finds their own triangles.
+    /// Checks the lights, finds the triangles of each that are its own, and makes them the scene's.
     pub(crate) fn set_lights(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
         for (i, light) in lights.iter_mut().enumerate() {
             Arc::make_mut(&mut light.light).set_scene(self.ball);
@@ -91,26 +95,30 @@ impl Scene {
             if start > end || end as usize > self.triangles {
                 return Err(Error::LightTriangles(i));
             }
+            // Check the shape, the emission and the profile.
             if !light.light.is_valid(LARGEST) {
                 return Err(Error::Light(i));
             }
             if light.profile.is_some() && !light.takes_profile() {
                 return Err(Error::Profile(i));
             }
+            // Find the triangles in the light's plane, and the margins that they need.
             light.find_own_triangles(&self.occluders);
             light.margins = self.settings.margins.unwrap_or(light.margins);
         }
         self.look_at(lights)
     }
 
-    /// Sets the lights, which must have been checked, and measures from the scene's points how much
-    /// hides each, if the estimator chooses by that. `exact` does not: for it nothing is measured,
-    /// and a light that it cannot give without noise is an error.
+    /// Sets the lights, which must have been checked. If the estimator chooses its method by how
+    /// much hides a light, that is measured first, from the scene's points. `exact` does not
+    /// choose; for it, a light whose irradiance has no exact form is an error.
     fn look_at(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
+        // Refuse lights without an exact form where the estimator promises one.
         let is_exact = is_exact(&self.settings.estimator);
         if is_exact && let Some(i) = lights.iter().position(|light| !light.is_exact()) {
             return Err(Error::NotExact(i));
         }
+        // Measure how much hides each light; from no points, none counts as hidden.
         let points = match needs_occlusion(&self.settings.estimator) && !is_exact {
             true => self.places.each_ref().map(Vec::as_slice),
             false => [&[][..]; 2],
@@ -122,7 +130,7 @@ impl Scene {
     }
 }
 
-/// Whether an estimator promises light without noise.
+/// Whether an estimator promises irradiance without noise, as `exact` does.
 fn is_exact(estimator: &Estimator) -> bool {
     let by = match estimator.alone() {
         Some(Technique::Lines(lines)) => lines.integration,

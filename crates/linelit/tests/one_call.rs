@@ -1,4 +1,4 @@
-//! The one call: scenes from slices, and what points ask of them.
+//! Tests of `Scene` and its builder: the light at points, visible parts of lights, and errors.
 #![allow(clippy::float_cmp, reason = "answers are compared bit by bit")]
 
 use linelit::bsdf::{Bsdf, Lambert};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// A lamp of 2 by 2, two up, over the origin.
+/// A square lamp with sides of 2, at the height 2 over the origin.
 fn lamp() -> Light {
     Light::rectangle(
         [-1.0, -1.0, 2.0],
@@ -66,7 +66,7 @@ fn an_open_lamp_gives_lamberts_sum_and_half_of_it_behind_a_half_plane() -> Resul
     for (scene, share) in [(open, 1.0), (half, 0.5)] {
         let got = scene.irradiance([0.0; 3], [0.0, 0.0, 7.0])?;
         for (got, radiance) in got.into_iter().zip([3.0, 2.0, 1.0]) {
-            // Sums of a dozen terms, each of a few roundings.
+            // The value is a sum of a dozen terms, each with a few roundings.
             let error = got / (share * radiance * whole) - 1.0;
             assert!(error.abs() < 1e-12, "{error}");
         }
@@ -98,14 +98,15 @@ fn exact_answers_agree_with_each_other() -> Result<(), Error> {
         let whole = 3.0 * polygon::irradiance(&relative, n);
         let seen = scene.irradiance(point, normal)?[0];
         let fraction = scene.visible_fraction(point, 0, Measure::Cosine(vector(normal)))?;
-        // Both are good to 1e-12 of the light; lifting the point by 1e-14 of its coordinates moves
-        // shadows by so much over the distance of the nearest edges, a hundredth at least.
+        // Both are right to 1e-12 of the light. Lifting the point by 1e-14 of its coordinates moves
+        // shadows by 1e-14 over the distance of the nearest edges, which is at least a hundredth.
         assert!(
             (seen / whole - fraction).abs() < 1e-10,
             "{seen} {whole} {fraction}"
         );
         partial += u32::from(fraction > 0.05 && fraction < 0.95);
-        // The rings have the area of the visible part, and turn as the point sees them.
+        // The rings have the area of the visible part, and run counter-clockwise as the point sees
+        // them.
         let rings = scene.visible_polygons(point, 0)?;
         let twice = |ring: &Vec<[f64; 3]>| -> f64 {
             let next = ring.iter().cycle().skip(1);
@@ -116,7 +117,7 @@ fn exact_answers_agree_with_each_other() -> Result<(), Error> {
         };
         let share = rings.iter().map(twice).sum::<f64>() / 8.0;
         let by_area = scene.visible_fraction(point, 0, Measure::Area)?;
-        // Corners in space are rounded to 1e-15 of their size; a ring has a hundred at most.
+        // The corners are rounded to 1e-15 of their size, and a ring has at most a hundred.
         assert!((share.abs() - by_area).abs() < 1e-9, "{share} {by_area}");
         assert!(
             rings.is_empty() || share < 0.0,
@@ -140,7 +141,8 @@ fn fractions_are_those_of_rays() -> Result<(), Error> {
     let most = 4.6;
     for point in points {
         let (count, x) = (20_000, vector(point));
-        // Rays to points uniform in the area, each counted for area and for solid angle.
+        // Trace rays to random points of the lamp, and sum the visible and the whole light by area
+        // and by solid angle.
         let mut sums = [[0.0_f64; 3]; 2];
         for _ in 0..count {
             let to = [0, 1].map(|_| random.random_range(-1.0..1.0));
@@ -159,7 +161,7 @@ fn fractions_are_those_of_rays() -> Result<(), Error> {
         for (sum, measure) in sums.into_iter().zip([Measure::Area, Measure::SolidAngle]) {
             let exact = scene.visible_fraction(point, 0, measure)?;
             let [seen, all, squares] = sum;
-            // The variance of a ratio of sums, of weights that vary little.
+            // Compare by the variance of a ratio of sums whose weights vary little.
             let sigma = (exact * (1.0 - exact) * squares).sqrt() / all;
             let z = (seen / all - exact) / sigma.max(1e-9);
             assert!(
@@ -224,7 +226,7 @@ fn every_light_keeps_its_mean_by_hybrid_and_by_points() -> Result<(), Error> {
                 let mean = sum / n;
                 (mean, ((squares / n - mean * mean) / (n - 1.0)).max(0.0))
             });
-            // Of light without noise, both are good to the 1e-9 that `exact` promises.
+            // Where an estimate has no noise, both agree to the 1e-9 that `exact` promises.
             let sigma = (a.1 + b.1).sqrt() + 1e-9 * (a.0 + b.0);
             let z = if sigma > 0.0 {
                 (a.0 - b.0) / sigma
@@ -256,14 +258,14 @@ fn answers_depend_on_neither_batch_nor_order_nor_threads() -> Result<(), Error> 
         });
         assert_eq!(again?, whole, "{threads} threads");
     }
-    // One by one, backwards; and in two calls.
+    // Query the points one by one backwards, and then in two calls.
     for i in (0..points.len()).rev().step_by(7) {
         assert_eq!(scene.irradiance(points[i], normals[i])?, whole[i], "{i}");
     }
     let mut part = vec![[0.0; 3]; 123];
     scene.irradiances(&points[300..423], &normals[300..423], &mut part)?;
     assert_eq!(part, whole[300..423]);
-    // Another seed is another estimate.
+    // Another seed gives another estimate.
     let [x, n] = [points[0], normals[0]];
     assert_ne!(scene.with_seed(12).irradiance(x, n)?, whole[0]);
     Ok(())
@@ -293,6 +295,8 @@ fn points_to_prepare_with_keep_the_mean() -> Result<(), Error> {
 
 #[test]
 fn of_nothing_there_is_no_share() -> Result<(), Error> {
+    // Without occluders, polygons, lines, points and parallel light are wholly visible, unless
+    // their measure is zero.
     let builder = lights()
         .into_iter()
         .fold(Scene::builder(&[], &[]), |b, light| b.light(light));
@@ -311,6 +315,7 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
         assert_eq!(share([0.0; 3], light, Measure::Area)?, 1.0);
         assert_eq!(share([0.0; 3], light, Measure::Cosine(DVec3::Z))?, 1.0);
     }
+    // Disks and spheres are wholly visible, too, by every measure.
     for light in 4..6 {
         for measure in [
             Measure::Area,
@@ -321,6 +326,7 @@ fn of_nothing_there_is_no_share() -> Result<(), Error> {
         }
         assert!(share([0.0; 3], light, down)?.is_nan());
     }
+    // Cylinders and skies have no exact answer.
     for light in 6..8 {
         assert_eq!(
             share([0.0; 3], light, Measure::Area),
@@ -368,11 +374,11 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
             .visible_fraction([0.0, 0.0, 2.0], 0, Measure::Area)?
             .is_nan()
     );
-    // The spot lights nothing there; the tube does, as its cylinder's area says from afar.
+    // The spot light does not reach this point, but the cylinder does.
     assert!(scene.irradiance([1.0, 0.0, 0.0], UP)?[0] > 0.0);
     let own = scene.visible_fraction([0.0; 3], 3, Measure::Area);
     assert_eq!(own, Err(Error::NotExact(3)));
-    // A line behind a wall.
+    // Query a line behind a wall.
     let wall = [[-9.0_f32, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 9.0, 1.0]];
     let line = Light::line([-0.1, 0.0, 2.0], [0.1, 0.0, 2.0], [1.0; 3]);
     let hidden = Scene::builder(&wall, &[[0, 1, 2]]).light(line).build()?;
@@ -383,9 +389,10 @@ fn light_without_size_is_visible_or_not_whatever_it_emits() -> Result<(), Error>
     Ok(())
 }
 
-/// No points have no answers, no triangles hide nothing, and no lights give no light.
+/// Empty slices of points, scenes without triangles and scenes without lights are valid.
 #[test]
 fn empty_slices_and_empty_scenes_have_answers() -> Result<(), Error> {
+    // Take scenes without triangles, with one, and with one that has no area.
     let none: [[f64; 3]; 0] = [];
     let mesh = [[0.0_f32, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
     for (positions, triangles) in [
@@ -401,6 +408,7 @@ fn empty_slices_and_empty_scenes_have_answers() -> Result<(), Error> {
             lit.clone(),
             lit.with_lights([] as [Light; 0])?,
         ] {
+            // Query no points, then one.
             scene.irradiances(&none, &none, &mut [])?;
             scene.radiances(&none, &none, &[], &none, &mut [])?;
             assert_eq!(scene.visible_intervals(&none, &[])?.len(), 0);
@@ -550,6 +558,7 @@ fn bad_input_is_refused_with_its_number() {
             .build()
             .err()
     };
+    // Vertices that are not finite, and triangles with a vertex that does not exist.
     let mut bad = good;
     bad[1][2] = f32::NAN;
     assert_eq!(build(&bad, &[[0, 1, 2]], lamp()), Some(Error::Vertex(1)));
@@ -561,6 +570,7 @@ fn bad_input_is_refused_with_its_number() {
         vertices: 3,
     };
     assert_eq!(build(&good, &[[0, 1, 2], [0, 3, 1]], lamp()), Some(missing));
+    // Lights with a position, an emission, a size or a direction that is not valid.
     let no_lights = [
         Light::point([0.0, f64::NAN, 0.0], [1.0; 3]),
         Light::point([0.0; 3], [1.0, -1.0, 1.0]),
@@ -576,6 +586,7 @@ fn bad_input_is_refused_with_its_number() {
     for (k, light) in no_lights.into_iter().enumerate() {
         assert_eq!(build(&good, &[], light), Some(Error::Light(1)), "{k}");
     }
+    // Lights without an exact irradiance, and a range of triangles that do not exist.
     for light in &lights()[4..] {
         let builder = Scene::builder(&good, &[]).light(light.clone());
         let error = builder.method(Estimator::exact()).build().err();
@@ -618,7 +629,7 @@ fn bad_queries_are_refused_with_their_number() {
         scene.visible_fraction([0.0; 3], 0, down),
         Err(Error::Normal(0))
     );
-    // In a slice, the first of several, with its number.
+    // In a slice, the error is the first of several, with its number.
     let mut points = vec![[0.0; 3]; 500];
     let (normals, mut out) = (vec![UP; 500], vec![[0.0; 3]; 500]);
     points[433][1] = f64::NAN;
@@ -677,7 +688,7 @@ fn other_lights_and_methods_on_the_same_triangles_answer_as_built_with_them() ->
             builder = builder.light(light);
         }
         let built = builder.build()?;
-        // Lights first or the method first: `hybrid` looks at the lights either way.
+        // Set the lights or the method first: `hybrid` measures the lights in both cases.
         let lit_first = bare.with_lights(lights.clone())?.with_method(method, 8)?;
         let lit_last = bare.with_method(method, 8)?.with_lights(lights.clone())?;
         for (&point, &normal) in points.iter().zip(&normals) {
@@ -697,6 +708,7 @@ fn other_lights_and_methods_on_the_same_triangles_answer_as_built_with_them() ->
 
 #[test]
 fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
+    // Find the visible intervals of random lines.
     let (positions, triangles) = soup(60, 23);
     let scene = Scene::builder(&positions, &triangles).build()?;
     let (points, ends) = (points(300, 24).0, points(600, 25).0);
@@ -707,6 +719,7 @@ fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
     for (i, (point, line)) in points.iter().zip(&lines).enumerate() {
         let alone = scene.visible_intervals(&[*point], &[*line])?;
         assert_eq!(alone.line(0), visible.line(i));
+        // Compare them with rays to points of the line that are not next to an end of an interval.
         for k in 0..64 {
             let t = (f64::from(k) + 0.5) / 64.0;
             let ends = visible.line(i).iter().flat_map(|part| [part.lo, part.hi]);
@@ -734,6 +747,7 @@ fn intervals_of_lines_are_what_rays_see() -> Result<(), Error> {
             found: 299,
         })
     );
+    // A line that is not finite is an error.
     let nan = [[[f64::NAN; 3]; 2]];
     assert_eq!(
         scene.visible_intervals(&points[..1], &nan).map(|_| ()),

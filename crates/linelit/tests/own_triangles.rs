@@ -1,5 +1,5 @@
-//! Lights that are part of the mesh or lie in it: they are not hidden by their own rounding, and
-//! rooms of lights close.
+//! Tests of lights that are part of the mesh or lie in it: their own triangles do not hide them
+//! when rounding moves these in front, and a room whose triangles are all lights has no gaps.
 
 use linelit::geometry::{DMat3, DVec3};
 use linelit::{Estimator, Light, Measure, Scene};
@@ -47,8 +47,8 @@ fn room() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-/// What points see of a closed room whose triangles are all lights is everything: to 1e-9 by
-/// default, where margins of a millionth leave 1e-7.
+/// In a closed room whose triangles are all lights, the visible parts of all lights together fill
+/// all directions: to 1e-9 with the default margins, and to 1e-7 with margins of a millionth.
 #[test]
 fn a_room_of_lights_closes_by_default() {
     let (positions, triangles) = room();
@@ -100,12 +100,15 @@ fn a_lamp_in_a_ceiling_is_not_hidden_by_rounding() {
 /// A lamp in a ceiling that reaches as far as `size`, in a scene that is moved by `away` along all
 /// axes.
 fn in_a_ceiling(size: f64, away: f64, shift: u32) {
+    // Make a lamp in the plane of the ceiling, with exact corners.
     let moved = DVec3::splat(away);
     let in_plane = |x: f64, y: f64| moved + turned() * DVec3::new(x, y, 2.0);
     let by = 0.013 * f64::from(shift);
     let corners = [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)];
     let lamp = corners.map(|(x, y)| in_plane(x + by, y).to_array());
     let lamp = Light::polygon(&lamp, [1.0; 3]).unwrap();
+    // Make ceilings with rounded corners: of one square, of many, of the lamp's own triangles, and
+    // of squares between these two.
     let grid = |count: u32, size: f64| -> Vec<[[f32; 3]; 3]> {
         let at = |i: u32, j: u32| {
             let [x, y] = [i, j].map(|k| size * (2.0 * f64::from(k) / f64::from(count) - 1.0));
@@ -128,6 +131,7 @@ fn in_a_ceiling(size: f64, away: f64, shift: u32) {
         let triangles: Vec<[u32; 3]> = (0..u32::try_from(mesh.len()).unwrap())
             .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
             .collect();
+        // All of the lamp must be visible.
         let scene = Scene::builder(positions, &triangles).light(lamp.clone());
         let scene = scene.build().unwrap();
         for point in [[0.3, 0.2, 0.0], [-0.5, 0.9, 1.0], [1.7, 0.1, 0.5]] {

@@ -1,4 +1,4 @@
-//! What points see of disks and spheres, and of lights for slices of points.
+//! Tests of the visible parts of disks and spheres, and of queries for slices of points.
 
 #![allow(clippy::float_cmp, reason = "nothing, and all")]
 
@@ -10,8 +10,8 @@ use std::f64::consts::{PI, TAU};
 
 const UP: Measure = Measure::Cosine(DVec3::Z);
 
-/// A triangle that, as the origin sees it, hides all of the plane z = 2 with x > `from`, but for
-/// what is far away.
+/// Returns a triangle that, seen from the origin, hides the part of the plane z = 2 with
+/// x > `from`, except for points that are far away.
 fn half_plane(from: f32) -> [[f32; 3]; 3] {
     let x = from / 2.0;
     [[x, -90.0, 1.0], [90.0, 0.0, 1.0], [x, 90.0, 1.0]]
@@ -29,7 +29,8 @@ fn disk(center: [f64; 3], radius: f64) -> Light {
 
 #[test]
 fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Error> {
-    // Through the centre, half by every measure: chord and cone are symmetric about it.
+    // An edge through the centre hides a half by every measure, because the light is symmetric
+    // about it.
     for (light, radius) in [
         (disk([0.0, 0.3, 2.0], 0.7), 0.7),
         (disk([0.0, 0.0, 2.0], 1e-5), 1e-5),
@@ -38,8 +39,8 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
         (Light::sphere([0.0, 0.0, 2.5], 1e-5, [1.0; 3]), 1e-5),
     ] {
         let scene = behind(&half_plane(0.0), light)?;
-        // What is at 180 is seen to an ε of that. Closed forms are good to 1e-12, and where they
-        // lose digits to the documented 1e-7.
+        // The edge is projected to coordinates of up to 180, with an error of ε times that. The
+        // closed forms are right to 1e-12, or to the documented 1e-7 where they lose digits.
         let seen = 2.0 * f64::EPSILON * 180.0 / radius;
         let cosine = if radius < 1e-4 { 1e-7 } else { 1e-12 };
         for (measure, error) in [
@@ -54,19 +55,21 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
             );
         }
     }
-    // Beside it, a segment of the circle; on the axis its solid angle is of the same form.
+    // An edge beside the centre leaves a segment of the circle visible.
     for from in [-0.9_f32, -0.25, 0.5, 0.75] {
         let scene = behind(&half_plane(from), disk([0.0, 0.0, 2.0], 1.0))?;
         let from = f64::from(from);
         let visible = 1.0 - (from.acos() - from * (1.0 - from * from).sqrt()) / PI;
         let found = scene.visible_fraction([0.0; 3], 0, Measure::Area)?;
         assert!((found - visible).abs() < 1e-14, "{from}: {found} {visible}");
-        // ∫ over strips: a chord of half length l at x has the angle 2 l/(d² √(d² + l²)) × height.
+        // For the solid angle, integrate over strips. A chord with half the length l, whose middle
+        // is at the distance d, has the solid angle h · 2 l / (d² √(d² + l²)) per unit of x, where
+        // h = 2 is the height of the disk.
         let strip = |x: f64| {
             let (square, half) = (x * x + 4.0, (1.0 - x * x).max(0.0).sqrt());
             4.0 * half / (square * (square + half * half).sqrt())
         };
-        // Midpoints of x = −cos t, of which the integrand is smooth and periodic: exponentially.
+        // With x = −cos t the integrand is smooth, also at both ends. Use the midpoint rule in t.
         let to = (-from).acos();
         let integral = |to: f64| {
             let count = 20_000;
@@ -79,13 +82,13 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
         };
         let visible = integral(to) / integral(PI);
         let found = scene.visible_fraction([0.0; 3], 0, Measure::SolidAngle)?;
-        // The midpoint rule errs by to²/(24 count²) times second derivatives of order one.
+        // The error of the midpoint rule is to²/(24 count²) times derivatives of order one.
         assert!((found - visible).abs() < 1e-8, "{from}: {found} {visible}");
     }
     Ok(())
 }
 
-/// The positions of random triangles around the middle of the way to a light.
+/// Returns the vertices of random triangles, half-way between the origin and a light.
 fn soup(random: &mut Pcg64Mcg, count: usize) -> Vec<[f32; 3]> {
     let mut positions = Vec::new();
     for _ in 0..count {
@@ -98,7 +101,7 @@ fn soup(random: &mut Pcg64Mcg, count: usize) -> Vec<[f32; 3]> {
     positions
 }
 
-/// Whether the segment from x by d meets a triangle.
+/// Whether the segment from x to x + d meets a triangle.
 fn hits(x: DVec3, d: DVec3, t: &[[f32; 3]]) -> bool {
     let [a, b, c] = [0, 1, 2].map(|k| DVec3::from(t[k].map(f64::from)));
     let (u, v, from) = (b - a, c - a, x - a);
@@ -107,8 +110,10 @@ fn hits(x: DVec3, d: DVec3, t: &[[f32; 3]]) -> bool {
     s >= 0.0 && r >= 0.0 && s + r <= 1.0 && t > 0.0 && t < 1.0
 }
 
-/// Rings of a disk, by its centre and its normal times its radius, have the visible area, but for
-/// that of chords, counter-clockwise as the point sees them.
+/// Asserts that the rings of the visible part of a disk lie in the disk, have the fraction `want`
+/// of its area, and run counter-clockwise as the point x sees them. Their area is a little smaller
+/// because they have chords instead of arcs. The disk is given by its centre and by its normal
+/// times its radius.
 fn rings_have_the_area(rings: &Rings, x: DVec3, [center, normal]: [DVec3; 2], want: f64) {
     let (radius, normal) = (normal.length(), normal.normalize());
     let area = |ring: &Vec<[f64; 3]>| {
@@ -130,14 +135,14 @@ fn rings_have_the_area(rings: &Rings, x: DVec3, [center, normal]: [DVec3; 2], wa
 #[test]
 fn fractions_of_round_lights_are_those_of_rays() -> Result<(), Error> {
     let mut random = Pcg64Mcg::seed_from_u64(8);
-    // 3 · 8 · 3 comparisons, one false alarm in 10⁴ runs of other seeds.
+    // With 3 · 8 · 3 comparisons, this bound gives one false alarm in 10⁴ runs with other seeds.
     let most = 4.9;
     for case in 0..24 {
         let mut at = |low: f64, high: f64| random.random_range(low..high);
         let center = DVec3::new(at(-0.5, 0.5), at(-0.5, 0.5), at(2.0, 2.4));
         let normal = DVec3::new(at(-1.0, 1.0), at(-1.0, 1.0), at(-1.0, -0.1)).normalize();
         let (radius, x) = (at(0.2, 0.6), DVec3::new(at(-1.0, 1.0), at(-1.0, 1.0), 0.0));
-        // Cut by the horizon of some normals.
+        // Let the horizon of some of the normals cut the light.
         let n = DVec3::new(at(-2.0, 2.0), at(-2.0, 2.0), 0.6).normalize();
         let is_sphere = case % 3 == 0;
         let light = match is_sphere {
@@ -154,7 +159,8 @@ fn fractions_of_round_lights_are_those_of_rays() -> Result<(), Error> {
         let positions = soup(&mut random, 12);
         let scene = behind(&positions, light)?;
         let measures = [Measure::Area, Measure::SolidAngle, Measure::Cosine(n)];
-        // Rays to points uniform in the disk's area, each counted by all measures.
+        // Trace rays to random points of the disk, and sum the visible and the whole light by all
+        // three measures.
         let (u, v) = normal.any_orthonormal_pair();
         let mut sums = [[0.0_f64; 4]; 3];
         for _ in 0..20_000 {
@@ -176,7 +182,7 @@ fn fractions_of_round_lights_are_those_of_rays() -> Result<(), Error> {
                 assert!(exact.is_nan());
                 continue;
             }
-            // The variance of a ratio: Σ (w V − f w)².
+            // Compare by the variance of a ratio estimator with the weights w, Σ (w V − f w)².
             let square = (1.0 - 2.0 * exact) * seen_squares + exact * exact * squares;
             let z = (seen / all - exact) / (square.sqrt() / all).max(1e-9);
             assert!(z.abs() < most, "{case} {measure:?}: {exact} z = {z}");
@@ -194,7 +200,8 @@ fn fractions_of_round_lights_are_those_of_rays() -> Result<(), Error> {
 
 #[test]
 fn small_and_flat_disks_have_the_halves_of_others() -> Result<(), Error> {
-    // Of closed forms, both lose digits; what hides the half with y > 0 is beside the mirror plane.
+    // For a very small disk and for one that is seen almost edge-on, the closed forms lose digits.
+    // The edge of the occluder lies in the mirror plane y = 0, and hides the half with y > 0.
     let up = [[-9.0, 0.0, 1.0], [9.0, 0.0, 1.0], [0.0, 9.0, 1.0_f32]];
     let aside = [[1.0, 0.0, -9.0], [1.0, 9.0, 0.0], [1.0, 0.0, 9.0_f32]];
     for (center, radius, wall) in [([0.0, 0.0, 2.0], 1e-5, up), ([3.0, 0.0, 1e-4], 1.0, aside)] {
@@ -205,7 +212,8 @@ fn small_and_flat_disks_have_the_halves_of_others() -> Result<(), Error> {
             (UP, 1e-7),
         ] {
             let found = scene.visible_fraction([0.0; 3], 0, measure)?;
-            // Corners are seen to an ε of 18, and on a flat disk as far as it is flat.
+            // The edge is projected to coordinates of up to 18 with an error of ε times that, which
+            // grows if the disk is seen edge-on.
             let flat = DVec3::from(center).length() / center[2];
             let error = error + 2.0 * f64::EPSILON * 18.0 * flat / radius;
             assert!((found - 0.5).abs() < error, "{radius} {measure:?}: {found}");
@@ -231,7 +239,8 @@ fn of_a_sphere_nothing_is_seen_from_inside_and_triangles_in_it_are_refused() -> 
         assert_eq!(found.err(), want, "{z}");
         assert_eq!(scene.visible_polygons([0.0; 3], 0).err(), want, "{z}");
     }
-    // Behind the outline it hides nothing; a triangle around all of the sphere hides it.
+    // A triangle in the half of the sphere that faces away hides nothing, and one in front that
+    // covers the whole sphere hides it.
     let scene = behind(&triangle(2.1), sphere())?;
     assert_eq!(scene.visible_fraction([0.0; 3], 0, Measure::Area)?, 1.0);
     let wide = triangle(1.0).map(|[x, y, z]| [x * 99.0, y * 99.0, z]);
@@ -240,7 +249,7 @@ fn of_a_sphere_nothing_is_seen_from_inside_and_triangles_in_it_are_refused() -> 
         scene.visible_fraction([0.0; 3], 0, Measure::SolidAngle)?,
         0.0
     );
-    // Thousands of small ones before it are as good as one.
+    // Thousands of small triangles in front of the sphere hide nearly all of it.
     let mut random = Pcg64Mcg::seed_from_u64(3);
     let dense: Vec<_> = (0..3000).flat_map(|_| soup(&mut random, 1)).collect();
     let scene = behind(&dense, sphere())?;

@@ -1,5 +1,5 @@
-//! One scene at every place: what is far from the origin of its coordinates has the values that it
-//! has about the origin, and all methods agree about what stands on a point.
+//! Tests that a scene far from the origin of its coordinates has the same values as near it, and
+//! that all methods agree about occluders that stand on a point.
 
 use linelit::geometry::{DVec3, Segment, vector};
 use linelit::lights::LinearLight;
@@ -29,7 +29,7 @@ fn tube(at: DVec3) -> Light {
     })
 }
 
-/// The irradiance at a point by a light, and the fraction of the light that is visible.
+/// Returns the irradiance from a light at a point, and the visible fraction of the light.
 fn answers(at: DVec3, vertices: &[[f64; 3]], light: Light, estimator: &str) -> [f64; 2] {
     let estimator: Estimator = estimator.parse().expect("an estimator");
     let scene = Scene::builder_from(vertices, &[[0, 1, 2]]).light(light);
@@ -40,8 +40,8 @@ fn answers(at: DVec3, vertices: &[[f64; 3]], light: Light, estimator: &str) -> [
     [irradiance, fraction]
 }
 
-/// Points of a slanted floor of doubles, computed from them, get the light that the floor before
-/// rounding lets them have: all of it.
+/// Points on a slanted floor, computed in double precision, get all of the light although the
+/// rounded floor passes in front of some of them.
 #[test]
 fn rounding_does_not_hide_a_surface_from_its_own_points() {
     let open = Scene::builder(&[], &[]).light(lamp(DVec3::ZERO));
@@ -59,7 +59,7 @@ fn rounding_does_not_hide_a_surface_from_its_own_points() {
             let point = a + (b - a) * u + (c - a) * v;
             let got = floor.irradiance(point, normal).unwrap()[0];
             let want = open.irradiance(point - place, normal).unwrap()[0];
-            // The point is lifted by three roundings of vertices, and that of the place.
+            // The point is lifted by three roundings of vertices, and by that of its coordinates.
             let lift = 3.0 * 2f64.powi(-24) + f64::EPSILON * 64.0 * place.abs().max_element();
             assert!(
                 (got - want).abs() < 3.0 * lift * want,
@@ -69,14 +69,16 @@ fn rounding_does_not_hide_a_surface_from_its_own_points() {
     }
 }
 
-/// The same blade, lamp and tube are moved over the map, as doubles.
+/// The answers stay the same when an occluder (the blade) and two lights (the lamp and the tube)
+/// are moved together to distant coordinates in double precision.
 ///
-/// What may differ: the corners of blade, lamp and tube are rounded to half an ulp of their place,
-/// ε/2 times the largest coordinate, and those of the blade once more to 2⁻²⁴ of its extent of 1.1
-/// with another middle. A shadow's edge moves by both times two, as the blade is half of the way
-/// up; of a light of one unit and an answer that changes by less than three times as much per unit
-/// of its edges, there are three edges and four roundings for each. The point is lifted by 2⁻⁴⁶ of
-/// the largest coordinate and twice the rounding, which is less than ten times as much.
+/// The answers may differ by rounding alone. The corners of blade, lamp and tube are rounded to
+/// half an ulp of their coordinates, ε/2 times the largest, and the corners of the blade once more
+/// to 2⁻²⁴ of its extent of 1.1, relative to another middle. A shadow's edge moves by twice the sum
+/// of both, as the blade is half of the way up. The light is one unit wide, and the answer changes
+/// by less than three times as much per unit by which one of its three edges moves; there are four
+/// roundings for each. The point is lifted by 2⁻⁴⁶ of the largest coordinate and twice the
+/// rounding, which is less than ten times as much.
 #[test]
 fn scenes_are_the_same_everywhere_on_the_map() {
     for make in [lamp, tube] {
@@ -100,6 +102,7 @@ fn scenes_are_the_same_everywhere_on_the_map() {
     }
 }
 
-/// What a point is lifted by, in units of its largest coordinate, times six: the light changes by
-/// less than three times as much at one unit of distance from what moves, on two sides.
+/// A bound of the change by lifting a point, per unit of its largest coordinate: six times the lift
+/// of 2⁻⁴⁶. At one unit of distance from an edge or the light, the light changes by less than three
+/// times the shift, and both sides of the comparison are lifted.
 const SURFACE: f64 = 6.0 / (1_u64 << 46) as f64;

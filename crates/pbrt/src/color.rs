@@ -1,16 +1,16 @@
-//! Spectra to linear sRGB.
+//! The conversion of spectra to linear RGB: sampled spectra, black bodies and named metals.
 //!
 //! The renderer works in linear RGB with the Rec. 709 primaries. Spectra in scene files are
-//! projected onto it through the CIE 1931 observer, for which the multi-lobe fit of Wyman, Sloan
-//! and Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT
-//! 2013), eq. 4, is good to about 1 % of the peak.
+//! converted by the matching functions of the CIE 1931 observer. These are approximated by the
+//! multi-lobe fit of Wyman, Sloan and Shirley, "Simple Analytic Approximations to the CIE XYZ Color
+//! Matching Functions" (JCGT 2013), eq. 4, which is good to about 1 % of the peak.
 
 use linelit_elementary::{exp, exp_m1};
 use linelit_geometry::{DMat3, DVec3};
 #[cfg(test)]
 use linelit_scene::LUMINANCE;
 
-/// Linear RGB of CIE XYZ (Rec. 709 primaries, D65 white).
+/// Converts CIE XYZ to linear RGB (Rec. 709 primaries, D65 white).
 pub(crate) fn xyz_to_rgb(xyz: DVec3) -> DVec3 {
     let m = DMat3::from_cols(
         DVec3::new(3.240_479, -0.969_256, 0.055_648),
@@ -20,7 +20,8 @@ pub(crate) fn xyz_to_rgb(xyz: DVec3) -> DVec3 {
     m * xyz
 }
 
-/// The CIE 1931 matching functions at a wavelength in nanometres (fit; see the module).
+/// The CIE 1931 matching functions at a wavelength in nanometres, by the fit that the head of this
+/// file cites.
 fn matching(nm: f64) -> DVec3 {
     let lobe = |centre: f64, below: f64, above: f64| {
         let t = (nm - centre) * if nm < centre { below } else { above };
@@ -34,7 +35,8 @@ fn matching(nm: f64) -> DVec3 {
     )
 }
 
-/// XYZ of a spectrum relative to the equal-energy spectrum's Y, as pbrt's `Spectrum::ToXYZ`.
+/// The XYZ of a spectrum, scaled so that the equal-energy spectrum has Y = 1, like pbrt's
+/// `Spectrum::ToXYZ`.
 fn spectrum_to_xyz(value: impl Fn(f64) -> f64) -> DVec3 {
     let (mut sum, mut white) = (DVec3::ZERO, 0.0);
     for nm in 360..=830 {
@@ -46,8 +48,8 @@ fn spectrum_to_xyz(value: impl Fn(f64) -> f64) -> DVec3 {
     sum / white
 }
 
-/// Linear RGB of a spectrum given by samples `(wavelength in nm, value)` in ascending order,
-/// constant beyond its ends.
+/// The linear RGB of a spectrum that is given by samples `(wavelength in nm, value)` in ascending
+/// order; it is linear between samples and constant beyond the first and the last.
 pub(crate) fn sampled_to_rgb(samples: &[(f64, f64)]) -> DVec3 {
     let value = |nm: f64| {
         let k = samples.partition_point(|s| s.0 <= nm);
@@ -64,17 +66,17 @@ pub(crate) fn sampled_to_rgb(samples: &[(f64, f64)]) -> DVec3 {
     xyz_to_rgb(spectrum_to_xyz(value)).max(DVec3::ZERO)
 }
 
-/// Linear RGB of a black body at a temperature in kelvin.
+/// The linear RGB of a black body at a temperature in kelvin.
 ///
-/// `unit_luminance`: scaled to luminance one (pbrt-v4's light sources), otherwise to a spectral
-/// peak of one (pbrt-v3).
+/// With `unit_luminance` it is scaled to luminance one, as light sources of pbrt-v4 are; otherwise
+/// the spectrum has a peak of one, as in pbrt-v3.
 pub(crate) fn blackbody_to_rgb(kelvin: f64, unit_luminance: bool) -> DVec3 {
-    // Planck's law up to a factor that cancels in the scaling.
+    // Evaluate Planck's law up to a factor that cancels in the scaling.
     let planck = |nm: f64| {
         let x = 1.438_776_877e7 / (nm * kelvin);
         (nm / 1000.0).powi(-5) / exp_m1(x)
     };
-    // Wien: the peak is at 2.8978 mm·K.
+    // Divide by the peak, which is at the wavelength 2.8978 mm·K over the temperature (Wien).
     let peak = planck(2.897_771_955e6 / kelvin);
     let xyz = spectrum_to_xyz(|nm| planck(nm) / peak);
     let scale = if unit_luminance { 1.0 / xyz.y } else { 1.0 };
@@ -82,7 +84,7 @@ pub(crate) fn blackbody_to_rgb(kelvin: f64, unit_luminance: bool) -> DVec3 {
     if rgb.is_finite() { rgb } else { DVec3::ZERO }
 }
 
-/// Complex index of refraction (η, k) in linear RGB of a metal that pbrt-v4 knows by name.
+/// The complex index of refraction (η, k), in linear RGB, of a metal that pbrt-v4 knows by name.
 pub(crate) fn named_metal(name: &str) -> Option<(DVec3, DVec3)> {
     let (eta, k) = match name {
         "metal-Cu" => (

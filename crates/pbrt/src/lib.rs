@@ -1,4 +1,4 @@
-//! A reader of pbrt text, versions 3 and 4.
+//! A reader of scene files in pbrt's text format, versions 3 and 4.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -10,5 +10,5 @@ mod tessellate;
 
 pub use reader::{from_pbrt_str, load};
 
-// What public signatures name, so that one dependency is enough.
+// Public signatures name types of these crates, so that users need only one dependency.
 pub use {linelit_assembly as assembly, linelit_scene as scene};

@@ -1,10 +1,10 @@
-//! Round shapes as triangles.
+//! The tessellation of round shapes and bilinear patches to triangles.
 //!
 //! Spheres, disks and cylinders become meshes whose vertices are on the surface, with its normals
-//! and with pbrt's texture coordinates. A facet of angle α bulges inwards by 1 − cos(α/2) of the
-//! radius: 0.5 % with 32 steps around, 0.12 % with 64. Facets that emit are moved outwards until
-//! they have the area of the surface: what they send is then what the round shape sends, but for
-//! where to.
+//! and with pbrt's texture coordinates. The middle of a facet of angle α is inside the surface by
+//! 1 − cos(α/2) of the radius: 0.5 % with 32 steps around, 0.12 % with 64. Facets that emit are
+//! scaled outwards until they have the area of the surface: their power is then the power of the
+//! round shape, and only its distribution over directions differs.
 
 use linelit_elementary::{acos, sin_cos};
 use linelit_geometry::{DMat3, DVec3, Segment};
@@ -12,15 +12,16 @@ use linelit_lights::{Cylinder, Disk, Sphere};
 use linelit_scene::{MeshData, RoundShape};
 use std::f64::consts::TAU;
 
-/// Steps around and from pole to pole; the emissive ones are fewer because each facet is a light.
+/// The number of steps around, and from pole to pole.
 const STEPS: [usize; 2] = [64, 32];
+/// The number of steps for emissive shapes; they are fewer because each facet is a light.
 const EMISSIVE_STEPS: [usize; 2] = [24, 12];
 
-/// A round shape about z, or a part of one.
+/// A round shape about the z axis, or a part of one, as pbrt describes it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
     pub(crate) kind: Kind,
-    /// The longitude that it reaches to from zero, in radians.
+    /// The largest longitude of its points, in radians; the smallest is zero.
     pub(crate) phi_max: f64,
 }
 
@@ -36,7 +37,7 @@ pub(crate) enum Kind {
 }
 
 impl Round {
-    /// Returns the name in pbrt text.
+    /// The name in pbrt text.
     pub(crate) const fn name(&self) -> &'static str {
         match self.kind {
             Kind::Sphere { .. } => "sphere",
@@ -45,13 +46,15 @@ impl Round {
         }
     }
 
-    /// Returns the facets of the shape.
+    /// The facets of the shape.
     pub(crate) fn facets(&self) -> MeshData {
         self.mesh(STEPS)
     }
 
-    /// Returns the facets of the shape as lights: in the world, they have the shape's area.
+    /// The facets of the shape as lights. They are scaled so that, after the transform to the
+    /// world, their total area is the area of the shape.
     pub(crate) fn emissive_facets(&self, to_world: &DMat3) -> MeshData {
+        // Compare the area of the facets in the world with the area of the shape.
         let mut mesh = self.mesh(EMISSIVE_STEPS);
         let corners = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
         let areas = mesh.triangles.iter().map(corners).map(|[a, b, c]| {
@@ -59,7 +62,8 @@ impl Round {
             0.5 * e.cross(f).length()
         });
         let ratio = self.area(to_world) / areas.sum::<f64>();
-        // Of a tube the area grows as the radius, of the others as its square.
+        // Scale the facets. The area of a tube is proportional to the radius, and the area of other
+        // shapes to its square.
         let (across, along) = match self.kind {
             Kind::Sphere { .. } => (ratio.sqrt(), ratio.sqrt()),
             Kind::Disk { .. } => (ratio.sqrt(), 1.0),
@@ -72,10 +76,12 @@ impl Round {
         mesh
     }
 
+    /// The shape as a mesh with these numbers of steps around and from bottom to top.
     fn mesh(&self, [around, up]: [usize; 2]) -> MeshData {
         let phi_max = self.phi_max;
         let mut mesh = match self.kind {
             Kind::Sphere { radius, heights } => {
+                // Divide the polar angle evenly, with the ends at exactly the given heights.
                 let [bottom, top] = polar(radius, heights);
                 let [z_min, z_max] = heights;
                 let ring = |v: f64| {
@@ -91,11 +97,13 @@ impl Round {
                 revolve([around, up], phi_max, ring, |p| p / radius)
             }
             Kind::Disk { height, radii } => {
+                // Go from the rim inwards.
                 let [inner, radius] = radii;
                 let ring = |v: f64| (height, radius + v * (inner - radius));
                 revolve([around, 1], phi_max, ring, |_| DVec3::Z)
             }
             Kind::Cylinder { radius, heights } => {
+                // Go from the bottom to the top.
                 let [z_min, z_max] = heights;
                 let ring = |v: f64| (z_min + v * (z_max - z_min), radius);
                 let normal = |p: DVec3| DVec3::new(p.x, p.y, 0.0) / radius;
@@ -106,7 +114,7 @@ impl Round {
         mesh
     }
 
-    /// The shape, if it is a whole one.
+    /// The whole sphere, disk or cylinder; `None` if the shape is only a part of one.
     fn whole(&self) -> Option<RoundShape> {
         let shape = match self.kind {
             Kind::Sphere { radius, heights } => {
@@ -132,9 +140,10 @@ impl Round {
         shape.filter(|_| self.phi_max >= TAU)
     }
 
-    /// The area of its image under a map: ∫ |∂p/∂u × ∂p/∂v|, by Gauss' rule of three points on
-    /// parts of the longitudes and, of a sphere, of the latitudes.
+    /// The area of the shape after a linear map: the integral ∫ |∂p/∂u × ∂p/∂v| by Gauss' rule of
+    /// three points, over parts of the longitudes and, for a sphere, also of the latitudes.
     fn area(&self, to_world: &DMat3) -> f64 {
+        // `image` is the factor of an area that is spanned by two unit vectors.
         let image = |e: DVec3, f: DVec3| (*to_world * e).cross(*to_world * f).length();
         match self.kind {
             Kind::Disk { radii, .. } => {
@@ -165,7 +174,7 @@ impl Round {
     }
 }
 
-/// The angles from the pole of two heights on a sphere.
+/// The polar angles, from the +z pole, of two heights on a sphere.
 fn polar(radius: f64, heights: [f64; 2]) -> [f64; 2] {
     heights.map(|z| acos((z / radius).clamp(-1.0, 1.0)))
 }
@@ -182,7 +191,9 @@ fn integral([from, to]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     width * (0..PARTS).map(part).sum::<f64>()
 }
 
-/// A surface of revolution: `ring(v)` gives height and radius.
+/// The mesh of a surface of revolution about z. `ring(v)` returns the height and the radius for
+/// v from 0 to 1, and `normal` the unit normal at a point. The cells are quadrilaterals of two
+/// triangles, of which one is left out where a ring has the radius zero.
 #[allow(
     clippy::cast_possible_truncation,
     reason = "normals and texture coordinates are f32"
@@ -193,6 +204,7 @@ fn revolve(
     ring: impl Fn(f64) -> (f64, f64),
     normal: impl Fn(DVec3) -> DVec3,
 ) -> MeshData {
+    // Add the vertices, ring by ring.
     let mut mesh = MeshData {
         one_shape: true,
         ..MeshData::default()
@@ -205,7 +217,7 @@ fn revolve(
         radii.push(r);
         for i in 0..=around {
             let u = i as f64 / around as f64;
-            // The seam must close exactly.
+            // Close the seam exactly.
             let (sin, cos) = if closed && i == around {
                 (0.0, 1.0)
             } else {
@@ -217,6 +229,7 @@ fn revolve(
             mesh.uvs.push([u as f32, v as f32]);
         }
     }
+    // Add the triangles, counter-clockwise as seen from outside.
     let at = |i: usize, j: usize| u32::try_from(j * (around + 1) + i).unwrap_or(u32::MAX);
     for j in 0..up {
         for i in 0..around {
@@ -232,7 +245,8 @@ fn revolve(
     mesh
 }
 
-/// A bilinear patch as a grid of `n` × `n` cells, appended to a mesh; corners p00, p10, p01, p11.
+/// Appends a bilinear patch to a mesh, as a grid of `n` × `n` cells. The corners, and their texture
+/// coordinates and normals, are in the order p00, p10, p01, p11.
 #[allow(
     clippy::cast_possible_truncation,
     reason = "normals and texture coordinates are f32"
@@ -244,6 +258,7 @@ pub(crate) fn bilinear(
     normals: Option<[[f32; 3]; 4]>,
     n: usize,
 ) {
+    // Interpolate positions, texture coordinates and normals at the vertices of the grid.
     let base = mesh.positions.len();
     let lerp = |v: [f64; 4], s: f64, t: f64| {
         (v[0] * (1.0 - s) + v[1] * s) * (1.0 - t) + (v[2] * (1.0 - s) + v[3] * s) * t
@@ -264,6 +279,7 @@ pub(crate) fn bilinear(
             }
         }
     }
+    // Add two triangles for each cell.
     let at = |i: usize, j: usize| u32::try_from(base + j * (n + 1) + i).unwrap_or(u32::MAX);
     for j in 0..n {
         for i in 0..n {
@@ -306,7 +322,7 @@ mod tests {
 
     #[test]
     fn areas_approach_the_surface() {
-        // Inscribed facets lose a share of about (α²)/6 around and along.
+        // Inscribed facets lose a fraction of about (α²)/6 of the area around and along.
         let loss = |n: f64| 1.2 * (TAU / n).powi(2) / 6.0;
         let whole = |round: Round| area(&round.facets(), DMat3::IDENTITY);
         let s = whole(sphere(2.0, [-2.0, 2.0], TAU)) / (16.0 * PI);
@@ -317,7 +333,7 @@ mod tests {
         assert!(c < 1.0 && c > 1.0 - loss(64.0), "{c}");
     }
 
-    /// Against closed forms: of parts as they are, of ellipses, and of ellipsoids of revolution.
+    /// Compared with closed forms: for parts without a map, ellipses, and ellipsoids of revolution.
     #[test]
     fn emissive_facets_have_the_area_of_the_surface() {
         let identity = DMat3::IDENTITY;
@@ -352,13 +368,14 @@ mod tests {
                 4.844_224_110_273_838,
             ),
         ] {
-            // Three points on parts of width h err by h⁶ f⁽⁶⁾/2016000; here h = 2π/64, and what is
-            // 8 times as long as it is wide has derivatives of 8⁶ f. Rounding is far below.
+            // Gauss' rule of three points on parts of width h has an error of h⁶ f⁽⁶⁾/2016000. Here
+            // h = 2π/64, and f⁽⁶⁾ is up to 8⁶ f for a shape that is 8 times as long as wide.
+            // Rounding is far below that.
             let got = area(&round.emissive_facets(&map), map);
             let error = (got / want - 1.0).abs();
             assert!(error < 1.2e-7, "{round:?} {got} {want}");
         }
-        // A map that flattens space leaves what there is.
+        // With a singular map the facets are not scaled.
         let flat = whole.emissive_facets(&scale(1.0, 0.0, 0.0));
         assert!(flat.positions.iter().all(|p| p.is_finite()));
     }

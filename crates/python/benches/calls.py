@@ -1,4 +1,4 @@
-"""Time of calls beside those of the Rust library: run it in an environment with the wheel.
+"""Measure the time of calls compared with the Rust library, in an environment with the wheel.
 
 ``python benches/calls.py`` builds the example ``points`` with the profile of the wheel, and prints
 for each method the time of 10,000 points and what a call with one point takes more than in Rust.

@@ -1,5 +1,6 @@
-//! View factors of triangles of a file by the Rust library, for `tests/test_same_bits.py`:
-//! `factors FOLDER` reads vertices, points and directions, and writes what Python is to answer.
+//! A program that computes view factors by the Rust library, for `tests/test_same_bits.py`.
+//! `factors FOLDER` reads vertices, points and directions from files, and writes the values that
+//! Python has to compute, too.
 
 mod common;
 

@@ -1,6 +1,7 @@
-//! Irradiance at points of a file by the Rust library, for `tests/test_same_bits.py`:
-//! `points FOLDER METHOD:SAMPLES…` reads vertices, points and normals, writes METHOD, and prints
-//! the least time of calls with 10,000 points and of calls with one, for `benches/calls.py`.
+//! A program that computes irradiance by the Rust library, for `tests/test_same_bits.py`.
+//! `points FOLDER METHOD:SAMPLES…` reads vertices, points and normals from files, writes the
+//! irradiance to a file METHOD for each method, and prints the least time of a call with 10,000
+//! points and of a call with one, for `benches/calls.py`.
 
 #![allow(clippy::print_stdout, reason = "a program")]
 
@@ -15,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (_, methods) = arguments.split_first().ok_or("no folder")?;
     let folder = Folder::of_arguments()?;
-    // Vertices are as the test hands them to the scene: `f32`.
+    // Read the scene and the points; vertices are `f32`, as in the test.
     let vertices = folder.singles("vertices")?;
     let (points, normals) = (folder.vectors("points")?, folder.vectors("normals")?);
     let faces = soup(vertices.len())?;
@@ -28,11 +29,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bare = Scene::builder(&vertices, &faces).seed(3).build()?;
     let lit = bare.with_lights([lamp])?;
     for method in methods {
+        // Compute the irradiance at all points.
         let (name, samples) = method.rsplit_once(':').ok_or("METHOD:SAMPLES")?;
         let estimator: Estimator = name.parse()?;
         let scene = lit.with_method(estimator, samples.parse()?)?;
         let mut found = vec![[0.0; 3]; points.len()];
         scene.irradiances(&points, &normals, &mut found)?;
+        // Measure calls with many points, and calls with one.
         let mut few = vec![[0.0; 3]; points.len().min(10_000)];
         let many = least(9, || {
             scene.irradiances(&points[..few.len()], &normals[..few.len()], &mut few)
@@ -47,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The least time of some calls in seconds.
+/// The least time of `count` calls in seconds.
 fn least<E>(count: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
     let mut least = f64::INFINITY;
     for _ in 0..count {

@@ -1,6 +1,6 @@
-//! Radiance of points of a file by the Rust library, for `tests/test_same_bits.py`:
-//! `reflections FOLDER` reads points, normals and directions to the viewer, and writes the radiance
-//! for each kind of reflection to a file of its name.
+//! A program that computes reflected radiance by the Rust library, for `tests/test_same_bits.py`.
+//! `reflections FOLDER` reads points, normals and directions to the viewer from files, and writes
+//! the radiance for each kind of reflection to a file of its name.
 
 mod common;
 
@@ -15,6 +15,7 @@ use std::error::Error;
 
 /// The reflections that the test makes in Python, with the diffuse part and the lobe of each.
 fn reflections() -> Vec<(&'static str, Layers)> {
+    // Make the lobes, with the same numbers as in the test.
     let colour = DVec3::new(0.5, 0.4, 0.3);
     let (grey, facets) = (DVec3::splat(0.25), TrowbridgeReitz::new([0.2, 0.2]));
     let reflector = |reflectance, fresnel| {
@@ -43,6 +44,7 @@ fn reflections() -> Vec<(&'static str, Layers)> {
     };
     let rough = Lobe::OrenNayar(OrenNayar::new(colour, 20_f64.to_radians()));
     let frostbite = Lobe::Frostbite(Frostbite::new(colour, grey, 0.4));
+    // Combine them with diffuse parts.
     let of = |diffuse: DVec3, lobes: &[Lobe]| {
         let mut layers = Layers::new(DVec3::ZERO);
         layers.add_diffuse(diffuse);

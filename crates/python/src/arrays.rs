@@ -1,4 +1,6 @@
-//! Arrays of numpy as slices: as they are where type and layout allow, else converted or refused.
+//! numpy's arrays as slices. An array is used without a copy where its type and layout allow that;
+//! other arrays and sequences are converted by numpy, and arguments that are no numbers are refused
+//! by messages that name them.
 
 use crate::errors::value_error;
 use linelit::geometry::DVec3;
@@ -9,27 +11,27 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 
-/// An array of real numbers, in rows one after another.
+/// An array of real numbers in C order, in single or double precision.
 pub(crate) enum Reals<'py> {
     Single(PyReadonlyArrayDyn<'py, f32>),
     Double(PyReadonlyArrayDyn<'py, f64>),
 }
 
-/// The rows of an array of vectors.
+/// The vectors of an array as a slice, in single or double precision.
 #[derive(Clone, Copy)]
 pub(crate) enum Rows<'a> {
     Single(&'a [[f32; 3]]),
     Double(&'a [[f64; 3]]),
 }
 
-/// Vectors of any number of axes before the last, which has three numbers.
+/// An array of vectors: the last axis has three numbers, and there may be any other axes before it.
 pub(crate) struct Vectors<'py> {
     array: Reals<'py>,
-    /// The lengths of the other axes.
+    /// The lengths of the axes before the last.
     pub(crate) shape: Vec<usize>,
 }
 
-/// Rows that outlive their array, which others may change.
+/// A copy of vectors, for objects that outlive the array, which its owner may change.
 pub(crate) enum Kept {
     Single(Vec<[f32; 3]>),
     Double(Vec<[f64; 3]>),
@@ -45,7 +47,7 @@ impl From<Rows<'_>> for Kept {
 }
 
 impl Kept {
-    /// An array of the rows.
+    /// The vectors as an array of shape (n, 3).
     pub(crate) fn array<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self {
             Self::Single(rows) => out(py, rows.as_flattened().to_vec(), &[rows.len(), 3]),
@@ -55,6 +57,7 @@ impl Kept {
 }
 
 impl Rows<'_> {
+    /// The number of vectors.
     pub(crate) const fn len(self) -> usize {
         match self {
             Self::Single(rows) => rows.len(),
@@ -62,6 +65,7 @@ impl Rows<'_> {
         }
     }
 
+    /// The vector of number `i`.
     pub(crate) fn get(self, i: usize) -> [f64; 3] {
         match self {
             Self::Single(rows) => rows[i].map(f64::from),
@@ -71,7 +75,7 @@ impl Rows<'_> {
 }
 
 impl<'py> Vectors<'py> {
-    /// The vectors of an argument, none of an empty list.
+    /// Reads the vectors of an argument of shape (…, 3); an empty list has no vectors.
     pub(crate) fn new(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = Reals::new(name, given)?;
         match array.shape().split_last() {
@@ -90,7 +94,7 @@ impl<'py> Vectors<'py> {
         }
     }
 
-    /// The vectors of an argument of shape (n, 3).
+    /// Reads the vectors of an argument of shape (n, 3).
     pub(crate) fn list(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
         let vectors = Self::new(name, given)?;
         match vectors.shape.len() {
@@ -102,6 +106,7 @@ impl<'py> Vectors<'py> {
         }
     }
 
+    /// All vectors as one slice, in C order.
     pub(crate) fn rows(&self) -> PyResult<Rows<'_>> {
         Ok(match &self.array {
             Reals::Single(array) => Rows::Single(array.as_slice()?.as_chunks().0),
@@ -111,7 +116,8 @@ impl<'py> Vectors<'py> {
 }
 
 impl<'py> Reals<'py> {
-    /// The numbers of an argument.
+    /// Reads the numbers of an argument: float32 stays single precision, all other types of real
+    /// numbers become double precision.
     pub(crate) fn new(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
         if let Some(array) = as_it_is(given) {
             return Ok(Self::Single(array));
@@ -130,6 +136,7 @@ impl<'py> Reals<'py> {
         }
     }
 
+    /// The lengths of all axes.
     pub(crate) fn shape(&self) -> &[usize] {
         match self {
             Self::Single(array) => array.shape(),
@@ -137,7 +144,7 @@ impl<'py> Reals<'py> {
         }
     }
 
-    /// All numbers in the order of the rows.
+    /// All numbers in C order, in double precision.
     pub(crate) fn to_f64(&self) -> PyResult<Vec<f64>> {
         Ok(match self {
             Self::Single(array) => array.as_slice()?.iter().map(|&x| x.into()).collect(),
@@ -146,7 +153,7 @@ impl<'py> Reals<'py> {
     }
 }
 
-/// Three numbers.
+/// Reads an argument that is one vector.
 pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     let vectors = Vectors::new(name, given)?;
     let found = (vectors.shape.is_empty()).then(|| Ok(vectors.rows()?.get(0).into()));
@@ -158,7 +165,8 @@ pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     })
 }
 
-/// A number for all channels, or three numbers; and whether it was one.
+/// Reads an argument that is one number for all channels or three numbers, and returns the channels
+/// and whether it was one number.
 pub(crate) fn channels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, bool)> {
     let numbers = Reals::new(name, given)?;
     match (numbers.to_f64()?.as_slice(), numbers.shape()) {
@@ -171,7 +179,7 @@ pub(crate) fn channels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3,
     }
 }
 
-/// The triangles of an argument, by the numbers of their vertices.
+/// Reads an argument of triangles, as the numbers of their vertices, of shape (m, 3).
 pub(crate) fn triangles<'py>(
     name: &str,
     given: &Bound<'py, PyAny>,
@@ -186,9 +194,10 @@ pub(crate) fn triangles<'py>(
     }
 }
 
-/// The polygons of an argument, by the numbers of their vertices: an array of two axes, or a
-/// sequence of sequences of different lengths.
+/// Reads an argument of polygons, as the numbers of their vertices: an array of shape (m, k), or a
+/// list or tuple of sequences, which may have different lengths.
 pub(crate) fn polygons(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<u32>>> {
+    // Take the polygons of a list or a tuple one by one.
     if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
         let one = |(i, each): (usize, PyResult<Bound<'_, PyAny>>)| {
             let name = format!("{name}[{i}]");
@@ -203,6 +212,7 @@ pub(crate) fn polygons(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec
         };
         return given.try_iter()?.enumerate().map(one).collect();
     }
+    // Take each row of an array as a polygon.
     let found = integers(name, given)?;
     match found.shape() {
         [0] => Ok(Vec::new()),
@@ -218,7 +228,7 @@ pub(crate) fn polygons(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec
     }
 }
 
-/// The numbers of vertices of an argument.
+/// Reads an argument of integers that are numbers of vertices.
 fn integers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, u32>> {
     if let Some(array) = as_it_is::<u32>(given) {
         return Ok(array);
@@ -234,7 +244,8 @@ fn integers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyAr
     }
 }
 
-/// Integers as `u32`, after a look at their range; those of 32 bits are taken as they are.
+/// Converts integers to `u32`, and refuses negative and larger numbers. An array of int32 without
+/// negative numbers is viewed as uint32 without a copy.
 fn whole<'py>(
     name: &str,
     array: &Bound<'py, PyUntypedArray>,
@@ -255,14 +266,14 @@ fn whole<'py>(
     converted(name, array)
 }
 
-/// The argument itself, if it is an array of this type in rows one after another.
+/// The argument itself, if it is an aligned array of this type in C order.
 fn as_it_is<'py, T: Element>(given: &Bound<'py, PyAny>) -> Option<PyReadonlyArrayDyn<'py, T>> {
     let array = given.cast_exact::<PyArrayDyn<T>>().ok()?;
     let is_plain = array.is_c_contiguous() && array.is_aligned();
     is_plain.then(|| array.try_readonly().ok()).flatten()
 }
 
-/// An array of another type or layout, as numpy converts it.
+/// Converts an array of another type or layout by numpy.
 fn converted<'py, T: Element>(
     name: &str,
     array: &Bound<'py, PyUntypedArray>,
@@ -279,7 +290,8 @@ fn converted<'py, T: Element>(
     found.ok_or_else(|| PyTypeError::new_err(format!("{name} is no array")))
 }
 
-/// Any argument as an array of whatever type it has.
+/// Converts any argument to an array of its own type by numpy's `asarray`; refuses masked arrays,
+/// texts and `None`.
 fn any_array<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     let refused = |what: String| Err(PyTypeError::new_err(what));
     if given.hasattr("mask")? && given.hasattr("filled")? {
@@ -295,6 +307,7 @@ fn any_array<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, 
     }
 }
 
+/// The module `numpy`, which is imported once.
 fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     static NUMPY: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
     let module = NUMPY.get_or_try_init(py, || Ok::<_, PyErr>(py.import("numpy")?.unbind()))?;
@@ -310,7 +323,7 @@ pub(crate) fn shape_text(shape: &[usize]) -> String {
     }
 }
 
-/// Numbers as an array of a shape; a single one as a scalar, as numpy does.
+/// Converts numbers to an array of this shape; for the empty shape to a scalar, as numpy does.
 pub(crate) fn out<'py, T: Element>(
     py: Python<'py>,
     values: Vec<T>,

@@ -1,4 +1,5 @@
-//! Errors of linelit as Python's, with the argument, the index and the value.
+//! The conversion of linelit's errors to Python's exceptions, whose messages name the argument, the
+//! index and the value.
 
 use linelit::Error;
 use linelit::geometry::Rounding;
@@ -6,27 +7,27 @@ use pyo3::exceptions::{PyOverflowError, PyUserWarning, PyValueError};
 use pyo3::{PyErr, PyResult, PyTypeInfo as _, Python};
 use std::fmt::Display;
 
-/// The names that a function gives its arguments.
+/// The names of a function's arguments for points and normals, as error messages use them.
 #[derive(Clone, Copy)]
 pub(crate) struct Named {
     pub(crate) points: &'static str,
     pub(crate) normals: &'static str,
 }
 
-/// The names of most functions.
+/// The names that most functions use.
 pub(crate) const NAMED: Named = Named {
     points: "points",
     normals: "normals",
 };
 
-/// An error of an argument.
+/// A `ValueError` with this message.
 pub(crate) fn value_error(what: impl Into<String>) -> PyErr {
     PyValueError::new_err(what.into())
 }
 
-/// A bounded integer that Python gives.
+/// An unsigned integer type that an argument of Python is converted to.
 pub(crate) trait Whole: TryFrom<i128> + Display {
-    /// The largest.
+    /// The largest value of the type.
     const MOST: Self;
 }
 
@@ -38,20 +39,21 @@ impl Whole for u64 {
     const MOST: Self = Self::MAX;
 }
 
-/// An integer that is not negative.
+/// Converts an argument to an unsigned integer; an `OverflowError` names the argument and the
+/// range.
 pub(crate) fn whole<T: Whole>(name: &str, x: i128) -> Result<T, PyErr> {
     let most = T::MOST;
     let what = || PyOverflowError::new_err(format!("{name} is {x}, and needs 0 to {most}"));
     T::try_from(x).map_err(|_| what())
 }
 
-/// Warns the caller.
+/// Gives the caller a `UserWarning`.
 pub(crate) fn warn(py: Python<'_>, what: &impl Display) -> PyResult<()> {
     let text = std::ffi::CString::new(what.to_string())?;
     PyErr::warn(py, &PyUserWarning::type_object(py), &text, 2)
 }
 
-/// Warns if rounding to float32 moved vertices by much.
+/// Warns if rounding to float32 moved vertices far compared with the length of edges.
 pub(crate) fn warn_if_coarse(py: Python<'_>, rounding: Rounding) -> PyResult<()> {
     match rounding.is_coarse() {
         true => warn(py, &rounding),
@@ -59,14 +61,13 @@ pub(crate) fn warn_if_coarse(py: Python<'_>, rounding: Rounding) -> PyResult<()>
     }
 }
 
-/// A vector as messages show it.
+/// A vector as error messages show it.
 pub(crate) fn shown([x, y, z]: [f64; 3]) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// The error of a query of points.
-///
-/// `value` gives the point and the normal of a number.
+/// Converts an error of a query for many points. `value` returns the point and the normal of a
+/// number, for the message.
 pub(crate) fn of_query(
     error: Error,
     names: Named,
@@ -89,7 +90,7 @@ pub(crate) fn of_query(
     })
 }
 
-/// The message of an error that is about no point.
+/// The message of an error that concerns the scene and not a point.
 pub(crate) fn of_scene(error: &Error) -> String {
     match error {
         Error::Vertex(i) => format!("vertices[{i}] is not finite, or beyond 2^60"),

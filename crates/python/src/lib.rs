@@ -1,7 +1,7 @@
-//! linelit for Python: arrays in, arrays out.
+//! linelit for Python: functions that take numpy's arrays and return them.
 //!
-//! Each file is one part of the module `linelit._linelit`, which `python/linelit` wraps. Nothing is
-//! computed here that the crates of Rust do not compute.
+//! Each file is one part of the module `linelit._linelit`, which `python/linelit` wraps. The code
+//! here reads arguments, calls the Rust crates, which compute everything, and converts results.
 
 mod arrays;
 mod errors;

@@ -1,4 +1,4 @@
-//! Lights.
+//! The class `Light` of Python, and the functions that make lights of each shape.
 
 use crate::arrays::{Vectors, channels, out, shape_text, vector};
 use crate::errors::value_error;
@@ -13,26 +13,28 @@ use pyo3::types::PyDict;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// A light, by its shape and what it emits.
+/// A light: its shape and its emission.
 ///
 /// Make one by `Polygon`, `Rectangle`, `Disk`, `Sphere`, `Cylinder`, `Line`, `Point`, `Spot`,
-/// `Distant`, `Sun` or `Environment`. Where the radiance is one number, results have no axis of
-/// channels. Lights cannot be changed.
+/// `Distant`, `Sun` or `Environment`. Where the radiance is given as one number, results have no
+/// axis of channels. Lights cannot be changed.
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct Light {
     pub(crate) light: RustLight,
-    /// Whether its radiance was given as one number.
+    /// Whether its emission was given as one number.
     pub(crate) is_single: bool,
     made: Made,
 }
 
-/// The function that made an object, and its arguments, without images: by order, and by name.
+/// The call that made an object, for pickling: the name of the function, and its arguments by
+/// position and by name, without images.
 pub(crate) struct Made(
     pub(crate) &'static str,
     pub(crate) Vec<Argument>,
     pub(crate) Vec<(&'static str, Argument)>,
 );
 
+/// An argument of a call in [`Made`].
 #[derive(Clone, IntoPyObject)]
 pub(crate) enum Argument {
     Number(f64),
@@ -59,13 +61,13 @@ impl From<[f64; 2]> for Argument {
     }
 }
 
-/// What an object is made by.
+/// The call of a function with arguments by position, as a [`Made`].
 macro_rules! made {
     ($by:literal $(, $argument:expr)*) => { Made($by, vec![$($argument.into()),*], Vec::new()) };
 }
 pub(crate) use made;
 
-/// A light with the radiance that was given.
+/// Reads the emission of a light, an argument of this name, and makes the light with it.
 fn lit(
     name: &str,
     given: &Bound<'_, PyAny>,
@@ -80,7 +82,8 @@ fn lit(
     })
 }
 
-/// A radiance or a colour by channel, finite and not negative; and whether it was one number.
+/// Reads a radiance or a colour, which has to be finite and not negative, and returns its channels
+/// and whether it was one number.
 pub(crate) fn emitted(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, bool)> {
     let found = channels(name, given)?;
     match found.0.is_finite() && found.0.min_element() >= 0.0 {
@@ -93,7 +96,7 @@ pub(crate) fn emitted(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3, 
 }
 
 impl Made {
-    /// With an argument by its name, unless that is a vector of zero.
+    /// Adds an argument by its name, unless it is a zero vector.
     pub(crate) fn with(mut self, name: &'static str, argument: impl Into<Argument>) -> Self {
         let argument = argument.into();
         if !matches!(argument, Argument::Vector([0.0, 0.0, 0.0])) {
@@ -102,7 +105,7 @@ impl Made {
         self
     }
 
-    /// With the radiance as the last argument.
+    /// Adds the emission as the last argument by position.
     fn and(mut self, radiance: DVec3, is_single: bool) -> Self {
         self.1.push(match is_single {
             true => radiance.x.into(),
@@ -112,7 +115,7 @@ impl Made {
     }
 }
 
-/// A number above zero.
+/// Checks that a number is finite and above zero.
 pub(crate) fn positive(name: &str, x: f64) -> PyResult<f64> {
     match x > 0.0 && x.is_finite() {
         true => Ok(x),
@@ -122,7 +125,7 @@ pub(crate) fn positive(name: &str, x: f64) -> PyResult<f64> {
     }
 }
 
-/// A place.
+/// Reads a vector that has to be finite.
 fn place(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     let v = vector(name, given)?;
     match v.is_finite() {
@@ -134,7 +137,7 @@ fn place(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     }
 }
 
-/// A vector with a direction.
+/// Reads a vector that has to be finite and not zero.
 pub(crate) fn direction(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     let v = place(name, given)?;
     match v == DVec3::ZERO {
@@ -226,7 +229,7 @@ impl Light {
     /// Parameters
     /// ----------
     /// center, normal : (3,) array
-    ///     The normal may be of any length but zero.
+    ///     The centre, and the normal, which may have any length but zero.
     /// radius : float
     ///     The radius.
     /// radiance : float or (3,) array
@@ -251,7 +254,7 @@ impl Light {
         })
     }
 
-    /// Make a sphere that emits outwards: points inside it, or on it, receive nothing.
+    /// Make a sphere that emits outwards: points inside it or on it receive no light.
     ///
     /// Parameters
     /// ----------
@@ -274,7 +277,7 @@ impl Light {
         })
     }
 
-    /// Make the side of a cylinder, which emits outwards.
+    /// Make a cylinder whose curved side emits outwards; its ends do not emit.
     ///
     /// Parameters
     /// ----------
@@ -299,7 +302,7 @@ impl Light {
         })
     }
 
-    /// Make a linear light: a cylinder so thin that only radiance times radius counts.
+    /// Make a linear light: the limit of thin cylinders whose radiance times radius is constant.
     ///
     /// Parameters
     /// ----------
@@ -320,12 +323,12 @@ impl Light {
         })
     }
 
-    /// Make a light in a point.
+    /// Make a point light.
     ///
     /// Parameters
     /// ----------
     /// position : (3,) array
-    ///     Its place.
+    ///     Its position.
     /// intensity : float or (3,) array
     ///     Intensity in W/sr, the same in all directions.
     #[staticmethod]
@@ -337,15 +340,16 @@ impl Light {
         })
     }
 
-    /// Make a light in a point that falls to nothing between two angles, as pbrt's spots do.
+    /// Make a spot light: a point light whose intensity falls to zero between two angles, as
+    /// pbrt's spot lights do.
     ///
     /// Parameters
     /// ----------
     /// position, direction : (3,) array
-    ///     Its place and the direction of its beam, of any length but zero.
+    ///     Its position, and the direction in which it shines, of any length but zero.
     /// inner, outer : float
-    ///     Angles to the direction in radians: full intensity within the first, nothing past the
-    ///     second.
+    ///     Angles to the direction in radians: the intensity is full within the first, and zero
+    ///     past the second.
     /// intensity : float or (3,) array
     ///     Intensity in W/sr along the direction.
     #[staticmethod]
@@ -379,7 +383,7 @@ impl Light {
     /// direction : (3,) array
     ///     Towards the light, of any length but zero.
     /// irradiance : float or (3,) array
-    ///     Irradiance in W/m² of a surface that faces the light.
+    ///     The irradiance in W/m² of a surface that faces the light.
     #[staticmethod]
     fn distant(direction: &Bound<'_, PyAny>, irradiance: &Bound<'_, PyAny>) -> PyResult<Self> {
         let direction = self::direction("direction", direction)?;
@@ -389,14 +393,15 @@ impl Light {
         })
     }
 
-    /// Make a disk at infinity.
+    /// Make a disk at infinity, such as the sun.
     ///
     /// Parameters
     /// ----------
     /// direction : (3,) array
     ///     Towards its middle, of any length but zero.
     /// half_angle : float
-    ///     Half of the angle that it is seen under, in radians, above 0 and up to π/2.
+    ///     The angle between the directions to its middle and to its rim, in radians, above 0 and
+    ///     up to π/2.
     /// radiance : float or (3,) array
     ///     Radiance in W/(m² sr), for all channels or for each.
     #[staticmethod]
@@ -416,22 +421,23 @@ impl Light {
         })
     }
 
-    /// Make a sky of a radiance in each direction.
+    /// Make a sky, whose radiance depends on the direction.
     ///
     /// Parameters
     /// ----------
     /// image : float, (3,) array or (height, width, 3) array
-    ///     The radiance of all directions, or an image of it: columns by longitude from the x axis
-    ///     towards the y axis, rows by the angle from the z axis, which the first row is at.
+    ///     One radiance for all directions, or an image by longitude and latitude: the columns go
+    ///     from the x axis towards the y axis and all around, and the rows from the z axis, where
+    ///     the first row is, down to its opposite.
     /// scale : float or (3,) array, optional
     ///     A factor of the image.
     /// to_image : (3, 3) array, optional
-    ///     The rotation that turns directions of the world to those of the image.
+    ///     The rotation that turns directions of the world into directions of the image.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     If a pixel is negative or not finite, or the matrix is no rotation.
+    ///     If a pixel is negative or not finite, or the matrix is not a rotation.
     #[staticmethod]
     #[pyo3(signature = (image, *, scale = None, to_image = None))]
     fn environment(
@@ -444,7 +450,7 @@ impl Light {
             Some(given) => emitted("scale", given)?,
             None => (DVec3::ONE, true),
         };
-        // One radiance is an even sky.
+        // One radiance makes a sky that is the same in all directions.
         if image.extract::<f64>().is_ok() || !is_image(image)? {
             let (radiance, is_one) = emitted("image", image)?;
             let (radiance, is_single) = (radiance * scale, is_one && is_single);
@@ -490,12 +496,14 @@ impl Light {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        // Take the arguments of the call that made the light.
         let Made(name, arguments, _) = &self.made;
         let options = PyDict::new(py);
         let each = arguments
             .iter()
             .map(|argument| argument.clone().into_bound_py_any(py));
         let mut all: Vec<_> = each.collect::<PyResult<_>>()?;
+        // Add the image of a sky, which the light itself has, and the option of two sides.
         if let RustLight::Sky(sky) = &self.light
             && let SkyEmission::Image(image) = &sky.emission
         {
@@ -511,12 +519,12 @@ impl Light {
         reduced(py, &format!("Light.{name}"), all, options)
     }
 
-    /// Lights cannot be changed: a copy is the light itself.
+    /// Return this light itself: lights cannot be changed, so that a copy would be equal.
     const fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
 
-    /// Lights cannot be changed: a copy is the light itself.
+    /// Return this light itself: lights cannot be changed, so that a copy would be equal.
     fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
         slf
     }
@@ -531,7 +539,7 @@ impl Light {
     }
 }
 
-/// The name of a light's shape.
+/// The name of a light's shape, as Python shows it.
 pub(crate) const fn kind(light: &RustLight) -> &'static str {
     match light {
         RustLight::Area(_) => "polygon",
@@ -545,7 +553,7 @@ pub(crate) const fn kind(light: &RustLight) -> &'static str {
     }
 }
 
-/// A polygon that emits.
+/// Sets the emission of a polygonal light.
 fn with_radiance(mut light: RustLight, radiance: DVec3, two_sided: bool) -> RustLight {
     if let RustLight::Area(area) = &mut light {
         area.emission.radiance = radiance;
@@ -554,7 +562,7 @@ fn with_radiance(mut light: RustLight, radiance: DVec3, two_sided: bool) -> Rust
     light
 }
 
-/// The ends of a line, which are not in one place.
+/// Reads the ends of a line or of an axis, which have to differ.
 fn ends(start: &Bound<'_, PyAny>, end: &Bound<'_, PyAny>) -> PyResult<[DVec3; 2]> {
     let [start, end] = [place("start", start)?, place("end", end)?];
     match start == end {
@@ -568,7 +576,7 @@ fn is_image(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.hasattr("ndim")? && given.getattr("ndim")?.extract::<usize>()? > 1)
 }
 
-/// A matrix of three rows.
+/// Reads a matrix, given by its rows.
 fn matrix(given: &Bound<'_, PyAny>) -> PyResult<DMat3> {
     let vectors = Vectors::new("to_image", given)?;
     if vectors.shape != [3] {

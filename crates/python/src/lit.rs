@@ -1,4 +1,6 @@
-//! Lights of a call, and scenes that are kept with them.
+//! A cache of scenes with lights and a method. In Python every query names its lights and its
+//! method, but preparing a scene for them takes time (the estimator may measure how much hides each
+//! light), so that the latest such scenes are stored with the scene of triangles.
 
 use crate::errors::{of_scene, value_error, whole};
 use crate::light::{Light, kind};
@@ -9,13 +11,14 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// A scene with lights and a method.
+/// A cached scene with the lights and the method that it was prepared for.
 struct Lit {
     lights: Vec<Py<Light>>,
     method: Method,
     scene: Scene,
 }
 
+/// The keywords of a query that decide how light is estimated.
 #[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Method {
     pub(crate) estimator: String,
@@ -23,15 +26,16 @@ pub(crate) struct Method {
     pub(crate) sampler: String,
 }
 
-/// Scenes with lights that are kept.
+/// The number of scenes with lights that are cached for each scene of triangles.
 const KEPT: usize = 8;
 
-/// The latest scenes with lights and a method.
+/// The cache of the latest scenes with lights and a method, the latest first.
 #[derive(Default)]
 pub(crate) struct Latest(Mutex<Vec<Lit>>);
 
 impl Latest {
-    /// The scene with lights and a method, which is made once.
+    /// Returns the scene `bare` with these lights and this method, from the cache if it is there.
+    /// Two lights are the same if they are the same Python object, as lights cannot be changed.
     pub(crate) fn get(
         &self,
         py: Python<'_>,
@@ -39,6 +43,7 @@ impl Latest {
         lights: Vec<Bound<'_, Light>>,
         method: Method,
     ) -> PyResult<Scene> {
+        // Look for a cached scene with the same lights and the same method.
         let locked = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let is_same = |lit: &Lit| {
             let mut pairs = lit.lights.iter().zip(&lights);
@@ -49,6 +54,7 @@ impl Latest {
         if let Some(lit) = locked().iter().find(|lit| is_same(lit)) {
             return Ok(lit.scene.clone());
         }
+        // Check the method.
         let estimator = method.parse()?;
         let sampler = method
             .sampler
@@ -57,12 +63,14 @@ impl Latest {
         if method.samples == 0 {
             return Err(value_error("samples is 0, and needs to be at least 1"));
         }
+        // Prepare the scene without the interpreter's lock; the cache is not locked meanwhile.
         let all: Vec<RustLight> = lights.iter().map(|l| l.get().light.clone()).collect();
         let scene = alone(py, || {
             let scene = bare.with_sampler(sampler).with_lights(all)?;
             scene.with_method(estimator, method.samples)
         })?;
         let scene = scene.map_err(|e| value_error(not_lit(&e, &lights)))?;
+        // Store it in place of the oldest.
         let mut kept = locked();
         kept.truncate(KEPT - 1);
         let lit = Lit {
@@ -75,7 +83,7 @@ impl Latest {
     }
 }
 
-/// The message of lights that were refused.
+/// The message of an error about lights or a method.
 fn not_lit(error: &Error, lights: &[Bound<'_, Light>]) -> String {
     match error {
         Error::NotExact(i) => format!(
@@ -88,7 +96,7 @@ fn not_lit(error: &Error, lights: &[Bound<'_, Light>]) -> String {
 }
 
 impl Method {
-    /// A method as the keywords of a query name it.
+    /// Makes a method from the keywords of a query.
     pub(crate) fn new(estimator: &str, samples: i128, sampler: &str) -> PyResult<Self> {
         Ok(Self {
             estimator: estimator.to_owned(),
@@ -97,7 +105,8 @@ impl Method {
         })
     }
 
-    /// A method that looks at no light beforehand, for queries of geometry.
+    /// A method for queries about visibility, which estimate no light: one that needs no
+    /// measurement of how much hides each light.
     pub(crate) fn plain() -> Self {
         Self {
             estimator: "point-area".to_owned(),
@@ -106,13 +115,14 @@ impl Method {
         }
     }
 
+    /// The estimator that the method names.
     fn parse(&self) -> PyResult<Estimator> {
         let parsed = self.estimator.parse();
         parsed.map_err(|e| value_error(format!("method=\"{}\": {e}", self.estimator)))
     }
 }
 
-/// The lights of an argument: one, or a sequence.
+/// The lights of an argument, which is a light or a sequence of lights.
 pub(crate) fn lights<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Light>>> {
     let refused = |what: &Bound<'_, PyAny>| {
         let kind = what.get_type();
@@ -133,7 +143,7 @@ pub(crate) fn lights<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, 
     each.collect()
 }
 
-/// One light.
+/// The light of an argument that has to be one light.
 pub(crate) fn one_light<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Light>>> {
     let all = lights(given)?;
     match all.len() {

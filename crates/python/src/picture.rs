@@ -1,4 +1,4 @@
-//! Pictures of scene files.
+//! The function `render`, which renders the picture of a scene file.
 
 use crate::arrays::out;
 use crate::errors::{value_error, warn, whole};
@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::atomic::Ordering;
 
-/// A text as a value; the error names the argument.
+/// Parses a text argument; the error names the argument.
 pub(crate) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
     name: &str,
     text: &str,
@@ -21,7 +21,8 @@ pub(crate) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
     parsed.map_err(|e| value_error(format!("{name}=\"{text}\": {e}")))
 }
 
-/// The error of a scene that cannot be read.
+/// The error of a scene that cannot be read: `FileNotFoundError` where the name looks like a path
+/// and there is no such file, else `ValueError`.
 pub(crate) fn not_read(name: &str, error: &anyhow::Error) -> PyErr {
     let text = format!("{error:#}");
     let is_path = name.contains(['/', '\\', '.']) && !std::path::Path::new(name).exists();
@@ -99,7 +100,7 @@ pub(crate) fn render<'py>(
     Ok((out(py, pixels.into_flattened(), &shape)?, metadata))
 }
 
-/// Gives a scene the resolution that is asked for.
+/// Gives a scene another resolution, if one is requested.
 fn set_resolution(scene: &mut SceneDescription, resolution: Option<[i128; 2]>) -> PyResult<()> {
     if let Some([width, height]) = resolution {
         let (width, height) = (whole("resolution", width)?, whole("resolution", height)?);
@@ -112,7 +113,7 @@ fn set_resolution(scene: &mut SceneDescription, resolution: Option<[i128; 2]>) -
     Ok(())
 }
 
-/// The settings of a picture, and the counts of what it took.
+/// The metadata of a picture: its settings, and the numbers of rays, lines and shafts that it took.
 fn metadata<'py>(
     py: Python<'py>,
     settings: &Settings,

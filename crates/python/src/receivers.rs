@@ -1,4 +1,5 @@
-//! Points with normals, and what is asked of many of them.
+//! The points and normals of a query, and the queries of the Rust library for all of them. Either
+//! may be in single or double precision, and one normal may be for all points.
 
 use crate::arrays::{Rows, Vectors, shape_text};
 use crate::errors::{NAMED, of_query, value_error};
@@ -8,14 +9,14 @@ use linelit::geometry::DVec3;
 use linelit::{Error, Measure, Scene};
 use pyo3::prelude::*;
 
-/// The arguments of most queries: points, and a normal for each.
+/// The arguments of most queries: points, and a normal for each or one for all.
 pub(crate) struct Receivers<'a> {
     pub(crate) points: Rows<'a>,
     normals: Rows<'a>,
 }
 
 impl<'a> Receivers<'a> {
-    /// Points with a normal for each, or one for all.
+    /// Checks that there is a normal for each point, or one for all.
     pub(crate) fn new(points: &'a Vectors<'_>, normals: &'a Vectors<'_>) -> PyResult<Self> {
         if !normals.shape.is_empty() && normals.shape != points.shape {
             let (points, normals) = (shape_text(&points.shape), shape_text(&normals.shape));
@@ -29,16 +30,18 @@ impl<'a> Receivers<'a> {
         })
     }
 
+    /// The normal of the point of number `i`.
     pub(crate) fn normal(&self, i: usize) -> DVec3 {
         let only = self.normals.len() == 1;
         self.normals.get(if only { 0 } else { i }).into()
     }
 
+    /// The point of number `i` and its normal.
     pub(crate) fn get(&self, i: usize) -> [[f64; 3]; 2] {
         [self.points.get(i), self.normal(i).to_array()]
     }
 
-    /// Does work for all points; an error names the point.
+    /// Does work for all points without the interpreter's lock; errors name the point.
     pub(crate) fn detached(
         &self,
         py: Python<'_>,
@@ -49,8 +52,10 @@ impl<'a> Receivers<'a> {
         done.map_err(|e| of_query(e, NAMED, |i| self.get(i)))
     }
 
+    /// The irradiance at each point.
     pub(crate) fn irradiances(&self, scene: &Scene, out: &mut [[f64; 3]]) -> Result<(), Error> {
-        // Vectors of one type go as they are; else both become f64.
+        // Pass points and normals of one precision on as they are; convert others to f64, some at a
+        // time, which needs little memory.
         match (self.points, self.normals) {
             (Rows::Double(points), Rows::Double(normals)) if normals.len() == points.len() => {
                 scene.irradiances(points, normals, out)
@@ -72,7 +77,8 @@ impl<'a> Receivers<'a> {
         }
     }
 
-    /// The radiance that each point reflects to its viewer, by one reflection or one for each.
+    /// The radiance that each point reflects to its viewer, with one BSDF for all points or one for
+    /// each, and one direction for all or one for each.
     pub(crate) fn radiances(
         &self,
         scene: &Scene,
@@ -82,6 +88,7 @@ impl<'a> Receivers<'a> {
     ) -> Result<(), Error> {
         let one = |count: usize, i: usize| if count == 1 { 0 } else { i };
         for (k, out) in out.chunks_mut(AT_ONCE).enumerate() {
+            // Convert the arguments of some points, then compute their radiance.
             let first = k * AT_ONCE;
             let numbers = || first..first + out.len();
             let points: Vec<_> = numbers().map(|i| self.points.get(i)).collect();
@@ -96,6 +103,7 @@ impl<'a> Receivers<'a> {
         Ok(())
     }
 
+    /// The visible fraction of the scene's only light from each point.
     pub(crate) fn fractions(
         &self,
         scene: &Scene,
@@ -109,10 +117,11 @@ impl<'a> Receivers<'a> {
     }
 }
 
-/// Points that are converted at once.
+/// The number of points that are converted at a time.
 pub(crate) const AT_ONCE: usize = 1 << 16;
 
-/// The error of points that are a part of others, from `first` on.
+/// Converts an error of a chunk of points, the first of which has the number `first`, to the
+/// numbers of all points.
 pub(crate) const fn from(first: usize, error: Error) -> Error {
     match error {
         Error::Point(i) => Error::Point(first + i),

@@ -1,4 +1,4 @@
-//! Reflections of surfaces.
+//! The class `Reflection` of Python, and the functions that make reflections.
 
 use crate::arrays::{Reals, shape_text};
 use crate::errors::value_error;
@@ -17,8 +17,8 @@ use pyo3::types::PyDict;
 /// How a surface reflects light: a BSDF for light from the side of the normal.
 ///
 /// Make one by `Lambert`, `OrenNayar`, `Phong`, `Metal`, `Plastic`, `Microfacet`, `Substrate` or
-/// `Frostbite`; ``a + b`` reflects what both reflect. Colours are one number for all channels or
-/// three. Reflections cannot be changed.
+/// `Frostbite`; ``a + b`` is the sum of two. A colour is one number for all channels, or three
+/// numbers. Reflections cannot be changed.
 ///
 /// Examples
 /// --------
@@ -28,19 +28,20 @@ use pyo3::types::PyDict;
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct Reflection {
     layers: Layers,
-    /// Whether all its colours were given as one number.
+    /// Whether each of its colours was given as one number.
     pub(crate) is_single: bool,
     name: String,
     origin: Origin,
 }
 
-/// What a reflection was made by.
+/// How a reflection was made, for pickling: by a function, or as a sum of two.
 enum Origin {
     Call(Made),
     Sum(Py<Reflection>, Py<Reflection>),
 }
 
-/// The roughness α of microfacets, the same in all directions or along and across the tangent.
+/// Reads the roughness α of microfacets: one number for all directions, or two numbers along and
+/// across the tangent.
 fn roughness(given: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     let numbers = Reals::new("alpha", given)?;
     let alpha = match (numbers.to_f64()?.as_slice(), numbers.shape()) {
@@ -58,7 +59,8 @@ fn roughness(given: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     Ok(alpha)
 }
 
-/// The tangent that two different numbers of roughness refer to; zero if there is one number.
+/// Reads the tangent that two different numbers of roughness refer to; it is zero where the
+/// roughness is the same in all directions and no tangent is given.
 fn tangent(alpha: [f64; 2], given: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
     #[allow(clippy::float_cmp, reason = "any difference makes a direction")]
     match given {
@@ -69,7 +71,7 @@ fn tangent(alpha: [f64; 2], given: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3>
 }
 
 impl Reflection {
-    /// A diffuse colour and at most one lobe.
+    /// Makes a reflection of a diffuse colour and at most one lobe, which comes with its tangent.
     fn of(
         made: Made,
         is_single: bool,
@@ -91,7 +93,7 @@ impl Reflection {
         })
     }
 
-    /// The reflection as queries take it.
+    /// The reflection as a BSDF of the Rust library.
     pub(crate) fn bsdf(&self) -> Bsdf {
         self.layers.clone().into()
     }
@@ -104,21 +106,21 @@ impl Reflection {
     /// Parameters
     /// ----------
     /// albedo : float or (3,) array
-    ///     The part of all light that is reflected.
+    ///     The fraction of the incident light that is reflected.
     #[staticmethod]
     fn lambert(albedo: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (albedo, is_single) = emitted("albedo", albedo)?;
         Self::of(made!("lambert", albedo), is_single, albedo, None)
     }
 
-    /// Make a rough diffuse reflection, of Oren and Nayar.
+    /// Make a rough diffuse reflection by the model of Oren and Nayar.
     ///
     /// Parameters
     /// ----------
     /// albedo : float or (3,) array
     ///     The albedo of the facets.
     /// sigma : float
-    ///     The standard deviation of their slope, in degrees.
+    ///     The standard deviation of the facets' slope angle, in degrees.
     #[staticmethod]
     fn oren_nayar(albedo: &Bound<'_, PyAny>, sigma: f64) -> PyResult<Self> {
         let (albedo, is_single) = emitted("albedo", albedo)?;
@@ -140,7 +142,7 @@ impl Reflection {
     /// specular : float or (3,) array
     ///     The albedo of the lobe at normal incidence.
     /// exponent : float
-    ///     The power of the cosine, from 0 on.
+    ///     The exponent of the cosine of the angle to the mirror direction, 0 or more.
     #[staticmethod]
     fn phong(
         diffuse: &Bound<'_, PyAny>,
@@ -189,8 +191,8 @@ impl Reflection {
         Self::of(made, one && other, DVec3::ZERO, Some((lobe, tangent)))
     }
 
-    /// Make a diffuse reflection under a rough dielectric coat, as pbrt-v3's plastic: what the coat
-    /// reflects is not taken from the diffuse part.
+    /// Make a diffuse reflection under a rough dielectric coat, like pbrt-v3's plastic: the diffuse
+    /// part is not reduced by the light that the coat reflects.
     ///
     /// Parameters
     /// ----------
@@ -225,8 +227,9 @@ impl Reflection {
         Self::of(made, one && other, diffuse, Some((lobe, tangent)))
     }
 
-    /// Make a rough reflector: microfacets of Trowbridge and Reitz (GGX) with Schlick's Fresnel
-    /// reflectance, which is `f0` at normal and 1 at grazing incidence.
+    /// Make a rough reflector: microfacets of Trowbridge and Reitz (GGX) with Schlick's
+    /// approximation of the Fresnel reflectance, which is `f0` at normal and 1 at grazing
+    /// incidence.
     ///
     /// Parameters
     /// ----------
@@ -254,7 +257,8 @@ impl Reflection {
         Self::of(made, is_single, DVec3::ZERO, Some((lobe, tangent)))
     }
 
-    /// Make a diffuse base under a glossy coat that shares its energy, of Ashikhmin and Shirley.
+    /// Make a diffuse base under a glossy coat by the model of Ashikhmin and Shirley, in which both
+    /// share the energy: the base does not reflect what the coat has reflected.
     ///
     /// Parameters
     /// ----------
@@ -285,14 +289,14 @@ impl Reflection {
         Self::of(made, one && other, DVec3::ZERO, Some((lobe, tangent)))
     }
 
-    /// Make Frostbite's standard material, which Peters 2021 uses.
+    /// Make the standard material of the Frostbite engine, which Peters 2021 uses.
     ///
     /// Parameters
     /// ----------
     /// diffuse, f0 : float or (3,) array
     ///     The diffuse albedo, and the reflectance at normal incidence.
     /// roughness : float
-    ///     The linear roughness, from 0 to 1: α is its square.
+    ///     The linear roughness, from 0 to 1; α is its square.
     #[staticmethod]
     fn frostbite(
         diffuse: &Bound<'_, PyAny>,
@@ -312,7 +316,7 @@ impl Reflection {
     /// Return the sum of two reflections.
     fn __add__<'py>(slf: &Bound<'py, Self>, other: &Bound<'py, Self>) -> PyResult<Self> {
         let (a, b) = (slf.get(), other.get());
-        // Take the tangent of either; two different ones cannot be kept.
+        // Take the tangent of either; a reflection cannot have two different tangents.
         let mut layers = a.layers.clone();
         match [&a.layers, &b.layers].map(Layers::tangent) {
             [one, other] if one == other || other == DVec3::ZERO => {}
@@ -336,6 +340,7 @@ impl Reflection {
         })
     }
 
+    /// Return the sum of two reflections; pickles call this function by its name.
     #[staticmethod]
     fn _sum<'py>(a: &Bound<'py, Self>, b: &Bound<'py, Self>) -> PyResult<Self> {
         Self::__add__(a, b)
@@ -348,8 +353,9 @@ impl Reflection {
                 reduced(py, "Reflection._sum", parts.into(), PyDict::new(py))
             }
             Origin::Call(made) => {
+                // Convert the arguments by position and by name to Python's objects.
                 let single = |argument: &Argument| match argument {
-                    // Colours that were one number stay one.
+                    // Store colours that were given as one number as one number.
                     Argument::Vector([x, y, z]) if self.is_single && x == y && y == z => {
                         Argument::Number(*x)
                     }
@@ -371,7 +377,7 @@ impl Reflection {
     }
 }
 
-/// The reflections of an argument: one for all points, or one for each.
+/// Reads an argument of reflections: one for all points, or one for each.
 pub(crate) fn reflections<'py>(
     given: &Bound<'py, PyAny>,
     points: usize,

@@ -1,4 +1,5 @@
-//! Points of lights from random numbers, and their densities.
+//! The functions `sample`, which draws points of lights from random numbers, and `pdf`, which
+//! returns their densities.
 
 use crate::arrays::{Reals, Rows, Vectors, out, shape_text};
 use crate::errors::{shown, value_error};
@@ -13,14 +14,14 @@ use pyo3::prelude::*;
 /// A point of a light, and its density.
 type Drawn = ([f64; 3], f64);
 
-/// A light with a technique: one that it has.
+/// A light with one of the techniques that sample its points.
 #[derive(Clone, Copy)]
 enum Technique<'a> {
     Surface(&'a RustLight, PointDensity),
     Line(&'a linelit::lights::LinearLight, LinearTechnique),
 }
 
-/// The names of densities.
+/// The names of the densities of points on surfaces.
 const DENSITIES: [(&str, PointDensity); 5] = [
     ("area", PointDensity::Area),
     ("visible-area", PointDensity::VisibleArea),
@@ -30,7 +31,9 @@ const DENSITIES: [(&str, PointDensity); 5] = [
 ];
 
 impl<'a> Technique<'a> {
+    /// The technique of this name for a light; the error names the techniques that the light has.
     fn new(light: &'a RustLight, name: &str) -> PyResult<Self> {
+        // Collect the names of the light's techniques.
         let known: Vec<&str> = match light {
             RustLight::Linear(line) => {
                 let mut all = LinearTechnique::ALL.into_iter();
@@ -45,6 +48,7 @@ impl<'a> Technique<'a> {
                 all.map(|(name, _)| *name).collect()
             }
         };
+        // Take the density of this name, if the light has it.
         let found = DENSITIES
             .iter()
             .find(|(density, _)| *density == name && known.contains(&name));
@@ -62,7 +66,8 @@ impl<'a> Technique<'a> {
         }
     }
 
-    /// Calls `with` with the light's points as a place sees them; none where it sees no points.
+    /// Calls `on_surface` or `on_line` with what draws the light's points for a shading point, and
+    /// returns the result; `None` where the shading point sees no part of the light.
     fn seen_from<T>(
         self,
         position: DVec3,
@@ -70,6 +75,7 @@ impl<'a> Technique<'a> {
         on_surface: impl FnOnce(&PointSource<'_>, &Surface<'_>) -> Option<T>,
         on_line: impl FnOnce(&LinearSampler) -> Option<T>,
     ) -> Option<T> {
+        // Make the sampler of a line.
         let (light, density) = match self {
             Self::Line(line, technique) => {
                 let sampler = LinearSampler::new(technique, &line.segment, position, normal);
@@ -77,6 +83,7 @@ impl<'a> Technique<'a> {
             }
             Self::Surface(light, density) => (light, density),
         };
+        // Make the sampler of a surface: of the part that the point may see.
         let seen = light.seen_from(position)?;
         let surface = seen.surface();
         let viewer = Viewer {
@@ -89,7 +96,8 @@ impl<'a> Technique<'a> {
         on_surface(&source, &surface)
     }
 
-    /// The point that random numbers give, with its density; zero where there is none.
+    /// Draws a point from random numbers, of which lines use only the first, and returns it with
+    /// its density; both are zero where no point can be drawn.
     fn sample(self, position: DVec3, normal: DVec3, u: [f64; 2]) -> Drawn {
         let on_surface = |source: &PointSource<'_>, surface: &Surface<'_>| {
             let (at, density) = source.draw(u, surface, position)?;
@@ -100,13 +108,13 @@ impl<'a> Technique<'a> {
             Some(((position + sample.offset).to_array(), sample.pdf.value()))
         };
         let drawn = self.seen_from(position, normal, on_surface, on_line);
-        // A density that is none, or zero, says that there is no point.
+        // Return zeros where the density is zero or NaN.
         drawn
             .filter(|(_, pdf)| *pdf > 0.0)
             .unwrap_or(([0.0; 3], 0.0))
     }
 
-    /// The density of a point.
+    /// The density of a point of the light, zero where it cannot be drawn.
     fn pdf(self, position: DVec3, normal: DVec3, point: DVec3) -> f64 {
         let on_surface = |source: &PointSource<'_>, surface: &Surface<'_>| {
             Some(source.density(&LightPoint::new(point, position, surface)))
@@ -124,7 +132,7 @@ impl<'a> Technique<'a> {
     }
 }
 
-/// Arguments that are one for all, or one for each.
+/// The shading points and normals of a call, either of which may be one for all.
 struct Asked<'a> {
     points: Rows<'a>,
     normals: Rows<'a>,
@@ -132,7 +140,8 @@ struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// `other` is the shape of the third argument, which has this name.
+    /// Checks that all arguments have the same shape, except for those that are one for all. The
+    /// third argument has the name `name` and the shape `other`.
     fn new(
         points: &'a Vectors<'_>,
         normals: &'a Vectors<'_>,
@@ -155,7 +164,8 @@ impl<'a> Asked<'a> {
         })
     }
 
-    /// Does something for each, by its number, place and unit normal.
+    /// Calls `one` with the number, the position and the unit normal of each shading point, and
+    /// returns the points and the densities that it returned.
     fn each(
         &self,
         py: Python<'_>,
@@ -170,7 +180,7 @@ impl<'a> Asked<'a> {
         alone(py, || (0..count).map(each).collect())?
     }
 
-    /// The place of a number and its unit normal.
+    /// The shading point of number `i` and its unit normal.
     fn get(&self, i: usize) -> PyResult<[DVec3; 2]> {
         let of = |rows: Rows<'_>| rows.get(if rows.len() == 1 { 0 } else { i });
         let (point, normal) = (of(self.points), of(self.normals));
@@ -193,7 +203,7 @@ impl<'a> Asked<'a> {
 ///     A polygon, a sphere, a disk, a cylinder or a line.
 /// points, normals : (…, 3) array
 ///     Shading points and their normals, of any length but zero; either may be one for all.
-/// xi : (…, 2) array, of a line (…)
+/// xi : (…, 2) array, for a line (…)
 ///     Random numbers in [0, 1).
 /// technique : str
 ///     ``"area"``, ``"solid-angle"`` or ``"projected-solid-angle"``; ``"proxy"`` for polygons
@@ -206,8 +216,8 @@ impl<'a> Asked<'a> {
 /// x : ndarray of float64, shape (…, 3)
 ///     Points of the light.
 /// pdf : ndarray of float64, shape (…)
-///     Their densities per solid angle, in 1/sr; of a line times its radius, in m/sr. Zero where no
-///     point can be drawn: skip those.
+///     Their densities per solid angle, in 1/sr; for a line times its radius, in m/sr. The density
+///     is zero where no point can be drawn; skip these points.
 ///
 /// Raises
 /// ------
@@ -232,13 +242,14 @@ pub(crate) fn sample<'py>(
     xi: &Bound<'py, PyAny>,
     technique: &str,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    // Read the arguments.
     let by = Technique::new(&light.get().light, technique)?;
     let (points, normals) = (
         Vectors::new("points", points)?,
         Vectors::new("normals", normals)?,
     );
     let numbers = Reals::new("xi", xi)?;
-    // A line takes one number, a surface two.
+    // Check the random numbers: a point of a line takes one number, a point of a surface two.
     let (shape, width) = match (by, numbers.shape().split_last()) {
         (Technique::Line(..), _) => (numbers.shape(), 1),
         (Technique::Surface(..), Some((2, shape))) => (shape, 2),
@@ -258,6 +269,7 @@ pub(crate) fn sample<'py>(
             "xi[{row}] is {x}, and needs to be in [0, 1)"
         )));
     }
+    // Draw a point for each shading point.
     let one = numbers.len() == width;
     let (places, densities) = asked.each(py, |i, position, normal| {
         let first = if one { 0 } else { i * width };
@@ -290,7 +302,7 @@ pub(crate) fn sample<'py>(
 /// Returns
 /// -------
 /// ndarray of float64, shape (…)
-///     Densities per solid angle, in 1/sr; of a line times its radius, in m/sr.
+///     Densities per solid angle, in 1/sr; for a line times its radius, in m/sr.
 ///
 /// Raises
 /// ------
@@ -306,6 +318,7 @@ pub(crate) fn pdf<'py>(
     x: &Bound<'py, PyAny>,
     technique: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
+    // Read the arguments.
     let by = Technique::new(&light.get().light, technique)?;
     let (points, normals) = (
         Vectors::new("points", points)?,
@@ -313,6 +326,7 @@ pub(crate) fn pdf<'py>(
     );
     let places = Vectors::new("x", x)?;
     let asked = Asked::new(&points, &normals, "x", &places.shape)?;
+    // Compute the density of each point.
     let rows = places.rows()?;
     let (_, densities) = asked.each(py, |i, position, normal| {
         let place = rows.get(if rows.len() == 1 { 0 } else { i });

@@ -1,4 +1,4 @@
-//! Scenes of triangles, and what points ask of them.
+//! The class `Scene` of Python: triangles, and queries of light and visibility at points.
 
 use crate::arrays::{Kept, Rows, Vectors, out, shape_text, triangles, vector};
 use crate::errors::{NAMED, Named, of_query, of_scene, shown, value_error, warn_if_coarse, whole};
@@ -17,33 +17,34 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// Triangles that hide light, in a hierarchy that is built once.
+/// Triangles that cast shadows, in a hierarchy that is built once.
 ///
 /// Parameters
 /// ----------
 /// vertices : (n, 3) array
-///     Positions, up to 2⁶⁰. Those of float64 are rounded to float32 once, relative to the middle
-///     of those that faces use, so that scenes at map coordinates are as good as others.
+///     Positions, with coordinates up to 2⁶⁰. Positions in float64 are rounded to float32 once,
+///     relative to the middle of all vertices that faces use, so that scenes at map coordinates
+///     lose no precision.
 /// faces : (m, 3) array of int
-///     The vertices of each triangle, from 0. Both sides hide light; triangles without area hide
-///     nothing.
+///     The vertices of each triangle, counted from 0. Triangles cast shadows from both sides;
+///     triangles without area cast none.
 /// surface_offset : float, optional
 ///     The distance by which points are lifted off their surface, along the normal, before
-///     irradiance is computed: 2⁻⁴⁶ of the point's largest coordinate if none is given, which is
-///     for points that were computed in float64, and more where rounding moved the point's own
-///     face above it. Points in float32 need some 1e-6 of the coordinates.
+///     irradiance is computed. The default is 2⁻⁴⁶ of the point's largest coordinate, which suits
+///     points that were computed in float64, and more where rounding moved the point's own face
+///     above it. Points in float32 need some 1e-6 of the coordinates.
 /// light_margin : float, optional
-///     The fraction of the way from a light within which triangles hide nothing. If none is given,
-///     it is 1e-10, and 1e-6 for a light in whose plane triangles lie that rounding may have moved
-///     before it, such as a lamp in a ceiling.
+///     The fraction of the way from a light to a point within which triangles hide nothing. The
+///     default is 1e-10, and 1e-6 for a light in whose plane there are triangles that rounding may
+///     have moved in front of it, such as the ceiling around a lamp.
 /// threads : int, optional
-///     Threads that build the hierarchy, all cores if none is given.
+///     The number of threads that build the hierarchy. The default is one for each core.
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
 ///     If an array has a wrong shape or type, a vertex is not finite, or a face names a vertex
-///     that does not exist: with its index.
+///     that does not exist. The message has the index.
 ///
 /// Warns
 /// -----
@@ -52,8 +53,8 @@ use pyo3::types::{PyDict, PyList};
 ///
 /// Notes
 /// -----
-/// A scene can be pickled, and so handed to other processes, by its arrays, of which it keeps a
-/// copy; the hierarchy is built anew there.
+/// A scene can be pickled, and so passed to other processes: it has a copy of its arrays, and the
+/// other process builds the hierarchy anew.
 ///
 /// Examples
 /// --------
@@ -62,12 +63,14 @@ use pyo3::types::{PyDict, PyList};
 /// <linelit.Scene: 1 triangles>
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct Scene {
+    /// The triangles without lights.
     bare: RustScene,
+    /// The latest scenes with lights and a method.
     lit: Latest,
     made: Made,
 }
 
-/// What a scene was made of.
+/// The arguments that a scene was made from, for pickling.
 struct Made {
     vertices: Kept,
     faces: Vec<[u32; 3]>,
@@ -75,14 +78,14 @@ struct Made {
     light_margin: Option<f64>,
 }
 
-/// Both ends of intervals, and the first of each line.
+/// The lower and the upper ends of intervals, and the index of each line's first interval.
 type Intervals<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<i64>>,
 );
 
-/// The scene of triangles without lights.
+/// Builds a scene of triangles without lights.
 fn built<V: Vector3 + Copy + Sync>(
     vertices: &[V],
     faces: &[[u32; 3]],
@@ -102,7 +105,8 @@ fn built<V: Vector3 + Copy + Sync>(
     builder.build()
 }
 
-/// An array of this shape with three channels for each point, or the one number that they are.
+/// An array of this shape with three channels for each point; or, where all channels are the same
+/// because arguments had one number for all, with that number.
 fn colours<'py>(
     py: Python<'py>,
     found: Vec<[f64; 3]>,
@@ -128,10 +132,12 @@ impl Scene {
         light_margin: Option<f64>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
+        // Read the arrays.
         let vertices = Vectors::list("vertices", vertices)?;
         let faces = triangles("faces", faces)?;
         let faces = faces.as_slice()?.as_chunks::<3>().0;
         let rows = vertices.rows()?;
+        // Build the hierarchy without the interpreter's lock.
         let built = detached(py, faces.len(), threads, || match rows {
             Rows::Single(rows) => built(rows, faces, surface_offset, light_margin),
             Rows::Double(rows) => built(rows, faces, surface_offset, light_margin),
@@ -150,32 +156,32 @@ impl Scene {
         })
     }
 
-    /// Compute the irradiance at points, past all triangles.
+    /// Compute the irradiance at points, with the shadows of all triangles.
     ///
     /// Parameters
     /// ----------
     /// points : (…, 3) array
-    ///     Points of surfaces, none of an empty list. Arrays of float32 and float64 are taken as
-    ///     they are.
+    ///     Points of surfaces; an empty list has no points. Arrays of float32 and float64 are not
+    ///     copied.
     /// normals : (…, 3) array
     ///     The normal of each point, of any length but zero, or one for all.
     /// light : Light or list of Light
-    ///     The lights, of which the sum is taken: zero of an empty list.
+    ///     One light or several, whose light is added up. Without lights the result is zero.
     /// method : str
     ///     ``"hybrid"`` chooses the method that is expected to be the cheapest at each point;
     ///     ``"exact"`` integrates over the visible part of polygons, lines, points and parallel
-    ///     light without noise;
-    ///     ``"line-analytic"``, ``"point-solid-angle"`` and others are those of the program
-    ///     (``linelit list estimators``).
+    ///     light without noise; ``linelit list estimators`` prints the others, such as
+    ///     ``"line-analytic"`` and ``"point-solid-angle"``.
     /// samples : int
-    ///     Samples for each point and light, where the method takes any.
+    ///     The number of samples for each point and light, where the method takes samples.
     /// seed : int
     ///     From 0 to 2⁶⁴ − 1. Two seeds give independent noise. A point's noise depends on the
     ///     seed, its position and its normal alone.
     /// sampler : str
     ///     The sampling pattern, such as ``"stratified"`` or ``"sobol"``.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
@@ -185,13 +191,14 @@ impl Scene {
     /// Raises
     /// ------
     /// ValueError
-    ///     If an argument is not valid, with its name, index and value, or ``"exact"`` has noise
-    ///     for a light.
+    ///     If an argument is not valid (the message has its name, index and value), or the method
+    ///     is ``"exact"`` and a light has no exact irradiance.
     ///
     /// Notes
     /// -----
-    /// Exact answers are Lambert's formula over the boundary of the visible part (Billen and Dutré
-    /// 2016 have it along lines). Results are those of the Rust library to the bit.
+    /// ``"exact"`` evaluates Lambert's formula over the boundary of the visible part (Billen and
+    /// Dutré 2016 have it along lines). Results are the same as those of the Rust library to the
+    /// bit.
     ///
     /// Examples
     /// --------
@@ -232,12 +239,13 @@ impl Scene {
         colours(py, found, is_single, &points.shape)
     }
 
-    /// Compute the radiance that points reflect to their viewers, past all triangles.
+    /// Compute the radiance that points reflect to their viewers, with the shadows of all
+    /// triangles.
     ///
     /// Parameters
     /// ----------
     /// points : (…, 3) array
-    ///     Points of surfaces, none of an empty list.
+    ///     Points of surfaces; an empty list has no points.
     /// normals : (…, 3) array
     ///     The normal of each point, of any length but zero, or one for all.
     /// bsdf : Reflection or list of Reflection
@@ -247,18 +255,19 @@ impl Scene {
     ///     The direction from each point to its viewer, on the side of the normal, of any length
     ///     but zero; or one for all.
     /// light : Light or list of Light
-    ///     The lights, of which the sum is taken: zero of an empty list.
+    ///     One light or several, whose light is added up. Without lights the result is zero.
     /// method : str
-    ///     As for `irradiance`. ``"exact"`` has no noise where the reflection is diffuse; of other
-    ///     reflections it samples what has no closed form.
+    ///     As for `irradiance`. ``"exact"`` has no noise where the reflection is diffuse; for other
+    ///     reflections it samples the part that has no closed form.
     /// samples : int
-    ///     Samples for each point and light, where the method takes any.
+    ///     The number of samples for each point and light, where the method takes samples.
     /// seed : int
     ///     From 0 to 2⁶⁴ − 1. Two seeds give independent noise.
     /// sampler : str
     ///     The sampling pattern, such as ``"stratified"`` or ``"sobol"``.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
@@ -268,7 +277,7 @@ impl Scene {
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If an argument is not valid: with its index and value.
+    ///     If an argument is not valid. The message has its index and value.
     ///
     /// Examples
     /// --------
@@ -326,28 +335,29 @@ impl Scene {
         colours(py, found, is_single, &points.shape)
     }
 
-    /// Compute the share of a light that points see, past all triangles, without noise.
+    /// Compute the fraction of a light that points see between the triangles, without noise.
     ///
     /// Parameters
     /// ----------
     /// points : (…, 3) array
-    ///     Points of surfaces. Arrays of float32 and float64 are taken as they are.
+    ///     Points of surfaces. Arrays of float32 and float64 are not copied.
     /// light : Light
     ///     A polygon, a disk, a sphere, a line, a point or parallel light. A sphere is seen as the
     ///     flat disk of its outline.
     /// measure : str
-    ///     ``"area"`` (of a line, its length), ``"solid-angle"``, or ``"cosine"``: the share of the
-    ///     irradiance that it would cause unshadowed.
+    ///     ``"area"`` (for a line, its length), ``"solid-angle"``, or ``"cosine"``: the fraction of
+    ///     the irradiance that the light would cause without shadows.
     /// normals : (…, 3) array, optional
     ///     The normals, for ``"cosine"`` alone.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
     /// ndarray of float64, shape (…)
-    ///     Between 0 and 1. NaN where the whole light measures nothing: from a point in its plane
-    ///     or inside a sphere, or below the horizon of the normal.
+    ///     Between 0 and 1. NaN where the measure of the whole light is zero: from a point in its
+    ///     plane or inside a sphere, or for a light below the horizon of the normal.
     ///
     /// Raises
     /// ------
@@ -372,6 +382,7 @@ impl Scene {
         normals: Option<&Bound<'py, PyAny>>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        // Read the arguments: the cosine needs normals, and other measures take none.
         let points = Vectors::new("points", points)?;
         let normals = normals.map(|n| Vectors::new("normals", n)).transpose()?;
         let measured = match (measure, &normals) {
@@ -390,6 +401,7 @@ impl Scene {
             }
         };
         let asked = Receivers::new(&points, normals.as_ref().unwrap_or(&points))?;
+        // Compute without the interpreter's lock.
         let scene = self
             .lit
             .get(py, &self.bare, one_light(light)?, Method::plain())?;
@@ -407,19 +419,20 @@ impl Scene {
     /// Parameters
     /// ----------
     /// point : (…, 3) array
-    ///     The points that see it.
+    ///     The point that sees the light, or several.
     /// light : Light
-    ///     A polygon, a disk or a sphere, which is seen as the flat disk of its outline.
+    ///     A polygon, a disk, or a sphere, which is seen as the flat disk of its outline.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
-    /// list of ndarray of float64, shape (k, 3), or of more than one point a list of such lists
-    ///     Rings of corners: those around the visible part run counter-clockwise as the point sees
-    ///     them, those around holes clockwise. Empty where nothing is visible, as of a sphere from
-    ///     inside. Corners on the rim of a disk are at most a 256th of it apart: chords are within
-    ///     7.6e-5 of the radius of their arcs.
+    /// list of ndarray of float64, shape (k, 3), or for several points a list of such lists
+    ///     Rings of corners. As the point sees them, outer rings run counter-clockwise and rings
+    ///     around holes clockwise. The list is empty where no part is visible, such as inside a
+    ///     sphere. On the rim of a disk, neighbouring corners are at most a 256th of the circle
+    ///     apart, so that chords are within 7.6e-5 of the radius from their arcs.
     ///
     /// Raises
     /// ------
@@ -475,17 +488,19 @@ impl Scene {
     /// Parameters
     /// ----------
     /// points : (…, 3) array
-    ///     The points that see them.
+    ///     The points that see the lines.
     /// lines : (…, 2, 3) array
-    ///     Both ends of a line for each point. One point sees many lines, and one line may be for
-    ///     all.
+    ///     Both ends of a line for each point. One point may be for all lines, and one line for all
+    ///     points.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
     /// lo, hi : ndarray of float64
-    ///     The ends of all visible parts, as parameters of their line from 0 to 1, ascending.
+    ///     The lower and upper ends of all visible parts, as parameters of their line from 0 at its
+    ///     first end to 1 at its second, in ascending order along each line.
     /// offsets : ndarray of int64, shape (n + 1,)
     ///     The parts of line ``i`` are ``lo[offsets[i]:offsets[i + 1]]``.
     ///
@@ -508,11 +523,12 @@ impl Scene {
         lines: &Bound<'py, PyAny>,
         threads: Option<usize>,
     ) -> PyResult<Intervals<'py>> {
+        // Read the arguments: a line for each point, or one of either for all of the other.
         let points = Vectors::new("points", points)?;
         let lines = Vectors::new("lines", lines)?;
         let shape = match lines.shape.split_last() {
             Some((2, shape)) => shape,
-            // An empty list has lost its other axes.
+            // An array from an empty list has one axis only.
             Some((0, [])) => &lines.shape,
             _ => {
                 let what = "lines need the shape (…, 2, 3): both ends of each";
@@ -534,6 +550,7 @@ impl Scene {
             let i = if shape.is_empty() { 0 } else { i };
             [ends.get(2 * i), ends.get(2 * i + 1)]
         };
+        // Find the visible parts without the interpreter's lock, some lines at a time.
         let mut found = VisibleLines::new();
         let work = || {
             for first in (0..count).step_by(AT_ONCE) {
@@ -557,6 +574,7 @@ impl Scene {
             other => value_error(of_scene(&other)),
         };
         detached(py, count, threads, work)?.map_err(error)?;
+        // Write them to three arrays.
         let (mut low, mut high, mut offsets) = (Vec::new(), Vec::new(), vec![0_i64]);
         for i in 0..count {
             low.extend(found.line(i).iter().map(|part| part.lo));
@@ -570,7 +588,8 @@ impl Scene {
         ))
     }
 
-    /// Find the triangles that meet the space between a point and a polygon, their convex hull.
+    /// Find the triangles that meet the convex hull of a point and a polygon, the space between
+    /// them.
     ///
     /// Parameters
     /// ----------
@@ -582,8 +601,8 @@ impl Scene {
     /// Returns
     /// -------
     /// ndarray of uint32
-    ///     The numbers of the triangles, ascending. Those that touch the space count; those without
-    ///     area do not.
+    ///     The numbers of the triangles, in ascending order. A triangle that touches the space is
+    ///     in the list; triangles without area are not.
     ///
     /// Raises
     /// ------
@@ -595,11 +614,13 @@ impl Scene {
         point: &Bound<'py, PyAny>,
         polygon: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        // Read the point.
         let point = vector("point", point)?;
         if !point.is_finite() {
             let point = shown(point.to_array());
             return Err(value_error(format!("point is not finite: {point}")));
         }
+        // Read the polygon, which is a light or an array of corners.
         let polygon = match polygon.cast::<Light>() {
             Ok(light) => match &light.get().light {
                 RustLight::Area(area) => area.polygon,
@@ -625,7 +646,7 @@ impl Scene {
         self.made.faces.len()
     }
 
-    /// The bytes that the hierarchy takes.
+    /// The size of the hierarchy in bytes.
     #[getter]
     fn memory(&self) -> usize {
         self.bare.occluders().memory()
@@ -648,7 +669,7 @@ impl Scene {
         slf
     }
 
-    /// Scenes cannot be changed: a copy is the scene itself.
+    /// Return this scene itself: scenes cannot be changed, so that a copy would be equal.
     fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
         slf
     }

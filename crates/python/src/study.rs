@@ -1,4 +1,4 @@
-//! Convergence studies.
+//! The function `converge`, which measures how the error of estimators falls with samples and time.
 
 use crate::errors::{value_error, whole};
 use crate::picture::{not_read, parsed};
@@ -11,7 +11,7 @@ use linelit_scenes::Library;
 use pyo3::prelude::*;
 use std::sync::atomic::Ordering;
 
-/// The tables of a study: the names of files, and their texts.
+/// The tables of a study, each the name of a file and its text.
 type Tables = Vec<(String, String)>;
 
 /// converge(scenes, …)
@@ -30,6 +30,7 @@ pub(crate) fn converge(
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Tables> {
+    // Read the arguments.
     let estimators = estimators
         .iter()
         .map(|name| parsed::<Estimator>("estimators", name));
@@ -48,6 +49,7 @@ pub(crate) fn converge(
         seed: whole("seed", seed)?,
         ..StudySpec::default()
     };
+    // Check them.
     if spec.estimators.is_empty() || spec.samplers.is_empty() || spec.scenes.is_empty() {
         return Err(value_error(
             "scenes, estimators and samplers need one each at least",
@@ -64,13 +66,14 @@ pub(crate) fn converge(
             "trials is {trials}, and needs to be at least 2"
         )));
     }
+    // Measure without the interpreter's lock, and report the units that are done.
     let units = Done::default();
     let told = units.tell(progress.as_ref());
     let measured = watched(py, threads, || measure(&spec, &units), told)?;
     measured.map_err(|error| not_read(&spec.scenes[0], &error))
 }
 
-/// Measures a study, unit by unit, and counts those that are done.
+/// Measures a study unit by unit, counts the units that are done, and returns the tables.
 fn measure(spec: &StudySpec, done: &Done) -> Result<Tables> {
     let load = |name: &str| {
         let loaded = Library::default().load(name)?;
@@ -101,7 +104,7 @@ fn measure(spec: &StudySpec, done: &Done) -> Result<Tables> {
     })
 }
 
-/// The tables of what was measured.
+/// The tables of the results of all units.
 fn tables(
     spec: &StudySpec,
     work: &Work<'_, '_, '_>,

@@ -1,4 +1,10 @@
-//! Long calls: without the interpreter's lock, on threads of their own, until Ctrl-C.
+//! How long calls run: without the interpreter's lock, on threads of their own, and so that Ctrl-C
+//! stops them.
+//!
+//! Work asks now and then whether it should stop (`linelit::geometry::stop`), and unwinds if so.
+//! Long work runs on a pool of threads, while the calling thread waits and checks for signals every
+//! 50 ms ([`watched`]). Short work runs in the calling thread, where answering that question means
+//! a check for signals ([`alone`]). Pools are used again by later calls ([`Crew`]).
 
 use crate::errors::value_error;
 use linelit::geometry::stop::{self, Stopped};
@@ -15,24 +21,27 @@ use std::time::{Duration, Instant};
 /// How often the calling thread checks whether a signal such as Ctrl-C has arrived.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Items of which a call is short: waking other threads would take longer.
+/// The largest number of items for which a call is short: waking other threads would take longer.
 const SHORT: usize = 64;
 
-/// Threads for one call at a time, which may be told to stop.
+/// A pool of threads that serves one call at a time and can be stopped.
 struct Crew {
-    /// The number that was asked for; zero for one thread a core.
+    /// The number of threads that calls request; zero means one thread for each core.
     threads: usize,
     pool: ThreadPool,
+    /// Set to make work on these threads unwind.
     stop: Arc<AtomicBool>,
 }
 
-/// Crews without a call, and the process that their threads are in: a forked child has none of
-/// them. It is locked by whoever has the interpreter's lock alone, so no fork finds it locked.
+/// The idle crews, and the process that their threads belong to: after a fork, the child has the
+/// memory of the crews but not their threads. The mutex is locked only by threads that hold the
+/// interpreter's lock, so that no fork finds it locked.
 static IDLE: Mutex<(u32, Vec<Crew>)> = Mutex::new((0, Vec::new()));
 
 impl Crew {
-    /// An idle crew, or a new one.
+    /// Takes an idle crew with this number of threads, or starts a new one.
     fn take(threads: Option<usize>) -> PyResult<Self> {
+        // Check the number of threads.
         if let Some(threads) = threads
             && !(1..=1024).contains(&threads)
         {
@@ -41,16 +50,18 @@ impl Crew {
             )));
         }
         let threads = threads.unwrap_or(0);
+        // Look for an idle crew of this process.
         let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
         let (process, crews) = &mut *idle;
         if *process != process::id() {
-            // What is left of a parent's cannot even be dropped, which would wake its threads.
+            // After a fork, leak the parent's crews: dropping them would try to wake their threads.
             std::mem::forget(std::mem::take(crews));
             *process = process::id();
         }
         if let Some(k) = crews.iter().position(|crew| crew.threads == threads) {
             return Ok(crews.swap_remove(k));
         }
+        // Start a new crew, whose threads look at its flag when work asks whether to stop.
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let ask = move |_| {
@@ -66,7 +77,7 @@ impl Crew {
         })
     }
 
-    /// Waits for the next call.
+    /// Makes the crew idle, ready for the next call.
     fn put_back(self) {
         self.stop.store(false, Ordering::Relaxed);
         let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -74,9 +85,9 @@ impl Crew {
     }
 }
 
-/// Does work on threads of its own, without the interpreter's lock, while this thread looks for
-/// signals and calls `told` now and then; an error of either stops the work. The work may take what
-/// only this call has: when this returns, it has ended.
+/// Does work on a pool of threads without the interpreter's lock. Meanwhile this thread checks for
+/// signals and calls `told` every 50 ms, and stops the work if either fails. The work may borrow
+/// from the caller: it has ended when this function returns.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -86,9 +97,11 @@ pub(crate) fn watched<T: Send>(
     let crew = Crew::take(threads)?;
     let watch = || {
         crew.pool.in_place_scope(|scope| {
+            // Start the work. If it panics, the sender is dropped, and the scope passes the panic
+            // on when it ends.
             let (sender, ended) = channel();
-            // A panic drops the sender; the scope hands it on.
             scope.spawn(move |_| drop(sender.send(stop::catch(work))));
+            // Wait for its end, and check for signals meanwhile.
             loop {
                 match ended.recv_timeout(LOOK) {
                     Ok(found) => return Ok(found.ok()),
@@ -105,13 +118,14 @@ pub(crate) fn watched<T: Send>(
     };
     let found: PyResult<Option<T>> = py.detach(watch);
     crew.put_back();
-    // Nobody but this thread stops the work, and then there is an error.
+    // Only this thread stops the work, and then `found` is already an error.
     let found = found?.ok_or_else(|| value_error("the work was stopped"))?;
     told(py)?;
     Ok(found)
 }
 
-/// The pieces of work that are done, of all; counted by the work's threads.
+/// The progress of a call: the number of pieces of work that are done, and the number of all
+/// pieces, counted by the threads that do the work.
 #[derive(Default)]
 pub(crate) struct Done {
     pub(crate) done: AtomicUsize,
@@ -119,7 +133,8 @@ pub(crate) struct Done {
 }
 
 impl Done {
-    /// Tells a function of Python of each piece that is done, and how many there are.
+    /// Returns a function for [`watched`] that calls Python's `progress` once for each piece that
+    /// has been done, with the number of pieces done and the number of all.
     pub(crate) fn tell<'a>(
         &'a self,
         progress: Option<&'a Py<PyAny>>,
@@ -138,10 +153,12 @@ impl Done {
     }
 }
 
-/// Does work in this thread, without the interpreter's lock, and looks for signals meanwhile. The
-/// work must not share itself out: outside of a pool rayon has one of its own, which a fork breaks.
+/// Does work in this thread without the interpreter's lock, and checks for signals every 50 ms when
+/// the work asks whether to stop. The work must not use rayon: outside of a [`Crew`] that means
+/// rayon's global pool, whose threads a forked child does not have.
 pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let watch = || {
+        // Answer the question whether to stop by a check for signals, at most every 50 ms.
         let (next, error) = (Cell::new(Instant::now() + LOOK), Rc::default());
         let found: Rc<RefCell<Option<PyErr>>> = Rc::clone(&error);
         let look = move || {
@@ -152,6 +169,7 @@ pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
             next.set(Instant::now() + LOOK);
             found.borrow().is_some()
         };
+        // Do the work, and restore the thread's former question.
         let before = stop::ask(Some(Rc::new(look)));
         let ended = stop::catch(work);
         stop::ask(before);
@@ -161,7 +179,8 @@ pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
     ended.map_err(|error| error.unwrap_or_else(|| value_error("the work was stopped")))
 }
 
-/// Does work with a number of items: on threads of its own, unless it is short. Ctrl-C ends it.
+/// Does work of this number of items: in this thread if there are few ([`alone`]), else on a pool
+/// of threads ([`watched`]). Ctrl-C stops both.
 pub(crate) fn detached<T: Send>(
     py: Python<'_>,
     items: usize,

@@ -1,4 +1,4 @@
-//! View factors of facets.
+//! The class `ViewFactors` of Python: facets, and the view factors between them and from points.
 
 use crate::arrays::{Vectors, out, polygons};
 use crate::errors::{NAMED, of_query, of_scene, shown, value_error, warn_if_coarse};
@@ -17,35 +17,36 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList, PyType};
 use rayon::prelude::*;
 
-/// Facets that see each other, and hide each other.
+/// Facets that exchange radiation and cast shadows on each other.
 ///
-/// A view factor is the share of what leaves a facet, evenly and diffusely, that reaches another;
-/// what no facet receives goes to the sky.
+/// A view factor is the fraction of the radiation leaving one facet, uniformly and diffusely, that
+/// reaches another facet directly. The fraction that no facet receives goes to the sky.
 ///
 /// Parameters
 /// ----------
 /// vertices : (n, 3) array
-///     Positions, up to 2⁶⁰.
+///     Positions, with coordinates up to 2⁶⁰.
 /// polygons : (m, k) array of int, or list of sequences of int
-///     The vertices of each facet, from 0: 3 to 16, of a flat and convex polygon. A list may mix
-///     triangles, quadrangles and others.
+///     The vertices of each facet, counted from 0: 3 to 16 corners of a flat and convex polygon.
+///     A list may mix triangles, quadrangles and others.
 /// sides : int
 ///     1 if facets send and receive on the side from which their corners run counter-clockwise, 2
-///     if on both. Both sides hide what is behind. With 2, a factor is the share of what leaves
-///     both sides together.
+///     if they do on both. Both sides cast shadows in either case. With 2, a factor is the fraction
+///     of the radiation that leaves both sides together.
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an array has a wrong shape or type, a vertex is not finite, or a facet is not flat,
-///     convex and of some area: with its index.
+///     If an array has a wrong shape or type, a vertex is not finite, or a facet is not flat, not
+///     convex or without area. The message has its index.
 ///
 /// Notes
 /// -----
-/// Coordinates are moved to the middle of those that polygons use, and rounded to float32 once:
-/// `displacement` is how far that moved a vertex at most, and a warning says so where that is more
-/// than a thousandth of the median edge. A facet that is not much wider than this has no digits
-/// from points. Where facets coincide in one plane, the one with the lowest number is there.
+/// Coordinates are rounded to float32 once, relative to the middle of all vertices that polygons
+/// use. `displacement` is the largest distance by which that moved a vertex, and there is a warning
+/// if it is more than a thousandth of the median edge. Factors from points to a facet that is not
+/// much wider than this distance have no correct digits. Where facets overlap in one plane, only
+/// the one with the lowest number counts.
 ///
 /// Examples
 /// --------
@@ -63,13 +64,13 @@ use rayon::prelude::*;
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct ViewFactors {
     facets: Facets,
-    /// What they were made of.
+    /// The arguments that the facets were made from, for pickling.
     positions: Vec<[f64; 3]>,
     polygons: Vec<Vec<u32>>,
     sides: i64,
 }
 
-/// The most pieces that threads share out.
+/// The largest number of pieces that work is divided into for threads.
 const PIECES: usize = 1024;
 
 #[pymethods]
@@ -82,6 +83,7 @@ impl ViewFactors {
         polygons: &Bound<'_, PyAny>,
         sides: i64,
     ) -> PyResult<Self> {
+        // Read the arguments.
         let vertices = Vectors::list("vertices", vertices)?;
         let rows = vertices.rows()?;
         let positions: Vec<_> = (0..rows.len()).map(|i| rows.get(i)).collect();
@@ -95,6 +97,7 @@ impl ViewFactors {
                 )));
             }
         };
+        // Build the hierarchy without the interpreter's lock.
         let build = || Facets::new(&positions, &polygons, which);
         let built = detached(py, polygons.len(), None, build)?;
         let facets = built.map_err(|e| value_error(not_built(e, positions.len())))?;
@@ -114,14 +117,14 @@ impl ViewFactors {
     /// i, j : int
     ///     The facet that sends, and the one that receives.
     /// tolerance : float
-    ///     The error that is wanted, absolute. Where something is in between, the time grows as
-    ///     its inverse.
+    ///     The absolute error that is allowed. If there are facets between the two, the time is in
+    ///     inverse proportion to it.
     ///
     /// Returns
     /// -------
     /// Estimate
-    ///     ``value``, and ``error``, a bound of its error that is at most the tolerance wherever
-    ///     the adaptive rule ends in time.
+    ///     ``value``, and ``error``, a bound of its error. The bound is at most the tolerance,
+    ///     unless the adaptive rule reached its limit of evaluations first.
     ///
     /// Raises
     /// ------
@@ -160,24 +163,27 @@ impl ViewFactors {
     /// normals : (…, 3) array
     ///     The normal of each point, of any length but zero, or one for all.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
     /// PointFactors
-    ///     ``facets``, an array of the shape (…, m), and ``sky``, (…): what no facet takes of 1.
+    ///     ``facets``, the factors to all facets, an array of shape (…, m); and ``sky``, of shape
+    ///     (…), 1 minus the sum of a point's factors.
     ///
     /// Raises
     /// ------
     /// ValueError
     ///     If an argument is not valid, with its name, index and value.
     /// MemoryError
-    ///     If there is no room for so many factors.
+    ///     If there is not enough memory for the factors.
     ///
     /// Notes
     /// -----
-    /// Lambert's sum over the boundary of the visible part of each facet, divided by π. Points are
-    /// lifted along their normals by twice `displacement`, so that one on a facet is above it.
+    /// A factor is Lambert's sum over the boundary of the visible part of a facet, divided by π.
+    /// Points are lifted along their normals by twice `displacement`, so that a point on a facet is
+    /// above it.
     ///
     /// Examples
     /// --------
@@ -199,11 +205,13 @@ impl ViewFactors {
         normals: &Bound<'py, PyAny>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        // Read and check the points.
         let points = Vectors::new("points", points)?;
         let normals = Vectors::new("normals", normals)?;
         let asked = Receivers::new(&points, &normals)?;
         let checked = (0..asked.points.len()).try_for_each(|i| check(asked.get(i), i));
         checked.map_err(|e| of_query(e, NAMED, |i| asked.get(i)))?;
+        // Compute a row of factors for each point.
         let (count, width) = (asked.points.len(), self.facets.len());
         let (mut found, mut sky) = (zeros(count, width)?, vec![1.0; count]);
         let rows = found.par_chunks_exact_mut(width.max(1));
@@ -213,6 +221,7 @@ impl ViewFactors {
             row.copy_from_slice(&seen.facets);
             *sky = seen.sky;
         })?;
+        // Make arrays of them.
         let sky = out(py, sky, &points.shape)?;
         let mut shape = points.shape.clone();
         shape.push(width);
@@ -220,21 +229,22 @@ impl ViewFactors {
         named(py, &POINT_FACTORS, "PointFactors")?.call1((facets, sky))
     }
 
-    /// Compute the matrix of all view factors, by compressed rows of those that are not zero.
+    /// Compute the matrix of all view factors, as a sparse matrix in compressed rows.
     ///
     /// Parameters
     /// ----------
     /// tolerance : float
-    ///     The error that is wanted of the sum of a row, absolute.
+    ///     The absolute error that is allowed in the sum of a row.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
     /// FactorMatrix
     ///     ``data``, ``indices`` and ``indptr`` as ``scipy.sparse.csr_matrix`` takes them,
-    ///     ``error``, a bound of the error of each factor, and ``sky``, what no facet receives of
-    ///     each row's 1.
+    ///     ``error``, a bound of the error of each factor, and ``sky``, 1 minus the sum of each
+    ///     row.
     ///
     /// Raises
     /// ------
@@ -243,7 +253,8 @@ impl ViewFactors {
     ///
     /// Notes
     /// -----
-    /// Areas times factors are the same both ways to the bit but for the division.
+    /// The factors of two facets are reciprocal: area times factor is computed once for both
+    /// directions, so that the two products differ by the rounding of the division alone.
     ///
     /// Examples
     /// --------
@@ -261,8 +272,10 @@ impl ViewFactors {
         tolerance: f64,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        // Compute without the interpreter's lock.
         let tolerance = positive("tolerance", tolerance)?;
         let found = watched(py, threads, || self.facets.matrix(tolerance), |_| Ok(()))?;
+        // Convert the indices to the types of scipy.
         #[allow(
             clippy::cast_possible_wrap,
             reason = "facets have 3 corners of 2³² vertices"
@@ -282,28 +295,31 @@ impl ViewFactors {
         ))
     }
 
-    /// Compute the share of facets that light of one direction reaches, exactly but for rounding.
+    /// Compute the fraction of each facet's area that parallel light reaches, exactly but for
+    /// rounding.
     ///
     /// Parameters
     /// ----------
     /// direction : (…, 3) array
     ///     Towards the light, such as the sun, of any length but zero.
     /// i : int, optional
-    ///     The facet, all if none is given.
+    ///     The number of one facet; the default is all facets.
     /// threads : int, optional
-    ///     All cores if none is given. No bit of the result depends on it.
+    ///     The number of threads; the default is one for each core. No bit of the result depends
+    ///     on it.
     ///
     /// Returns
     /// -------
     /// ndarray of float64, shape (…, m), or (…) where ``i`` is given
-    ///     0 where a facet faces away; the share of the lit side where facets have two.
+    ///     Between 0 and 1; 0 where a facet faces away from the light. Where facets have two sides,
+    ///     it is the fraction of the side that faces the light.
     ///
     /// Raises
     /// ------
     /// ValueError
     ///     If a direction is zero or not finite, or there is no such facet.
     /// MemoryError
-    ///     If there is no room for so many shares.
+    ///     If there is not enough memory for the result.
     ///
     /// Examples
     /// --------
@@ -323,6 +339,7 @@ impl ViewFactors {
         i: Option<i64>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        // Read and check the directions and the facet.
         let directions = Vectors::new("direction", direction)?;
         let rows = directions.rows()?;
         let bad = |i: &usize| predicates::normalize(DVec3::from(rows.get(*i))).is_none();
@@ -333,6 +350,7 @@ impl ViewFactors {
             )));
         }
         let only = i.map(|i| self.number("i", i)).transpose()?;
+        // Compute the fraction of each facet for each direction.
         let width = only.map_or(self.facets.len(), |_| 1);
         let mut found = zeros(rows.len(), width)?;
         self.for_each(py, found.par_iter_mut(), threads, |k, share, memory| {
@@ -344,7 +362,7 @@ impl ViewFactors {
         out(py, found, &shape)
     }
 
-    /// The area of each facet, of one side.
+    /// The area of one side of each facet.
     #[getter]
     fn area<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let areas: Vec<_> = (0..self.facets.len())
@@ -353,7 +371,7 @@ impl ViewFactors {
         areas.into_pyarray(py)
     }
 
-    /// The distance by which rounding to float32 moved a vertex, at most.
+    /// The largest distance by which rounding to float32 moved a vertex.
     #[getter]
     const fn displacement(&self) -> f64 {
         self.facets.displacement()
@@ -362,7 +380,8 @@ impl ViewFactors {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let positions = self.positions.as_flattened().to_vec();
         let positions = out(py, positions, &[self.positions.len(), 3])?;
-        // One array where all have as many corners, which is read at once.
+        // Where all facets have the same number of corners, store them as one array, which is read
+        // faster.
         let width = self.polygons.first().map_or(0, Vec::len);
         let polygons = match self.polygons.iter().all(|polygon| polygon.len() == width) {
             true => out(py, self.polygons.concat(), &[self.polygons.len(), width])?,
@@ -372,12 +391,12 @@ impl ViewFactors {
         reduced(py, "ViewFactors", arguments, PyDict::new(py))
     }
 
-    /// Facets cannot be changed: a copy is they themselves.
+    /// Return this object itself: facets cannot be changed, so that a copy would be equal.
     const fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
 
-    /// Facets cannot be changed: a copy is they themselves.
+    /// Return this object itself: facets cannot be changed, so that a copy would be equal.
     fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
         slf
     }
@@ -392,14 +411,14 @@ impl ViewFactors {
 }
 
 impl ViewFactors {
-    /// The number of a facet.
+    /// Checks that an argument is the number of a facet.
     fn number(&self, name: &str, i: i64) -> PyResult<usize> {
         let count = self.facets.len();
         let found = usize::try_from(i).ok().filter(|i| *i < count);
         found.ok_or_else(|| value_error(format!("{name} is {i}, but there are {count} facets")))
     }
 
-    /// Computes values, each by its number, on all threads.
+    /// Calls `one` with the number of each value, the value and a thread's memory, on all threads.
     fn for_each<T: Send>(
         &self,
         py: Python<'_>,
@@ -408,7 +427,7 @@ impl ViewFactors {
         one: impl Fn(usize, T, &mut Memory) + Sync,
     ) -> PyResult<()> {
         let work = || {
-            // Once stopped, each piece of work unwinds by itself: there are few.
+            // Limit the number of pieces of work: once stopped, each unwinds by itself.
             let least = 1 + values.len() / PIECES;
             let all = values.enumerate().with_min_len(least);
             all.for_each_init(Memory::default, |memory, (i, value)| one(i, value, memory));
@@ -421,7 +440,7 @@ static ESTIMATE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static POINT_FACTORS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static FACTOR_MATRIX: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// A tuple with names, of `_viewfactors.py`.
+/// A class of named tuples in `_viewfactors.py`, which is imported once.
 fn named<'py>(
     py: Python<'py>,
     once: &'static PyOnceLock<Py<PyType>>,
@@ -430,7 +449,7 @@ fn named<'py>(
     once.import(py, "linelit._viewfactors", name)
 }
 
-/// The first error of a point with a normal.
+/// Checks the point of number `i` and its normal.
 fn check([point, normal]: [[f64; 3]; 2], i: usize) -> Result<(), Error> {
     const LARGEST: f64 = (1_u64 << 60) as f64;
     if !point.iter().all(|x| x.abs() <= LARGEST) {
@@ -440,7 +459,7 @@ fn check([point, normal]: [[f64; 3]; 2], i: usize) -> Result<(), Error> {
     is_direction.then_some(()).ok_or(Error::Normal(i))
 }
 
-/// Zeros of a number of rows, if there is room for them.
+/// A matrix of zeros by rows, or `MemoryError` if there is not enough memory for it.
 fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
     let mut values = Vec::new();
     let room = rows.checked_mul(width).ok_or(());
@@ -451,7 +470,7 @@ fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
     Ok(values)
 }
 
-/// The message of facets that were refused.
+/// The message of an error about facets.
 fn not_built(error: FacetError, vertices: usize) -> String {
     match error {
         FacetError::Vertex(i) => of_scene(&Error::Vertex(i)),

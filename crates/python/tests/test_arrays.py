@@ -12,7 +12,7 @@ VERTICES = RNG.uniform(-1, 1, (30, 3)).astype(np.float32) * [1, 1, 0.3] + [0, 0,
 FACES = np.arange(30).reshape(-1, 3)
 SCENE = ll.Scene(VERTICES, FACES)
 LAMP = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], 3.0)
-# Eighths are the same in every type.
+# Multiples of 1/8 are exact in every type.
 POINTS = (RNG.integers(-8, 9, (40, 3)) / 8) * [1, 1, 0]
 NORMALS = RNG.integers(-1, 2, (40, 3)) + [0, 0, 2]
 WANT = SCENE.irradiance(POINTS, NORMALS.astype(float), LAMP, method="exact")
@@ -124,6 +124,6 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before, scene.face_co
         return kilobytes * 1024 / count
 
     assert resource.RUSAGE_SELF is not None
-    # Converting float64 takes 6 bytes a triangle and int64 takes 12, which are kept while the
-    # hierarchy is built: half of that is seen above a megabyte of noise in two million triangles.
+    # The converted copies take 6 bytes a triangle for float64 and 12 for int64, and live while the
+    # hierarchy is built. At least half of that must show, above noise of about a megabyte.
     assert peak("f8", "i8") - peak("f4", "u4") > 9

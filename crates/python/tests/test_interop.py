@@ -39,7 +39,8 @@ def test_meshes_are_read_by_each_name_of_their_buffers(names):
 
 
 def test_faces_of_a_list_name_vertices_of_their_own_mesh():
-    # Both hide a half. Were faces not renumbered, the first triangle would be there twice.
+    # Each mesh hides a half of the lamp. If the faces were not renumbered, the first mesh would be
+    # read twice and the second would be missing.
     both = [stand_in(), stand_in(NAMES[1], MIRRORED)]
     assert seen(ll.from_mitsuba(both)) == 0.0
     assert seen(ll.from_mitsuba(types.SimpleNamespace(shapes=lambda: both))) == 0.0

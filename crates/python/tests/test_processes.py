@@ -73,9 +73,9 @@ def test_a_forked_child_has_the_bits_of_its_parent(name):
     call = PARALLEL[name]
     want = np.ascontiguousarray(call()).tobytes()
     assert in_child(call) == want
-    # A child of a child, each with threads of its own.
+    # Also compute in a child and in its own child, each of which starts its own threads.
     assert in_child(lambda: np.frombuffer(call() is not None and in_child(call), np.uint8)) == want
-    # The parent goes on with its own.
+    # The parent can still use its threads.
     assert np.ascontiguousarray(call()).tobytes() == want
 
 
@@ -89,7 +89,7 @@ def test_a_pool_of_forked_processes_works_in_all_of_them():
     want = [total(k) for k in range(12)]
     with multiprocessing.get_context("fork").Pool(4) as pool:
         assert pool.map_async(total, range(12), chunksize=1).get(60) == want
-        # Others fork while this process computes.
+        # Fork more processes while this one computes.
         thread = threading.Thread(target=total, args=(0,))
         thread.start()
         with multiprocessing.get_context("fork").Pool(2) as more:
@@ -139,7 +139,7 @@ def test_a_light_that_was_pickled_gives_the_same_bits(name, protocol):
     values = [SCENE.irradiance(points, normals, each, samples=4) for each in (light, again)]
     assert repr(again) == repr(light) and values[0].shape == values[1].shape
     assert values[0].tobytes() == values[1].tobytes() and values[0].any()
-    # And once more: what is kept is what was given.
+    # Pickling the copy again gives the same bytes.
     assert pickle.dumps(again, protocol) == pickle.dumps(light, protocol)
 
 
@@ -151,7 +151,7 @@ def test_a_scene_that_was_pickled_gives_the_same_bits(dtype, protocol):
     faces[7] = 3
     scene = ll.Scene(vertices, faces, surface_offset=0.01, light_margin=0.02)
     want = scene.irradiance(POINTS[:200], UP, LAMP, samples=2)
-    # Arrays are the caller's, who may change them.
+    # The scene must not depend on the arrays, which the caller may change.
     vertices[:] = 0
     faces[:] = 0
     again = pickle.loads(pickle.dumps(scene, protocol))
@@ -197,7 +197,7 @@ def test_a_copy_is_the_thing_itself():
         assert copy.copy(each) is each and copy.deepcopy([each])[0] is each
 
 
-# Calls that last for half a minute and more, each after what it needs is there.
+# Calls that last for at least half a minute: for each, the code that prepares it, and the call.
 LONG = {
     "Scene": ("V, F = soup(2_000_000)", "[ll.Scene(V, F) for _ in range(99)]"),
     "ViewFactors": ("V, F = soup(100_000)", "[ll.ViewFactors(V, F) for _ in range(99)]"),
@@ -286,7 +286,7 @@ except KeyboardInterrupt:
         finally:
             child.kill()
     assert rest == "{1.738571}\n" * 2
-    # About a tenth of a second; machines that run tests have much else to do.
+    # It takes about a tenth of a second, but longer on busy machines.
     assert took < 5, took
 
 

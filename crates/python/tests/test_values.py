@@ -21,18 +21,20 @@ LAMP = ll.Rectangle([-1, -1, 2], [0, 2, 0], [2, 0, 0], 3.0)
 
 
 def test_a_square_over_its_middle():
-    # Howell's C-11, four quarters of it: F = (2/π) (x / √(1 + x²)) atan(x / √(1 + x²)), x = a / c.
+    # Four times the factor of a quarter of the square over its corner. With x = a / √(a² + c²), for
+    # half the side a and the height c, the sum is F = (4/π) x atan(x).
     for half, height in [(1.0, 2.0), (0.5, 3.0), (2.0, 0.25)]:
         lamp = ll.Rectangle([-half, -half, height], [0, 2 * half, 0], [2 * half, 0, 0], 1.0)
         x = half / np.hypot(half, height)
         factor = 4 / np.pi * x * np.arctan(x)
         got = NOTHING.irradiance([0, 0, 0], UP, lamp, method="exact") / np.pi
-        # Four terms of a few roundings each, of numbers up to one.
+        # The value has four terms of up to one, with a few roundings each.
         assert got == pytest.approx(factor, abs=1e-14)
 
 
 def test_round_lights_and_skies_by_their_closed_forms():
-    # A disk over its middle: sin² of its half angle; a sphere: (R / d)²; a sky: 1.
+    # The factor is sin² of the half angle for a disk over its middle and for a sun, (R / d)² for a
+    # sphere, and 1 for a sky.
     lights = {
         ll.Disk([0, 0, 2], [0, 0, -1], 1.0, 1.0): 1 / 5,
         ll.Sphere([0, 0, 2], 0.5, 1.0): 1 / 16,
@@ -42,7 +44,7 @@ def test_round_lights_and_skies_by_their_closed_forms():
     for light, factor in lights.items():
         each = [NOTHING.irradiance([0, 0, 0], UP, light, seed=k) for k in range(64)]
         mean, error = np.mean(each), np.std(each) / 8
-        # Five standard errors, and the rounding of a closed form where there is no noise.
+        # Allow five standard errors, and the rounding of a closed form where there is no noise.
         assert abs(mean - np.pi * factor) <= 5 * error + 1e-12
     assert NOTHING.irradiance([0, 0, 0], UP, ll.Distant([0, 1, 1], 2.0)) == pytest.approx(2**0.5)
     assert NOTHING.irradiance([0, 0, 0], UP, ll.Point([0, 0, 2], 8.0)) == pytest.approx(2.0)
@@ -54,7 +56,7 @@ def test_methods_agree_past_triangles():
     exact = scene.irradiance(points, UP, LAMP, method="exact")
     fraction = scene.visible_fraction(points, LAMP, measure="cosine", normals=np.tile(UP, (20, 1)))
     open_sky = NOTHING.irradiance(points, UP, LAMP, method="exact")
-    # Lifting points moves shadows by 1e-14, some thousand times as far on the lamp.
+    # Points are lifted by 1e-14, which moves shadows on the lamp by up to some thousand times that.
     assert np.allclose(exact, fraction * open_sky, rtol=0, atol=1e-10)
     for method in ["hybrid", "line-analytic", "point-solid-angle", "point-area+line-solid-angle"]:
         each = [scene.irradiance(points, UP, LAMP, method=method, seed=k) for k in range(100)]
@@ -221,9 +223,10 @@ def test_scenes_are_the_same_everywhere_on_the_map():
     for at in ([0, 0, 0], [5000, 5000, 0], [540000, 0, 0], [500000, 5400000, 300]):
         at = np.array(at, float)
         lamp = ll.Rectangle(np.array([-0.5, -0.5, 2.0]) + at, [0, 1, 0], [1, 0, 0], 10.0)
-        # A vertex that no face uses has no say.
+        # Add a vertex that no face uses. It must not change the rounding of the others.
         scene = ll.Scene(np.vstack([blade + at, [[0, 0, 0]]]), [[0, 1, 2]])
-        # Half a unit of the last digit here, and rounding to float32 of what is one in size.
+        # Allow half a unit of the last digit of these numbers, and the rounding to float32 of
+        # coordinates of about one.
         got = scene.irradiance(at, UP, lamp, method="exact")
         assert got == pytest.approx(1.738571, abs=6e-7)
         assert scene.visible_fraction(at, lamp) == pytest.approx(0.766364, abs=6e-7)
@@ -236,7 +239,7 @@ def test_points_on_rounded_faces_see_the_light():
     normal = np.cross(floor[1] - floor[0], floor[2] - floor[0])
     got = scene.irradiance(weights @ floor, normal, LAMP, method="exact")
     want = NOTHING.irradiance(weights @ floor, normal, LAMP, method="exact")
-    # Points are lifted by three roundings of vertices, at two from the lamp.
+    # The points are lifted by three roundings of vertices, at a distance of two from the lamp.
     assert np.allclose(got, want, rtol=1e-6, atol=0)
 
 

@@ -117,7 +117,8 @@ def test_closed_forms_of_rectangles(x, y):
 
 
 def test_strips_by_crossed_strings():
-    # Strips of width 1 at distance 1, and one of width 0.5 half way: strings go around its edges.
+    # Two long strips of width 1 at distance 1, with one of width 0.5 half-way between them. In the
+    # method of crossed strings, the strings go around the edges of the middle strip.
     long = [1, 2e5, 1]
     patch, other = LOW - [0, 0.5, 0], (HIGH - [0, 0.5, 0]) * long
     v = facets(patch, other, (LOW - [0, 0.5, 0]) * [0.5, 2e5, 1] + [0.25, 0, 0.5])
@@ -132,7 +133,7 @@ def test_points_in_closed_rooms_see_one():
     points = rng.uniform(-0.65, 0.65, (5, 20, 3))
     seen = v.from_point(points, rng.normal(size=points.shape))
     assert seen.facets.shape == (5, 20, len(v)) and seen.sky.shape == (5, 20)
-    # Each of 74 facets is right to 1e-12 of its own factor.
+    # The factor of each of the 74 facets has a relative error of at most 1e-12.
     assert np.abs(seen.sky).max() < 1e-11 and seen.facets.min() >= 0
     one = v.from_point(points[2, 3], UP)
     assert one.facets.shape == (len(v),) and isinstance(one.sky, np.float64)
@@ -146,7 +147,7 @@ def test_rows_of_a_room_with_a_box_add_up_to_one():
     all = dense(m)
     assert (np.abs(all.sum(1) - 1) <= error + 1e-12).all()
     assert np.allclose(all.sum(1) + m.sky, 1, atol=1e-15, rtol=0)
-    # Reciprocity holds but for the division by the area.
+    # Reciprocity holds up to the rounding of the division by the area.
     exchange = ROOM.area[:, None] * all
     assert np.allclose(exchange, exchange.T, rtol=1e-15, atol=0)
     for i, j in [(0, 20), (3, 9), (21, 25)]:
@@ -155,7 +156,7 @@ def test_rows_of_a_room_with_a_box_add_up_to_one():
 
 
 def test_a_facet_is_the_mean_of_its_points():
-    # Midpoints of 40 × 40 cells err by some 1e-4 of what is hidden at an edge.
+    # Take the mean over the midpoints of 40 × 40 cells, which has an error of about 1e-4.
     x = (np.arange(40) + 0.5) / 40
     points = np.stack(np.meshgrid(x, x, [0.0]), -1).reshape(-1, 3)
     v = facets(LOW, HIGH, LOW * 0.5 + [0, 0, 0.5])
@@ -165,7 +166,8 @@ def test_a_facet_is_the_mean_of_its_points():
 
 @pytest.mark.parametrize("n, m", [(1, 1), (2, 1), (1, 2), (3, 2)])
 def test_a_divided_screen_hides_as_much_as_a_whole_one(n, m):
-    # A screen at a right angle to a wall, below a lid; divided, its facets hide as one.
+    # The screen is at a right angle to a wall and below a lid. It hides as much of the lid when it
+    # is divided into facets.
     wall = np.array([[9.0, 0, 3], [6, 0, 3], [6, 0, 7], [9, 0, 7]])
     lid = np.array([[0.0, 0, 10], [0, 16, 10], [24, 16, 10], [24, 0, 10]])
     u, v = np.array([0, -16.0, 0]), np.array([0, 0, 2.0])
@@ -177,7 +179,7 @@ def test_a_divided_screen_hides_as_much_as_a_whole_one(n, m):
     x = (np.arange(50) + 0.5) / 50
     points = np.array([6, 0, 3]) + np.stack(np.meshgrid(3 * x, [0.0], 4 * x), -1).reshape(-1, 3)
     mean = facets(wall, lid, *screen).from_point(points, [0, 1, 0]).facets[:, 1].mean()
-    # Midpoints of 50 × 50 cells err by some 1e-5.
+    # The mean over 50 × 50 midpoints has an error of about 1e-5.
     assert abs(found.value - mean) <= found.error + 5e-5
 
 

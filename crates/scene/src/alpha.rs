@@ -1,20 +1,21 @@
-//! Surfaces with holes: which points of a mesh are there.
+//! Alpha masks, which cut holes into surfaces: each point of a mesh is there or not, by the value
+//! of a texture. Visibility needs a mask as numbers on a grid ([`AlphaGrid`]).
 
 use crate::texture::{Texture, UvMapping, Wrap};
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// A mask that says which points of a surface exist: those where a texture's value is not below a
-/// cutoff. Nothing is partly transparent.
+/// A mask that cuts holes into a surface: a point exists if the value of a texture there is not
+/// below a cutoff. There is no partial transparency.
 #[derive(Clone, Debug)]
 pub struct Alpha {
     /// A number over the surface.
     pub texture: Texture,
-    /// The surface is where the number is this or more.
+    /// The surface exists where the number is at least this.
     pub cutoff: f32,
 }
 
-/// An [`Alpha`] as numbers on a grid, which is all that hiding needs.
+/// An [`Alpha`] as numbers on a grid, the form in which shadow rays and shafts look masks up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlphaGrid {
     /// Texels across.
@@ -23,22 +24,23 @@ pub struct AlphaGrid {
     pub height: u32,
     /// The numbers, the top row first.
     pub values: Vec<f32>,
-    /// The mapping from texture coordinates to those of the grid, which lies in the unit square.
+    /// The mapping from texture coordinates to coordinates of the grid, which is the unit square.
     pub mapping: UvMapping,
     /// The wrap modes beyond the edges, across and up.
     pub wrap: [Wrap; 2],
-    /// Looked up is the nearest texel, not bilinearly.
+    /// Whether lookups take the nearest texel instead of the bilinear interpolation.
     pub nearest: bool,
-    /// The surface is where the number is this or more.
+    /// The surface exists where the number is at least this.
     pub cutoff: f32,
 }
 
 impl AlphaGrid {
-    /// Most texels from zero that coordinates may be: what is beyond is moved there.
+    /// The largest distance of coordinates from zero, in texels; coordinates beyond are clamped.
     pub const FARTHEST: f64 = 16_777_216.0;
 
-    /// The place of texture coordinates in the unit square of the grid, whose rows count from the
-    /// top: at most [`AlphaGrid::FARTHEST`] texels from zero, and zero if it is no number.
+    /// Maps texture coordinates to coordinates of the grid, which is the unit square with rows from
+    /// the top. The result is clamped to [`AlphaGrid::FARTHEST`] texels from zero, and is zero
+    /// where it is not a number.
     #[must_use]
     pub fn place(&self, uv: DVec2) -> [f64; 2] {
         let most = Self::FARTHEST / DVec2::new(self.width.into(), self.height.into());
@@ -49,11 +51,12 @@ impl AlphaGrid {
 }
 
 impl Alpha {
-    /// The cutoff below which is nothing but zero: pbrt-v3's rule.
+    /// The cutoff by which a surface exists where the number is not zero, as in pbrt-v3.
     pub const ABOVE_ZERO: f32 = f32::MIN_POSITIVE;
 
-    /// The numbers as a grid; `None` of textures that are no grid: products and mixtures of several
-    /// images, inverted images that end in black.
+    /// The mask as a grid, if its texture is a constant, an image or a checkerboard of constants,
+    /// times constants. It is `None` for other textures: products and mixtures of several images,
+    /// and inverted images that are black beyond their edges (which the inversion makes white).
     #[must_use]
     pub fn grid(&self) -> Option<AlphaGrid> {
         let grid = |width, height, values, mapping, wrap, nearest| AlphaGrid {
@@ -65,6 +68,7 @@ impl Alpha {
             nearest,
             cutoff: self.cutoff,
         };
+        // Take constant factors off the texture, and compute the values of the grid with them.
         let (texture, factor) = without_factors(&self.texture)?;
         match texture {
             Texture::Constant(value) => {
@@ -98,7 +102,8 @@ impl Alpha {
             } => {
                 let [even, odd] = [even, odd].map(|t| t.as_constant());
                 let [even, odd] = [even?, odd?].map(|v| rounded(factor * v));
-                // The square of four cells from the origin on, its upper row first.
+                // One period of the pattern: the square of four cells at the origin, its upper row
+                // first. The grid is half as many cells wide as the pattern, hence the factors.
                 let mapping = UvMapping {
                     scale: 0.5 * mapping.scale,
                     offset: 0.5 * mapping.offset,
@@ -111,7 +116,8 @@ impl Alpha {
         }
     }
 
-    /// Whether coordinates are beyond [`AlphaGrid::FARTHEST`] on an image.
+    /// Whether some texture coordinates are beyond [`AlphaGrid::FARTHEST`] texels on an image of
+    /// the mask, so that lookups would clamp them.
     #[must_use]
     pub fn is_beyond(&self, uvs: &[[f32; 2]]) -> bool {
         let mut beyond = false;
@@ -126,7 +132,8 @@ impl Alpha {
         beyond
     }
 
-    /// Whether it is the same as another, as far as a glance tells.
+    /// Whether it is surely the same as another mask: constants and images are compared, and other
+    /// textures count as different.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let same = match (&self.texture, &other.texture) {
             (Texture::Constant(a), Texture::Constant(b)) => a == b,
@@ -137,7 +144,8 @@ impl Alpha {
     }
 }
 
-/// A texture that is no product, and the factor on it; `None` of products of more than one.
+/// Splits a product into a constant factor and a texture that is not a product; `None` if the
+/// product has more than one texture that is not constant.
 fn without_factors(texture: &Texture) -> Option<(&Texture, DVec3)> {
     let Texture::Product(a, b) = texture else {
         return Some((texture, DVec3::ONE));
@@ -150,7 +158,7 @@ fn without_factors(texture: &Texture) -> Option<(&Texture, DVec3)> {
     }
 }
 
-/// A value as a number.
+/// A value as a number in single precision: its luminance, or the number if it is one.
 #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
 fn rounded(value: DVec3) -> f32 {
     Texture::Constant(value).evaluate_number(DVec2::ZERO) as f32

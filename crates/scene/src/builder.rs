@@ -1,4 +1,9 @@
-//! Putting a scene together, mesh by mesh.
+//! [`SceneBuilder`], which puts a [`SceneDescription`] together mesh by mesh. Readers of scene
+//! files call it for everything that they find.
+//!
+//! A mesh is transformed to the world and rounded to `f32` once. If it emits, its triangles become
+//! lights: coplanar neighbours that emit the same are merged into convex polygons, which takes the
+//! means of textures over triangles and the sums of areas for `power`.
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
@@ -14,7 +19,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A triangle mesh in its own space, on its way into a scene.
+/// A triangle mesh in its own space, from which [`SceneBuilder::add_mesh`] makes a part of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct MeshData {
     /// Vertices, all finite.
@@ -25,32 +30,34 @@ pub struct MeshData {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates of the vertices; as many as `positions`, or none.
     pub uvs: Vec<[f32; 2]>,
-    /// The triangles are one shape to pbrt, so that `power` goes to all of them together.
+    /// Whether the triangles are one shape to pbrt, so that `power` is the power of all of them
+    /// together and not of each.
     pub one_shape: bool,
-    /// The round shape that the triangles stand for.
+    /// The round shape that the triangles approximate, if any.
     pub round: Option<RoundShape>,
 }
 
-/// The placement of a mesh in the world, its material and its emission; by default as it is, a grey
-/// matte without emission.
+/// The placement of a mesh in the world, its material, emission and holes. The default is the
+/// identity transform and a grey matte without emission.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Placement {
     /// The transform from the space of the mesh to the world.
     pub to_world: DAffine3,
-    /// The outside is where the winding (or the vertex normals) say the inside is.
+    /// Whether outside and inside are swapped compared with the vertex order or the vertex normals,
+    /// as by pbrt's `ReverseOrientation`.
     pub reverse: bool,
-    /// The index that [`SceneBuilder::add_material`] gave; 0 is a grey matte.
+    /// The index that [`SceneBuilder::add_material`] returned; 0 is a grey matte.
     pub material: u32,
     /// The emission of the outside, if any.
     pub emission: Option<EmissionSpec>,
-    /// The holes of the mesh; one that emits has none.
+    /// The holes of the mesh; they are ignored if it emits.
     pub cutout: Option<Cutout>,
-    /// Whether it hides no light: views meet it all the same.
+    /// Whether it casts no shadow; cameras see it nevertheless.
     pub casts_no_shadow: bool,
 }
 
 impl Placement {
-    /// Whether the transform flattens space.
+    /// Whether the transform is singular: it maps space to a plane, a line or a point.
     #[must_use]
     pub fn is_singular(&self) -> bool {
         let m = &self.to_world.matrix3;
@@ -62,26 +69,27 @@ impl Placement {
 /// The result of [`SceneBuilder::add_mesh`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Added {
-    /// Triangles without area that were left out.
+    /// The number of triangles without area, which were left out.
     pub degenerate: usize,
-    /// Lights that it gave: coplanar neighbours that form a convex polygon are one.
+    /// The number of lights that were made; coplanar neighbours that form a convex polygon are one
+    /// light.
     pub lights: usize,
-    /// Triangles that emit but are no light.
+    /// The number of triangles that should emit but could not be made a light.
     pub unlit: usize,
-    /// Why the first of those is none.
+    /// The reason why the first of those could not.
     pub why_unlit: Option<PolygonError>,
 }
 
-/// Why a mesh or a light was refused.
+/// The reason why [`SceneBuilder`] refused a mesh or a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddError {
-    /// The vertex is beyond [`MAX_COORDINATE`] in world space.
+    /// The vertex of this number is beyond [`MAX_COORDINATE`] in world space.
     Vertex(usize),
-    /// The transform flattens space.
+    /// The transform is singular.
     Singular,
-    /// More triangles than allowed.
+    /// The scene would have more triangles or vertices than allowed.
     TooMany,
-    /// More lights than allowed.
+    /// The scene would have more lights than allowed.
     TooManyLights,
 }
 
@@ -98,31 +106,32 @@ impl fmt::Display for AddError {
 
 impl std::error::Error for AddError {}
 
-/// The largest coordinate that a vertex may have in world space, 2⁶⁰: products of two differences
-/// of such are finite in `f32`, in which visibility sorts out what needs a closer look.
+/// The largest coordinate that a vertex may have in world space, 2⁶⁰. Products of two differences
+/// of such coordinates are finite in `f32`, in which visibility makes its first, cheap tests.
 pub const MAX_COORDINATE: f32 = 1_152_921_504_606_846_976.0;
 
-/// Lights that a scene may have: each takes half a kilobyte.
+/// The largest number of lights of a scene: each takes half a kilobyte.
 const MAX_LIGHTS: usize = 1 << 20;
 
-/// Texels that the means over a textured emitter look at.
+/// The number of texture lookups for the means over the triangles of a textured emitter.
 const MEAN_BUDGET: f64 = 4e6;
 
-/// Puts a [`SceneDescription`] together from meshes, materials and lights: transforms vertices and
-/// rounds them once, drops triangles without area, and makes lights of what emits. The crate's
-/// first page has an example.
+/// Puts a [`SceneDescription`] together from meshes, materials and lights. It transforms vertices
+/// to the world and rounds them once, drops triangles without area, and makes lights of meshes that
+/// emit. The crate's first page has an example.
 ///
 /// Meshes, lights and the camera are given in world space. Vertices are rounded relative to
-/// [`SceneBuilder::origin`], so that rounding does not depend on how far away they are: that is
-/// zero unless it is set before anything is added, and [`SceneDescription::better_origin`] says
-/// what it should be.
+/// [`SceneBuilder::origin`], so that precision does not depend on how far away they are. The origin
+/// is zero unless it is set before anything is added; [`SceneDescription::better_origin`] of the
+/// finished scene returns the origin that would have been best.
 #[derive(Debug)]
 pub struct SceneBuilder {
     /// The point of the world relative to which vertices are stored.
     pub origin: DVec3,
-    /// The box around the vertices that triangles use, in world space, and how far rounding moved
-    /// one of them.
+    /// The lower and the upper corner of the box around the vertices that triangles use, in world
+    /// space.
     used: [DVec3; 2],
+    /// The largest distance by which rounding moved one of those vertices.
     displacement: f64,
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -131,8 +140,8 @@ pub struct SceneBuilder {
     pub(crate) meshes: Vec<Mesh>,
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
-    /// How many objects a file has placed by reference so far, and how often: it becomes
-    /// [`SceneDescription::placed`].
+    /// The numbers of objects that the file has placed by reference so far, and of their instances;
+    /// they become [`SceneDescription::placed`].
     pub placed: Placed,
     alphas: Vec<Alpha>,
     pub(crate) lights: Vec<SceneLight>,
@@ -141,14 +150,16 @@ pub struct SceneBuilder {
     emission_maps: Vec<Arc<Texture>>,
     profiles: Vec<Arc<Profile>>,
     pub(crate) max_triangles: usize,
-    /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
+    /// The largest number of lights; by default a quarter of the triangles allowed, and at most
+    /// 2²⁰.
     pub max_lights: usize,
-    /// Vertices and triangles looked at so far, whether or not they are kept.
+    /// The number of vertices and triangles that were read so far, whether or not they are in the
+    /// scene: a bound of the time that a malicious file can take.
     work: usize,
 }
 
 impl SceneBuilder {
-    /// An empty scene, which takes at most so many triangles.
+    /// Begins an empty scene, which takes at most `max_triangles` triangles.
     #[must_use]
     pub fn new(max_triangles: usize) -> Self {
         Self {
@@ -174,25 +185,26 @@ impl SceneBuilder {
         }
     }
 
-    /// Triangles so far.
+    /// The number of triangles so far.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Lights so far.
+    /// The number of lights so far.
     #[must_use]
     pub fn light_count(&self) -> usize {
         self.lights.len()
     }
 
-    /// Adds a material and gives its index.
+    /// Adds a material and returns its index.
     pub fn add_material(&mut self, material: Material) -> u32 {
         self.materials.push(material);
         index(self.materials.len() - 1)
     }
 
-    /// Adds what cuts holes into meshes and gives its index: that of the same one, if there is.
+    /// Adds an alpha mask and returns its index. If the same mask was added before, it returns the
+    /// index of that.
     pub fn add_alpha(&mut self, alpha: Alpha) -> u32 {
         let known = self.alphas.iter().position(|a| a.is_same(&alpha));
         let at = known.unwrap_or_else(|| {
@@ -211,14 +223,15 @@ impl SceneBuilder {
         &self.alphas[index as usize]
     }
 
-    /// Adds a texture that shapes emit and gives its index.
+    /// Adds a texture of emission and returns its index, for [`EmissionSpec::map`].
     pub fn add_emission_map(&mut self, texture: Arc<Texture>) -> u32 {
         self.emission_maps.push(texture);
         index(self.emission_maps.len() - 1)
     }
 
-    /// Adds a profile of the emission of shapes and gives its index. It is scaled so that shapes
-    /// keep their power; one that emits nothing above the surface is none.
+    /// Adds a profile of emission and returns its index, for [`EmissionSpec::profile`]. The profile
+    /// is scaled so that it does not change the power of shapes; `None` if it emits no light above
+    /// the surface.
     pub fn add_profile(&mut self, profile: Profile) -> Option<u32> {
         let mean = profile.lambertian_mean();
         if !(mean > 0.0 && mean.is_finite()) {
@@ -228,8 +241,9 @@ impl SceneBuilder {
         Some(index(self.profiles.len() - 1))
     }
 
-    /// Whether an emission has a profile with angles around its axis that the transform of a shape
-    /// does not keep: they stay those of the world, and are not stretched with the shape.
+    /// Whether an emission has a profile that depends on the angle around its axis while the
+    /// transform of the shape stretches or shears. The profile is then only rotated and does not
+    /// follow the shape, about which readers warn.
     #[must_use]
     pub fn bends_profile(&self, spec: &EmissionSpec, to_world: &DMat3) -> bool {
         let profile = spec.profile.map(|k| &self.profiles[k as usize]);
@@ -237,22 +251,23 @@ impl SceneBuilder {
             && LightSpace::new(*to_world).is_some_and(|space| !space.is_rigid())
     }
 
-    /// The number of spheres, disks and cylinders so far that lights stand for
-    /// ([`SceneDescription::round`]).
+    /// The number of emissive spheres, disks and cylinders so far ([`SceneDescription::round`]).
     #[must_use]
     pub fn round_light_count(&self) -> usize {
         self.round.len()
     }
 
-    /// Adds a mesh: transforms, rounds, drops triangles without area, makes lights.
+    /// Adds a mesh: transforms its vertices and rounds them, drops triangles without area, and
+    /// makes lights of the others if the mesh emits.
     ///
     /// # Errors
-    /// When the transform flattens space, a vertex lies too far out, or there are too many
-    /// triangles or lights; what was added of the mesh by then stays, so give the scene up.
+    /// The transform is singular, a vertex is too far from the origin, or there are too many
+    /// triangles or lights. A part of the mesh may then be in the scene, so discard the builder.
     ///
     /// # Panics
     /// When an index of the mesh is out of range.
     pub fn add_mesh(&mut self, mesh: &MeshData, place: &Placement) -> Result<Added, AddError> {
+        // Check the transform and the limits on memory and time.
         let matrix = place.to_world.matrix3;
         if place.is_singular() {
             return Err(AddError::Singular);
@@ -265,6 +280,7 @@ impl SceneBuilder {
         {
             return Err(AddError::TooMany);
         }
+        // Add the vertices, and the triangles that have an area after rounding.
         let (base, first) = (self.positions.len(), self.triangles.len());
         self.add_vertices(mesh, place)?;
         self.measure(mesh, place, base);
@@ -277,25 +293,27 @@ impl SceneBuilder {
                 added.degenerate += 1;
             }
         }
+        // Drop the vertices of a mesh without triangles.
         if self.triangles.len() == first {
             self.positions.truncate(base);
             self.normals.truncate(base);
             self.uvs.truncate(base);
             return Ok(added);
         }
+        // Add the mesh, and its lights if it emits.
         self.meshes.push(Mesh {
             triangles: index(first)..index(self.triangles.len()),
             material: place.material,
             flipped: place.reverse != (matrix.determinant() < 0.0),
             has_normals: !mesh.normals.is_empty(),
             has_uvs: !mesh.uvs.is_empty(),
-            // What emits is opaque.
+            // Emitters have no holes.
             cutout: place.cutout.filter(|_| place.emission.is_none()),
             casts_no_shadow: place.casts_no_shadow,
         });
         if let Some(emission) = &place.emission {
             self.add_lights(first, emission, (mesh.one_shape, place), &mut added)?;
-            // As they are, round shapes know no texture.
+            // Round shapes as wholes cannot have a texture.
             if let Some(shape) = mesh.round.as_ref().filter(|_| emission.map.is_none()) {
                 self.note_round(first, added.lights, shape, place, emission);
             }
@@ -303,8 +321,8 @@ impl SceneBuilder {
         Ok(added)
     }
 
-    /// Remembers the round shape that the last `lights` lights and the triangles from `first` on
-    /// stand for, if its transform leaves it one.
+    /// Adds the round shape that the triangles from `first` on and the last `lights` lights are the
+    /// facets of, unless its transform makes another shape of it.
     fn note_round(
         &mut self,
         first: usize,
@@ -313,6 +331,7 @@ impl SceneBuilder {
         place: &Placement,
         spec: &EmissionSpec,
     ) {
+        // Take the emitting side of a disk from its first facet.
         let start = self.lights.len() - lights;
         let facing = self.lights.get(start).and_then(|l| match &*l.light {
             Light::Area(facet) => Some(facet.polygon.normal()),
@@ -330,7 +349,9 @@ impl SceneBuilder {
         });
     }
 
+    /// Adds the vertices of a mesh with their attributes, transformed to the world and rounded.
     fn add_vertices(&mut self, mesh: &MeshData, place: &Placement) -> Result<(), AddError> {
+        // Round the positions relative to the origin.
         let base = self.positions.len();
         self.positions.reserve(mesh.positions.len());
         for (k, p) in mesh.positions.iter().enumerate() {
@@ -341,6 +362,8 @@ impl SceneBuilder {
             }
             self.positions.push(rounded);
         }
+        // Transform the normals. Earlier meshes without attributes get zeros, so that the lists
+        // stay as long as the positions.
         if !mesh.normals.is_empty() {
             self.normals.resize(base, [0.0; 3]);
             let sign = if place.reverse { -1.0 } else { 1.0 };
@@ -356,8 +379,9 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Takes the vertices of triangles that had some area before rounding into the box around all,
-    /// and finds how far rounding moved them; `base` is the number of the mesh's first vertex.
+    /// Extends the box around all used vertices, and the largest distance by which rounding moved
+    /// one, by the mesh whose first vertex has the number `base`. A vertex counts as used if one of
+    /// its triangles has an area before rounding.
     fn measure(&mut self, mesh: &MeshData, place: &Placement, base: usize) {
         let mut is_used = vec![false; mesh.positions.len()];
         for t in &mesh.triangles {
@@ -377,14 +401,15 @@ impl SceneBuilder {
         }
     }
 
+    /// Whether a triangle has an area after rounding.
     fn has_area(&self, t: [u32; 3]) -> bool {
         let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
         // Differences and products of f32 are exact or nearly so in f64; squares do not underflow.
         (b - a).cross(c - a) != DVec3::ZERO
     }
 
-    /// Makes lights of the triangles from `first` on, puts the triangles of each light side by
-    /// side, and gives the number of lights.
+    /// Makes lights of the triangles from `first` on, reorders them so that the triangles of each
+    /// light are consecutive, and counts lights and refused triangles in `added`.
     fn add_lights(
         &mut self,
         first: usize,
@@ -395,11 +420,15 @@ impl SceneBuilder {
         let Some(mesh) = self.meshes.last() else {
             return Ok(());
         };
+        // Compute the radiance of each triangle: `full` where the texture is one, `radiance` with
+        // the mean of the texture. The power of a shape is spread over its whole area.
         let facets = self.facets(first, mesh);
         let total: f64 = facets.iter().map(Facet::area).sum();
         let factors = self.emission_factors(first, mesh, spec);
         let full = |k: usize| spec.radiance_over(if one_shape { total } else { facets[k].area() });
         let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
+        // Two triangles emit the same if their radiance is equal to 1e-5 and, with a texture, the
+        // coordinates continue from one to the other.
         let texture = Coordinates::new(self, first, mesh, spec);
         let is_textured = texture.is_some();
         let plain = |k| if is_textured { full(k) } else { radiance(k) };
@@ -408,11 +437,13 @@ impl SceneBuilder {
             (x - y).abs().max_element() <= 1e-5 * x.max_element()
                 && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
+        // Merge triangles into convex polygons.
         let profile = self.placed_profile(spec, place);
         let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
         let mut next = first;
         let lights_before = self.lights.len();
         merge::merge(&facets, same, |group| {
+            // Put the triangles of this light next to each other.
             let start = next;
             for &k in &group.facets {
                 self.triangles[next] = old[k];
@@ -427,6 +458,7 @@ impl SceneBuilder {
                     return Ok(());
                 }
             };
+            // Add a light with the mean radiance and, if there is one, the texture.
             let radiance = if is_textured {
                 mean(&group.facets, |k| (radiance(k), facets[k].area()))
             } else {
@@ -445,14 +477,15 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The profile of an emission, if it has one, as the transform of its mesh turns it.
+    /// The profile of an emission, if it has one, rotated by the transform of its mesh.
     fn placed_profile(&self, spec: &EmissionSpec, place: &Placement) -> Option<Arc<Profile>> {
         let profile = Profile::clone(&self.profiles[spec.profile? as usize]);
         let space = LightSpace::new(place.to_world.matrix3).unwrap_or(LightSpace::WORLD);
         Some(Arc::new(profile.placed(&space)))
     }
 
-    /// The triangles from `first` on, turned to the side that emits.
+    /// The triangles from `first` on as facets, wound so that their normals are on the side that
+    /// emits.
     fn facets(&self, first: usize, mesh: &Mesh) -> Vec<Facet> {
         let facet = |t: &[u32; 3]| {
             let corners = t.map(|i| to_f64(self.positions[i as usize]));
@@ -468,7 +501,8 @@ impl SceneBuilder {
         self.triangles[first..].iter().map(facet).collect()
     }
 
-    /// The mean of the emission's texture over each triangle from `first` on; none without one.
+    /// The mean of the emission's texture over each triangle from `first` on; empty without a
+    /// texture.
     fn emission_factors(&self, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Vec<DVec3> {
         let Some(map) = spec.map.map(|map| &self.emission_maps[map as usize]) else {
             return Vec::new();
@@ -482,7 +516,7 @@ impl SceneBuilder {
         triangles.iter().map(factor).collect()
     }
 
-    /// Adds a light that stands for some triangles; the dark parts of a texture are none.
+    /// Adds a polygonal light and its range of triangles, unless its texture is black all over it.
     fn push_area_light(
         &mut self,
         polygon: ConvexPolygon,
@@ -491,12 +525,14 @@ impl SceneBuilder {
         profile: Option<Arc<Profile>>,
         triangles: Range<usize>,
     ) -> Result<(), AddError> {
+        // Leave out dark parts of a texture, and refuse too many lights.
         if map.is_some() && emission.radiance == DVec3::ZERO {
             return Ok(());
         }
         if self.lights.len() >= self.max_lights {
             return Err(AddError::TooManyLights);
         }
+        // Add the light in world space; its polygon is relative to the origin until here.
         let triangles = index(triangles.start)..index(triangles.end);
         let range = (triangles.start, triangles.end, index(self.lights.len()));
         self.light_ranges.push(range);
@@ -510,11 +546,11 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a linear light between two points of the world; the `radiance` of `spec` is radiance ×
-    /// radius, W/(sr·m), or with `power` its colour.
+    /// Adds a linear light between two points of the world. The `radiance` of `spec` is radiance
+    /// times radius, in W/(sr·m), or, if `spec` has a `power`, its colour.
     ///
     /// # Errors
-    /// When there are too many lights.
+    /// There are too many lights.
     pub fn add_line(&mut self, p0: DVec3, p1: DVec3, spec: &EmissionSpec) -> Result<(), AddError> {
         let length = (p1 - p0).length();
         let factor = spec
@@ -526,11 +562,11 @@ impl SceneBuilder {
         }))
     }
 
-    /// Adds a light that no triangles stand for: a point, parallel light or a sky. Light from
-    /// infinity learns which ball holds the scene when that is finished.
+    /// Adds a light without triangles: a point, a line, parallel light or a sky. The ball around
+    /// the scene, which lights at infinity need, is set by [`SceneBuilder::finish`].
     ///
     /// # Errors
-    /// When there are too many lights.
+    /// There are too many lights.
     pub fn add_light(&mut self, light: Light) -> Result<(), AddError> {
         if self.lights.len() >= self.max_lights {
             return Err(AddError::TooManyLights);
@@ -545,8 +581,9 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The finished scene.
+    /// Returns the finished scene with this camera and film.
     pub fn finish(mut self, camera: Camera, film: FilmSettings) -> SceneDescription {
+        // Make the attributes as long as the positions, where the last meshes have none.
         if !self.normals.is_empty() {
             self.normals.resize(self.positions.len(), [0.0; 3]);
         }
@@ -572,13 +609,15 @@ impl SceneBuilder {
             used: self.used,
             displacement: self.displacement,
         };
+        // Set the ball around the scene in lights at infinity.
         scene.tell_lights_of_size();
         scene
     }
 }
 
-/// A unit vector, or zero. What is one to `f32` rounding already stays as it is, so that scenes
-/// that were written come back bit for bit: the three components are off by half an ulp each.
+/// The unit vector of a direction, or zero. A vector that already has unit length to `f32` rounding
+/// (half an ulp in each of three components) is not changed, so that a scene that was written to a
+/// file is the same bit for bit when it is read again.
 fn unit(n: DVec3) -> DVec3 {
     let rounding = 2.0 * f64::from(f32::EPSILON);
     if (n.length_squared() - 1.0).abs() <= rounding {
@@ -588,7 +627,7 @@ fn unit(n: DVec3) -> DVec3 {
     }
 }
 
-/// Counts are below `u32::MAX`: [`SceneBuilder::add_mesh`] refuses more.
+/// A number as an index. Numbers are below `u32::MAX`, as [`SceneBuilder::add_mesh`] refuses more.
 fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }
@@ -620,13 +659,14 @@ impl Coordinates {
         PlaneUv::new(self.corners[k], self.uvs[k])
     }
 
-    /// Whether the coordinates of one triangle go on over the other.
+    /// Whether the texture coordinates of two triangles are one affine function, so that one map
+    /// can serve both.
     fn continues(&self, a: usize, b: usize) -> bool {
         let over = |a: usize, b: usize| {
             let plane = self.plane(a);
             let corners = self.corners[b].iter().zip(self.uvs[b]);
             corners.into_iter().all(|(p, uv)| {
-                // Positions and coordinates are rounded to f32; 8 roundings are more than add up.
+                // Positions and coordinates are rounded to f32; fewer than 8 roundings add up.
                 let scale = plane.steepness() * p.length() + uv.length();
                 (plane.at(*p) - uv).length() <= 8.0 * f64::from(f32::EPSILON) * scale
             })
@@ -635,7 +675,7 @@ impl Coordinates {
     }
 }
 
-/// The mean of values by their weights.
+/// The mean of the values of some numbers, by their weights: `value` returns both for a number.
 fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
     let (sum, weight) = of.iter().fold((DVec3::ZERO, 0.0), |(sum, weight), &k| {
         let (v, w) = value(k);
@@ -644,8 +684,8 @@ fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
     sum / weight
 }
 
-/// The inverse transpose up to a positive factor: the cofactor matrix with the sign of the
-/// determinant.
+/// The matrix that transforms normals: the inverse transpose up to a positive factor, computed as
+/// the cofactor matrix times the sign of the determinant.
 fn normal_matrix(m: &DMat3) -> DMat3 {
     let cofactors = DMat3::from_cols(
         m.y_axis.cross(m.z_axis),

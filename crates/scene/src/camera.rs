@@ -1,4 +1,4 @@
-//! Cameras: from a place on the film to a ray.
+//! [`Camera`], which maps positions on the film to rays, as pbrt's cameras do.
 
 use crate::footprint::RayDifferential;
 use linelit_elementary::{sin_cos, tan};
@@ -8,16 +8,18 @@ use linelit_geometry::glam::{DAffine3, DMat4, DVec4};
 /// The map from film positions to directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Pinhole; the angle spans the shorter side of the image, as in pbrt.
+    /// A pinhole camera.
     Perspective {
-        /// Full angle of view over the shorter side, in degrees, in (0, 180).
+        /// The full angle of view over the shorter side of the image, as in pbrt, in degrees, in
+        /// (0, 180).
         fov_degrees: f64,
     },
-    /// Parallel rays; the screen window is in units of camera space.
+    /// A camera with parallel rays; the screen window is in units of camera space.
     Orthographic,
-    /// The whole sphere of directions: latitude over y, longitude over x.
+    /// A camera that sees the whole sphere of directions: latitude over y, longitude over x.
     Spherical {
-        /// The vertical axis is z instead of y (pbrt-v4; pbrt-v3's `environment` has y).
+        /// Whether the vertical axis is z, as in pbrt-v4, instead of y, as in pbrt-v3's
+        /// `environment` camera.
         z_up: bool,
     },
 }
@@ -27,7 +29,7 @@ pub enum Projection {
 pub struct CameraRay {
     /// The origin of the ray.
     pub origin: DVec3,
-    /// The direction of the ray; unit length.
+    /// The direction of the ray, of unit length.
     pub direction: DVec3,
 }
 
@@ -40,22 +42,24 @@ pub struct Camera {
     /// The transform from camera space to world space.
     pub camera_to_world: DAffine3,
     projection: Projection,
-    /// The tangent of half the angle of view, of a perspective camera.
+    /// The tangent of half the angle of view of a perspective camera; zero for others.
     tangent: f64,
-    /// Screen window `[x_min, x_max, y_min, y_max]` if the file gives one.
+    /// The screen window `[x_min, x_max, y_min, y_max]`, if the file has one.
     pub screen_window: Option<[f64; 4]>,
-    /// Width over height of the picture if the file gives one.
+    /// The width over the height of the picture, if the file has it.
     pub frame_aspect_ratio: Option<f64>,
+    /// The number of pixels across and down.
     resolution: [u32; 2],
+    /// The screen window that is used.
     window: [f64; 4],
 }
 
 impl Camera {
-    /// A camera for a film of `width` × `height` pixels, placed by `camera_to_world`, which is
-    /// inverted twice and so may change in the last digits.
+    /// Creates a camera for a film of these pixels across and down, placed by `camera_to_world`,
+    /// which is inverted twice and so may change in the last digits.
     ///
-    /// The screen window is the given one, or spans −1 to 1 over the shorter side, in the
-    /// proportions of the frame (`frame_aspect_ratio`, or the pixels).
+    /// Without a screen window, the window spans −1 to 1 over the shorter side and has the
+    /// proportions `frame_aspect_ratio`, or those of the film.
     pub fn new(
         camera_to_world: DAffine3,
         projection: Projection,
@@ -97,7 +101,7 @@ impl Camera {
         camera
     }
 
-    /// Changes the number of pixels; the picture keeps its angle over the shorter side.
+    /// Changes the number of pixels; the angle of view over the shorter side stays the same.
     pub fn set_resolution(&mut self, width: u32, height: u32) {
         self.resolution = [width.max(1), height.max(1)];
         let pixels = f64::from(self.resolution[0]) / f64::from(self.resolution[1]);
@@ -114,14 +118,15 @@ impl Camera {
         self.projection
     }
 
-    /// Pixels across and down.
+    /// The number of pixels across and down.
     pub const fn resolution(&self) -> [u32; 2] {
         self.resolution
     }
 
-    /// The matrices from the world to the camera, and from the world to the picture, whose corners
-    /// are (0, 0), at the upper left, and (1, 1); the latter is `None` for spherical projections.
-    /// In perspective, depths of 0.01 and 1000 become 0 and 1, as in pbrt; others stay.
+    /// The matrices from the world to the camera, and from the world to the picture. In the
+    /// picture, the upper left corner is (0, 0) and the lower right corner (1, 1). The second
+    /// matrix is `None` for spherical projections. A perspective projection maps the depths 0.01
+    /// and 1000 to 0 and 1, as in pbrt; an orthographic one does not change depths.
     ///
     /// ```
     /// use linelit_scene::geometry::glam::DAffine3;
@@ -135,6 +140,7 @@ impl Camera {
     /// ```
     #[must_use]
     pub fn matrices(&self) -> [Option<DMat4>; 2] {
+        // Project from the camera to the screen.
         let to_camera = DMat4::from(self.camera_to_world.inverse());
         let [x_min, x_max, y_min, y_max] = self.window;
         let [near, far] = [0.01, 1000.0];
@@ -148,6 +154,7 @@ impl Camera {
             Projection::Orthographic => Some(DMat4::IDENTITY),
             Projection::Spherical { .. } => None,
         };
+        // Map the screen window to the unit square, whose y axis points down.
         let scale = DVec3::new(1.0 / (x_max - x_min), 1.0 / (y_min - y_max), 1.0);
         let moved = DVec3::new(-x_min, -y_max, 0.0);
         let to_picture = DMat4::from_scale(scale) * DMat4::from_translation(moved);
@@ -160,8 +167,8 @@ impl Camera {
         self.camera_to_world.translation
     }
 
-    /// The ray through a place on the film, in pixels from the top left corner; the centre of the
-    /// first pixel is (0.5, 0.5). Error: a few ulps of the direction.
+    /// The ray through a position on the film, in pixels from the top left corner; the centre of
+    /// the first pixel is (0.5, 0.5). The error of the direction is a few ulps.
     ///
     /// ```
     /// use linelit_scene::geometry::{DVec3, glam::DAffine3};
@@ -175,11 +182,13 @@ impl Camera {
     /// assert!((up.y / up.z - 1.0).abs() < 1e-15);
     /// ```
     pub fn ray(&self, film_x: f64, film_y: f64) -> CameraRay {
+        // Find the position on the screen.
         let u = film_x / f64::from(self.resolution[0]);
         let v = film_y / f64::from(self.resolution[1]);
         let [x_min, x_max, y_min, y_max] = self.window;
         let screen_x = x_min + u * (x_max - x_min);
         let screen_y = y_max - v * (y_max - y_min);
+        // Make the ray in camera space.
         let (origin, direction) = match self.projection {
             Projection::Perspective { .. } => (
                 DVec3::ZERO,
@@ -200,6 +209,7 @@ impl Camera {
                 )
             }
         };
+        // Transform it to the world.
         let direction = self.camera_to_world.transform_vector3(direction);
         CameraRay {
             origin: self.camera_to_world.transform_point3(origin),
@@ -207,8 +217,9 @@ impl Camera {
         }
     }
 
-    /// The rays `spacing` pixels further right and further down of [`Camera::ray`], to first order
-    /// in the spacing: the differences are those over a whole pixel, scaled, as in pbrt.
+    /// The two rays next to [`Camera::ray`], `spacing` pixels to the right and `spacing` pixels
+    /// down, to first order in the spacing: the differences over a whole pixel are scaled, as in
+    /// pbrt.
     ///
     /// ```
     /// use linelit_scene::geometry::{DVec3, glam::DAffine3};

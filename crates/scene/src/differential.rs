@@ -1,8 +1,9 @@
-//! How the rays beside the view leave a mirror or glass (Igehy 1999, *Tracing ray differentials*).
+//! Ray differentials at mirrors and glass: how the reflected and refracted directions change from
+//! one pixel to the next (Igehy 1999, *Tracing ray differentials*).
 
 use linelit_geometry::DVec3;
 
-/// The change, from one pixel to the next, of the view direction (away from the viewer) and of the
+/// The change from one pixel to the next of the ray's direction (away from the viewer), and of the
 /// unit normal on the viewer's side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change {

@@ -1,4 +1,5 @@
-//! What shapes emit: the same everywhere, or a texture over them.
+//! The emission of shapes: its description in a scene ([`EmissionSpec`]), which is constant or a
+//! texture, and the texture of one area light ([`EmissionMap`]).
 
 use crate::footprint::Footprint;
 use crate::texture::Texture;
@@ -9,15 +10,15 @@ use std::sync::Arc;
 /// The emission of a shape, as a scene describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmissionSpec {
-    /// Radiance, or with `power` its colour.
+    /// The radiance in W/(m²·sr); with `power`, only its colour counts.
     pub radiance: DVec3,
-    /// Whether both sides emit, not the outside alone.
+    /// Whether both sides emit, instead of the outside alone.
     pub two_sided: bool,
-    /// pbrt-v4's `power`: π × area × sides × (radiance of a unit `L`).
+    /// pbrt-v4's `power` Φ, by which the radiance is `radiance` times Φ/(π × area × sides).
     pub power: Option<f64>,
-    /// A factor over the surface: an index into the builder's list.
+    /// The texture that is a factor over the surface: an index into the builder's list.
     pub map: Option<u32>,
-    /// A factor by direction: an index into the builder's list.
+    /// The profile that is a factor by direction: an index into the builder's list.
     pub profile: Option<u32>,
 }
 
@@ -34,7 +35,7 @@ impl EmissionSpec {
         }
     }
 
-    /// Returns an emission of constant radiance on the sides that emit.
+    /// An emission of constant radiance on the sides that this one has.
     pub(crate) const fn emission(&self, radiance: DVec3) -> Emission {
         let two_sided = self.two_sided;
         Emission {
@@ -43,7 +44,8 @@ impl EmissionSpec {
         }
     }
 
-    /// Radiance of a surface of this area (m²), W/(m²·sr): Φ/(π A) for each side that emits.
+    /// The radiance of a surface of this area (m²), in W/(m²·sr): with a power Φ, `radiance` times
+    /// Φ/(π A) for one side that emits, and half of that for two.
     pub(crate) fn radiance_over(&self, area: f64) -> DVec3 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         let factor = self
@@ -53,19 +55,19 @@ impl EmissionSpec {
     }
 }
 
-/// Textured emission of an area light, whose [`linelit_lights::Emission`] is the mean over it.
+/// The textured emission of an area light, whose [`linelit_lights::Emission`] has the mean over it.
 #[derive(Clone, Debug)]
 pub struct EmissionMap {
-    /// Radiance where the texture is one, W/(m²·sr).
+    /// The radiance where the texture is one, in W/(m²·sr).
     pub radiance: DVec3,
-    /// The factor over the surface, by the texture coordinates of its triangles
+    /// The factor over the surface, as a texture over the coordinates of its triangles
     /// ([`crate::Surface::uv`]).
     pub factor: Arc<Texture>,
-    /// The coordinates over the plane of the light.
+    /// The texture coordinates over the plane of the light.
     pub coordinates: PlaneUv,
 }
 
-/// Texture coordinates over a plane: an affine function of the point.
+/// Texture coordinates over a plane, as an affine function of the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneUv {
     origin: DVec3,
@@ -75,7 +77,7 @@ pub struct PlaneUv {
 }
 
 impl PlaneUv {
-    /// The function with these values at the corners of a triangle; the same everywhere if the
+    /// The affine function with these values at the corners of a triangle; a constant if the
     /// triangle has no area.
     #[must_use]
     pub fn new([p, q, r]: [DVec3; 3], uv: [DVec2; 3]) -> Self {
@@ -93,7 +95,7 @@ impl PlaneUv {
         }
     }
 
-    /// The same function on a plane at another position.
+    /// The function after its plane has moved by a vector.
     pub(crate) fn moved(self, by: DVec3) -> Self {
         let origin = self.origin + by;
         Self { origin, ..self }
@@ -110,7 +112,7 @@ impl PlaneUv {
         DVec2::from(self.gradients.map(|gradient| gradient.dot(along)))
     }
 
-    /// The most that a coordinate changes by over a distance of one.
+    /// The largest change of a coordinate over a distance of one.
     pub(crate) fn steepness(&self) -> f64 {
         let [u, v] = self.gradients.map(DVec3::length_squared);
         u.max(v).sqrt()
@@ -129,14 +131,16 @@ impl EmissionMap {
         self.evaluate(self.coordinates.at(point))
     }
 
-    /// Texels of the finest image along a vector in the plane of the light; zero without images.
+    /// The number of texels along a vector in the plane of the light, on the finest image of the
+    /// texture; zero without images.
     #[must_use]
     pub fn texels(&self, along: DVec3) -> f64 {
         texels(&self.factor, self.coordinates.change(along))
     }
 }
 
-/// Texels of the finest image of a texture along a change of coordinates; zero without images.
+/// The number of texels along a change of coordinates, on the finest image of a texture; zero
+/// without images.
 fn texels(texture: &Texture, change: DVec2) -> f64 {
     let mut most = 0.0_f64;
     texture.for_each_image(&mut |image| {
@@ -147,20 +151,31 @@ fn texels(texture: &Texture, change: DVec2) -> f64 {
     most
 }
 
-/// Fewest and most parts that the edges of a triangle are cut into to take a mean.
+/// The smallest and the largest number of parts that the edges of a triangle are divided into for a
+/// mean.
 const PARTS: [f64; 2] = [2.0, 128.0];
 
-/// Parts of a texel, between which a filtered image bends: the mean over some 4 texels is then off
-/// by 2e-4 of their contrast (by 1e-2 with a part each).
+/// The number of parts for each texel. A filtered image is smooth only within texels; with eight
+/// parts, the mean over some 4 texels has an error of 2e-4 of their contrast (1e-2 with one part).
 const PARTS_OF_TEXEL: f64 = 8.0;
 
-/// The mean of a texture over a triangle of texture coordinates: at the centres of n² equal parts,
-/// n eight for each texel along its longest edge, within bounds that keep `budget` parts a
-/// triangle.
+/// The mean of a texture over a triangle of texture coordinates: of the values at the centres of n²
+/// equal triangles. The number n is eight for each texel along the longest edge, but between 2 and
+/// 128, and n² is at most `budget` or 4, whichever is more.
+///
+/// ```text
+///   |\
+///   | \          n = 2: the row at the bottom has two upright parts
+///   |__\         and, between them, one that is turned by half a turn
+///   |\ |\
+///   | \| \
+///   |__|__\
+/// ```
 pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
     if let Some(value) = texture.as_constant() {
         return value;
     }
+    // Choose the number of parts along an edge.
     let edge = |k: usize| texels(texture, uv[(k + 1) % 3] - uv[k]);
     let texels = (0..3).map(edge).fold(1.0, f64::max);
     let most = PARTS[1].min(budget.sqrt()).max(PARTS[0]);
@@ -170,6 +185,7 @@ pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
         reason = "between the bounds"
     )]
     let n = (PARTS_OF_TEXEL * texels).ceil().clamp(PARTS[0], most) as u32;
+    // Add up the values at the centres of all parts.
     let step = 1.0 / f64::from(n);
     let at = |a: f64, b: f64| {
         let (b1, b2) = (a * step, b * step);
@@ -179,7 +195,7 @@ pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
     for j in 0..n {
         for i in 0..n - j {
             let (a, b) = (f64::from(i), f64::from(j));
-            // A part that stands, and the one beside it that hangs.
+            // The upright triangle of this cell, and the turned one if it is inside.
             sum += at(a + 1.0 / 3.0, b + 1.0 / 3.0);
             if i + 1 < n - j {
                 sum += at(a + 2.0 / 3.0, b + 2.0 / 3.0);

@@ -1,37 +1,47 @@
-//! Emission that varies over an area light, with what points are drawn in proportion to.
+//! Textured area lights: the emission at each point, and an image of its importance by which points
+//! are sampled approximately in proportion to it.
+//!
+//! A parallelogram around the light is divided into cells, about one for each texel. The importance
+//! of a cell is the mean emission over it, plus a floor, so that small bright spots between the
+//! lookups are sampled, too. Cells that do not touch the light have none.
 
 use crate::EmissionMap;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{ImportanceImage, TexturedSampler};
 
-/// Cells of the importance images of all lights together, and of one light at least and at most.
+/// The number of cells in the importance images of all lights together.
 const CELLS: f64 = 4e6;
+/// The smallest and the largest value of the limit on the cells along an edge of one light, which
+/// follows from `CELLS` and the number of lights.
 const CELLS_ALONG: [f64; 2] = [2.0, 1024.0];
 
-/// Texels that are looked at on all lights together: those of an image of 4096 × 4096. However
-/// often an image is repeated, a scene is ready in seconds.
+/// The number of texture lookups on all lights together, as many as an image of 4096 × 4096 has
+/// texels. It bounds the time to a few seconds for images that repeat any number of times.
 const LOOKS: f64 = (1u32 << 24) as f64;
 
-/// The share of the importance that is the same everywhere, so that what falls between the texels
-/// looked at is found, too.
+/// The floor of the importance as a fraction of its mean, by which emission between the lookups is
+/// sampled, too.
 const FLOOR: f64 = 1.0 / 64.0;
 
-/// A texture over an area light: what it emits where, and an image to draw points in proportion.
+/// The texture of an area light: its emission at each point, and an image of its importance, by
+/// which points are sampled.
 #[derive(Clone, Debug)]
 pub struct EmissionTexture {
     map: EmissionMap,
-    /// A parallelogram that holds the light, and the importance of its parts.
+    /// A parallelogram that holds the light.
     around: ConvexPolygon,
+    /// The importance of the cells of that parallelogram.
     importance: ImportanceImage,
-    /// Whether that is the light itself.
+    /// Whether the parallelogram is the light itself.
     fits: bool,
 }
 
 impl EmissionTexture {
-    /// The texture over `light`, one of `count` textured ones; `None` if nothing can be drawn in
-    /// proportion to it.
+    /// The texture over `light`, which is one of `count` textured lights; `None` if points cannot
+    /// be sampled in proportion to it.
     #[must_use]
     pub fn new(map: &EmissionMap, light: &ConvexPolygon, count: usize) -> Option<Self> {
+        // Divide a parallelogram around the light into cells.
         let (around, fits) = match light.as_parallelogram() {
             Some(_) => (*light, true),
             None => (surrounding(light)?, false),
@@ -39,6 +49,7 @@ impl EmissionTexture {
         let (origin, a, b) = around.as_parallelogram()?;
         let [(width, du), (height, dv)] = [a, b].map(|edge| parts(map.texels(edge), count));
         let (across, up) = (a / width as f64, b / height as f64);
+        // Take the mean emission over each cell that touches the light.
         let cells = (0..height).flat_map(|j| (0..width).map(move |i| (i, j)));
         let values = cells.map(|(i, j)| {
             let corner = origin + across * i as f64 + up * j as f64;
@@ -49,7 +60,8 @@ impl EmissionTexture {
             .iter()
             .flatten()
             .fold((0.0, 0.0), |s, v| (s.0 + v, s.1 + 1.0));
-        // What emits has emission somewhere, even if no look met it.
+        // Add the floor. If all lookups were black, the importance is uniform: the light emits
+        // somewhere, or it would not be a light.
         let floor = if sum > 0.0 {
             FLOOR * sum / touching
         } else {
@@ -87,8 +99,8 @@ impl linelit_lights::EmissionTexture for EmissionTexture {
     }
 }
 
-/// A parallelogram around a polygon: of a triangle the smallest, else the rectangle along its first
-/// edge.
+/// A parallelogram around a polygon: for a triangle the smallest, for other polygons the bounding
+/// rectangle along the first edge.
 fn surrounding(light: &ConvexPolygon) -> Option<ConvexPolygon> {
     let vertices = light.vertices();
     if let [p, q, r] = *vertices {
@@ -104,8 +116,8 @@ fn surrounding(light: &ConvexPolygon) -> Option<ConvexPolygon> {
     ConvexPolygon::parallelogram(corner, x * size.x, y * size.y).ok()
 }
 
-/// The cells along an edge that spans so many texels, of a light that is one of `count`, and the
-/// texels to be looked at along each.
+/// The number of cells along an edge that spans this number of texels, and the number of lookups
+/// along each cell, for a light that is one of `count`.
 fn parts(texels: f64, count: usize) -> (usize, usize) {
     let among = |all: f64| (all / count as f64).sqrt();
     let most = among(CELLS).clamp(CELLS_ALONG[0], CELLS_ALONG[1]);
@@ -115,8 +127,8 @@ fn parts(texels: f64, count: usize) -> (usize, usize) {
     (whole(cells), whole(looks.max(1.0)))
 }
 
-/// Whether a cell is not wholly beyond one of the light's edges; what touches it to a thousandth of
-/// a cell, which is more than rounding, counts.
+/// Whether a cell may touch the light: it is not entirely beyond one of the light's edges. A margin
+/// of a thousandth of a cell, which is more than rounding, counts as touching.
 fn touches(light: &ConvexPolygon, corner: DVec3, across: DVec3, up: DVec3) -> bool {
     let vertices = light.vertices();
     let next = vertices.iter().cycle().skip(1);
@@ -128,7 +140,8 @@ fn touches(light: &ConvexPolygon, corner: DVec3, across: DVec3, up: DVec3) -> bo
     })
 }
 
-/// The mean of the emission over a cell, by so many looks along its edges.
+/// The mean of the emission over a cell and the channels. `across` and `up` are the sides of the
+/// cell, each with the number of lookups along it.
 fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, usize)) -> f64 {
     let mut sum = 0.0;
     for (v, by_v) in looks(up.1) {
@@ -139,8 +152,9 @@ fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, us
     sum / 3.0
 }
 
-/// Places in a cell and their weights: in each of many texels one; in a single one where the
-/// emission is linear in between.
+/// The positions of lookups along a cell, from 0 to 1, and their weights: the middles of the texels
+/// if there are many; for a single texel both ends and the middle, between which a bilinear image
+/// is linear.
 fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
     const SINGLE: [(f64, f64); 3] = [(0.0, 0.25), (0.5, 0.5), (1.0, 0.25)];
     let single = if count == 1 { &SINGLE[..] } else { &[] };
@@ -150,6 +164,7 @@ fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
     single.iter().copied().chain((0..many).map(middle))
 }
 
+/// A whole number as an integer.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -198,8 +213,8 @@ mod tests {
         }
     }
 
-    /// However many texels and lights, so many looks and no more: two along each edge of a light at
-    /// least.
+    /// For any number of texels and lights, the number of lookups is bounded, with at least two
+    /// along each edge of a light.
     #[test]
     fn looks_are_bounded() {
         for count in [1, 2, 7, 1000, 1_000_000] {

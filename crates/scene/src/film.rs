@@ -1,18 +1,19 @@
-//! What the file says about the picture.
+//! The settings of the picture that a scene file has: size, crop, filter and scale.
 
 /// Size, crop, filter and scale of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
-    /// Pixels across.
+    /// The number of pixels across.
     pub width: u32,
-    /// Pixels down.
+    /// The number of pixels down.
     pub height: u32,
-    /// Pixels to render, `[x0, x1, y0, y1]`, half open, from the top left corner.
+    /// The pixels to render, `[x0, x1, y0, y1]`, from the top left corner; `x1` and `y1` are not
+    /// rendered.
     pub crop: [u32; 4],
-    /// Half the width in pixels, across and down, of the reconstruction filter.
+    /// Half the width of the reconstruction filter in pixels, across and down.
     pub filter_radius: [f64; 2],
-    /// Factor from radiance to the values of the picture: pbrt-v3's `scale` of a film, pbrt-v4's
-    /// imaging ratio.
+    /// The factor from radiance to the values of the picture: pbrt-v3's `scale` of a film, or
+    /// pbrt-v4's imaging ratio.
     pub scale: f64,
 }
 

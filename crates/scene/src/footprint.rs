@@ -1,12 +1,13 @@
-//! What a pixel covers: of the directions that a camera looks into, and of a texture.
+//! The extent of a pixel: as a bundle of camera rays ([`RayDifferential`]), and as an area of a
+//! texture ([`Footprint`]), over which lookups are filtered.
 
 use crate::texture::UvMapping;
 use linelit_geometry::{DVec2, DVec3};
 
-/// The rays through the film one sample further right and one further down, beside some ray: what
-/// the ray stands for lies between (Igehy 1999, *Tracing ray differentials*; Pharr, Jakob and
-/// Humphreys, *Physically Based Rendering*, 3rd edition, §10.1). Where the rays meet mirrors, to
-/// first order.
+/// The two rays next to a camera ray, through the film one sample to the right and one sample down
+/// (Igehy 1999, *Tracing ray differentials*; Pharr, Jakob and Humphreys, *Physically Based
+/// Rendering*, 3rd edition, §10.1). They bound the extent that the ray represents. After mirrors
+/// and glass they are correct to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayDifferential {
     /// The origins of the two rays.
@@ -15,8 +16,9 @@ pub struct RayDifferential {
     pub directions: [DVec3; 2],
 }
 
-/// A place on a texture, and how far the pixel around it reaches: the parallelogram of `dx` and
-/// `dy`, whose sides are a pixel long (of several samples in a pixel, what one stands for).
+/// A point of a texture with the extent of the pixel around it: a parallelogram with the sides `dx`
+/// and `dy`, each the distance to the next pixel. With several samples in a pixel, it is the
+/// extent of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
     /// Texture coordinates.
@@ -28,14 +30,14 @@ pub struct Footprint {
 }
 
 impl From<DVec2> for Footprint {
-    /// A place without extent.
+    /// A point without extent.
     fn from(uv: DVec2) -> Self {
         Self::point(uv)
     }
 }
 
 impl Footprint {
-    /// A place without extent.
+    /// A point without extent.
     #[must_use]
     pub const fn point(uv: DVec2) -> Self {
         Self {
@@ -60,9 +62,11 @@ impl Footprint {
         }
     }
 
-    /// Maps the footprint to an image or a checkerboard, cut off beyond 1e8 repetitions.
+    /// Maps the footprint to the coordinates of an image or a checkerboard. Its extent is clamped
+    /// to 1e8 repetitions.
     #[must_use]
     pub fn mapped(&self, mapping: &UvMapping) -> Self {
+        /// The largest extent, in repetitions of the image.
         const MOST: DVec2 = DVec2::splat(1e8);
         let change = |change| {
             let mapped = mapping.apply_to_change(change);
@@ -79,7 +83,7 @@ impl Footprint {
         }
     }
 
-    /// The larger change of each coordinate.
+    /// The larger of the changes across and down, for each coordinate.
     pub(crate) fn reach(&self) -> DVec2 {
         self.dx.abs().max(self.dy.abs())
     }

@@ -1,4 +1,5 @@
-//! Pixels of textures.
+//! [`ImageData`], the pixels of an image that textures look up: bytes, linear or sRGB-encoded, or
+//! linear numbers. Values are decoded to linear RGB at each lookup.
 
 use crate::mipmap::{Mipmap, Pyramids};
 use crate::texture::Wrap;
@@ -7,21 +8,22 @@ use linelit_geometry::DVec3;
 use std::fmt;
 use std::sync::LazyLock;
 
-/// Luminance weights of linear Rec. 709 RGB.
+/// The weights of linear Rec. 709 RGB in the luminance.
 pub const LUMINANCE: DVec3 = DVec3::new(0.212_671, 0.715_160, 0.072_169);
 
-/// The pixels of a texture: bytes, or numbers.
+/// The pixels of a texture, as bytes or as linear numbers, with mipmaps that are built when they
+/// are first needed.
 #[derive(Clone, PartialEq)]
 pub struct ImageData {
     width: u32,
     height: u32,
     pixels: Pixels,
-    /// Whether the integers of its file are sRGB-encoded.
+    /// Whether the integers in its file are sRGB-encoded.
     srgb: bool,
     pyramids: Pyramids,
 }
 
-/// Pixels, the top row first.
+/// The pixels by rows, the top row first.
 #[derive(Clone, PartialEq)]
 enum Pixels {
     Bytes(Vec<[u8; 3]>),
@@ -34,20 +36,23 @@ impl fmt::Debug for ImageData {
     }
 }
 
+/// The linear values of sRGB-encoded bytes.
 static SRGB: LazyLock<[f64; 256]> =
     LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0)));
 
+/// The linear values of bytes that are not encoded.
 static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f64 / 255.0));
 
 impl ImageData {
-    /// An image of bytes from its rows, top row first; `None` if the count does not fit.
+    /// Makes an image of bytes from its rows, top row first. `srgb` says whether they are
+    /// sRGB-encoded. `None` if the number of pixels is not width times height.
     pub fn new(width: u32, height: u32, rgb: Vec<[u8; 3]>, srgb: bool) -> Option<Self> {
         let count = rgb.len();
         Self::with([width, height], count, Pixels::Bytes(rgb), srgb)
     }
 
-    /// An image of words of 16 bits from its rows, top row first, each value kept as an `f32`
-    /// (within 2⁻²⁴ of it, relatively); `None` if the count does not fit.
+    /// Makes an image of 16-bit integers from its rows, top row first, decoded to linear `f32`
+    /// (with a relative error of 2⁻²⁴). `None` if the number of pixels is not width times height.
     pub fn of_words(width: u32, height: u32, rgb: &[[u16; 3]], srgb: bool) -> Option<Self> {
         #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
         let linear = |word: u16| {
@@ -60,8 +65,9 @@ impl ImageData {
         Self::with([width, height], rgb.len(), pixels, srgb)
     }
 
-    /// An image of linear values, which may be above one, from its rows, top row first; `None` if
-    /// the count does not fit or a value is negative or not finite.
+    /// Makes an image of linear values, which may be above one, from its rows, top row first.
+    /// `None` if the number of pixels is not width times height, or a value is negative or not
+    /// finite.
     pub fn linear(width: u32, height: u32, rgb: Vec<[f32; 3]>) -> Option<Self> {
         let good = |v: &f32| *v >= 0.0 && v.is_finite();
         let all = rgb.iter().flatten().all(good);
@@ -69,6 +75,7 @@ impl ImageData {
         Self::with([width, height], count, Pixels::Linear(rgb), false).filter(|_| all)
     }
 
+    /// Makes an image if it has `count` pixels and at least one.
     fn with([width, height]: [u32; 2], count: usize, pixels: Pixels, srgb: bool) -> Option<Self> {
         let expected = u64::from(width) * u64::from(height);
         (expected > 0 && expected == count as u64).then_some(Self {
@@ -80,7 +87,8 @@ impl ImageData {
         })
     }
 
-    /// Returns the image in grey, each pixel the luminance of its linear value.
+    /// The image in grey: each pixel becomes the luminance of its linear value, rounded to the
+    /// nearest byte for images of bytes.
     #[must_use]
     pub fn to_luminance(&self) -> Self {
         let mut grey = self.clone();
@@ -98,7 +106,7 @@ impl ImageData {
         grey
     }
 
-    /// One component (0: red, 1: green, 2: blue) in grey.
+    /// One component (0: red, 1: green, 2: blue) as an image in grey.
     #[must_use]
     pub fn component(&self, k: usize) -> Self {
         let mut grey = self.clone();
@@ -109,17 +117,17 @@ impl ImageData {
         grey
     }
 
-    /// Pixels across.
+    /// The number of pixels across.
     pub const fn width(&self) -> u32 {
         self.width
     }
 
-    /// Pixels down.
+    /// The number of pixels down.
     pub const fn height(&self) -> u32 {
         self.height
     }
 
-    /// Bytes of the pixels.
+    /// The size of the pixels in bytes.
     pub const fn memory(&self) -> usize {
         match &self.pixels {
             Pixels::Bytes(rgb) => 3 * rgb.len(),
@@ -127,12 +135,12 @@ impl ImageData {
         }
     }
 
-    /// Bytes of the smaller copies that were made of it.
+    /// The size of the mipmaps that have been built, in bytes.
     pub(crate) fn pyramid_memory(&self) -> usize {
         self.pyramids.memory()
     }
 
-    /// The image and its smaller copies, which the first call makes.
+    /// The image with its mipmap, which the first call builds.
     pub(crate) fn mipmap(&self, wrap: [Wrap; 2]) -> Mipmap<'_> {
         Mipmap {
             image: self,
@@ -141,7 +149,7 @@ impl ImageData {
         }
     }
 
-    /// Whether red, green and blue are the same everywhere.
+    /// Whether red, green and blue are equal in every pixel.
     #[must_use]
     pub fn is_grey(&self) -> bool {
         match &self.pixels {
@@ -153,7 +161,8 @@ impl ImageData {
         }
     }
 
-    /// The linear value of a pixel; row 0 is the top. Zero outside.
+    /// The linear value of the pixel in column `x` of row `y`, counted from the top. It is zero
+    /// beyond the last pixel.
     pub fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let index = y as usize * self.width as usize + x as usize;
         let value = match &self.pixels {
@@ -175,7 +184,7 @@ impl ImageData {
     }
 }
 
-/// Linear value of an sRGB-encoded one, both from 0 to 1.
+/// The linear value of an sRGB-encoded one, both from 0 to 1.
 fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.04045 {
         v / 12.92
@@ -189,7 +198,7 @@ fn table(srgb: bool) -> &'static [f64; 256] {
     if srgb { &SRGB } else { &LINEAR }
 }
 
-/// Replaces colours by the byte whose linear value is nearest to their luminance.
+/// Replaces each colour by the grey byte whose linear value is nearest to its luminance.
 fn to_grey(rgb: &mut [[u8; 3]], table: &[f64; 256]) {
     let nearest = |linear: f64| {
         let k = table.partition_point(|v| *v < linear);

@@ -1,4 +1,5 @@
-//! The scene model: meshes, camera, materials, textures and emission.
+//! The model of a scene, which readers of files build and renderers read: meshes, camera,
+//! materials, textures and emission.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -39,5 +40,5 @@ pub use scene::{Cutout, Mesh, Placed, RoundLight, SceneDescription, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 
-// What public signatures name, so that one dependency is enough.
+// Public signatures name types of these crates, so that users need only one dependency.
 pub use {linelit_bsdf as bsdf, linelit_geometry as geometry, linelit_lights as lights};

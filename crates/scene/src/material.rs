@@ -1,4 +1,6 @@
-//! Materials with the parameters of the files, whether or not the renderer uses all of them.
+//! Materials: the models of pbrt-v3 and pbrt-v4 with their parameters as textures. A scene has all
+//! parameters of its file, also those that the renderer does not use
+//! ([`Material::is_drawn_in_full`]); `response.rs` makes reflections of them.
 
 use crate::footprint::Footprint;
 use crate::texture::{ImageTexture, Texture};
@@ -8,56 +10,57 @@ use linelit_geometry::DVec3;
 /// A material with its name in the file (or its type, if it has none).
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// The name that messages give it.
+    /// The name, which messages use.
     pub name: String,
     /// The model and its parameters.
     pub kind: MaterialKind,
-    /// A bump map.
+    /// The bump map, if any.
     pub bump: Option<BumpMap>,
-    /// A normal map; a bump map goes before.
+    /// The normal map, if any; it is ignored if there is a bump map.
     pub normal_map: Option<NormalMap>,
 }
 
-/// A height over the surface.
+/// A bump map: a height over the surface, by whose slopes the shading normal is tilted.
 #[derive(Clone, Debug)]
 pub struct BumpMap {
     /// The height, in units of the scene.
     pub height: Texture,
-    /// Whether bumps are as in pbrt-v3 (and v2) on meshes with vertex normals: as if the texture's
-    /// coordinates ran over the surface at unit speed, backwards. The slope of a bump is then that
-    /// of its height over texture coordinates, whatever their scale on the surface, and inverted.
+    /// Whether meshes with vertex normals have bumps as in pbrt-v3 (and v2). There the slope of a
+    /// bump is the slope of its height over the texture coordinates, for any scale of these on the
+    /// surface, and bumps are inverted.
     pub as_v3: bool,
 }
 
-/// Normals in the tangent space of a surface, as colours: component `c` is `2 c − 1`.
+/// A normal map: normals in the tangent space of a surface, stored as colours. The component of the
+/// normal is `2 c − 1` for the component `c` of the colour.
 #[derive(Clone, Debug)]
 pub struct NormalMap {
-    /// x along the first texture coordinate, y along the second (upwards), z outwards.
+    /// The colours: red is x along the first texture coordinate, green y along the second
+    /// (upwards), and blue z outwards.
     pub texture: Texture,
-    /// Factor on x and y.
+    /// A factor on x and y.
     pub scale: f64,
 }
 
-/// Microfacet roughness along the two tangents.
+/// The roughness of microfacets along the two tangents.
 #[derive(Clone, Debug)]
 pub struct Roughness {
-    /// Along u.
+    /// The roughness along u.
     pub u: Texture,
-    /// Along v.
+    /// The roughness along v.
     pub v: Texture,
-    /// Whether the numbers are to be remapped to the Trowbridge–Reitz α. pbrt-v3:
-    /// a polynomial in ln r ([`Roughness::alpha`]); pbrt-v4: √r.
+    /// The map from these numbers to the α of the Trowbridge–Reitz distribution.
     pub remap: Remap,
 }
 
 /// The map from a roughness to the α of a microfacet distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Remap {
-    /// The number is α.
+    /// The roughness is α itself.
     None,
-    /// pbrt-v3's polynomial in the logarithm.
+    /// The polynomial in the logarithm of the roughness that pbrt-v3 uses.
     V3,
-    /// pbrt-v4's square root.
+    /// The square root, which pbrt-v4 uses.
     V4,
 }
 
@@ -88,7 +91,7 @@ impl Roughness {
         }
     }
 
-    /// α along u and v.
+    /// The α along u and v.
     pub fn alpha(&self, at: impl Into<Footprint>) -> [f64; 2] {
         let at = at.into();
         [&self.u, &self.v].map(|r| self.remap.alpha(r.evaluate_number(at)))
@@ -98,140 +101,142 @@ impl Roughness {
 /// The material models of pbrt-v3 and pbrt-v4 that linelit reads, and two of its own (`Phong`,
 /// `Frostbite`).
 ///
-/// Reflectances are linear RGB in [0, 1]; indices of refraction are relative to vacuum.
+/// Below, v3 and v4 are the versions of pbrt. Reflectances are linear RGB colours in [0, 1];
+/// indices of refraction are relative to vacuum.
 #[derive(Clone, Debug)]
 pub enum MaterialKind {
-    /// Lambert (v3 `matte`, v4 `diffuse`), or Oren–Nayar if `sigma` is not zero.
+    /// A Lambertian surface (v3 `matte`, v4 `diffuse`), or Oren and Nayar's if `sigma` is not zero.
     Matte {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         kd: Texture,
-        /// Oren–Nayar roughness in degrees.
+        /// The roughness of the model of Oren and Nayar, in degrees.
         sigma: Texture,
     },
-    /// v3 `plastic`: Lambert plus a dielectric microfacet lobe.
+    /// A Lambertian surface with a glossy lobe of dielectric microfacets (v3 `plastic`).
     Plastic {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         kd: Texture,
-        /// Factor on the glossy lobe.
+        /// The factor on the glossy lobe.
         ks: Texture,
-        /// Roughness of the glossy lobe.
+        /// The roughness of the glossy lobe.
         roughness: Roughness,
     },
-    /// v3 `metal`, v4 `conductor`: microfacets of a conductor.
+    /// Microfacets of a conductor (v3 `metal`, v4 `conductor`).
     Conductor {
-        /// Index of refraction.
+        /// The index of refraction.
         eta: Texture,
-        /// Absorption coefficient.
+        /// The absorption coefficient.
         k: Texture,
-        /// Roughness of the microfacets.
+        /// The roughness of the microfacets.
         roughness: Roughness,
     },
-    /// v4 `conductor` with a colour: microfacets of a conductor with η = 1 and the k of this
-    /// reflectance, or with Schlick's Fresnel term, as in glTF.
+    /// Microfacets of a conductor that is given by its colour (v4 `conductor`). Its η is 1 and its
+    /// k follows from the reflectance; or the Fresnel term is Schlick's, as in glTF.
     ColoredConductor {
-        /// Reflectance at normal incidence.
+        /// The reflectance at normal incidence.
         reflectance: Texture,
-        /// Roughness of the microfacets.
+        /// The roughness of the microfacets.
         roughness: Roughness,
         /// Whether the Fresnel term is Schlick's.
         schlick: bool,
     },
-    /// v3 `substrate`: Ashikhmin and Shirley's diffuse base under a glossy coat.
+    /// A diffuse base under a glossy coat, by the model of Ashikhmin and Shirley (v3 `substrate`).
     Substrate {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         kd: Texture,
-        /// Reflectance of the coat at normal incidence.
+        /// The reflectance of the coat at normal incidence.
         ks: Texture,
-        /// Roughness of the coat.
+        /// The roughness of the coat.
         roughness: Roughness,
     },
-    /// v3 `uber`.
+    /// Diffuse and glossy reflection, with perfect reflection and transmission (v3 `uber`).
     Uber {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         kd: Texture,
-        /// Glossy reflectance.
+        /// The reflectance of the glossy lobe.
         ks: Texture,
-        /// Mirror reflectance.
+        /// The reflectance of the mirror.
         kr: Texture,
-        /// Specular transmittance.
+        /// The transmittance of the refraction.
         kt: Texture,
-        /// Roughness of the glossy lobe.
+        /// The roughness of the glossy lobe.
         roughness: Roughness,
-        /// Index of refraction.
+        /// The index of refraction.
         eta: Texture,
-        /// The surface scales by this; the rest passes straight through.
+        /// The factor of all the above; the rest to one passes straight through the surface.
         opacity: Texture,
     },
-    /// v3 `mirror`.
+    /// A perfect mirror (v3 `mirror`).
     Mirror {
-        /// Reflectance.
+        /// The reflectance.
         kr: Texture,
     },
-    /// v3 `glass`, v4 `dielectric` and `thindielectric`.
+    /// Glass: the smooth or rough surface of a dielectric, or a thin sheet of it (v3 `glass`, v4
+    /// `dielectric` and `thindielectric`).
     Dielectric {
-        /// Factor on reflection.
+        /// The factor on reflection.
         kr: Texture,
-        /// Factor on transmission.
+        /// The factor on transmission.
         kt: Texture,
-        /// Index of refraction.
+        /// The index of refraction.
         eta: Texture,
-        /// Roughness of the interface; zero: smooth.
+        /// The roughness of the interface, which is smooth if it is zero.
         roughness: Roughness,
-        /// A sheet without thickness: transmission goes straight on.
+        /// Whether it is a sheet without thickness, through which light passes straight on.
         thin: bool,
     },
-    /// v4 `coateddiffuse`: Lambert under a rough dielectric.
+    /// A Lambertian surface under a rough dielectric coat (v4 `coateddiffuse`).
     CoatedDiffuse {
-        /// Diffuse reflectance of the base.
+        /// The diffuse reflectance of the base.
         reflectance: Texture,
-        /// Roughness of the coat.
+        /// The roughness of the coat.
         roughness: Roughness,
-        /// Index of refraction of the coat.
+        /// The index of refraction of the coat.
         eta: Texture,
     },
-    /// v4 `diffusetransmission`.
+    /// A surface that reflects and transmits light diffusely (v4 `diffusetransmission`).
     DiffuseTransmission {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         reflectance: Texture,
-        /// Diffuse transmittance.
+        /// The diffuse transmittance.
         transmittance: Texture,
     },
-    /// A mixture of two materials of the scene.
+    /// A mixture of two materials of the scene (v3 and v4 `mix`).
     Mix {
-        /// Indices into the scene's materials; both are smaller than the mixture's own.
+        /// The indices into the scene's materials; both are smaller than the mixture's own.
         materials: [u32; 2],
-        /// Share of the second.
+        /// The weight of the second.
         amount: Texture,
     },
-    /// Our own: Lambert plus a normalised Phong lobe,
+    /// A Lambertian surface with a normalised Phong lobe, a model of linelit's own:
     /// f = kd/π + ks (e + 2)/(2π) max(0, ωi·R)^e.
     Phong {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         kd: Texture,
-        /// Reflectance of the lobe at normal incidence.
+        /// The reflectance of the lobe at normal incidence.
         ks: Texture,
-        /// e, any real number ≥ 0.
+        /// The exponent e, any real number ≥ 0.
         exponent: Texture,
     },
-    /// Our own: Frostbite's standard material, Disney's diffuse reflection and a coat of
-    /// microfacets.
+    /// The standard material of the Frostbite engine, a model of linelit's own: Disney's diffuse
+    /// reflection and a coat of microfacets.
     Frostbite {
-        /// Diffuse reflectance.
+        /// The diffuse reflectance.
         kd: Texture,
-        /// Reflectance of the coat at normal incidence.
+        /// The reflectance of the coat at normal incidence.
         ks: Texture,
-        /// Linear roughness, in [0, 1]: α is its square.
+        /// The linear roughness, in [0, 1]; α is its square.
         roughness: Texture,
     },
 }
 
 impl Material {
-    /// pbrt's default: Lambert with reflectance one half.
+    /// The default material of pbrt: a Lambertian surface with reflectance one half.
     pub fn default_matte() -> Self {
         Self::matte("default", DVec3::splat(0.5))
     }
 
-    /// Lambert with a constant reflectance.
+    /// A Lambertian surface with a constant reflectance.
     pub fn matte(name: impl Into<String>, kd: DVec3) -> Self {
         Self {
             name: name.into(),
@@ -244,8 +249,9 @@ impl Material {
         }
     }
 
-    /// Reflectance of the diffuse part alone, in [0, 1], linear RGB; zero for mirrors, metals and
-    /// glass. A `mix` is black here: [`crate::SceneDescription::diffuse_reflectance`] resolves it.
+    /// The reflectance of the diffuse part alone, a linear RGB colour in [0, 1]; zero for mirrors,
+    /// metals and glass. It is also zero for a `mix`, whose parts only
+    /// [`crate::SceneDescription::diffuse_reflectance`] knows.
     ///
     /// ```
     /// use linelit_scene::geometry::{DVec2, DVec3};
@@ -274,7 +280,7 @@ impl Material {
         value.clamp(DVec3::ZERO, DVec3::ONE)
     }
 
-    /// All textures: of the model's parameters, and of bump and normal maps.
+    /// All textures of the model's parameters and of bump and normal maps.
     fn textures(&self) -> impl Iterator<Item = Texture> {
         let relief = self.normal_map.iter().map(|map| &map.texture);
         let relief = relief.chain(self.bump.iter().map(|map| &map.height));
@@ -287,13 +293,14 @@ impl Material {
             .for_each(|texture| texture.for_each_image(f));
     }
 
-    /// Whether a texture is not the same everywhere, so that it matters what a pixel covers.
+    /// Whether any texture varies over a surface, so that lookups need the footprint of a pixel.
     pub(crate) fn varies(&self) -> bool {
         self.textures().any(|texture| texture.varies())
     }
 
-    /// Whether the estimators draw all of the material: no coat is missing, nor light from behind.
-    /// Of a mixture, its parts say so themselves.
+    /// Whether renderings show all of the material. Of a coated diffuse surface the coat is
+    /// missing, and light from behind is missing where a surface transmits diffusely or is rough
+    /// glass. For a mixture it is true, as its materials are checked separately.
     pub fn is_drawn_in_full(&self) -> bool {
         match &self.kind {
             MaterialKind::CoatedDiffuse { .. } => false,

@@ -1,9 +1,11 @@
-//! Images in smaller and smaller copies, to look a footprint up in a few texels.
+//! Mipmaps: images in smaller and smaller copies, on which a footprint is looked up in a few
+//! texels.
 //!
 //! The pyramid is pbrt's (*Physically Based Rendering*, 3rd edition, §10.4): sizes are powers of
-//! two, to which other images are resampled with a Lanczos window of two texels; each level is the
-//! mean of two by two texels of the finer one, in linear light. Levels from the second on are kept
-//! in `f32`, which rounds by 6e-8; the first is the image itself, or what its few neighbours say.
+//! two, to which other images are resampled with a Lanczos window of two texels; each level has the
+//! means of two by two texels of the finer one, in linear light. Levels from the second on are
+//! stored in `f32`, which rounds by 6e-8. The first level is not stored: its texels are the pixels
+//! of the image, or are computed from a few of them at each lookup.
 
 use crate::footprint::Footprint;
 use crate::image::ImageData;
@@ -14,27 +16,28 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::{LazyLock, OnceLock};
 
-/// The pyramids of an image, each built when it is first asked for: how images of other sizes
-/// than powers of two are resampled depends on what lies beyond their edges.
+/// The pyramids of an image, one for each pair of wrap modes, each built when it is first needed.
+/// The resampling of images whose sizes are not powers of two depends on the pixels beyond their
+/// edges; other images have only the first pyramid.
 #[derive(Default)]
 pub(crate) struct Pyramids([OnceLock<Box<Pyramid>>; 16]);
 
 impl Clone for Pyramids {
-    /// Returns an empty cache: pixels are cloned to be changed.
+    /// Returns an empty cache, as images are cloned to change their pixels.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
 impl PartialEq for Pyramids {
-    /// Pyramids follow from the pixels.
+    /// Any two are equal, as pyramids follow from the pixels.
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
 impl Pyramids {
-    /// The pyramid of the image that this belongs to.
+    /// The pyramid for these wrap modes, of the image that this cache belongs to.
     pub(crate) fn of(&self, image: &ImageData, wrap: [Wrap; 2]) -> &Pyramid {
         let index = if is_whole(image) {
             0
@@ -44,14 +47,14 @@ impl Pyramids {
         self.0[index].get_or_init(|| Box::new(Pyramid::new(image, wrap)))
     }
 
-    /// Bytes of those that were built.
+    /// The size of the pyramids that have been built, in bytes.
     pub(crate) fn memory(&self) -> usize {
         let built = self.0.iter().filter_map(OnceLock::get);
         built.map(|pyramid| pyramid.memory()).sum()
     }
 }
 
-/// Whether the sides of an image are powers of two.
+/// Whether width and height of an image are powers of two.
 fn is_whole(image: &ImageData) -> bool {
     image.width().is_power_of_two() && image.height().is_power_of_two()
 }
@@ -67,25 +70,28 @@ pub(crate) struct Pyramid {
     coarser: Vec<Level>,
 }
 
+/// A stored level of a pyramid.
 struct Level {
     size: [u32; 2],
     texels: Texels,
 }
 
+/// The texels of a level by rows, with one number for each if the image is grey.
 enum Texels {
     Grey(Vec<f32>),
     Colour(Vec<[f32; 3]>),
 }
 
-/// The pixels that a texel between them is made of.
+/// The four pixels of a row or a column that a resampled texel is a weighted sum of.
 #[derive(Clone, Copy)]
 struct Taps {
     pixels: [u32; 4],
-    /// Zero beyond a black edge.
+    /// The weights, which are zero for pixels beyond a black edge.
     weights: [f64; 4],
 }
 
 impl Pyramid {
+    /// Builds all levels from the second on.
     fn new(image: &ImageData, wrap: [Wrap; 2]) -> Self {
         let mut pyramid = Self {
             size: [image.width(), image.height()].map(u32::next_power_of_two),
@@ -103,7 +109,7 @@ impl Pyramid {
         pyramid
     }
 
-    /// Size and number of the coarsest level.
+    /// The size and the number of the coarsest level so far.
     fn top(&self) -> ([u32; 2], usize) {
         let last = self.coarser.last();
         (
@@ -112,13 +118,16 @@ impl Pyramid {
         )
     }
 
-    /// The second level, in blocks of columns: what is kept meanwhile does not grow with the image.
+    /// Computes the second level from the image, in blocks of columns, so that the memory for
+    /// resampled rows does not grow with the image.
     fn second(&self, image: &ImageData, is_grey: bool) -> Level {
+        /// The number of columns of a block.
         const BLOCK: u32 = 4096;
         let mut level = Level::sized(self.size, is_grey);
         let [columns, finer] = self.size;
         let mut from = 0;
         while from < columns {
+            // Compute the resampling weights of the columns of this block.
             let to = (from + BLOCK).min(columns);
             let mut rows = Rows {
                 pyramid: self,
@@ -132,6 +141,7 @@ impl Pyramid {
                 },
                 kept: VecDeque::new(),
             };
+            // Average two by two texels of the first level; a single row or column counts twice.
             for y in 0..level.size[1] {
                 let top = rows.first_level(2 * y);
                 let bottom = rows.first_level((2 * y + 1).min(finer - 1));
@@ -151,6 +161,7 @@ impl Pyramid {
         if let Some(level) = level.checked_sub(1).and_then(|k| self.coarser.get(k)) {
             return level.texel(x, y);
         }
+        // Take the first level from the image, resampled if its size is not a power of two.
         let Some(wrap) = self.resampled else {
             return image.pixel(x, y);
         };
@@ -164,7 +175,7 @@ impl Pyramid {
         sum.max(DVec3::ZERO)
     }
 
-    /// Bytes of what was added to the image.
+    /// The size of the stored levels in bytes.
     fn memory(&self) -> usize {
         let levels = self.coarser.iter().map(|level| match &level.texels {
             Texels::Grey(texels) => size_of_val(&texels[..]),
@@ -174,18 +185,20 @@ impl Pyramid {
     }
 }
 
-/// Rows of some columns of the first level, in order, with what they share kept.
+/// Computes rows of the first level, for a block of columns, in ascending order. Neighbouring rows
+/// use the same rows of the image, which are cached after resampling across.
 struct Rows<'a> {
     pyramid: &'a Pyramid,
     image: &'a ImageData,
     columns: Range<u32>,
     /// The resampling weights of the columns; empty if they are not resampled.
     across: Vec<Taps>,
-    /// Rows of the image that were resampled across.
+    /// The latest rows of the image that were resampled across, by their numbers.
     kept: VecDeque<(u32, Vec<DVec3>)>,
 }
 
 impl Rows<'_> {
+    /// A row of the first level.
     fn first_level(&mut self, y: u32) -> Vec<DVec3> {
         let Some([_, wrap]) = self.pyramid.resampled else {
             let columns = self.columns.clone();
@@ -206,7 +219,7 @@ impl Rows<'_> {
 
     /// A row of the image, resampled across.
     fn across(&mut self, row: u32) -> &[DVec3] {
-        /// Two rows of the first level take five rows of the image at most.
+        /// The size of the cache: two rows of the first level need at most five rows of the image.
         const KEPT: usize = 5;
         if let Some(k) = self.kept.iter().position(|(kept, _)| *kept == row) {
             return &self.kept[k].1;
@@ -221,14 +234,16 @@ impl Rows<'_> {
 }
 
 impl Taps {
-    /// Computes how texel `index` of `to` is made of `from` pixels in a row: by a Lanczos window of
-    /// two pixels to either side, sinc(2 x) sinc(x) with x from −1 to 1 and sinc x = sin(π x) / (π
-    /// x), with weights that sum to one.
+    /// The taps of texel `index` when a row of `from` pixels is resampled to `to` texels: a Lanczos
+    /// window of two pixels to either side, sinc(2 x) sinc(x) with x from −1 to 1 and
+    /// sinc x = sin(π x)/(π x), with weights that sum to one.
     fn new(index: u32, [from, to]: [u32; 2], wrap: Wrap) -> Self {
         use std::f64::consts::PI;
+        // Find the first of four pixels around the centre of the texel.
         let centre = (f64::from(index) + 0.5) * (f64::from(from) / f64::from(to));
         let first = (centre - 1.5).floor();
-        // From one pixel to the next, π x grows by a quarter turn: one sine and cosine for all.
+        // Evaluate the window. From one pixel to the next, π x grows by a quarter turn, so that one
+        // sine and cosine serve all four.
         let start = 0.5 * PI * (first + 0.5 - centre);
         let (sin, cos) = sin_cos(start);
         let sines = [sin, cos, -sin, -cos];
@@ -246,6 +261,7 @@ impl Taps {
                 doubles[k] * sines[k] / (2.0 * x * x)
             }
         });
+        // Normalise the weights, and wrap pixels beyond the edges.
         let sum: f64 = weights.iter().sum();
         let pixels = at.map(|(pixel, _)| wrapped(wrap, pixel, from));
         Self {
@@ -257,14 +273,14 @@ impl Taps {
         }
     }
 
-    /// Pixels and their weights.
+    /// The pixels and their weights.
     fn terms(&self) -> impl Iterator<Item = (u32, f64)> {
         self.pixels.into_iter().zip(self.weights)
     }
 }
 
 impl Level {
-    /// A black level above one of some size.
+    /// A black level of half the size of a finer one, at least one texel across and down.
     fn sized(finer: [u32; 2], is_grey: bool) -> Self {
         let size = finer.map(|n| (n / 2).max(1));
         let count = size[0] as usize * size[1] as usize;
@@ -276,9 +292,10 @@ impl Level {
         Self { size, texels }
     }
 
+    /// Sets a texel.
     fn set(&mut self, x: u32, y: u32, value: DVec3) {
         let index = self.index(x, y);
-        // Resampling may overshoot the largest number.
+        // Resampling may overshoot the largest `f32`.
         let value = value.min(DVec3::splat(f64::from(f32::MAX))).as_vec3();
         match &mut self.texels {
             Texels::Grey(texels) => texels[index] = value.x,
@@ -286,10 +303,12 @@ impl Level {
         }
     }
 
+    /// The index of a texel by column and row.
     const fn index(&self, x: u32, y: u32) -> usize {
         y as usize * self.size[0] as usize + x as usize
     }
 
+    /// A texel by column and row.
     fn texel(&self, x: u32, y: u32) -> DVec3 {
         let index = self.index(x, y);
         match &self.texels {
@@ -298,7 +317,8 @@ impl Level {
         }
     }
 
-    /// Means of two by two; where only one is left across or down, of two.
+    /// The next coarser level: means of two by two texels, or of two where this level has a single
+    /// row or column.
     fn halved(&self) -> Self {
         let mut coarser = Self::sized(self.size, matches!(self.texels, Texels::Grey(_)));
         let [w, h] = self.size;
@@ -314,11 +334,11 @@ impl Level {
     }
 }
 
-/// Most that a footprint may be longer than wide: what a file asks beyond is cut off, so that a
-/// lookup stays bounded.
+/// The upper limit of the ratio of a footprint's axes, which bounds the time of a lookup; larger
+/// limits in files are clamped to it.
 pub(crate) const MAX_ANISOTROPY: f64 = 64.0;
 
-/// An image with its pyramid and edges.
+/// An image with its pyramid and wrap modes, for filtered lookups.
 #[derive(Clone, Copy)]
 pub(crate) struct Mipmap<'a> {
     pub(crate) image: &'a ImageData,
@@ -327,13 +347,13 @@ pub(crate) struct Mipmap<'a> {
 }
 
 impl Mipmap<'_> {
-    /// The level whose texels are as wide as `width`, which is in units of the image; the finest
-    /// is 0, finer ones are negative.
+    /// The level, as a real number, whose texels have this width in units of the image's width. The
+    /// finest level is 0; smaller widths give negative numbers.
     fn level(&self, width: f64) -> f64 {
         self.pyramid.top().1 as f64 + log2(width.max(1e-8))
     }
 
-    /// The texel that holds a place, on the coarsest level whose texels are no wider than the
+    /// The texel around a point, on the coarsest level whose texels are no wider than the
     /// footprint.
     pub(crate) fn nearest(&self, at: &Footprint) -> DVec3 {
         let level = self.below(at);
@@ -341,23 +361,27 @@ impl Mipmap<'_> {
         self.texel(level, x.round(), y.round())
     }
 
-    /// Bilinear on the coarsest level whose texels are no wider than the footprint.
+    /// The bilinear interpolation on the coarsest level whose texels are no wider than the
+    /// footprint.
     pub(crate) fn bilinear(&self, at: &Footprint) -> DVec3 {
         self.on(self.below(at), at.uv)
     }
 
-    /// Bilinear on the two levels around the footprint's width, and linear between them. The width
-    /// is that of a square of twice the larger change of the coordinates.
+    /// The bilinear interpolations on the two levels around the footprint's width, and a linear one
+    /// between them. The width is twice the larger change of the coordinates.
     pub(crate) fn trilinear(&self, at: &Footprint) -> DVec3 {
         let level = self.level(2.0 * at.reach().max_element());
         self.between(level, |k| self.on(k, at.uv))
     }
 
-    /// The mean over an ellipse with a Gaussian's weights (Heckbert 1989, *Fundamentals of Texture
-    /// Mapping and Image Warping*): the footprint's, with each level's texels of one texel's
-    /// radius; no longer than `max_anisotropy` times its width, of whose levels the two around are
-    /// mixed.
+    /// The elliptically weighted average (Heckbert 1989, *Fundamentals of Texture Mapping and Image
+    /// Warping*): the mean, with a Gaussian's weights, over the ellipse of the footprint.
+    ///
+    /// The ellipse is widened until its length is at most `max_anisotropy` times its width. The
+    /// level is chosen by the width, so that few texels lie across, and the means on the two levels
+    /// around are interpolated.
     pub(crate) fn ellipse(&self, at: &Footprint, max_anisotropy: f64) -> DVec3 {
+        // Sort the axes, and widen the minor one.
         let (mut major, mut minor) = (at.dx, at.dy);
         if major.length_squared() < minor.length_squared() {
             (major, minor) = (minor, major);
@@ -371,20 +395,23 @@ impl Mipmap<'_> {
                 major.perp() / max_anisotropy
             };
         }
+        // Average over the ellipse on the two levels around the width.
         let level = self.level(minor.length()).max(0.0);
         self.between(level, |k| self.ellipse_on(k, at.uv, [major, minor]))
     }
 
-    /// The mean over an ellipse on one level.
+    /// The weighted mean over an ellipse with these axes on one level.
     fn ellipse_on(&self, level: usize, uv: DVec2, axes: [DVec2; 2]) -> DVec3 {
+        // The coarsest level has one texel.
         if level >= self.pyramid.top().1 {
             return self.on(level, uv);
         }
+        // Convert centre and axes to texels of the level, whose rows count from the top.
         let [x, y] = self.on_level(level, uv);
         let [w, h] = self.size(level).map(f64::from);
-        // Rows count from the top.
         let [p, q] = axes.map(|axis| axis * DVec2::new(w, -h));
-        // a x² + b x y + c y² < 1 inside; one texel is added in quadrature.
+        // Find the implicit form a x² + b x y + c y² < 1 of the ellipse. Adding 1 to a and c makes
+        // it a texel larger (in quadrature), so that it always holds the centre of a texel.
         let (a, b, c) = (
             p.y * p.y + q.y * q.y + 1.0,
             -2.0 * (p.x * p.y + q.x * q.y),
@@ -393,6 +420,7 @@ impl Mipmap<'_> {
         let discriminant = a * c - 0.25 * b * b;
         let (reach_x, reach_y) = (c.sqrt(), a.sqrt());
         let (a, b, c) = (a / discriminant, b / discriminant, c / discriminant);
+        // Add up the texels of its bounding box that are inside.
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         for row in whole_numbers(y, reach_y) {
             let dy = row - y;
@@ -409,7 +437,8 @@ impl Mipmap<'_> {
         sum / weights
     }
 
-    /// Linear between the two whole levels around one; below the finest, the finest.
+    /// The linear interpolation of `on` between the two whole levels around a real one, which is
+    /// clamped to the levels that exist.
     fn between(&self, level: f64, on: impl Fn(usize) -> DVec3) -> DVec3 {
         let top = self.pyramid.top().1;
         if level <= 0.0 {
@@ -428,23 +457,25 @@ impl Mipmap<'_> {
         whole(level).min(self.pyramid.top().1)
     }
 
-    /// Bilinear on a level.
+    /// The bilinear interpolation on one level.
     fn on(&self, level: usize, uv: DVec2) -> DVec3 {
         bilinear(self.on_level(level, uv), |x, y| self.texel(level, x, y))
     }
 
-    /// Coordinates in texels of a level, whose centres are whole numbers; rows count from the top.
+    /// Texture coordinates in texels of a level: the centres of texels are at whole numbers, and
+    /// rows count from the top.
     fn on_level(&self, level: usize, uv: DVec2) -> [f64; 2] {
         let [w, h] = self.size(level).map(f64::from);
         [uv.x * w - 0.5, (1.0 - uv.y) * h - 0.5]
     }
 
+    /// The number of columns and rows of a level.
     fn size(&self, level: usize) -> [u32; 2] {
         let coarser = level.checked_sub(1).map(|k| &self.pyramid.coarser[k]);
         coarser.map_or(self.pyramid.size, |level| level.size)
     }
 
-    /// A texel of a level, or what lies beyond its edges.
+    /// The texel of a level at whole coordinates, which are wrapped beyond its edges.
     fn texel(&self, level: usize, x: f64, y: f64) -> DVec3 {
         let [w, h] = self.size(level);
         match (wrapped(self.wrap[0], x, w), wrapped(self.wrap[1], y, h)) {
@@ -454,7 +485,7 @@ impl Mipmap<'_> {
     }
 }
 
-/// The whole part of a positive number; zero of others.
+/// The integer part of a positive number; zero for other numbers.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -464,7 +495,7 @@ fn whole(number: f64) -> usize {
     number as usize
 }
 
-/// Linear in both directions between the values at whole numbers.
+/// The bilinear interpolation between the values of `at` at whole numbers.
 pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec3 {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
@@ -473,7 +504,8 @@ pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec
     top * (1.0 - fy) + bottom * fy
 }
 
-/// The whole numbers within a distance: finitely many even where their spacing is above one.
+/// The whole numbers within a distance of a centre. They are counted, so that the loop ends even
+/// where numbers are so large that adding one does not change them.
 fn whole_numbers(centre: f64, distance: f64) -> impl Iterator<Item = f64> {
     let first = (centre - distance).ceil();
     // At most the texels of a level times the anisotropy.
@@ -481,7 +513,8 @@ fn whole_numbers(centre: f64, distance: f64) -> impl Iterator<Item = f64> {
     (0..=count).map(move |k| first + k as f64)
 }
 
-/// exp(−2 r²) − exp(−2) for squares of radii within [0, 1), from pbrt's table of 128 values.
+/// The weight exp(−2 r²) − exp(−2) for the square of a radius in [0, 1), from a table of 128 values
+/// like pbrt's.
 fn gaussian(square: f64) -> f64 {
     const COUNT: usize = 128;
     static TABLE: LazyLock<[f64; COUNT]> = LazyLock::new(|| {

@@ -1,40 +1,41 @@
-//! The parameters of materials under the names that scene files have for them: one table by which
-//! materials are read, and their textures found.
+//! The parameters of materials under the names that pbrt files have for them: one table by which
+//! materials are read, and by which all textures of a material are found.
 
 use crate::material::{MaterialKind, Roughness};
 use crate::texture::Texture;
 
-/// A parameter of a material, to be read into.
+/// A parameter of a material: its name in files and the field that a reader sets.
 #[derive(Debug)]
 pub enum Parameter<'a> {
     /// A colour.
     Colour(&'static str, &'a mut Texture),
     /// A number.
     Number(&'static str, &'a mut Texture),
-    /// Something that pbrt does not have and that is false there.
+    /// A switch that only linelit has; in pbrt's files it is false.
     Own(&'static str, &'a mut bool),
-    /// `eta` of a dielectric, pbrt-v3's `index`.
+    /// The index of refraction of a dielectric: `eta`, or pbrt-v3's `index`.
     Index(&'a mut Texture),
-    /// `eta` or `k` of a conductor: a colour, or a metal's by its name.
+    /// The `eta` or `k` of a conductor: a colour, or the name of a metal.
     Metal(&'static str, &'a mut Texture),
-    /// `uroughness`, `vroughness` and `remaproughness`.
+    /// The roughness: `uroughness`, `vroughness` and `remaproughness`.
     Rough(&'a mut Roughness),
-    /// The two parts of a mixture, by their names.
+    /// The two materials of a mixture, which files name.
     Parts(&'a mut [u32; 2]),
 }
 use Parameter::{Colour, Index, Metal, Number, Own, Parts, Rough};
 
-/// Makes, of a table with each model's fields, its type in pbrt text and the parameters where some
-/// condition holds or else, the list of types and what gives the parameters.
+/// Defines `NAMES` and `parameters` from a table. Each entry has a model with its fields, and then
+/// its type in pbrt text with its parameters; before that there may be other types and parameters
+/// for the case that a condition holds.
 macro_rules! table {
     ($self:ident, $v4:ident; $($model:ident($($field:ident),+):
         $(if $when:expr => $other:literal [$($p:ident($($k:literal,)? $f:ident)),+],)*
         $name:literal [$($parameter:ident($($key:literal,)? $value:ident)),+];)+) => {
-        /// The types of all models in pbrt text; some more than once.
+        /// The types of all models in pbrt text, with repetitions.
         pub const NAMES: &[&str] = &[$($($other,)* $name),+];
 
-        /// The model's type in pbrt text and its parameters: under the names of pbrt-v4 (`v4`; of
-        /// the models that it has), or of pbrt-v3 and linelit.
+        /// The model's type in pbrt text, and its parameters. With `v4` they have the names of
+        /// pbrt-v4, for the models that it has; otherwise the names of pbrt-v3 and linelit.
         ///
         /// ```
         /// use linelit_scene::geometry::DVec3;
@@ -96,7 +97,7 @@ impl MaterialKind {
             "frostbite" [Colour("Kd", kd), Colour("Ks", ks), Number("roughness", roughness)];
     }
 
-    /// The model's name in pbrt-v3 or linelit; of those that only pbrt-v4 has, there.
+    /// The model's name in pbrt-v3 or linelit, or in pbrt-v4 if only that has the model.
     pub fn name(&self) -> &'static str {
         self.clone().parameters(false).0
     }

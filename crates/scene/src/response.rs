@@ -1,9 +1,9 @@
-//! From a material of the scene at a surface to its reflection: the lobes that lights reflect
-//! in, and the directions into which mirrors and glass send the view on.
+//! The reflection of a material at a point of a surface: the BSDF for the light of light sources,
+//! and the directions in which mirrors and glass continue a camera ray.
 //!
-//! The models are pbrt-v3's, with its conventions: plastic has its Fresnel term the wrong way round
-//! (total reflection beyond 41.8°), glass scales transmitted radiance by the square of the relative
-//! index, roughness is α after the material's remapping.
+//! The models follow pbrt-v3 with its conventions. Plastic has the indices of refraction in its
+//! Fresnel term interchanged (total reflection beyond 41.8°), glass scales transmitted radiance by
+//! the square of the relative index, and roughness is α after the material's remapping.
 
 use crate::differential::Change;
 use crate::{
@@ -15,30 +15,30 @@ use linelit_bsdf::{
 };
 use linelit_geometry::DVec3;
 
-/// A perfect reflection or refraction of the view.
+/// The continuation of a camera ray by a perfect reflection or refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounce {
-    /// The direction in which the view continues, unit length.
+    /// The direction in which the ray continues, of unit length.
     pub direction: DVec3,
-    /// The fraction of the light from there that reaches the viewer, by channel.
+    /// The fraction of the radiance from there that reaches the viewer, for each channel.
     pub weight: DVec3,
-    /// The rays beside it, if the ray that met the surface had some.
+    /// The continuations of the neighbouring rays, if the incident ray had any.
     pub beside: Option<RayDifferential>,
 }
 
 /// The reflection of a surface at a point.
 #[derive(Clone, Debug)]
 pub struct Response {
-    /// The lobes that lights reflect in.
+    /// The reflection of the light of light sources.
     pub bsdf: Bsdf,
-    /// The continuations of the view by perfect mirrors and glass; empty for most materials.
+    /// The continuations of the camera ray by perfect mirrors and glass; empty for most materials.
     pub bounces: Vec<Bounce>,
 }
 
 impl SceneDescription {
-    /// Returns the reflection of a surface's material towards the unit direction `outgoing`, about
-    /// the shading normal `normal` on the viewer's side; `beside` are the rays through the
-    /// neighbouring pixels.
+    /// The reflection of a surface's material towards the unit direction `outgoing`, about the
+    /// shading normal `normal` on the viewer's side. `beside` are the neighbouring rays of the
+    /// camera ray that met the surface.
     #[inline]
     #[must_use]
     pub fn response(
@@ -49,7 +49,7 @@ impl SceneDescription {
         beside: Option<&RayDifferential>,
     ) -> Response {
         let at = surface.footprint();
-        // Most surfaces, for which there is nothing to build.
+        // Take a Lambertian surface, the most common, without building layers.
         if let MaterialKind::Matte { kd, sigma } = &self.materials[surface.material as usize].kind
             && let Matte::Smooth(albedo) = Matte::new(colour(kd, at), sigma, at)
         {
@@ -58,6 +58,7 @@ impl SceneDescription {
                 bounces: Vec::new(),
             };
         }
+        // Add the layers and bounces of other materials.
         let mut builder = Builder {
             scene: self,
             surface,
@@ -70,6 +71,7 @@ impl SceneDescription {
             bounces: Vec::new(),
         };
         builder.material(surface.material, DVec3::ONE);
+        // Set the tangent, if a lobe depends on it.
         let mut layers = builder.layers;
         if builder.anisotropic {
             let [dp_du, _] = self.tangents(surface.triangle);
@@ -82,7 +84,7 @@ impl SceneDescription {
     }
 }
 
-/// A texture as a colour.
+/// The value of a texture as a reflectance, clamped to [0, 1].
 #[inline]
 fn colour(texture: &Texture, at: Footprint) -> DVec3 {
     texture.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE)
@@ -92,11 +94,12 @@ fn colour(texture: &Texture, at: Footprint) -> DVec3 {
 enum Matte {
     /// A Lambertian surface with this albedo.
     Smooth(DVec3),
+    /// A rough surface.
     Rough(OrenNayar),
 }
 
 impl Matte {
-    /// Roughness in degrees.
+    /// The reflection for a roughness `sigma` in degrees.
     #[inline]
     fn new(albedo: DVec3, sigma: &Texture, at: Footprint) -> Self {
         let degrees = sigma.evaluate_number(at).clamp(0.0, 90.0);
@@ -108,6 +111,7 @@ impl Matte {
     }
 }
 
+/// Collects the lobes and bounces of a material, and of the parts of mixtures, at a point.
 struct Builder<'a> {
     scene: &'a SceneDescription,
     surface: &'a Surface,
@@ -116,12 +120,13 @@ struct Builder<'a> {
     normal: DVec3,
     beside: Option<&'a RayDifferential>,
     layers: Layers,
+    /// Whether a lobe has different roughness along and across the tangent.
     anisotropic: bool,
     bounces: Vec<Bounce>,
 }
 
 impl Builder<'_> {
-    /// Adds a material, scaled.
+    /// Adds a material, scaled by a factor.
     fn material(&mut self, index: u32, scale: DVec3) {
         let at = self.at;
         let colour = |t: &Texture| colour(t, at);
@@ -177,7 +182,7 @@ impl Builder<'_> {
                 let colours = [kr, kt].map(|t| scale * colour(t));
                 self.glass(colours, eta, (!thin).then_some(roughness));
             }
-            // Their diffuse part only: see `Material::is_drawn_in_full`.
+            // Add the diffuse part only: see `Material::is_drawn_in_full`.
             MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
                 self.layers
                     .add_diffuse(scale * self.scene.diffuse_reflectance(index, at));
@@ -185,6 +190,7 @@ impl Builder<'_> {
         }
     }
 
+    /// Adds a smooth or rough matte surface.
     fn matte(&mut self, scale: DVec3, albedo: DVec3, sigma: &Texture) {
         match Matte::new(albedo, sigma, self.at) {
             Matte::Smooth(albedo) => self.layers.add_diffuse(scale * albedo),
@@ -192,12 +198,13 @@ impl Builder<'_> {
         }
     }
 
-    /// Diffuse under pbrt's glossy coat of plastic: colours are `Kd` and `Ks`.
+    /// Adds plastic, a diffuse reflection and a glossy coat: the colours are `Kd` and `Ks`.
     fn plastic(&mut self, [kd, ks]: [DVec3; 2], roughness: &Roughness) {
         self.layers.add_diffuse(kd);
         self.reflector(ks, roughness, Fresnel::Dielectric { eta: 1.0 / 1.5 });
     }
 
+    /// Adds a diffuse base under a glossy coat.
     fn substrate(&mut self, scale: DVec3, diffuse: DVec3, specular: DVec3, roughness: &Roughness) {
         let facets = self.facets(roughness);
         if diffuse != DVec3::ZERO || specular != DVec3::ZERO {
@@ -210,8 +217,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`
-    /// and `opacity`, without which the view goes straight on.
+    /// Adds pbrt's `uber`: diffuse and glossy reflection and a smooth interface. The colours are
+    /// `Kd`, `Ks`, `Kr`, `Kt` and `opacity`; the ray goes straight on with one minus the opacity.
     fn uber(&mut self, scale: DVec3, colours: [&Texture; 5], roughness: &Roughness, eta: &Texture) {
         let colour = |t: &Texture| colour(t, self.at);
         let [kd, ks, kr, kt, opaque] = colours.map(colour);
@@ -223,19 +230,21 @@ impl Builder<'_> {
         self.dielectric(scale * kr, scale * kt, eta);
     }
 
+    /// Adds a diffuse reflection and a Phong lobe.
     fn phong(&mut self, scale: DVec3, [diffuse, specular]: [DVec3; 2], exponent: &Texture) {
         self.layers.add_diffuse(scale * diffuse);
         let exponent = exponent.evaluate_number(self.at).max(0.0);
         self.lobe(scale, Lobe::Phong(Phong { specular, exponent }));
     }
 
+    /// Adds Frostbite's standard material.
     fn frostbite(&mut self, scale: DVec3, [diffuse, f0]: [DVec3; 2], roughness: &Texture) {
         let frostbite = Frostbite::new(diffuse, f0, roughness.evaluate_number(self.at));
         self.lobe(scale, Lobe::Frostbite(frostbite));
     }
 
-    /// A smooth or rough interface, or a sheet, which has no roughness; of a rough interface, light
-    /// from behind is not asked for.
+    /// Adds glass: a smooth or rough interface, or a thin sheet, for which `roughness` is `None`.
+    /// A rough interface only reflects: light from behind it is left out.
     fn glass(&mut self, [kr, kt]: [DVec3; 2], eta: &Texture, roughness: Option<&Roughness>) {
         let eta = index_of_refraction(eta.evaluate_number(self.at));
         let Some(roughness) = roughness else {
@@ -249,19 +258,20 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a lobe. There is room for the parts of every mixture that loaders admit.
+    /// Adds a lobe. Layers have room for the lobes of every mixture that readers accept.
     fn lobe(&mut self, scale: DVec3, lobe: Lobe) {
         let fits = self.layers.add(scale, lobe);
         debug_assert!(fits, "mixtures are bounded by the loader");
     }
 
+    /// The microfacets of a roughness; remembers whether they need a tangent.
     fn facets(&mut self, roughness: &Roughness) -> TrowbridgeReitz {
         let facets = TrowbridgeReitz::new(roughness.alpha(self.at));
         self.anisotropic |= !facets.is_isotropic();
         facets
     }
 
-    /// A rough mirror, or a perfect one.
+    /// Adds a reflector: a lobe of microfacets, or a perfect mirror if the roughness is zero.
     fn reflector(&mut self, reflectance: DVec3, roughness: &Roughness, fresnel: Fresnel) {
         if roughness.alpha(self.at).iter().all(|a| *a <= 0.0) {
             let cosine = self.normal.dot(self.outgoing).abs();
@@ -279,7 +289,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a direction, with the differences to it of the rays beside.
+    /// Adds a continuation of the ray. `changes` are the differences between the directions of the
+    /// neighbouring rays and this one. Continuations in the same direction are added up.
     fn bounce(&mut self, direction: DVec3, weight: DVec3, changes: Option<[DVec3; 2]>) {
         let Some(unit) = direction.try_normalize() else {
             return;
@@ -302,7 +313,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns how the view's direction and normal change by pixel, if the ray has differentials.
+    /// The changes of the ray's direction and of the normal from one pixel to the next, if the ray
+    /// has differentials.
     fn changes(&self) -> Option<[Change; 2]> {
         let beside = self.beside?;
         let turned = self.normal.dot(self.surface.shading_normal) < 0.0;
@@ -313,6 +325,7 @@ impl Builder<'_> {
         }))
     }
 
+    /// Adds a perfect reflection.
     fn mirror(&mut self, weight: DVec3) {
         let (n, wo) = (self.normal, self.outgoing);
         let changes = self.changes();
@@ -320,22 +333,25 @@ impl Builder<'_> {
         self.bounce(n * (2.0 * n.dot(wo)) - wo, weight, changes);
     }
 
+    /// Adds the continuation of the ray in its own direction.
     fn straight_on(&mut self, weight: DVec3) {
         let changes = self.changes().map(|two| two.map(|change| change.direction));
         self.bounce(-self.outgoing, weight, changes);
     }
 
-    /// A smooth interface; η is the index of what is behind the outside.
+    /// Adds a smooth interface; `eta` is the index of refraction of the medium inside.
     fn dielectric(&mut self, kr: DVec3, kt: DVec3, eta: f64) {
+        // Reflect by the Fresnel term.
         let relative = if self.surface.outside { eta } else { 1.0 / eta };
         let cosine = self.normal.dot(self.outgoing).abs();
         let reflected = Fresnel::Dielectric { eta: relative }.at(cosine);
         self.mirror(kr * reflected);
+        // Refract, unless the reflection is total.
         let sine_square = (1.0 - cosine * cosine).max(0.0) / (relative * relative);
         if sine_square < 1.0 {
             let inner = (1.0 - sine_square).sqrt();
             let n = self.normal;
-            // Its sign counts: a shading normal may be turned away from the viewer.
+            // The cosine keeps its sign here: a shading normal may point away from the viewer.
             let refracted =
                 n * (n.dot(self.outgoing) / relative - inner) - self.outgoing / relative;
             let weight = kt * (DVec3::ONE - reflected) / (relative * relative);
@@ -346,7 +362,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A smooth sheet: reflections between its sides summed up.
+    /// Adds a thin smooth sheet, with the sum of all reflections between its two sides.
     fn thin(&mut self, kr: DVec3, kt: DVec3, eta: f64) {
         let cosine = self.normal.dot(self.outgoing).abs();
         let r = Fresnel::Dielectric { eta }.at(cosine).x;
@@ -356,8 +372,9 @@ impl Builder<'_> {
     }
 }
 
-/// Schlick's term of a reflectance r at normal incidence, or that of the conductor that pbrt-v4 has
-/// for it: η = 1, k = 2 √r / √(1 − r), of r up to .9999.
+/// The Fresnel term for a reflectance r at normal incidence: Schlick's approximation, or the term
+/// of the conductor that pbrt-v4 uses, with η = 1 and k = 2 √r / √(1 − r), where r is at most
+/// 0.9999.
 fn coloured(reflectance: DVec3, schlick: bool) -> Fresnel {
     if schlick {
         let (f0, f90) = (reflectance, 1.0);
@@ -373,12 +390,13 @@ fn coloured(reflectance: DVec3, schlick: bool) -> Fresnel {
     }
 }
 
+/// Whether a roughness is zero at a point.
 fn is_zero(roughness: &Texture, at: Footprint) -> bool {
     roughness.evaluate_number(at) <= 0.0
 }
 
-/// The index of refraction that a material's number stands for: itself, or 1.5 for what is none, as
-/// for the 0 that pbrt-v4 writes for its default.
+/// The index of refraction of a material: the number `eta`, or 1.5 if that is not positive or not
+/// finite, such as the 0 that pbrt-v4 writes for its default.
 #[must_use]
 pub fn index_of_refraction(eta: f64) -> f64 {
     if eta > 0.0 && eta.is_finite() {

@@ -1,4 +1,5 @@
-//! Emissive spheres, disks and cylinders, remembered beside the facets that stand for them.
+//! Emissive spheres, disks and cylinders as wholes, which a scene has in addition to their facets:
+//! the shape before its transform, and the light that it becomes in the world.
 
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
@@ -6,22 +7,23 @@ use linelit_lights::{
     Cylinder, CylinderLight, Disk, DiskLight, Emission, Light, Sphere, SphereLight,
 };
 
-/// A round shape that triangles stand for. Of a sphere or a cylinder, a negative radius says that
-/// its outside is the inside; of a disk, the triangles say which of its sides is the outside.
+/// A round shape whose facets are a mesh. A negative radius of a sphere or a cylinder means that
+/// its outside faces inwards; the outside of a disk is the outside of its facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RoundShape {
     /// A sphere, in the coordinates before its transform.
     Sphere(Sphere),
     /// A flat disk, in the coordinates before its transform.
     Disk(Disk),
-    /// The side of a cylinder without its ends, in the coordinates before its transform.
+    /// The curved side of a cylinder without its ends, in the coordinates before its transform.
     Cylinder(Cylinder),
 }
 
 impl RoundShape {
-    /// The light that the shape makes in the world, if its transform leaves it one, and whether its
-    /// outside is the inside, of a shape that has one. `emission` gives the emission of an area,
-    /// and `facing` is the normal of a facet, to which a disk turns.
+    /// The light that the shape becomes in the world, and whether its outside faces inwards (`None`
+    /// for a disk). `emission` returns the emission for an area, and `facing` is the normal of a
+    /// facet, which decides the side of a disk. The result is `None` if the transform makes an
+    /// ellipsoid, an ellipse or a slanted cylinder of it; such shapes are lit by facets only.
     pub(crate) fn light(
         &self,
         to_world: &DAffine3,
@@ -29,6 +31,7 @@ impl RoundShape {
         emission: impl Fn(f64) -> Emission,
     ) -> Option<(Light, Option<bool>)> {
         Some(match self {
+            // Spheres and cylinders emit on one side; the sign of the radius says which.
             Self::Sphere(of) => {
                 let Sphere { center, radius } = sphere(of, to_world)?;
                 let area = 4.0 * std::f64::consts::PI * radius * radius;
@@ -55,8 +58,9 @@ impl RoundShape {
     }
 }
 
-/// The sphere in the world, its radius of the same sign.
+/// The sphere in the world, its radius with the same sign; `None` if it becomes an ellipsoid.
 fn sphere(sphere: &Sphere, to_world: &DAffine3) -> Option<Sphere> {
+    // It stays a sphere if the transform times its transpose is a multiple of the identity.
     let m = to_world.matrix3;
     let scale = m.x_axis.length();
     let gram = m.transpose() * m;
@@ -69,13 +73,15 @@ fn sphere(sphere: &Sphere, to_world: &DAffine3) -> Option<Sphere> {
     (is_one && finite).then_some(Sphere { center, radius })
 }
 
-/// The disk in the world, its normal on the side of another; an ellipse stays facets.
+/// The disk in the world, with its normal on the side of `emitting`; `None` if it becomes an
+/// ellipse.
 fn disk(disk: &Disk, to_world: &DAffine3, emitting: DVec3) -> Option<Disk> {
+    // It stays a disk if two perpendicular radii stay perpendicular and of equal length.
     let frame = Frame::from_normal(disk.normal);
     let [a, b] = [frame.x, frame.y].map(|v| to_world.transform_vector3(v * disk.radius));
     let square = a.length_squared();
     let error = (b.length_squared() - square).abs().max(a.dot(b).abs());
-    // One that is where it was keeps its bits.
+    // Without a rotation or scale, the numbers of the file are used to the bit.
     let (normal, radius) = match to_world.matrix3 == DMat3::IDENTITY {
         true => (disk.normal, disk.radius),
         false => (predicates::normalize(a.cross(b))?, square.sqrt()),
@@ -89,15 +95,18 @@ fn disk(disk: &Disk, to_world: &DAffine3, emitting: DVec3) -> Option<Disk> {
     })
 }
 
-/// The cylinder in the world, its radius positive; of an ellipse, or slanted, it stays facets.
+/// The cylinder in the world, its radius positive; `None` if its cross-section becomes an ellipse
+/// or its axis is not perpendicular to that.
 fn cylinder(cylinder: &Cylinder, to_world: &DAffine3) -> Option<Cylinder> {
+    // Transform the axis and two directions across, and test whether they stay perpendicular and
+    // the latter of equal length.
     let axis = cylinder.axis;
     let Frame { x, y, z } = Frame::from_normal(axis.direction());
     let [x, y, z] = [x, y, z].map(|v| to_world.transform_vector3(v));
     let square = x.length_squared();
     let across = (y.length_squared() - square).abs().max(x.dot(y).abs());
     let slanted = x.dot(z).abs().max(y.dot(z).abs()) / z.length();
-    // One that is where it was keeps its bits.
+    // Without a rotation or scale, the numbers of the file are used to the bit.
     let scale = match to_world.matrix3 == DMat3::IDENTITY {
         true => 1.0,
         false => square.sqrt(),

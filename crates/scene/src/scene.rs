@@ -1,4 +1,5 @@
-//! The scene: triangles in world space, materials, lights, camera and film.
+//! [`SceneDescription`]: a scene as triangles in world space with materials, lights, a camera and a
+//! film, and the queries of it that a renderer needs.
 
 use crate::alpha::Alpha;
 use crate::camera::Camera;
@@ -21,49 +22,48 @@ pub struct Mesh {
     pub triangles: Range<u32>,
     /// Index into the scene's materials.
     pub material: u32,
-    /// The outside is opposite to the right-hand normal of the vertex order (pbrt:
-    /// `ReverseOrientation` or a transform that mirrors, but not both). Meshes with vertex
-    /// normals are oriented by those instead.
+    /// Whether the outside is opposite to the right-hand normal of the vertex order (pbrt:
+    /// `ReverseOrientation` or a transform that mirrors, but not both). The outside of a mesh with
+    /// vertex normals is where they point instead.
     pub flipped: bool,
     /// Whether its vertices have normals.
     pub has_normals: bool,
-    /// Whether its vertices have texture coordinates; otherwise the corners of each triangle are at
-    /// (0, 0), (1, 0), (1, 1), as in pbrt.
+    /// Whether its vertices have texture coordinates; otherwise the corners of each triangle have
+    /// the coordinates (0, 0), (1, 0), (1, 1), as in pbrt.
     pub has_uvs: bool,
-    /// The mask that cuts its holes, if it has any.
+    /// The masks that cut holes into it, if there are any.
     pub cutout: Option<Cutout>,
-    /// Whether it hides no light: views meet it all the same.
+    /// Whether it casts no shadow; cameras see it nevertheless.
     pub casts_no_shadow: bool,
 }
 
-/// The holes of a mesh: which of its points are there, as indices into
-/// [`SceneDescription::alphas`].
+/// The masks that cut holes into a mesh, as indices into [`SceneDescription::alphas`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cutout {
-    /// The mask of the points that the camera sees; all if `None`.
+    /// The mask of the points that the camera sees; `None` means all points.
     pub seen: Option<u32>,
-    /// The mask of those points that also cast shadows; all of them if `None`.
+    /// The mask of those visible points that also cast shadows; `None` means all of them.
     pub shadow: Option<u32>,
 }
 
-/// A light, and the triangles that look like it.
+/// A light, and the triangles that are its surface in the scene's list.
 #[derive(Clone, Debug)]
 pub struct SceneLight {
     /// The light as it is sampled; it can be shared with other lists of lights.
     pub light: Arc<Light>,
     /// The triangles of an area light, which rays towards it must not count as occluders; empty
-    /// for a linear light.
+    /// for other lights.
     pub triangles: Range<u32>,
-    /// Emission that varies over an area light; `light` has its mean.
+    /// The texture of an area light whose emission varies over it; `light` then has the mean.
     pub map: Option<EmissionMap>,
-    /// The factor of the emission of an area light by direction; its mean, weighted by the cosine,
-    /// is one.
+    /// The factor by which the emission of an area light depends on the direction; its mean,
+    /// weighted by the cosine, is one.
     pub profile: Option<Arc<Profile>>,
 }
 
 impl SceneLight {
-    /// Radiance that an area light shows at texture coordinates or over a footprint, in the unit
-    /// direction `outgoing`; zero for other lights.
+    /// The radiance that a camera sees of an area light at texture coordinates or over a footprint,
+    /// in the unit direction `outgoing` from the light; zero for other lights.
     pub fn shown(&self, at: impl Into<Footprint>, outgoing: DVec3) -> DVec3 {
         let Light::Area(area) = &*self.light else {
             return DVec3::ZERO;
@@ -80,61 +80,64 @@ impl SceneLight {
     }
 }
 
-/// A whole emissive sphere, disk or side of a cylinder without a texture, whose facets are among
-/// the lights.
+/// An emissive sphere, disk or curved side of a cylinder as a whole, without a texture. The scene
+/// also has its facets, as triangles and as polygonal lights; a renderer samples one or the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundLight {
-    /// The light in world space, as it is if it emits outwards; a disk's normal is on the emitting
+    /// The round light in world space, which emits outwards; a disk's normal is on the emitting
     /// side.
     pub light: Light,
-    /// Whether it emits outwards and no more, as `light` says; disks always do.
+    /// Whether the shape emits outwards alone, so that `light` can replace the facets; always true
+    /// for disks.
     pub outward: bool,
-    /// The lights that stand for it.
+    /// The range of its facets in the scene's list of lights.
     pub lights: Range<u32>,
     /// The range of its facets in the scene's list of triangles.
     pub triangles: Range<u32>,
 }
 
-/// The objects that a file places by reference, whose meshes are copied to each place: pbrt's
-/// objects, and meshes of glTF that stand at several places.
+/// The numbers of objects that a file places by reference and of their instances, each of which
+/// has become a copy: pbrt's objects, and glTF's meshes that several nodes refer to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Placed {
-    /// The number of objects that stand somewhere.
+    /// The number of objects with an instance.
     pub objects: usize,
-    /// The number of places that they are put at.
+    /// The number of instances of all objects together.
     pub instances: usize,
 }
 
-/// The description of a scene, as files have it: triangles in world space, materials, lights,
-/// camera and film. (`linelit::Scene` answers queries about points.)
+/// The description of a scene from a file: triangles in world space, materials, lights, camera and
+/// film. (`linelit::Scene` is another type: it answers queries about points.)
 ///
-/// The `f32` vertices *are* the geometry: transforms are applied in `f64` and rounded once,
-/// relative to an origin, which is zero but for scenes that are far from the world's. Lights and
-/// camera are in world space, and so are the points that [`SceneDescription::corners`] gives.
+/// The `f32` vertices *are* the geometry: transforms are applied in `f64`, and the results are
+/// rounded once, relative to an origin, which is zero unless the scene is far from the world's
+/// origin. Lights and camera are in world space, and so are the points that
+/// [`SceneDescription::corners`] returns.
 #[derive(Clone, Debug)]
 pub struct SceneDescription {
     /// Vertex positions relative to [`SceneDescription::origin`], all finite.
     pub positions: Vec<[f32; 3]>,
-    /// Vertex indices, all in range; in the order of the files.
+    /// The vertex indices of each triangle, all in range, in the order of the files.
     pub triangles: Vec<[u32; 3]>,
-    /// Vertex normals, unit length or zero where a mesh has none; as long as `positions`, or empty.
+    /// Vertex normals, of unit length, or zero for meshes without normals; as many as `positions`,
+    /// or empty if no mesh has normals.
     pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates; as long as `positions`, or empty.
+    /// Texture coordinates; as many as `positions`, or empty if no mesh has any.
     pub uvs: Vec<[f32; 2]>,
     /// Meshes, in the order of their triangles, which they cover without gaps.
     pub meshes: Vec<Mesh>,
     /// The alpha masks that cut holes into meshes.
     pub alphas: Vec<Alpha>,
-    /// Materials.
+    /// The materials; the first is a grey matte.
     pub materials: Vec<Material>,
-    /// Lights.
+    /// The lights.
     pub lights: Vec<SceneLight>,
-    /// Emissive spheres, disks and cylinders, which `lights` has as facets; in their order.
+    /// Emissive spheres, disks and cylinders as wholes, in the order of their facets in `lights`.
     pub round: Vec<RoundLight>,
-    /// Whether one of the lights is a lamp that is not in the scene's file, which has none.
+    /// Whether a lamp was added to the lights because the scene's file has no light.
     pub has_lamp: bool,
-    /// How many objects the file places by reference, and how often. Their copies are among the
-    /// meshes.
+    /// The numbers of objects that the file places by reference, and of their instances. The copies
+    /// are among the meshes.
     pub placed: Placed,
     /// The camera.
     pub camera: Camera,
@@ -142,16 +145,18 @@ pub struct SceneDescription {
     pub film: FilmSettings,
     /// The point of the world relative to which vertices are stored.
     pub origin: DVec3,
-    /// First and last triangle and index of each area light, in ascending order.
+    /// The first triangle, the end of the range and the index of each area light, in ascending
+    /// order.
     pub(crate) light_ranges: Vec<(u32, u32, u32)>,
-    /// The box around the vertices that triangles use, before rounding, and how far that moved one
-    /// of them.
+    /// The lower and the upper corner of the box around the vertices that triangles use, before
+    /// rounding.
     pub(crate) used: [DVec3; 2],
+    /// The largest distance by which rounding moved one of those vertices.
     pub(crate) displacement: f64,
 }
 
 impl SceneDescription {
-    /// The three corners of a triangle as they are stored, in world space.
+    /// The three corners of a triangle in world space, as they are after rounding.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|i| self.vertex(i))
     }
@@ -162,15 +167,17 @@ impl SceneDescription {
         to_f64(self.positions[index as usize]) + self.origin
     }
 
-    /// The origin that [`SceneBuilder::origin`](crate::SceneBuilder::origin) should have had:
-    /// [`origin_of_box`] of the vertices that triangles use. `None` if it had.
+    /// The best origin for this scene, the [`origin_of_box`] of the vertices that triangles use, if
+    /// [`SceneBuilder::origin`](crate::SceneBuilder::origin) was another: a reader then builds the
+    /// scene again with this origin. `None` if the scene was built with the best origin.
     pub fn better_origin(&self) -> Option<DVec3> {
         let [low, high] = self.used;
         let origin = origin_of_box(low, high);
         (origin != self.origin).then_some(origin)
     }
 
-    /// What rounding did to the vertices that triangles use.
+    /// The distance by which rounding moved vertices, compared with the median of the edges (of at
+    /// most 4096 triangles).
     pub fn rounding(&self) -> Rounding {
         let every = self.triangles.len().div_ceil(MEASURED).max(1);
         let measured = self.triangles.iter().step_by(every);
@@ -181,27 +188,29 @@ impl SceneDescription {
         Rounding::new(self.displacement, &mut sides.collect::<Vec<_>>())
     }
 
-    /// The index of the mesh that a triangle belongs to. Logarithmic in the number of meshes.
+    /// The index of the mesh that a triangle belongs to. The time is logarithmic in the number of
+    /// meshes.
     pub fn mesh_of(&self, triangle: u32) -> u32 {
         let next = self.meshes.partition_point(|m| m.triangles.end <= triangle);
         u32::try_from(next).unwrap_or(u32::MAX)
     }
 
-    /// The material of a triangle. Logarithmic in the number of meshes.
+    /// The index of the material of a triangle. The time is logarithmic in the number of meshes.
     pub fn material_of(&self, triangle: u32) -> u32 {
         self.meshes[self.mesh_of(triangle) as usize].material
     }
 
-    /// The area light of a triangle, if it emits. Logarithmic in the number of lights.
+    /// The index of the area light that a triangle belongs to, if it emits. The time is logarithmic
+    /// in the number of lights.
     pub fn light_of(&self, triangle: u32) -> Option<u32> {
         let k = self.light_ranges.partition_point(|r| r.1 <= triangle);
         let (start, _, light) = *self.light_ranges.get(k)?;
         (start <= triangle).then_some(light)
     }
 
-    /// The round shape that takes the place of a light, by its number, where round shapes are
-    /// sampled as they are: the light is one of its facets, and it emits outwards. The whole shape
-    /// goes by the number of its first facet. Logarithmic in the number of round shapes.
+    /// The round shape that the light of this number is a facet of, if it can be sampled as a whole
+    /// because it emits outwards. The whole shape has the number of its first facet. The time is
+    /// logarithmic in the number of round shapes.
     #[must_use]
     pub fn whole_of(&self, light: u32) -> Option<&RoundLight> {
         let k = self.round.partition_point(|r| r.lights.end <= light);
@@ -209,7 +218,8 @@ impl SceneDescription {
         (round.outward && round.lights.contains(&light)).then_some(round)
     }
 
-    /// Reflectance of the diffuse part of a material, with mixtures resolved.
+    /// The reflectance of the diffuse part of a material, a linear RGB colour in [0, 1]. For a
+    /// mixture it is the mixture of its parts' reflectances.
     pub fn diffuse_reflectance(&self, material: u32, at: impl Into<Footprint>) -> DVec3 {
         let at = at.into();
         let material = &self.materials[material as usize];
@@ -227,13 +237,14 @@ impl SceneDescription {
         }
     }
 
-    /// Whether a texture is not the same everywhere, so that it matters what a pixel covers.
+    /// Whether any texture of a material or a light varies over a surface, so that lookups need the
+    /// footprint of a pixel.
     pub fn has_textures(&self) -> bool {
         self.materials.iter().any(Material::varies) || self.lights.iter().any(|l| l.map.is_some())
     }
 
-    /// Makes the smaller copies of the images that pixels are looked up in, which the first lookup
-    /// would else do.
+    /// Builds the mipmaps of all images of materials and lights, which the first lookups would
+    /// otherwise do.
     pub fn prepare_textures(&self) {
         let mut make = |image: &ImageTexture| {
             image.data.mipmap(image.wrap);
@@ -246,8 +257,8 @@ impl SceneDescription {
         }
     }
 
-    /// The corners of the smallest box that holds all triangles and linear lights; `None`
-    /// if there are none.
+    /// The lower and the upper corner of the bounding box of all triangles and linear lights;
+    /// `None` if there are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut points = self.triangles.iter().flatten().map(|i| self.vertex(*i));
         let lines = self.lights.iter().filter_map(|l| match &*l.light {
@@ -260,8 +271,8 @@ impl SceneDescription {
         Some(all.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
     }
 
-    /// Tells lights at infinity which ball holds the scene: that about its box; about the world's
-    /// origin, of no size, where there is nothing.
+    /// Sets the ball that holds the scene in all lights at infinity: the ball around its bounding
+    /// box, or a ball of radius zero at the world's origin if the scene is empty.
     pub(crate) fn tell_lights_of_size(&mut self) {
         let (lo, hi) = self.bounds().unwrap_or_default();
         let ball = Sphere {
@@ -275,7 +286,7 @@ impl SceneDescription {
         }
     }
 
-    /// The lights that views meet where they meet no surface.
+    /// The skies among the lights, which camera rays meet where they meet no surface.
     pub fn skies(&self) -> impl Iterator<Item = &Sky> {
         self.lights.iter().filter_map(|light| match &*light.light {
             Light::Sky(sky) => Some(sky),
@@ -283,7 +294,7 @@ impl SceneDescription {
         })
     }
 
-    /// Bytes that the geometry takes.
+    /// The size of the geometry in bytes.
     pub fn memory(&self) -> usize {
         size_of_val(&self.positions[..])
             + size_of_val(&self.triangles[..])
@@ -293,8 +304,8 @@ impl SceneDescription {
             + size_of_val(&self.lights[..])
     }
 
-    /// Bytes that the images of the textures take, each counted once, with the smaller copies that
-    /// were made of them.
+    /// The size of all images of textures in bytes, with the mipmaps that have been built; each
+    /// image counts once.
     pub fn texture_memory(&self) -> usize {
         let mut images: HashMap<*const ImageData, usize> = HashMap::new();
         let mut count = |image: &ImageTexture| {
@@ -311,23 +322,27 @@ impl SceneDescription {
         images.values().sum::<usize>() + skies.sum::<usize>()
     }
 
-    /// Adds a flat black quad that emits on the side from which its corners run counterclockwise,
-    /// with the radiance that a function gives for its area; false if, rounded to `f32`, it is no
-    /// convex quadrilateral.
+    /// Adds a flat black quadrilateral that emits on the side from which its corners run
+    /// counter-clockwise. `radiance` is called with its area and returns the radiance. The result
+    /// is false, and the scene unchanged, if the corners, rounded to `f32`, do not form a convex
+    /// quadrilateral.
     ///
-    /// Other lights keep their numbers and triangles theirs.
+    /// The numbers of other lights and of other triangles do not change.
     pub fn add_quad_light(
         &mut self,
         name: &str,
         corners: [DVec3; 4],
         radiance: impl FnOnce(f64) -> DVec3,
     ) -> bool {
+        // Make the polygon from the corners as they are stored, so that the light lies exactly in
+        // its triangles.
         let corners = corners.map(|p| to_f32(p - self.origin));
         let Ok(polygon) = ConvexPolygon::new(&corners.map(to_f64)) else {
             return false;
         };
         let polygon = polygon.moved(self.origin);
         let emission = Emission::one_sided(radiance(polygon.area()));
+        // Add a mesh of two triangles with a black material.
         let index = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let (base, first) = (index(self.positions.len()), index(self.triangles.len()));
         self.positions.extend(corners);
@@ -349,6 +364,7 @@ impl SceneDescription {
             casts_no_shadow: false,
         });
         self.materials.push(Material::matte(name, DVec3::ZERO));
+        // Add the light.
         self.light_ranges
             .push((first, first + 2, index(self.lights.len())));
         self.lights.push(SceneLight {
@@ -360,7 +376,7 @@ impl SceneDescription {
         true
     }
 
-    /// Changes the number of pixels; crop becomes the whole picture.
+    /// Changes the number of pixels across and down; the crop becomes the whole picture.
     pub fn set_resolution(&mut self, width: u32, height: u32) {
         self.film.width = width;
         self.film.height = height;
@@ -369,10 +385,12 @@ impl SceneDescription {
     }
 }
 
-/// The most triangles whose edges the median is of.
+/// The largest number of triangles whose edges the median is taken of.
 const MEASURED: usize = 1 << 12;
 
-/// The unit normal on the outside of a triangle.
+/// The unit normal on the outside of a triangle: `winding`, the right-hand normal of the vertex
+/// order, or its opposite. The outside is where the vertex normal points; for a vertex normal of
+/// zero it is opposite to `winding` if the mesh is flipped.
 pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DVec3 {
     let inside_out = if vertex_normal == DVec3::ZERO {
         flipped
@@ -382,12 +400,12 @@ pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DV
     if inside_out { -winding } else { winding }
 }
 
-/// Widens a stored vector.
+/// A stored vector in double precision.
 pub(crate) fn to_f64([x, y, z]: [f32; 3]) -> DVec3 {
     DVec3::new(f64::from(x), f64::from(y), f64::from(z))
 }
 
-/// Rounds once; may overflow to infinity.
+/// A vector rounded to single precision, which may overflow to infinity.
 #[allow(
     clippy::cast_possible_truncation,
     reason = "the renderer's geometry is f32"

@@ -1,8 +1,9 @@
-//! What a ray has met: point, normals, tangents and texture coordinates.
+//! [`Surface`], the point where a ray meets a triangle, with its normals, tangents and texture
+//! coordinates.
 //!
-//! The outside of a triangle follows pbrt (see [`SceneDescription::surface`]); the tangents are the
-//! derivatives of the point by its texture coordinates, and bump and normal maps turn the shading
-//! normal here, so that nobody downstream needs to know of them.
+//! The outside of a triangle follows pbrt (see [`SceneDescription::surface`]). The tangents are the
+//! derivatives of the point by its texture coordinates. Bump and normal maps turn the shading
+//! normal here, so that renderers need not know of them.
 
 use crate::emission::PlaneUv;
 use crate::footprint::{Footprint, RayDifferential};
@@ -11,33 +12,33 @@ use crate::scene::{Mesh, SceneDescription, outward, to_f64};
 use crate::texture::Texture;
 use linelit_geometry::{DVec2, DVec3, Frame};
 
-/// A point on a surface, as a renderer wants it.
+/// A point on a surface, with the attributes that a renderer needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// The point in world space, on the triangle.
     pub point: DVec3,
-    /// Unit normal of the triangle, on the side that the ray comes from.
+    /// The unit normal of the triangle, on the side that the ray comes from.
     pub geometric_normal: DVec3,
-    /// Unit interpolated normal after bump and normal maps, in the same half-space as the
-    /// geometric normal; the geometric normal if the mesh has none.
+    /// The unit interpolated normal after bump and normal maps, turned to the side that the ray
+    /// comes from; the geometric normal if the mesh has no vertex normals.
     pub shading_normal: DVec3,
-    /// Texture coordinates.
+    /// The texture coordinates.
     pub uv: DVec2,
-    /// The extent of the pixel around the point; zero if it was not asked for.
+    /// The extent of the pixel around the point; zero for lookups without extent.
     pub covered: Covered,
-    /// The triangle.
+    /// The number of the triangle.
     pub triangle: u32,
-    /// The largest component of the edges from its first corner.
+    /// The largest component of the triangle's edges from its first corner, a measure of its size.
     pub extent: f64,
-    /// Index into the scene's materials.
+    /// The index into the scene's materials.
     pub material: u32,
-    /// Index into the scene's lights, if the triangle emits.
+    /// The index into the scene's lights, if the triangle emits.
     pub light: Option<u32>,
-    /// The ray comes from the outside (for an area light: from the emitting side).
+    /// Whether the ray comes from the outside (for an area light: from the emitting side).
     pub outside: bool,
 }
 
-/// The change of a surface's attributes from one pixel to the next, across and down.
+/// The changes of a surface's attributes from one pixel to the next, across and down.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Covered {
     /// The point, on the plane of the triangle.
@@ -49,7 +50,7 @@ pub struct Covered {
 }
 
 impl Surface {
-    /// Returns where to look a texture up, and over what extent.
+    /// The texture coordinates and the extent over which textures are looked up.
     pub const fn footprint(&self) -> Footprint {
         let [dx, dy] = self.covered.uv;
         Footprint {
@@ -60,30 +61,31 @@ impl Surface {
     }
 }
 
-/// A triangle with what its corners have.
+/// A triangle with the attributes of its corners.
 struct Facet<'s> {
     mesh: &'s Mesh,
     points: [DVec3; 3],
-    /// Zero of a mesh that has none.
+    /// The vertex normals; zero if the mesh has none.
     normals: [DVec3; 3],
     uvs: [DVec2; 3],
 }
 
-/// Texture coordinates of the corners of a triangle whose mesh has none, as in pbrt.
+/// The texture coordinates of the corners of a triangle whose mesh has none, as in pbrt.
 const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 
-/// The distance in texture coordinates at which the slope of a bump map is taken where the pixel
-/// has no extent along them: pbrt's.
+/// The step in texture coordinates over which the slope of a bump map is measured where the pixel
+/// has no extent, as in pbrt.
 const BUMP_STEP: f64 = 0.0005;
 
 impl SceneDescription {
-    /// The surface where a ray meets a triangle, at weights `[b1, b2]` of its second and third
-    /// corner (the first has the rest).
+    /// The surface where a ray meets a triangle, at the barycentric weights `[b1, b2]` of its
+    /// second and third corner (the first has the weight 1 − b1 − b2).
     ///
-    /// Orientation follows pbrt: the outside is where the vertex normals point, or for a mesh
-    /// without them the right-hand normal of the vertex order unless [`Mesh::flipped`].
+    /// Orientation follows pbrt: the outside is where the vertex normals point. For a mesh without
+    /// them it is where the right-hand normal of the vertex order points, or the opposite side if
+    /// [`Mesh::flipped`].
     ///
-    /// Textures, and bump and normal maps, are looked up without extent.
+    /// Bump and normal maps are looked up without extent, and so is the footprint of textures.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -91,11 +93,11 @@ impl SceneDescription {
         self.surface_over(triangle, barycentric, ray_direction, None)
     }
 
-    /// Returns the surface as [`SceneDescription::surface`] does, over the pixel of the rays
-    /// `beside`.
+    /// The surface as [`SceneDescription::surface`] returns it, with the extent of the pixel that
+    /// the neighbouring rays `beside` bound.
     ///
-    /// The points of those rays lie where they meet the plane of the triangle; coordinates and
-    /// normals there go on as they do within the triangle.
+    /// The neighbouring rays are intersected with the plane of the triangle, on which texture
+    /// coordinates and normals are extrapolated.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -107,6 +109,7 @@ impl SceneDescription {
         ray_direction: DVec3,
         beside: Option<&RayDifferential>,
     ) -> Surface {
+        // Find the outside, and on which side of it the ray is.
         let found = &self.facet(triangle);
         let (mesh, uvs) = (found.mesh, found.uvs);
         let weights = [1.0 - b1 - b2, b1, b2];
@@ -123,6 +126,7 @@ impl SceneDescription {
         let outside = outward.dot(ray_direction) <= 0.0;
         let side = if outside { 1.0 } else { -1.0 };
         let geometric_normal = side * outward;
+        // Interpolate the attributes of the corners.
         let mut surface = Surface {
             point: p0 * weights[0] + p1 * b1 + p2 * b2,
             geometric_normal,
@@ -139,13 +143,14 @@ impl SceneDescription {
             light: self.light_of(triangle),
             outside,
         };
+        // Find the extent of the pixel.
         if let Some(beside) = beside {
             let vertex_normals = found.normals.map(|n| side * n);
             let normals = (vertex_normals, interpolated.length());
             surface.covered = covered(&surface, [p0, p1, p2], uvs, normals, beside);
         }
-        // Maps are drawn on the outside: a bump seen from behind is a dent. A map may not turn a
-        // surface around.
+        // Turn the shading normal by the material's map. Maps are defined on the outside, so that a
+        // bump seen from behind is a dent. A normal on the wrong side of the triangle is ignored.
         let material = &self.materials[mesh.material as usize];
         if (material.bump.is_some() || material.normal_map.is_some())
             && let outer = side * surface.shading_normal
@@ -158,6 +163,7 @@ impl SceneDescription {
         surface
     }
 
+    /// A triangle with the attributes of its corners.
     fn facet(&self, triangle: u32) -> Facet<'_> {
         let mesh = &self.meshes[self.mesh_of(triangle) as usize];
         let indices = self.triangles[triangle as usize];
@@ -174,8 +180,8 @@ impl SceneDescription {
         }
     }
 
-    /// The derivatives of the points of a triangle by the two texture coordinates; where the
-    /// coordinates are degenerate, unit vectors in its plane.
+    /// The derivatives ∂p/∂u and ∂p/∂v of the points of a triangle by the texture coordinates.
+    /// Where the coordinates are degenerate, they are two perpendicular unit vectors in its plane.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -184,9 +190,10 @@ impl SceneDescription {
         tangents(found.points, found.uvs)
     }
 
-    /// The normal `outer`, which lies on the outside, bent by the bump or normal map of the
-    /// material; `None` if it has neither.
+    /// The normal `outer`, which is on the outside, as the bump or normal map of the material turns
+    /// it, of any length; `None` if the material has neither.
     fn bent_normal(&self, surface: &Surface, found: &Facet<'_>, outer: DVec3) -> Option<DVec3> {
+        // Take the normal from a normal map, if there is no bump map.
         let Facet { mesh, points, .. } = *found;
         let material = &self.materials[mesh.material as usize];
         let [dp_du, dp_dv] = tangents(points, found.uvs);
@@ -195,6 +202,7 @@ impl SceneDescription {
             let map = material.normal_map.as_ref()?;
             return Some(mapped(map, at, [dp_du, dp_dv], outer));
         };
+        // Tilt the normal by the slopes of a bump map.
         let normals = if mesh.has_normals {
             found.normals
         } else {
@@ -211,8 +219,8 @@ impl SceneDescription {
 }
 
 impl Mesh {
-    /// The texture coordinates of the corners of one of its triangles, by the indices of its
-    /// vertices and the coordinates of all.
+    /// The texture coordinates of the corners of one of its triangles. `uvs` has the coordinates of
+    /// all vertices of the scene, and `vertices` the triangle's indices.
     ///
     /// # Panics
     /// If there is no such vertex.
@@ -228,11 +236,12 @@ impl Mesh {
     }
 }
 
-/// The right-hand unit normal of a triangle by its edges from the first corner.
+/// The right-hand unit normal of a triangle, from its edges at the first corner.
 fn winding(e1: DVec3, e2: DVec3) -> DVec3 {
     e1.cross(e2).normalize_or(DVec3::Z)
 }
 
+/// The derivatives ∂p/∂u and ∂p/∂v; perpendicular unit vectors if the coordinates are degenerate.
 fn tangents(p: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     derivatives(p, uv).unwrap_or_else(|| {
         let frame = Frame::from_normal(winding(p[1] - p[0], p[2] - p[0]));
@@ -240,13 +249,14 @@ fn tangents(p: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     })
 }
 
-/// The derivatives of the vertex normals of a triangle, zero if its coordinates are degenerate.
+/// The derivatives of the vertex normals of a triangle by the texture coordinates; zero if the
+/// coordinates are degenerate.
 fn normal_change(normals: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     derivatives(normals, uv).unwrap_or_default()
 }
 
-/// The derivatives by texture coordinates of what the corners of a triangle have (the solution of
-/// `p_k − p_0 = dp_du Δu_k + dp_dv Δv_k`); `None` if they are degenerate.
+/// The derivatives by texture coordinates of an attribute `p` of a triangle's corners, the solution
+/// of `p_k − p_0 = dp_du Δu_k + dp_dv Δv_k`; `None` if the coordinates are degenerate.
 fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<[DVec3; 2]> {
     let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
     let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
@@ -257,8 +267,8 @@ fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<[DVec3; 2]> {
     (regular && du.is_finite() && dv.is_finite()).then_some([du, dv])
 }
 
-/// Returns the extent of the pixel over a triangle around a point of it; `length` is that of the
-/// interpolated vertex normals.
+/// The extent of the pixel over a triangle around a point of it. `length` is the length of the
+/// interpolated vertex normal, before it is normalised.
 fn covered(
     surface: &Surface,
     corners: [DVec3; 3],
@@ -266,23 +276,24 @@ fn covered(
     ([n0, n1, n2], length): ([DVec3; 3], f64),
     beside: &RayDifferential,
 ) -> Covered {
+    // Intersect the neighbouring rays with the plane of the triangle.
     let plane = surface.geometric_normal;
     let points = [0, 1].map(|k| {
         let (origin, direction) = (beside.origins[k], beside.directions[k]);
         let distance = plane.dot(surface.point - origin) / plane.dot(direction);
         let change = origin + direction * distance - surface.point;
-        // Parallel to the plane.
+        // A ray parallel to the plane gives no extent.
         if change.is_finite() {
             change
         } else {
             DVec3::ZERO
         }
     });
-    // The weights of the second and third corner along the plane.
+    // Find the changes of the barycentric weights, and with them of the texture coordinates.
     let of_corners = PlaneUv::new(corners, [DVec2::ZERO, DVec2::X, DVec2::Y]);
     let weights = points.map(|change| of_corners.change(change));
     let uv = |w: DVec2| (uvs[1] - uvs[0]) * w.x + (uvs[2] - uvs[0]) * w.y;
-    // Of the sum of weighted vertex normals, made a unit vector.
+    // Differentiate the normalised sum of weighted vertex normals.
     let unit = surface.shading_normal;
     let turned = |w: DVec2| {
         let change = (n1 - n0) * w.x + (n2 - n0) * w.y;
@@ -296,10 +307,10 @@ fn covered(
     }
 }
 
-/// The normal of the surface moved by a height along its normal (Blinn 1978; Pharr, Jakob and
-/// Humphreys, *Physically Based Rendering*, 3rd edition, §9.3):
-/// ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u, likewise v. Slopes are those over half the pixel, by pbrt's
-/// forward differences of the heights' means over the footprint.
+/// The normal of the surface that is displaced by a height d along its normal n (Blinn 1978; Pharr,
+/// Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §9.3): the cross product of
+/// ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u and likewise ∂p'/∂v. The slopes ∂d/∂u and ∂d/∂v are pbrt's
+/// forward differences over half the pixel, of the mean heights over the footprint.
 fn bumped(
     height: &Texture,
     at: &Footprint,
@@ -307,13 +318,15 @@ fn bumped(
     normal: DVec3,
     [dn_du, dn_dv]: [DVec3; 2],
 ) -> DVec3 {
-    /// Below it, rounding of the difference of two heights would show.
+    /// The smallest step: below it, rounding in the difference of two heights would be visible.
     const LEAST: f64 = 1e-8;
+    // Measure the slopes.
     let step = 0.5 * (at.dx.abs() + at.dy.abs());
     let step = [step.x, step.y].map(|step| if step > LEAST { step } else { BUMP_STEP });
     let here = height.evaluate_number(*at);
     let slope =
         |by: DVec2, step: f64| (height.evaluate_number(at.shifted(by * step)) - here) / step;
+    // Take the normal of the displaced surface, on the side of the old one.
     let u = dp_du + normal * slope(DVec2::X, step[0]) + dn_du * here;
     let v = dp_dv + normal * slope(DVec2::Y, step[1]) + dn_dv * here;
     let cross = u.cross(v);
@@ -324,8 +337,8 @@ fn bumped(
     }
 }
 
-/// The unit tangents that pbrt-v3 gives a surface with vertex normals: against the first texture
-/// coordinate, and across.
+/// The unit tangents that pbrt-v3 uses on a surface with vertex normals: opposite to the direction
+/// of the first texture coordinate, and perpendicular to it.
 fn v3_tangents(dp_du: DVec3, normal: DVec3) -> [DVec3; 2] {
     match dp_du.cross(normal).try_normalize() {
         Some(across) => [across.cross(normal), across],
@@ -336,7 +349,8 @@ fn v3_tangents(dp_du: DVec3, normal: DVec3) -> [DVec3; 2] {
     }
 }
 
-/// The normal that a normal map says: x along ∂p/∂u, y along ∂p/∂v, z along the normal.
+/// The normal from a normal map, whose components are along ∂p/∂u (x), towards ∂p/∂v (y) and along
+/// the normal (z).
 fn mapped(
     map: &NormalMap,
     at: impl Into<Footprint>,

@@ -1,4 +1,5 @@
-//! Textures: values over the surface.
+//! Textures, which are values over a surface: constants, images, checkerboards, and products and
+//! mixtures of textures. Lookups are at a point or over the footprint of a pixel.
 
 use crate::footprint::Footprint;
 use crate::image::{ImageData, LUMINANCE};
@@ -9,41 +10,43 @@ use std::sync::Arc;
 /// The continuation of an image beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image again.
+    /// The image repeats.
     Repeat,
-    /// The image again, every other one turned over.
+    /// The image repeats, and every other copy is mirrored.
     Mirror,
-    /// Black.
+    /// The continuation is black.
     Black,
-    /// The colour of the edge.
+    /// The continuation has the colour of the nearest pixel of the edge.
     Clamp,
 }
 
-/// The filter by which an image is looked up over a pixel's footprint, in smaller copies of itself.
-/// A lookup without extent is bilinear in the image, or by `Point` that of its nearest pixel.
+/// The filter by which an image is looked up over a pixel's footprint, on the levels of a mipmap. A
+/// lookup at a point is bilinear in the image, or with `Point` takes its nearest pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TextureFilter {
-    /// The nearest texel of the coarsest copy whose texels are no wider than the footprint.
+    /// The nearest texel of the coarsest level whose texels are no wider than the footprint.
     Point,
-    /// Bilinear in that copy.
+    /// The bilinear interpolation on that level.
     Bilinear,
-    /// Bilinear in the two copies around the footprint's width, and linear between the two.
+    /// The bilinear interpolations on the two levels around the footprint's width, and a linear
+    /// interpolation between them.
     Trilinear,
-    /// Means over an ellipse with the weights of a Gaussian (elliptically weighted average).
+    /// The mean over an ellipse with the weights of a Gaussian (elliptically weighted average).
     Ewa {
         /// The largest ratio of an ellipse's axes, from 1 to [`TextureFilter::MAX_ANISOTROPY`];
-        /// longer ones are widened.
+        /// longer ellipses are widened.
         max_anisotropy: f64,
     },
 }
 
 impl TextureFilter {
-    /// Most that [`TextureFilter::Ewa`] is long over wide, so that a lookup stays bounded.
+    /// The upper limit of the ratio of axes in [`TextureFilter::Ewa`], which bounds the time of a
+    /// lookup.
     pub const MAX_ANISOTROPY: f64 = MAX_ANISOTROPY;
 }
 
 impl Default for TextureFilter {
-    /// pbrt-v3's: ellipses up to eight times as long as wide.
+    /// The default of pbrt-v3: ellipses up to eight times as long as wide.
     fn default() -> Self {
         Self::Ewa {
             max_anisotropy: 8.0,
@@ -55,16 +58,16 @@ impl Default for TextureFilter {
 /// `R (scale * (u, v)) + offset`, where `R` turns counter-clockwise by `rotation`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
-    /// Factors.
+    /// The factors, which are applied first.
     pub scale: DVec2,
-    /// Shifts, applied in the end.
+    /// The shifts, which are applied last.
     pub offset: DVec2,
-    /// The rotation in radians, applied between the two.
+    /// The rotation in radians, which is applied between the two.
     pub rotation: f64,
 }
 
 impl UvMapping {
-    /// Leaves coordinates alone.
+    /// The mapping that does not change coordinates.
     pub const IDENTITY: Self = Self {
         scale: DVec2::ONE,
         offset: DVec2::ZERO,
@@ -80,7 +83,7 @@ impl UvMapping {
         DVec2::from_angle(self.rotation).rotate(scaled) + self.offset
     }
 
-    /// The change of mapped coordinates by a change of coordinates.
+    /// The change of the mapped coordinates for a change of the coordinates.
     pub fn apply_to_change(&self, change: DVec2) -> DVec2 {
         let scaled = self.scale * change;
         if self.rotation == 0.0 {
@@ -101,14 +104,15 @@ pub struct ImageTexture {
     pub wrap: [Wrap; 2],
     /// The filter by which it is looked up over a pixel's footprint.
     pub filter: TextureFilter,
-    /// Factor on every value.
+    /// A factor on every value.
     pub scale: f64,
-    /// Whether the result is one minus the value.
+    /// Whether the result is one minus the scaled value, and at least zero.
     pub invert: bool,
 }
 
 impl ImageTexture {
-    /// Creates the texture of an image over the unit square, repeated beyond, unchanged.
+    /// Creates the texture of an image over the unit square, which repeats beyond it, with the
+    /// default filter and without scale or inversion.
     #[must_use]
     pub fn new(data: Arc<ImageData>) -> Self {
         Self {
@@ -122,7 +126,7 @@ impl ImageTexture {
     }
 }
 
-/// A value over the surface: a linear RGB triple, or a number in all three components.
+/// A value over the surface: a linear RGB colour, or a number, which all three components have.
 #[derive(Clone, Debug)]
 pub enum Texture {
     /// A constant.
@@ -137,19 +141,19 @@ pub enum Texture {
         a: Arc<Self>,
         /// The texture at amount one.
         b: Arc<Self>,
-        /// The share of `b`.
+        /// The weight of `b`.
         amount: Arc<Self>,
     },
-    /// Squares of unit size, alternating.
+    /// A checkerboard of squares of unit size.
     Checkerboard {
         /// The mapping from surface to checkerboard coordinates.
         mapping: UvMapping,
-        /// Whether a footprint sees the mean over the rectangle that reaches a pixel to each side,
-        /// as pbrt-v3's does, or the square in its middle.
+        /// Whether a lookup over a footprint takes the mean over the rectangle that reaches one
+        /// pixel to each side, as in pbrt-v3, instead of the square at its middle.
         filtered: bool,
-        /// The texture where the sum of the cell numbers is even.
+        /// The texture of the squares whose column and row numbers have an even sum.
         even: Arc<Self>,
-        /// The texture where that sum is odd.
+        /// The texture of the squares whose column and row numbers have an odd sum.
         odd: Arc<Self>,
     },
 }
@@ -160,8 +164,8 @@ impl Texture {
         Self::Constant(DVec3::splat(value))
     }
 
-    /// The value at texture coordinates, or over a footprint. Products and mixtures are those of
-    /// their parts' means, as in pbrt.
+    /// The value at texture coordinates, or over a footprint. A product over a footprint is the
+    /// product of its factors' means, and likewise a mixture, as in pbrt.
     #[inline]
     pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
         if let Self::Constant(value) = self {
@@ -170,6 +174,7 @@ impl Texture {
         self.over(&at.into())
     }
 
+    /// The value over a footprint, which may be a point.
     fn over(&self, at: &Footprint) -> DVec3 {
         match self {
             Self::Constant(value) => *value,
@@ -185,6 +190,7 @@ impl Texture {
                 even,
                 odd,
             } => {
+                // Find the fraction of odd squares in the footprint, and mix the two textures.
                 let mut place = at.mapped(mapping);
                 if !filtered {
                     place = place.uv.into();
@@ -201,7 +207,7 @@ impl Texture {
         }
     }
 
-    /// The value as a number: the luminance, which for a number is the number.
+    /// The value as a number: the luminance of a colour, and a number itself.
     #[inline]
     pub fn evaluate_number(&self, at: impl Into<Footprint>) -> f64 {
         match self {
@@ -210,7 +216,7 @@ impl Texture {
         }
     }
 
-    /// The textures that it is made of.
+    /// The textures that the expression is made of, without itself.
     fn parts(&self) -> impl Iterator<Item = &Self> {
         let parts = match self {
             Self::Constant(_) | Self::Image(_) => [None; 3],
@@ -221,13 +227,13 @@ impl Texture {
         parts.into_iter().flatten().map(Arc::as_ref)
     }
 
-    /// Whether it is looked up over footprints: not constant.
+    /// Whether the value may vary over a surface, so that lookups need footprints.
     pub(crate) fn varies(&self) -> bool {
         let is_looked_up = matches!(self, Self::Image(_) | Self::Checkerboard { .. });
         is_looked_up || self.parts().any(Self::varies)
     }
 
-    /// The value if it is the same everywhere.
+    /// The value if the texture is a constant. (Expressions of constants count as not constant.)
     pub const fn as_constant(&self) -> Option<DVec3> {
         match self {
             Self::Constant(value) => Some(*value),
@@ -243,7 +249,7 @@ impl Texture {
         self.parts().for_each(|part| part.for_each_image(f));
     }
 
-    /// The number of nodes of the expression, which its evaluation takes time for.
+    /// The number of nodes of the expression, to which the time of its evaluation is proportional.
     #[must_use]
     pub fn cost(&self) -> usize {
         1 + self.parts().map(Self::cost).sum::<usize>()
@@ -251,7 +257,7 @@ impl Texture {
 }
 
 impl ImageTexture {
-    /// The value at surface coordinates, or over a footprint: as [`ImageTexture::filter`] says.
+    /// The value at surface coordinates, or over a footprint by [`ImageTexture::filter`].
     pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
         let at: Footprint = at.into();
         let at = at.mapped(&self.mapping);
@@ -261,7 +267,7 @@ impl ImageTexture {
         self.finished(self.looked_up(&at))
     }
 
-    /// Whether it is the same look at the same pixels.
+    /// Whether two textures look the same pixels up in the same way.
     #[allow(clippy::float_cmp, reason = "asks whether it is the very same number")]
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.data, &other.data)
@@ -270,7 +276,7 @@ impl ImageTexture {
             && self.invert == other.invert
     }
 
-    /// Returns the texture's value for a value of the image.
+    /// The texture's value for a value of the image: scaled, and perhaps inverted.
     pub(crate) fn finished(&self, value: DVec3) -> DVec3 {
         let value = self.scale * value;
         if self.invert {
@@ -280,9 +286,10 @@ impl ImageTexture {
         }
     }
 
+    /// The image's value over a footprint in image coordinates.
     fn looked_up(&self, at: &Footprint) -> DVec3 {
         if at.is_point() {
-            // The image itself: pyramids hold it resampled to powers of two.
+            // Look a point up in the image itself, as mipmaps are resampled to powers of two.
             let (w, h) = (self.data.width(), self.data.height());
             // Pixel centres are at half-integers; rows count from the top.
             let x = at.uv.x * f64::from(w) - 0.5;
@@ -298,6 +305,7 @@ impl ImageTexture {
                 }
             };
         }
+        // Filter a footprint on the levels of the mipmap.
         let mipmap = self.data.mipmap(self.wrap);
         match self.filter {
             TextureFilter::Point => mipmap.nearest(at),
@@ -310,7 +318,7 @@ impl ImageTexture {
     }
 }
 
-/// The share of odd squares in the rectangle that a footprint reaches.
+/// The fraction of the area of odd squares in the rectangle around a footprint.
 ///
 /// Squares are even where s(x) s(y) = 1, with s the square wave of period two that begins with 1;
 /// the mean of a product over a rectangle is the product of the means.
@@ -335,7 +343,7 @@ fn mean_of_wave(x: f64, r: f64) -> f64 {
     (integral(to) - integral(from)) / (to - from)
 }
 
-/// The index of a row or column after wrapping; `None` outside.
+/// The index of a row or column of `n` after wrapping; `None` beyond a black edge.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,5 +1,5 @@
-//! Writes the scenes that are kept in the repository anew: `cargo run -p linelit-scenes --example
-//! write_scenes`.
+//! A program that writes the scenes in the repository anew:
+//! `cargo run -p linelit-scenes --example write_scenes`.
 
 use std::path::Path;
 

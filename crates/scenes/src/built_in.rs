@@ -1,4 +1,4 @@
-//! The table of the built-in scenes.
+//! [`BuiltIn`], the table of the built-in scenes with their generators.
 
 use crate::{Files, colonnade, foliage, gloss, logo, papers, rooms, spheres, window};
 
@@ -7,13 +7,13 @@ use crate::{Files, colonnade, foliage, gloss, logo, papers, rooms, spheres, wind
 pub struct BuiltIn {
     /// The name by which [`Library::load`](crate::Library::load) and the command line find it.
     pub name: &'static str,
-    /// The content of the scene, in a line.
+    /// A description of the scene on one line.
     pub about: &'static str,
     generator: fn() -> Files,
 }
 
 impl BuiltIn {
-    /// All of them.
+    /// All scenes that are listed to users.
     ///
     /// ```
     /// use linelit_scenes::BuiltIn;
@@ -118,7 +118,7 @@ impl BuiltIn {
         ),
     ];
 
-    /// Scenes of a family whose best-known member is in the list.
+    /// The scenes `spheres` with other numbers of triangles, which are not listed.
     const SIZES: [Self; 4] = [
         Self::new(
             "spheres-1e3",
@@ -142,7 +142,7 @@ impl BuiltIn {
         ),
     ];
 
-    /// Scenes of the papers' figures and claims, which no list names.
+    /// The scenes of the papers' figures and claims, which are not listed.
     const OF_PAPERS: [Self; 9] = [
         Self::new("bare", "a diffuse floor under a square light", papers::bare),
         Self::new("screened", "the same behind a screen", papers::screened),
@@ -175,6 +175,7 @@ impl BuiltIn {
         ),
     ];
 
+    /// An entry of the table.
     const fn new(name: &'static str, about: &'static str, generator: fn() -> Files) -> Self {
         Self {
             name,
@@ -183,8 +184,9 @@ impl BuiltIn {
         }
     }
 
-    /// The scene of this name; `cornell-box` is short for `cornell-box-large`. All sizes of
-    /// `spheres` are found, of which [`BuiltIn::ALL`] names one, and scenes of the papers' claims.
+    /// The scene of this name, in which `-large` may be left out: `cornell-box` means
+    /// `cornell-box-large`. In addition to [`BuiltIn::ALL`], it finds `spheres-1e3` to
+    /// `spheres-1e6` and the scenes of the papers' claims.
     pub fn find(name: &str) -> Option<Self> {
         let all = || {
             Self::ALL
@@ -196,13 +198,14 @@ impl BuiltIn {
         find(name).or_else(|| find(&format!("{name}-large")))
     }
 
-    /// The name of its main file.
+    /// The name of the main file.
     #[must_use]
     pub fn main_file(&self) -> String {
         format!("{}.pbrt", self.name)
     }
 
-    /// Returns the main file and all that it names, perhaps those of its siblings, too.
+    /// The main file and all files that it names, perhaps with the main files of the scene's
+    /// variants.
     #[must_use]
     pub fn files(&self) -> Files {
         (self.generator)()

@@ -1,21 +1,23 @@
-//! An arcaded hall: fluted columns, arches, balusters; open to a light above.
+//! The scenes `colonnade`: a hall with arcades of fluted columns, arches and balusters, open to a
+//! light above.
 
 use super::mesh::{Mesh, Random};
 use super::{Files, facing_down, light_text, line_text, main_file, main_files};
 use linelit_elementary::{cos, exp, sin};
 use std::f64::consts::{PI, TAU};
 
-/// Distance between columns.
+/// The distance between columns.
 const BAY: f64 = 2.0;
-/// Columns on each side of each storey.
+/// The number of columns on each side of each storey.
 const COLUMNS: u32 = 11;
-/// Half the width of the hall between the rows.
+/// Half the width of the hall between the rows of columns.
 const HALF: f64 = 2.2;
-/// Height of a storey.
+/// The height of a storey.
 const STOREY: f64 = 4.0;
 
-/// The hall, two storeys high, along x.
+/// The hall, two storeys high, along x, in three variants.
 pub(super) fn colonnade() -> Files {
+    // Write a PLY file for each material.
     let mut geometry = String::new();
     let mut meshes = Files::new();
     for (name, reflectance, mesh) in parts() {
@@ -25,6 +27,7 @@ pub(super) fn colonnade() -> Files {
         ));
         meshes.push((name.to_owned(), mesh.ply()));
     }
+    // Make the variants with a small and a large light.
     let light = |half, radiance| light_text(radiance, &facing_down([0.0, 9.5, 0.0], half));
     let lights = [
         light([0.5, 0.25], [1920.0, 1840.0, 1700.0]),
@@ -37,6 +40,7 @@ pub(super) fn colonnade() -> Files {
         geometry,
         lights,
     );
+    // Make the variant with a linear light.
     files.extend(meshes);
     files.push(main_file(
         "colonnade",
@@ -48,7 +52,7 @@ pub(super) fn colonnade() -> Files {
     files
 }
 
-/// Triangles of all meshes.
+/// The number of triangles of all meshes.
 #[cfg(test)]
 pub(super) fn triangle_count() -> usize {
     parts()
@@ -57,6 +61,7 @@ pub(super) fn triangle_count() -> usize {
         .sum()
 }
 
+/// The meshes with the names of their files and their reflectances.
 fn parts() -> [(&'static str, [f64; 3], Mesh); 3] {
     [
         ("colonnade-stone.ply", [0.72, 0.68, 0.6], stone()),
@@ -65,11 +70,12 @@ fn parts() -> [(&'static str, [f64; 3], Mesh); 3] {
     ]
 }
 
-/// Along the hall, where column `k` stands.
+/// The position of column `k` along the hall.
 fn column_x(k: u32) -> f64 {
     BAY * (f64::from(k) - 0.5 * f64::from(COLUMNS - 1))
 }
 
+/// The columns, arches and balustrades of both storeys.
 fn stone() -> Mesh {
     let mut mesh = Mesh::default();
     for storey in 0..2u32 {
@@ -87,8 +93,9 @@ fn stone() -> Mesh {
     mesh
 }
 
-/// A fluted shaft between a base and a capital, 2.5 high.
+/// A fluted column between two slabs, 2.5 high.
 fn column(mesh: &mut Mesh, foot: [f64; 3]) {
+    // Make the shaft, which tapers, has flutes, and widens at both ends.
     let radius = |v: f64, angle: f64| {
         let flutes = 0.012 * cos(12.0 * angle);
         let taper = 0.2 - 0.03 * v;
@@ -104,6 +111,7 @@ fn column(mesh: &mut Mesh, foot: [f64; 3]) {
             foot[2] + r * sin(angle),
         ]
     });
+    // Make the slabs of the base and the capital.
     let slab = |mesh: &mut Mesh, y: f64| {
         mesh.cuboid(
             [foot[0] - 0.3, foot[1] + y, foot[2] - 0.3],
@@ -115,8 +123,9 @@ fn column(mesh: &mut Mesh, foot: [f64; 3]) {
     slab(mesh, 2.38);
 }
 
-/// A moulded half-round arch between two columns, and the wall above it.
+/// A half-round arch with a moulding between two columns, and the wall above it.
 fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
+    // Make the arch, a tube with a wavy cross-section along a half circle.
     let centre = x + 0.5 * BAY;
     let inner = 0.5 * BAY - 0.3;
     mesh.surface([24, 20], true, |v, u| {
@@ -129,6 +138,7 @@ fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
             z + 0.22 * sin(turn),
         ]
     });
+    // Make the wall between the half circle and a horizontal line.
     mesh.surface([24, 1], false, |v, u| {
         let angle = PI * v;
         let (c, s) = (cos(angle), sin(angle));
@@ -142,7 +152,7 @@ fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     });
 }
 
-/// Balusters under a rail, one bay wide.
+/// A balustrade, one bay wide: balusters between a base and a rail.
 fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     for k in 0..6u32 {
         let c = x + BAY * (f64::from(k) + 0.5) / 6.0;
@@ -159,7 +169,7 @@ fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     mesh.cuboid([x, y + 0.65, z - 0.1], [x + BAY, y + 0.73, z + 0.1], 0.0);
 }
 
-/// Floor, outer walls, and the floor of the gallery behind the columns.
+/// The floor, the outer walls, and the floors of the galleries behind the columns.
 fn walls() -> Mesh {
     let mut mesh = Mesh::default();
     let (long, wide, high) = (
@@ -167,9 +177,11 @@ fn walls() -> Mesh {
         HALF + 2.0,
         2.0 * STOREY,
     );
+    // Make the floor.
     mesh.surface([40, 20], false, |v, u| {
         [long * (2.0 * v - 1.0), 0.0, wide * (2.0 * u - 1.0)]
     });
+    // Make the long walls with the galleries, and the walls at both ends.
     for side in [-1.0, 1.0] {
         mesh.surface([12, 40], false, |v, u| {
             [long * (2.0 * u - 1.0), high * v, side * wide]
@@ -196,7 +208,7 @@ fn walls() -> Mesh {
     mesh
 }
 
-/// Pots with plants of many leaves along the hall.
+/// The pots along the hall, with plants of many leaves.
 fn pots() -> Mesh {
     let mut mesh = Mesh::default();
     let mut random = Random::new(1991);

@@ -1,4 +1,4 @@
-//! A tree of copies of one twig, whose leaves are cut out by an alpha.
+//! The scene `foliage`: a tree of copies of one twig, whose leaves are cut out by an alpha mask.
 
 use super::mesh::{Mesh, rounded};
 use super::text::emitter;
@@ -8,19 +8,19 @@ use linelit_elementary::{sin, sin_cos};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
-/// Pixels of the leaf, across and down.
+/// The number of pixels of the leaf's image, across and down.
 const LEAF: [u16; 2] = [32, 64];
 
-/// Leaves of a twig, two triangles each.
+/// The number of leaves of a twig, each of two triangles.
 const LEAVES: u32 = 24;
 
-/// Twigs of the tree.
+/// The number of twigs of the tree.
 const TWIGS: u32 = 240;
 
 /// A tree on a lawn under a square light.
 pub(super) fn foliage() -> Files {
+    // Make the lawn, a wall behind it, and the trunk.
     let mut lawn = Mesh::polygon(&facing_up([-6.0, -6.0], [6.0, 6.0], 0.0));
-    // A wall behind it.
     lawn.fan(&[
         [-6.0, 0.0, -3.0],
         [6.0, 0.0, -3.0],
@@ -30,10 +30,12 @@ pub(super) fn foliage() -> Files {
     let trunk = Mesh::block([-0.06, 0.0, -0.06], [0.06, 1.5, 0.06], 0.3);
     let mut world = diffuse([0.55, 0.55, 0.5], &lawn);
     world += &diffuse([0.25, 0.18, 0.12], &trunk);
+    // Define the twig with its mask, and place its copies.
     world += "Texture \"leaf\" \"float\" \"imagemap\" \"string filename\" \"leaf.tga\" \
         \"string encoding\" \"linear\" \"string wrap\" \"clamp\"\n";
     world += &twig();
     world += &twigs();
+    // Add the light and the camera.
     let light = light_text(
         [40.0, 38.0, 34.0],
         &facing_down([2.0, 5.0, 2.0], [0.5, 0.5]),
@@ -46,8 +48,8 @@ pub(super) fn foliage() -> Files {
     vec![main, ("leaf.tga".to_owned(), tga(LEAF, leaf))]
 }
 
-/// Returns the coverage of a pixel by the leaf, row 0 at the tip: two arcs that meet in points, and
-/// a stalk.
+/// The alpha of a pixel of the leaf's image, with the tip at row 0: two arcs that meet in points,
+/// and a stalk.
 fn leaf(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = LEAF.map(f64::from);
     let (x, y) = (
@@ -55,7 +57,8 @@ fn leaf(i: u16, j: u16) -> [u8; 3] {
         (f64::from(j) + 0.5) / height,
     );
     let half = (0.92 * sin(PI * (y / 0.85).min(1.0)).max(0.0)).max(0.08);
-    // In pixels from the edge; the grey of the last one puts the cut where the edge is.
+    // Take the distance from the edge in pixels. The grey of the last pixel moves the cut at one
+    // half to the edge.
     let inside = (half - x.abs()) * width / 2.0 + 0.5;
     #[allow(
         clippy::cast_possible_truncation,
@@ -66,13 +69,13 @@ fn leaf(i: u16, j: u16) -> [u8; 3] {
     [value; 3]
 }
 
-/// A stem along y with leaves around it.
+/// The object `twig`: leaves around a stem along y, as pbrt text.
 fn twig() -> String {
     let (mut points, mut uvs, mut indices) = (String::new(), String::new(), String::new());
     for k in 0..LEAVES {
         let t = f64::from(k) / f64::from(LEAVES);
         let (sin, cos) = sin_cos(f64::from(k) * GOLDEN);
-        // Outwards and upwards, flat about that direction.
+        // Point a leaf outwards and upwards, with its flat side up.
         let (out, up, side) = ([cos * 0.8, 0.6, sin * 0.8], 0.45 * t, [-sin, 0.0, cos]);
         for [across, along] in [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 1.0]] {
             let at = [0, 1, 2].map(|a| 0.2 * along * out[a] + 0.05 * across * side[a]);
@@ -94,21 +97,24 @@ fn twig() -> String {
 /// The angle between leaves, and between twigs, that fills a circle evenly.
 const GOLDEN: f64 = 0.381_966_011_250_105 * TAU;
 
-/// Twigs that point outwards from a crown.
+/// The instances of the twig, which point outwards from the middle of the crown, as pbrt text.
 fn twigs() -> String {
     let mut text = String::new();
     for k in 0..TWIGS {
+        // Spread the directions of the twigs over a sphere without its lower part, by the golden
+        // angle.
         let height = 1.0 - 1.7 * (f64::from(k) + 0.5) / f64::from(TWIGS);
         let (sin, cos) = sin_cos(f64::from(k) * GOLDEN);
         let ring = (1.0 - height * height).sqrt();
         let y = [ring * cos, height, ring * sin];
         let x = [-sin, 0.0, cos];
-        // x × y, so that the map keeps its hand.
+        // Complete the axes by x × y, so that the map does not mirror.
         let z = [
             x[1] * y[2] - x[2] * y[1],
             x[2] * y[0] - x[0] * y[2],
             x[0] * y[1] - x[1] * y[0],
         ];
+        // Write the twig at some distance from the middle.
         let depth = 0.35 + 0.4 * f64::from(k * 7 % 11) / 10.0;
         let at = [depth * y[0], 1.75 + depth * y[1], depth * y[2]];
         text += "AttributeBegin ConcatTransform [";
@@ -120,6 +126,7 @@ fn twigs() -> String {
     text
 }
 
+/// Three coordinates as text.
 fn triple(of: [f64; 3]) -> String {
     let [x, y, z] = of.map(rounded);
     format!(" {x} {y} {z}")

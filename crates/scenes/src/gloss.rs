@@ -1,12 +1,13 @@
-//! Glossy scenes for points and lines in one estimator (Salesin & Jarosz 2019): a quad afloat in a
-//! box, occluders on glossy strips, monoliths, and plates under lights of several sizes.
+//! Glossy scenes for estimators that combine points and lines (Salesin and Jarosz 2019): a quad
+//! that floats in a box, occluders on glossy strips, monoliths, and plates under lights of several
+//! sizes. The figures in the comments are those of the paper.
 
 use super::mesh::Mesh;
 use super::rooms::{BOX_CAMERA, walls};
 use super::{Files, diffuse, facing_down, facing_up, light_text};
 use linelit_elementary::sin_cos;
 
-/// One main file without variants of its light.
+/// The main file of a scene that has a single variant.
 pub(super) fn scene(
     name: &str,
     about: &str,
@@ -25,7 +26,7 @@ pub(super) fn scene(
     (format!("{name}.pbrt"), text.into_bytes())
 }
 
-/// A black emitter.
+/// A black polygon that emits, as pbrt text.
 fn light(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
     format!(
         "AttributeBegin\nMaterial \"matte\" \"rgb Kd\" [ 0 0 0 ]\n{}\nAttributeEnd\n",
@@ -33,7 +34,8 @@ fn light(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
     )
 }
 
-/// A microfacet surface, Trowbridge–Reitz with the given α, over a diffuse base.
+/// A mesh with pbrt's plastic, as pbrt text: a diffuse base under microfacets of Trowbridge and
+/// Reitz with the roughness α.
 pub(super) fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String {
     let [r, g, b] = kd;
     format!(
@@ -42,7 +44,8 @@ pub(super) fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String 
     )
 }
 
-/// Fig. 5: a quad afloat beneath a quad light, their edges parallel.
+/// The scene of figure 5: a quad that floats below a quad light whose edges are parallel to its
+/// own.
 pub(super) fn floating_quad() -> Files {
     let quad = Mesh::polygon(&facing_down([0.0, 1.0, 0.0], [0.35, 0.35]));
     let mut world = walls();
@@ -61,22 +64,23 @@ pub(super) fn floating_quad() -> Files {
     )]
 }
 
-/// Roughness of the strips, left to right.
+/// The roughness α of the strips from left to right.
 const STRIPS: [f64; 5] = [0.5, 0.25, 0.12, 0.06, 0.03];
 
-/// Figs. 6 and 7: one occluder on each of five strips, from rough to glossy, and a light behind.
+/// The scene of figures 6 and 7: five strips from rough to glossy, an occluder on each of them, and
+/// a light behind.
 pub(super) fn strips() -> Files {
     let mut world = String::new();
     for (k, alpha) in (0u8..).zip(STRIPS) {
         let left = f64::from(k) - 2.5;
         let strip = Mesh::polygon(&facing_up([left + 0.02, -2.5], [left + 0.98, 2.6], 0.0));
-        // One lobe: the choice between two is a step in the random numbers, which would be seen in
-        // the order of convergence.
+        // Use one lobe only: choosing between two is a step function of the random numbers, which
+        // would change the order of convergence.
         world += &plastic([0.0; 3], 0.6, alpha, &strip);
         let (x, y) = (left + 0.5, 0.42);
         let (sin, cos) = sin_cos(0.3 + 0.17 * f64::from(k));
         let corner = |a: f64, b: f64| [x + cos * a - sin * b, y + sin * a + cos * b, 0.35];
-        // No edge along the light's.
+        // Turn the occluder so that none of its edges is parallel to an edge of the light.
         let post = Mesh::polygon(&[
             corner(-0.15, -0.36),
             corner(-0.15, 0.36),
@@ -85,7 +89,7 @@ pub(super) fn strips() -> Files {
         ]);
         world += &diffuse([0.55, 0.4, 0.25], &post);
     }
-    // Faces the camera, −z.
+    // Add the light, which faces the camera (−z).
     let corners = [
         [-2.0, 0.5, 2.4],
         [-2.0, 1.5, 2.4],
@@ -99,10 +103,12 @@ pub(super) fn strips() -> Files {
     vec![scene("strips", about, camera, [320, 200], &world)]
 }
 
-/// Fig. 1: slabs that stand on a glossy floor before a wide light, whose first edge is level: lines
-/// along it pass by the slabs' edges, which are upright.
+/// The scene of figure 1: slabs on a glossy floor before a wide light. The first edge of the light
+/// is horizontal and the edges of the slabs are vertical, so that lines along the first cross the
+/// latter.
 pub(super) fn monoliths() -> Files {
     let floor = Mesh::polygon(&facing_up([-4.0, -3.0], [4.0, 3.2], 0.0));
+    // Make slabs of different heights and turns.
     let mut slabs = Mesh::default();
     for (k, (x, z, height, turn)) in [
         (-1.6, 0.3, 1.5, 0.4),
@@ -121,6 +127,7 @@ pub(super) fn monoliths() -> Files {
             turn,
         );
     }
+    // Write them with the light and the camera.
     let mut world = plastic([0.3, 0.3, 0.32], 0.5, 0.05, &floor);
     world += &plastic([0.05, 0.05, 0.06], 0.4, 0.1, &slabs);
     let corners = [
@@ -136,11 +143,11 @@ pub(super) fn monoliths() -> Files {
     vec![scene("monoliths", about, camera, [320, 200], &world)]
 }
 
-/// Fig. 10, after Veach: four plates, from glossy to rough, tilted so that each mirrors the lights;
-/// bars stand between.
+/// The scene of figure 10, after Veach: four plates from glossy to rough, which are tilted so that
+/// each mirrors the lights to the camera, and bars between the plates and the lights.
 pub(super) fn plates() -> Files {
     let mut world = String::new();
-    // Height, depth, tilt towards the mirror direction between camera and lights, roughness α.
+    // Add the plates by height, depth, tilt and roughness α.
     let tilts: [(f64, f64, f64, f64); 4] = [
         (0.5, 1.0, 0.555, 0.01),
         (0.3, 0.45, 0.434, 0.04),
@@ -153,6 +160,7 @@ pub(super) fn plates() -> Files {
         let plate = [at(-2.0, -1.0), at(-2.0, 1.0), at(2.0, 1.0), at(2.0, -1.0)];
         world += &plastic([0.07, 0.09, 0.13], 0.9, alpha, &Mesh::polygon(&plate));
     }
+    // Add the floor with a wall, and the bars.
     let mut floor = Mesh::polygon(&facing_up([-5.0, -5.0], [5.0, 5.0], -0.15));
     floor.fan(&[
         [-5.0, -0.15, 3.2],
@@ -167,6 +175,7 @@ pub(super) fn plates() -> Files {
         bars.cuboid([x - 0.03, 1.35, 0.2], [x + 0.03, 1.41, 1.3], 0.0);
     }
     world += &diffuse([0.3, 0.3, 0.3], &bars);
+    // Add the lights by position, size and radiance; they are tilted towards the plates.
     for (x, half, power) in [
         (-1.5, 0.04, 500.0),
         (-0.5, 0.1, 80.0),
@@ -174,7 +183,6 @@ pub(super) fn plates() -> Files {
         (1.5, 0.4, 5.0),
     ] {
         let (y, z) = (2.3, 1.6);
-        // Tilted towards the plates.
         let corners = [
             [x - half, y - 0.6 * half, z + 0.8 * half],
             [x - half, y + 0.6 * half, z - 0.8 * half],

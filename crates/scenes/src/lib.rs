@@ -27,10 +27,10 @@ pub use visibility::{VisibilityScene, stratified_lines};
 
 use text::{diffuse, facing_down, facing_up, light_text, line_text, main_file, main_files, phong};
 
-/// A scene as files: names and contents.
+/// The files of a scene: their names and contents.
 pub type Files = Vec<(String, Vec<u8>)>;
 
-/// The files of the scenes that are kept in the repository.
+/// The files of the scenes that are stored in the repository, in the folder `scenes`.
 #[must_use]
 pub fn kept() -> Files {
     let scenes = [
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// The repository's scenes are what the generators make.
+    /// The scenes in the repository are the same as the generators make.
     #[test]
     fn kept_scenes_are_up_to_date() {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
@@ -67,8 +67,7 @@ mod tests {
         }
     }
 
-    /// Each generator makes the main file of each scene that it stands for, and whatever that
-    /// includes.
+    /// The generator of each scene makes its main file, and all files that this includes.
     #[test]
     fn built_in_scenes_have_their_files() {
         for scene in BuiltIn::ALL {

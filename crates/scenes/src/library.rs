@@ -1,4 +1,5 @@
-//! Finding and reading scenes: files, and the built-in ones by name.
+//! [`Library`], which finds and reads scenes: files by their paths, and built-in scenes by their
+//! names.
 #![allow(clippy::disallowed_methods, reason = "scenes are files, too")]
 
 use crate::BuiltIn;
@@ -9,17 +10,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fmt, fs, io};
 
-/// The way in which scenes are read, and the receiver of warnings about them.
+/// A reader of scenes, with its options and a function that receives warnings.
 #[derive(Clone, Debug)]
 pub struct Library {
     /// The options for reading files.
     pub options: LoadOptions,
-    /// Called with each warning, and with each remark that begins with `note:`.
+    /// The function that is called with each warning, and with notes, which begin with `note:`.
     pub note: fn(fmt::Arguments<'_>),
 }
 
 impl Default for Library {
-    /// Lenient ([`LoadOptions::default`]) and silent.
+    /// A library with [`LoadOptions::default`], which ignores warnings.
     fn default() -> Self {
         Self {
             options: LoadOptions::default(),
@@ -29,11 +30,11 @@ impl Default for Library {
 }
 
 impl Library {
-    /// Loads the scene that [`Place::find`] finds. One that is built in is made in memory, and
-    /// touches no file.
+    /// Loads the scene that [`Place::find`] finds. A built-in scene is made in memory, and no file
+    /// is opened.
     ///
     /// # Errors
-    /// If the scene cannot be found or read.
+    /// The scene cannot be found or read.
     pub fn load(&self, name: &str) -> Result<Loaded> {
         match Place::find(name)? {
             Place::File(path) => Ok(self.noted(linelit_formats::load(path, &self.options)?)),
@@ -43,11 +44,11 @@ impl Library {
         }
     }
 
-    /// Reads the scene in one of these files, which holds all that it names by the names that it
-    /// writes; nothing else is read.
+    /// Reads a scene from files in memory. `main` is the name of its main file, and all files that
+    /// the scene names have to be among `files` by these names; no other file is read.
     ///
     /// # Errors
-    /// If the file is none of these, or no scene.
+    /// The main file is not among the files, or is not a valid scene.
     pub fn load_from(&self, files: BTreeMap<String, Vec<u8>>, main: &str) -> Result<Loaded> {
         let ending = Path::new(main).extension().and_then(|e| e.to_str());
         let (Some(format), Some(bytes)) = (
@@ -64,7 +65,7 @@ impl Library {
         Ok(self.noted(loaded))
     }
 
-    /// Says what was strange about a scene's files.
+    /// Passes the warnings about a scene on.
     fn noted(&self, loaded: Loaded) -> Loaded {
         for warning in &loaded.warnings {
             (self.note)(format_args!("{warning}"));
@@ -72,19 +73,19 @@ impl Library {
         loaded
     }
 
-    /// Loads a scene, and gives one whose file has no lights a square next to the camera, which is
-    /// noted. Where the lights of a file are dark, it stays dark.
+    /// Loads a scene and, if its file has no lights, adds a square light next to the camera, with a
+    /// note. A scene whose lights are black stays black.
     ///
     /// # Errors
-    /// If the scene cannot be found or read, or has no lights and nothing to be lit.
+    /// The scene cannot be found or read, or has no lights and no shapes.
     pub fn load_lit(&self, name: &str) -> Result<Loaded> {
         self.lit(self.load(name)?, name)
     }
 
-    /// A scene, with a square next to the camera if its file has no lights, which is noted.
+    /// Adds a square light next to the camera, with a note, to a scene whose file has no lights.
     ///
     /// # Errors
-    /// If it has no lights and nothing to be lit.
+    /// The scene has no lights and no shapes.
     pub fn lit(&self, mut loaded: Loaded, name: &str) -> Result<Loaded> {
         if !loaded.has_lights {
             if !linelit_formats::add_framing_light(&mut loaded.scene) {
@@ -109,11 +110,11 @@ pub enum Place {
 }
 
 impl Place {
-    /// The place of a scene by a path that exists, or the name of a built-in scene (`cornell-box`
-    /// is short for `cornell-box-large`).
+    /// Finds a scene by the path of a file, or by the name of a built-in scene (`cornell-box` means
+    /// `cornell-box-large`).
     ///
     /// # Errors
-    /// If there is neither.
+    /// There is neither such a file nor such a scene.
     pub fn find(name: &str) -> Result<Self> {
         let path = Path::new(name);
         if path.is_file() {
@@ -135,7 +136,7 @@ impl Place {
         )
     }
 
-    /// Returns the name of a built-in scene that a misspelt name probably means.
+    /// The name of the built-in scene that a misspelt name probably means.
     #[must_use]
     pub fn nearest(name: &str) -> Option<&'static str> {
         let short = |scene: &BuiltIn| scene.name.strip_suffix("-large");
@@ -147,7 +148,7 @@ impl Place {
     /// The bytes of a file that the scene names.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// The file cannot be read.
     pub fn read(&self, name: &str) -> io::Result<Vec<u8>> {
         match self {
             Self::File(scene) => fs::read(scene.with_file_name(name)),

@@ -1,9 +1,11 @@
-//! Shirley & Wang's rooms with 2 and 32 luminaires, and a ball that shines.
+//! The scenes `luminaires-2` and `luminaires-32`, after the rooms of Shirley and Wang, and
+//! `shining-ball`.
 
 use crate::mesh::{Mesh, Random};
 use crate::rooms::{BOX_CAMERA, walls};
 use crate::text::{diffuse, emitter, facing_up, light_text};
 
+/// The filter and the film of the scenes, up to the beginning of the world.
 const HEAD: &str = "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\nFilm \"rgb\" \"integer xresolution\" [ 128 ] \"integer yresolution\" [ 128 ]\nWorldBegin\n";
 
 /// A triangle that faces down, about a centre.
@@ -16,14 +18,14 @@ fn triangle([x, y, z]: [f64; 3], size: f64, flip: bool) -> [[f64; 3]; 3] {
     ]
 }
 
-/// A luminaire.
+/// A luminaire of a warm colour, as pbrt text.
 fn luminaire(radiance: f64, corners: &[[f64; 3]]) -> String {
     let colour = [radiance, 0.92 * radiance, 0.75 * radiance];
     emitter(&light_text(colour, corners))
 }
 
-/// Shirley & Wang's room with 2 or 32 triangular luminaires on the ceiling, over a ball and a
-/// block. The 32 are of different strength.
+/// The room of Shirley and Wang, with 2 or 32 triangular luminaires on the ceiling over a ball and
+/// a block. The 32 luminaires have different radiance.
 pub(crate) fn room(count: u32) -> String {
     let block = diffuse(
         [0.6; 3],
@@ -46,7 +48,7 @@ pub(crate) fn room(count: u32) -> String {
     text
 }
 
-/// A floor and a wall beside a ball that shines.
+/// A floor and a block next to a spherical light.
 pub(crate) fn shining_ball() -> String {
     let floor = Mesh::polygon(&facing_up([-3.0; 2], [3.0; 2], 0.0));
     let block = Mesh::block([0.6, 0.0, -0.9], [0.9, 1.1, 0.3], 0.3);

@@ -1,4 +1,5 @@
-//! Triangle meshes of the generators, and a random generator of their own.
+//! [`Mesh`], by which the generators make triangle meshes and write them as pbrt text or PLY, and
+//! [`Random`], a generator of random numbers that never changes.
 
 use linelit_elementary::sin_cos;
 use std::fmt::Write as _;
@@ -6,33 +7,34 @@ use std::fmt::Write as _;
 /// A triangle mesh.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mesh {
-    /// Vertices.
+    /// The positions of the vertices.
     pub(super) points: Vec<[f64; 3]>,
-    /// Corners of the triangles.
+    /// The vertices of each triangle.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
+    /// Adds a vertex, and returns its number.
     fn vertex(&mut self, p: [f64; 3]) -> u32 {
         self.points.push(p);
         u32::try_from(self.points.len() - 1).unwrap_or(u32::MAX)
     }
 
-    /// One convex polygon.
+    /// The mesh of one convex polygon.
     pub(super) fn polygon(corners: &[[f64; 3]]) -> Self {
         let mut mesh = Self::default();
         mesh.fan(corners);
         mesh
     }
 
-    /// One box, as [`Mesh::cuboid`] adds it.
+    /// The mesh of one box, as [`Mesh::cuboid`] adds it.
     pub(super) fn block(lo: [f64; 3], hi: [f64; 3], angle: f64) -> Self {
         let mut mesh = Self::default();
         mesh.cuboid(lo, hi, angle);
         mesh
     }
 
-    /// A convex polygon as a fan.
+    /// Adds a convex polygon as a fan of triangles.
     pub(super) fn fan(&mut self, corners: &[[f64; 3]]) {
         let ids: Vec<u32> = corners.iter().map(|&p| self.vertex(p)).collect();
         for pair in ids[1..].windows(2) {
@@ -40,9 +42,10 @@ impl Mesh {
         }
     }
 
-    /// The six faces of a box between two corners, turned by `angle` about the vertical through
-    /// its centre, facing out.
+    /// Adds the six faces of a box between two corners, which face outwards. The box is turned by
+    /// `angle` about the vertical axis through its centre.
     pub(super) fn cuboid(&mut self, lo: [f64; 3], hi: [f64; 3], angle: f64) {
+        // Add the corners: the bits of their numbers choose between `lo` and `hi` along each axis.
         let centre = [0.5 * (lo[0] + hi[0]), 0.5 * (lo[2] + hi[2])];
         let (sin, cos) = sin_cos(angle);
         let corner = |k: usize| {
@@ -61,6 +64,7 @@ impl Mesh {
             ]
         };
         let ids: Vec<u32> = (0..8).map(|k| self.vertex(corner(k))).collect();
+        // Add two triangles for each face.
         for [a, b, c, d] in [
             [0, 4, 6, 2],
             [1, 3, 7, 5],
@@ -74,14 +78,16 @@ impl Mesh {
         }
     }
 
-    /// A grid of quads over a parametrised surface: `rows × columns` cells, closed around when
-    /// `wraps` says so.
+    /// Adds a parametrised surface as a grid of `rows × columns` cells. `at` returns the position
+    /// for parameters from 0 to 1 along the rows and the columns; `wraps` says that the last column
+    /// joins the first.
     pub(super) fn surface(
         &mut self,
         [rows, columns]: [u32; 2],
         wraps: bool,
         at: impl Fn(f64, f64) -> [f64; 3],
     ) {
+        // Add the vertices row by row.
         let across = if wraps { columns } else { columns + 1 };
         let base = u32::try_from(self.points.len()).unwrap_or(u32::MAX);
         for i in 0..=rows {
@@ -92,6 +98,7 @@ impl Mesh {
                 ));
             }
         }
+        // Add two triangles for each cell.
         for i in 0..rows {
             for j in 0..columns {
                 let id = |i: u32, j: u32| base + i * across + j % across;
@@ -102,7 +109,7 @@ impl Mesh {
         }
     }
 
-    /// A pbrt `trianglemesh`.
+    /// The mesh as a pbrt `trianglemesh`.
     pub(super) fn text(&self) -> String {
         let mut out = String::from("Shape \"trianglemesh\" \"integer indices\" [");
         for [a, b, c] in &self.triangles {
@@ -117,7 +124,7 @@ impl Mesh {
         out
     }
 
-    /// Binary little-endian PLY.
+    /// The mesh as a binary little-endian PLY file.
     pub(super) fn ply(&self) -> Vec<u8> {
         let mut out = format!(
             "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -139,22 +146,25 @@ impl Mesh {
     }
 }
 
-/// Five decimals: libraries may differ in the last digit of a sine, files must not.
+/// A coordinate with five decimals. Mathematical libraries may differ in the last digit of a sine,
+/// but files must not.
 pub(super) fn rounded(v: f64) -> f64 {
     let r = (v * 1e5).round() / 1e5;
     if r == 0.0 { 0.0 } else { r }
 }
 
-/// A linear congruential generator (Knuth's MMIX constants), its high bits only.
+/// A linear congruential generator with the constants of Knuth's MMIX, of which only the high bits
+/// are used.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Random(u64);
 
 impl Random {
+    /// The generator for a seed.
     pub(super) const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// Uniform between `lo` and `hi`.
+    /// The next number, uniform between `lo` and `hi`.
     pub(super) fn between(&mut self, lo: f64, hi: f64) -> f64 {
         self.0 = self
             .0

@@ -1,19 +1,24 @@
-//! The Cornell box, grids over a plane, and a soup of triangles in a box.
+//! The scenes `cornell-box`, `grid-planes` (crossed grids of bars over a plane) and `triangle-soup`
+//! (small triangles in a box).
 
 use super::mesh::{Mesh, Random};
 use super::{Files, diffuse, facing_down, facing_up, light_text, line_text, main_file, main_files};
 use linelit_elementary::sin_cos;
 
+/// The reflectance of the white walls.
 const WHITE: [f64; 3] = [0.725, 0.71, 0.68];
+/// The reflectance of the left wall.
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
+/// The reflectance of the right wall.
 const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
 
-// Off the axis of symmetry: no ray through a pixel centre runs along an edge of the room.
+/// The camera of the rooms. It is off the axis of symmetry, so that no ray through the centre of a
+/// pixel runs along an edge of the room.
 pub(super) const BOX_CAMERA: &str =
     "LookAt 0.031 1.017 -4.4  0.013 1.007 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 33 ]";
 
-/// Floor, ceiling and back wall white, side walls red and green; x and z from −1 to 1, y from 0 to
-/// 2, open to the camera.
+/// The walls of a room with x and z from −1 to 1 and y from 0 to 2, which is open to the camera.
+/// Floor, ceiling and back wall are white, and the side walls red and green.
 pub(super) fn walls() -> String {
     let mut white = Mesh::polygon(&facing_up([-1.0; 2], [1.0; 2], 0.0));
     white.fan(&facing_down([0.0, 2.0, 0.0], [1.0, 1.0]));
@@ -38,8 +43,9 @@ pub(super) fn walls() -> String {
     diffuse(WHITE, &white) + &diffuse(RED, &red) + &diffuse(GREEN, &green)
 }
 
-/// A box with a light just below its ceiling, and two blocks.
+/// A room with two blocks and a light just below the ceiling, in three variants.
 pub(super) fn cornell_box() -> Files {
+    // Make the variants with a small and a large light.
     let mut blocks = Mesh::default();
     blocks.cuboid([0.05, 0.0, -0.65], [0.65, 0.6, -0.05], 0.29);
     blocks.cuboid([-0.65, 0.0, -0.05], [-0.05, 1.2, 0.55], -0.33);
@@ -51,6 +57,7 @@ pub(super) fn cornell_box() -> Files {
     ];
     let about = "Two blocks in a room.";
     let mut files = main_files("cornell-box", about, BOX_CAMERA, geometry, lights);
+    // Make the variant with a linear light.
     let strength = [2.6, 2.2, 1.4];
     let ends = [[-0.55, 1.95, 0.1], [0.55, 1.95, 0.1]];
     let line = line_text(strength, ends);
@@ -75,7 +82,8 @@ pub(super) fn grid_planes() -> Files {
     main_files("grid-planes", about, camera, geometry, lights)
 }
 
-/// `2 × count` bars of square section over a square of side 2.4, turned about the vertical.
+/// Adds `2 × count` bars with a square cross-section over a square with sides of 2.4, turned about
+/// the vertical axis.
 fn grid(mesh: &mut Mesh, height: f64, count: u32, turn: f64) {
     let (side, thick) = (1.2, 0.02);
     let first = mesh.points.len();
@@ -99,8 +107,9 @@ fn grid(mesh: &mut Mesh, height: f64, count: u32, turn: f64) {
     }
 }
 
-/// A thousand small triangles afloat in a box, under a triangular light.
+/// A thousand small triangles that float in a room, under a triangular light.
 pub(super) fn triangle_soup() -> Files {
+    // Make triangles around random centres.
     let mut random = Random::new(2016);
     let mut soup = Mesh::default();
     for _ in 0..1000 {
@@ -118,6 +127,7 @@ pub(super) fn triangle_soup() -> Files {
         soup.fan(&corners);
     }
     let geometry = walls() + &diffuse([0.6, 0.6, 0.6], &soup);
+    // Make the variants with a small and a large light.
     let about = "A thousand disjoint triangles in a room, under a triangular light.";
     let light = |s: f64, radiance| {
         let at = |x: f64, z: f64| [s * x, 1.98, s * z];

@@ -1,11 +1,12 @@
-//! Closed bumpy spheres, of any number of triangles: the same shadows from coarse and fine meshes.
+//! The scenes `spheres`: closed bumpy spheres with any number of triangles. Coarse and fine meshes
+//! cast nearly the same shadows, by which the time of queries can be compared.
 
 use super::mesh::Mesh;
 use super::{Files, facing_down, facing_up, light_text, text};
 use linelit_elementary::{cos, sin};
 use std::collections::BTreeMap;
 
-/// The positions of the spheres in x and z, the heights of their centres, and their radii.
+/// The spheres: x, z and the height y of the centre, and the radius.
 const SPHERES: [[f64; 4]; 6] = [
     [-1.15, 0.55, 0.62, 0.42],
     [0.05, 0.85, 0.75, 0.5],
@@ -15,14 +16,16 @@ const SPHERES: [[f64; 4]; 6] = [
     [1.05, -0.75, 0.4, 0.28],
 ];
 
-/// Triangles of a geodesic sphere whose icosahedron has its edges cut in `parts`.
+/// The number of triangles of a geodesic sphere, for an icosahedron whose edges are divided into
+/// `parts`.
 const fn triangles_of(parts: u32) -> u32 {
     20 * parts * parts
 }
 
-/// Six bumpy spheres over a floor, under one light, of 120 `parts`² triangles in all.
+/// Six bumpy spheres over a floor under one light, with 120 `parts`² triangles in all.
 pub(super) fn spheres(name: &str, parts: u32) -> Files {
     let [red, green, blue] = [[0.6, 0.35, 0.3], [0.35, 0.55, 0.35], [0.35, 0.4, 0.6]];
+    // Make the floor, and a PLY file for each sphere.
     let unit = geodesic(parts);
     let mut geometry = text::diffuse(
         [0.7, 0.7, 0.7],
@@ -45,6 +48,7 @@ pub(super) fn spheres(name: &str, parts: u32) -> Files {
         ));
         files.push((file, mesh.ply()));
     }
+    // Write the main file with the camera and the light.
     let light = light_text([24.0, 23.2, 21.9], &facing_down([0.3, 3.2, -0.2], [0.7; 2]));
     let main = format!(
         "# linelit: {name}. {} triangles in six closed spheres with bumps.\n\
@@ -60,7 +64,8 @@ pub(super) fn spheres(name: &str, parts: u32) -> Files {
     files
 }
 
-/// A place of the unit sphere on the bumpy one.
+/// The point of a bumpy sphere for a point of the unit sphere; `k` is the number of the sphere,
+/// which has bumps of its own.
 fn bumpy([x, y, z]: [f64; 3], centre: [f64; 3], radius: f64, k: usize) -> [f64; 3] {
     let phase = [0.0, 1.1, 2.3, 3.1, 4.2, 5.3][k % 6];
     let waves = sin(7.0 * x + phase) * cos(6.0 * y - phase) + sin(8.0 * z + phase);
@@ -68,9 +73,20 @@ fn bumpy([x, y, z]: [f64; 3], centre: [f64; 3], radius: f64, k: usize) -> [f64; 
     [centre[0] + r * x, centre[1] + r * y, centre[2] + r * z]
 }
 
-/// An icosahedron, each of whose faces is cut in `parts`² triangles, on the unit sphere: closed,
-/// neighbours share their corners.
+/// A geodesic sphere: an icosahedron, each of whose faces is divided into `parts`² triangles,
+/// projected to the unit sphere. The mesh is closed, and neighbours share their corners.
+///
+/// ```text
+///          c            A point of the face a b c is a sum of its corners with whole weights whose
+///         / \           sum is `parts`, here 2: a + c, for example, is the middle of an edge.
+///    a+c /___\ b+c      Points on an edge have the weight 0 for the third corner, so that they
+///       /\   /\         have the same key from both faces and become one vertex.
+///      /  \ /  \
+///     a────────b
+///         a+b
+/// ```
 fn geodesic(parts: u32) -> Mesh {
+    // Make the corners (0, ±1, ±φ) and their cyclic permutations, with the golden ratio φ.
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut corners = Vec::new();
     for axis in 0..3 {
@@ -85,8 +101,9 @@ fn geodesic(parts: u32) -> Mesh {
             corners.push(p);
         }
     }
+    // `place` returns the vertex for three corners with weights, and adds it the first time. The
+    // key does not depend on the order of the corners, or on corners with the weight zero.
     let mut mesh = Mesh::default();
-    // Each place by the corners it is between and how far from which: the same from both faces.
     let mut known = BTreeMap::new();
     let mut place = |mesh: &mut Mesh, of: [(usize, u32); 3]| {
         let mut key = of;
@@ -106,6 +123,7 @@ fn geodesic(parts: u32) -> Mesh {
             u32::try_from(mesh.points.len() - 1).unwrap_or(u32::MAX)
         })
     };
+    // Add the triangles of each face.
     for [a, b, c] in faces(&corners) {
         for i in 0..parts {
             for j in 0..parts - i {
@@ -123,7 +141,8 @@ fn geodesic(parts: u32) -> Mesh {
     mesh
 }
 
-/// The faces of an icosahedron of edge length 2, counter-clockwise from outside.
+/// The faces of an icosahedron with edges of length 2, counter-clockwise as seen from outside: all
+/// triples of corners whose distances from each other are 2.
 fn faces(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
     let apart = |a: usize, b: usize| {
         let d = [0, 1, 2].map(|k| corners[a][k] - corners[b][k]);
@@ -151,8 +170,8 @@ fn faces(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
 mod tests {
     use super::*;
 
-    /// Every edge belongs to two triangles, which run along it in opposite directions; and there
-    /// are as many as the name says, to a tenth.
+    /// Every edge belongs to two triangles, which run along it in opposite directions. The number
+    /// of triangles is the one in the scene's name, to a tenth.
     #[test]
     fn spheres_are_closed() {
         for (parts, count) in [(3, 1e3), (9, 1e4), (29, 1e5), (91, 1e6)] {

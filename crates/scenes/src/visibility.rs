@@ -1,4 +1,5 @@
-//! Scenes as visibility sees them: triangles, lights as corners, lines across them.
+//! [`VisibilityScene`], a scene for measurements and tests of visibility queries: its triangles,
+//! the corners of its lights, and lines across them.
 
 use crate::Library;
 use anyhow::{Result, ensure};
@@ -9,23 +10,23 @@ use linelit_scene::{Camera, SceneDescription};
 /// A scene on which visibility queries are measured and tested.
 #[derive(Clone, Debug)]
 pub struct VisibilityScene {
-    /// Name of the scene.
+    /// The name of the scene.
     pub name: String,
-    /// Corner positions.
+    /// The positions of the vertices.
     pub positions: Vec<[f32; 3]>,
-    /// Triangles by their corners; those of the lights are among them.
+    /// The vertices of each triangle; the triangles of lights are among them.
     pub triangles: Vec<[u32; 3]>,
-    /// Corners of each polygonal light, by name: `L` is the light, `S` a tenth of it in its middle;
-    /// lights after the first add their number.
+    /// The corners of each polygonal light under two names: `L` is the light, and `S` the light
+    /// scaled by a tenth about its middle. The names of lights after the first have a number.
     pub lights: Vec<(String, Vec<DVec3>)>,
     camera: Camera,
 }
 
 impl VisibilityScene {
-    /// Loads a scene by file or name.
+    /// Loads a scene by the path of a file or the name of a built-in scene.
     ///
     /// # Errors
-    /// If the scene cannot be found or read, or has no polygonal light.
+    /// The scene cannot be found or read, or has no polygonal light.
     pub fn load(library: &Library, name: &str) -> Result<Self> {
         let scene = library.load(name)?.scene;
         let lights = lights(&scene);
@@ -42,7 +43,8 @@ impl VisibilityScene {
         })
     }
 
-    /// Origin and direction (unit length) of the camera's ray through the middle of each pixel.
+    /// The origin and the unit direction of the camera's ray through the middle of each pixel, row
+    /// by row.
     #[must_use]
     pub fn view(&self, width: u32, height: u32) -> Vec<[DVec3; 2]> {
         let mut camera = self.camera.clone();
@@ -56,6 +58,7 @@ impl VisibilityScene {
     }
 }
 
+/// The corners of each polygonal light, for [`VisibilityScene::lights`].
 fn lights(scene: &SceneDescription) -> Vec<(String, Vec<DVec3>)> {
     let areas = scene.lights.iter().filter_map(|light| match &*light.light {
         Light::Area(area) => Some(area.polygon.vertices()),
@@ -73,9 +76,10 @@ fn lights(scene: &SceneDescription) -> Vec<(String, Vec<DVec3>)> {
     lights
 }
 
-/// Stratified lines across a parallelogram or triangle, parallel to the side from its first corner
-/// to its last (other polygons get lines that reach beyond them); of a linear light, given by its
-/// two ends, all are the light itself. `jitter` gives numbers in [0, 1).
+/// Stratified lines across a light, which is given by its corners. They are parallel to the side
+/// from the first corner to the last, and end at the outline of a parallelogram or a triangle; on
+/// other polygons they may reach beyond it. For a linear light, given by its two ends, all lines
+/// are the light itself. `jitter` returns random numbers in [0, 1).
 #[must_use]
 pub fn stratified_lines(
     light: &[DVec3],

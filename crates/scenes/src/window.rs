@@ -1,10 +1,10 @@
-//! A window with a view, behind blinds: a textured light.
+//! The scene `window`: a window with a view, behind blinds, which is a textured light.
 
 use super::mesh::Mesh;
 use super::rooms::{BOX_CAMERA, walls};
 use super::{Files, diffuse, gloss};
 
-/// Pixels of the view, across and down.
+/// The number of pixels of the view, across and down.
 const VIEW: [u16; 2] = [64, 48];
 
 /// The room of the Cornell box, lit through a window in its left wall.
@@ -18,7 +18,7 @@ pub(super) fn window() -> Files {
     let mut world = walls();
     world += &diffuse([0.7, 0.7, 0.65], &blinds);
     world += &gloss::plastic([0.3, 0.32, 0.35], 0.5, 0.15, &block);
-    // The first edge is level, as the blinds are.
+    // Add the light, whose first edge is horizontal like the blinds.
     world += "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n\
         AreaLightSource \"diffuse\" \"string filename\" [ \"window.tga\" ] \"float scale\" [ 170 ]\n\
         Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ]\n\
@@ -29,8 +29,9 @@ pub(super) fn window() -> Files {
     vec![main, ("window.tga".to_owned(), tga(VIEW, view))]
 }
 
-/// The colour of a pixel, row 0 on top: a low sun in a dusky sky over dark hills, and a frame with
-/// a cross of bars. A hundredth of the image, the sun, is more than half of its light.
+/// The colour of a pixel of the view, with row 0 at the top: a low sun in a dusky sky over dark
+/// hills, and a frame with a cross of bars. The sun is a hundredth of the image, and more than half
+/// of its light.
 fn view(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = VIEW;
     let (x, y) = (i32::from(i), i32::from(j));
@@ -52,7 +53,7 @@ fn view(i: u16, j: u16) -> [u8; 3] {
     }
 }
 
-/// An uncompressed TGA file of 24 bits a pixel, top row first.
+/// An uncompressed TGA file with 24 bits for each pixel, the top row first.
 pub(super) fn tga([width, height]: [u16; 2], pixel: impl Fn(u16, u16) -> [u8; 3]) -> Vec<u8> {
     let mut out = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     out.extend(width.to_le_bytes());

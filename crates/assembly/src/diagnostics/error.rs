@@ -1,11 +1,12 @@
-//! What went wrong, where, and what to do about it.
+//! [`SceneError`], an error with its location and advice, and [`Warnings`], the list of warnings of
+//! a scene.
 
 use super::source::{Location, Place, Position};
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::Deref;
 
-/// The result of a reader, or the error that ends it.
+/// The result of a reader, or the error that ended it.
 pub type Result<T> = std::result::Result<T, SceneError>;
 
 /// The kind of an error or a warning.
@@ -13,11 +14,11 @@ pub type Result<T> = std::result::Result<T, SceneError>;
 pub enum ErrorKind {
     /// A file could not be read.
     Io,
-    /// A file lies outside of the folder whose files the scene may name.
+    /// A file is outside of the folder whose files the scene may name.
     Outside,
     /// The text does not follow the grammar of its format.
     Syntax,
-    /// A directive, parameter, material, texture or object that nobody defined.
+    /// A directive, parameter, material, texture or object has an unknown name.
     UnknownName,
     /// A parameter has another type or another number of values than it should have.
     BadParameter,
@@ -25,28 +26,29 @@ pub enum ErrorKind {
     MissingParameter,
     /// A number is out of its range, or not finite.
     OutOfRange,
-    /// Blocks that are not closed, or closed twice, or directives in the wrong place.
+    /// A block is not closed or closed twice, or a directive is at a position where it is not
+    /// allowed.
     Nesting,
-    /// A transform that is singular or not finite.
+    /// A transform is singular or not finite.
     BadTransform,
-    /// Vertices or indices of a mesh make no sense.
+    /// The vertices or indices of a mesh are not valid.
     BadMesh,
-    /// A file ends before what its header promises.
+    /// A file ends before the contents that its header announces.
     Truncated,
-    /// A file that includes itself.
+    /// A file includes itself.
     Recursion,
-    /// More triangles, nesting or pixels than the limits allow.
+    /// The scene has more triangles, nesting or pixels than the limits allow.
     Limit,
-    /// Something that linelit does not support.
+    /// The scene uses a feature that linelit does not support.
     Unsupported,
-    /// Something that is allowed but probably not meant.
+    /// Something is allowed but probably not intended.
     Suspicious,
 }
 
-/// A scene could not be loaded.
+/// An error that ended the loading of a scene.
 ///
-/// `Display` prints it over several lines in the manner of rustc: the message, the file with line
-/// and column, the line itself with a caret, and what to do.
+/// `Display` prints it on several lines as rustc does: the message, the file with line and column,
+/// the line itself with a caret, and advice.
 ///
 /// ```
 /// use linelit_assembly::{ErrorKind, SceneError, Source, Span};
@@ -70,15 +72,15 @@ pub enum ErrorKind {
 #[error("{0}")]
 pub struct SceneError(Box<Diagnostic>);
 
-/// Something in the file that is left out, replaced, or probably not meant: prints itself as a
-/// [`SceneError`], and answers what that does.
+/// A warning about something in a file that was left out, replaced, or is probably not intended. It
+/// prints itself as a [`SceneError`] does and has the same methods.
 #[derive(Clone, Debug)]
 pub struct Warning {
     warning: SceneError,
     repeats: usize,
 }
 
-/// A message with its place.
+/// A message with its location.
 #[derive(Clone, Debug)]
 struct Diagnostic {
     severity: &'static str,
@@ -91,7 +93,7 @@ struct Diagnostic {
 }
 
 impl SceneError {
-    /// A message without a place.
+    /// An error without a location.
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self(Box::new(Diagnostic {
             severity: "error",
@@ -104,14 +106,14 @@ impl SceneError {
         }))
     }
 
-    /// Points at a place; the label stands beside the caret.
+    /// Adds the location; the label is printed next to the caret.
     pub fn at(mut self, location: Location<'_>, label: impl Into<String>) -> Self {
         self.0.place = Some(location.place());
         self.0.label = label.into();
         self
     }
 
-    /// Points at a file as a whole.
+    /// Adds a file as a whole as the location.
     pub fn in_file(mut self, name: &str) -> Self {
         self.0.place = Some(Place {
             file: name.into(),
@@ -120,13 +122,13 @@ impl SceneError {
         self
     }
 
-    /// Adds advice on what to do about it, on a line of its own.
+    /// Adds advice, on a line of its own.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.0.help = Some(help.into());
         self
     }
 
-    /// A hint at the nearest known name, if there is one.
+    /// Adds the nearest known name as advice, if there is one.
     pub fn suggest(self, nearest: Option<&str>) -> Self {
         match nearest {
             Some(name) => self.help(format!("did you mean `{name}`?")),
@@ -140,36 +142,39 @@ impl SceneError {
         self
     }
 
+    /// Sets the first word of the message, `error` or `warning`.
     fn with_severity(mut self, severity: &'static str) -> Self {
         self.0.severity = severity;
         self
     }
 
-    /// Returns the kind of mistake.
+    /// The kind of the error.
     pub fn kind(&self) -> ErrorKind {
         self.0.kind
     }
 
-    /// The message alone, on one line.
+    /// The message without location and advice, on one line.
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// The name of the file that it is in.
+    /// The name of the file, if it is known.
     pub fn file(&self) -> Option<&str> {
         self.0.place.as_ref().map(|p| &*p.file)
     }
 
-    /// The line, counted from one; `None` for binary files.
+    /// The line, counted from one; `None` for binary files and for files as a whole.
     pub fn line(&self) -> Option<usize> {
         self.line_column().map(|p| p.0)
     }
 
-    /// The column in characters, counted from one; `None` for binary files.
+    /// The column in characters, counted from one; `None` for binary files and for files as a
+    /// whole.
     pub fn column(&self) -> Option<usize> {
         self.line_column().map(|p| p.1)
     }
 
+    /// The line and the column, both counted from one.
     fn line_column(&self) -> Option<(usize, usize)> {
         match &self.0.place.as_ref()?.position {
             Position::Text(text) => Some((text.line, text.column)),
@@ -179,7 +184,7 @@ impl SceneError {
 }
 
 impl Warning {
-    /// Returns the number of times that the same message came; the place is that of the first.
+    /// The number of times that the same message occurred; the location is the first one.
     pub fn repeats(&self) -> usize {
         self.repeats
     }
@@ -205,6 +210,7 @@ impl fmt::Display for Warning {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Print the message and the location, with the line of text.
         write!(f, "{}: {}", self.severity, self.message)?;
         let mut gutter = " ".to_owned();
         if let Some(place) = &self.place {
@@ -230,6 +236,7 @@ impl fmt::Display for Diagnostic {
                 }
             }
         }
+        // Print advice and notes below, aligned with it.
         if let Some(help) = &self.help {
             write!(f, "\n{gutter} = help: {help}")?;
         }
@@ -240,20 +247,23 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// Collects warnings: the same message once, with a count, and no more than a readable number.
+/// A list of warnings. Each message is in it once, with the number of times that it occurred, and
+/// there are at most 200 messages.
 #[derive(Debug, Default)]
 pub struct Warnings {
     strict: bool,
     list: Vec<Warning>,
+    /// The position in the list of each message.
     index: HashMap<String, usize>,
+    /// The number of warnings that were not added because the list was full.
     more: usize,
 }
 
-/// Distinct warnings that are kept.
+/// The largest number of different messages in the list.
 const MAX_WARNINGS: usize = 200;
 
 impl Warnings {
-    /// Creates an empty list; if `strict`, the first warning is an error.
+    /// Creates an empty list. If `strict`, each warning is an error.
     pub fn new(strict: bool) -> Self {
         Self {
             strict,
@@ -261,13 +271,15 @@ impl Warnings {
         }
     }
 
-    /// Records a warning whose place is only worked out when it is new; an error when strict.
+    /// Adds a warning. `place` adds the location to it, and is only called for a new message. If
+    /// the list is strict, the warning is returned as an error.
     pub fn warn(
         &mut self,
         kind: ErrorKind,
         message: impl Into<String>,
         place: impl FnOnce(SceneError) -> SceneError,
     ) -> Result<()> {
+        // Count a message that is in the list, or that is too many.
         let message = message.into();
         if let Some(&i) = self.index.get(&message) {
             self.list[i].repeats += 1;
@@ -277,6 +289,7 @@ impl Warnings {
             self.more += 1;
             return Ok(());
         }
+        // Add a new one.
         let warning = place(SceneError::new(kind, message.clone()));
         if self.strict {
             return Err(warning.note("warnings are errors with `strict`"));
@@ -286,6 +299,7 @@ impl Warnings {
         Ok(())
     }
 
+    /// Appends a warning to the list.
     fn add(&mut self, warning: SceneError) {
         self.list.push(Warning {
             warning: warning.with_severity("warning"),
@@ -293,6 +307,7 @@ impl Warnings {
         });
     }
 
+    /// The warnings, the last of which may say that there were more.
     pub(crate) fn into_list(mut self) -> Vec<Warning> {
         if self.more > 0 {
             let text = format!("{} more warnings are not shown", self.more);

@@ -1,4 +1,4 @@
-//! What is wrong with a file, where, and what to do about it.
+//! Errors and warnings about files, with their positions and advice.
 
 mod error;
 mod source;

@@ -1,4 +1,5 @@
-//! Opening files (all that a scene is made of are opened here), their text, and places in it.
+//! The opening of files, their text, and positions in it. All files of a scene are opened here, so
+//! that limits and the rule where files have to be hold for each of them.
 #![allow(
     clippy::disallowed_methods,
     reason = "the files that scenes are read from"
@@ -12,7 +13,8 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-/// Why the system did not read a file; the place is for those to add who know who names it.
+/// The error of the system when it could not read a file. The caller adds the location where the
+/// file is named.
 fn refused(error: &io::Error) -> SceneError {
     let message = match error.kind() {
         io::ErrorKind::NotFound => "there is no such file".into(),
@@ -22,7 +24,7 @@ fn refused(error: &io::Error) -> SceneError {
     SceneError::new(ErrorKind::Io, message)
 }
 
-/// The bytes of a regular file of at most `limit` bytes.
+/// Reads a regular file of at most `limit` bytes.
 fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let check = |found: &Metadata| {
         if found.is_dir() {
@@ -34,25 +36,26 @@ fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
         }
         within(found.len(), limit)
     };
-    // Asked before the file is opened, because opening a pipe waits for its writer; and again of
-    // what has been opened, because names can change hands.
+    // Check the file before it is opened, because opening a pipe waits for its writer; and again
+    // after that, because the name may refer to another file by then.
     check(&fs::metadata(path).map_err(|e| refused(&e))?)?;
     let file = File::open(path).map_err(|e| refused(&e))?;
     let found = file.metadata().map_err(|e| refused(&e))?;
     check(&found)?;
+    // Read at most the limit, as some files are longer than the system reports.
     let mut bytes = Vec::new();
     let size = usize::try_from(found.len()).unwrap_or(usize::MAX);
     if bytes.try_reserve_exact(size).is_err() {
         let message = format!("its {size} bytes do not fit into memory");
         return Err(SceneError::new(ErrorKind::Limit, message));
     }
-    // Some files are longer than they say.
     let mut file = file.take(limit.saturating_add(1));
     file.read_to_end(&mut bytes).map_err(|e| refused(&e))?;
     within(bytes.len() as u64, limit)?;
     Ok(bytes)
 }
 
+/// Refuses a file with more bytes than the limit.
 fn within(bytes: u64, limit: u64) -> Result<()> {
     if bytes <= limit {
         return Ok(());
@@ -61,21 +64,22 @@ fn within(bytes: u64, limit: u64) -> Result<()> {
     Err(SceneError::new(ErrorKind::Limit, message))
 }
 
-/// The files that a scene names: where they are looked up, where they must lie, how long they may
-/// be.
+/// The files that a scene may name: the folder in which they are looked up, the folder in which
+/// they have to be, and the largest length.
 #[derive(Clone, Debug)]
 pub(crate) struct Files {
-    /// The folder that relative names start from.
+    /// The folder to which names are relative.
     folder: PathBuf,
-    /// The folder that must hold them, links followed, and what messages call it; `None`: any.
+    /// The folder in which the files have to be after symbolic links, and its name in messages;
+    /// `None` if they may be anywhere.
     root: Option<(PathBuf, String)>,
-    /// The files in memory, in place of all folders.
+    /// The files in memory, if they replace all files on disks.
     memory: Option<Arc<BTreeMap<String, Vec<u8>>>>,
     max_bytes: u64,
 }
 
 impl Files {
-    /// Creates the files of the scene in the file at `path`, or in memory.
+    /// The files of the scene at `path`, or of a scene in memory.
     pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
         let mut memory = None;
@@ -94,7 +98,7 @@ impl Files {
             } else {
                 root
             };
-            // A folder that cannot be found holds no file.
+            // If the folder does not exist, no file is in it.
             let whole = named.canonicalize().unwrap_or_else(|_| named.to_owned());
             (whole, shown)
         });
@@ -106,9 +110,9 @@ impl Files {
         }
     }
 
-    /// The path of a file by its name in the scene, and the same with links followed; refused
-    /// outside of the root, whether or not there is such a file. The backslashes of a name that is
-    /// not there are those of Windows: slashes.
+    /// The path of a file by its name in the scene, before and after symbolic links. A file outside
+    /// of the root is refused, whether or not it exists. If there is no file of the name, its
+    /// backslashes are read as slashes, as in names from Windows.
     pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf)> {
         let found = self.find_exactly(name);
         if found.is_err() && name.contains('\\') {
@@ -117,12 +121,15 @@ impl Files {
         found
     }
 
+    /// Does the work of [`Files::find`] for the name without changes.
     fn find_exactly(&self, name: &str) -> Result<(PathBuf, PathBuf)> {
+        // Look it up in memory.
         if let Some(files) = &self.memory {
             let there = files.contains_key(name).then(|| PathBuf::from(name));
             let absent = || refused(&io::ErrorKind::NotFound.into());
             return there.map(|p| (p.clone(), p)).ok_or_else(absent);
         }
+        // Look it up on the disk, and check that it is inside the root.
         let path = self.folder.join(name);
         let found = path.canonicalize();
         if let Some((root, shown)) = &self.root {
@@ -150,18 +157,18 @@ impl Files {
         Ok(bytes.clone())
     }
 
-    /// Whether there is such a file, a regular one, and the scene may name it.
+    /// Whether a regular file of this name exists, and the scene may name it.
     pub(crate) fn has(&self, name: &str) -> bool {
         let found = self.find(name);
         found.is_ok_and(|(_, whole)| self.memory.is_some() || whole.is_file())
     }
 }
 
-/// Returns where a file that cannot be found would be: links of the existing folders are followed,
-/// and the rest of the name is taken literally.
+/// The path at which a file that does not exist would be: symbolic links of existing folders are
+/// followed, and the rest of the name is taken literally.
 fn where_it_would_be(path: &Path) -> PathBuf {
     use std::path::Component;
-    // Without a folder of its own, a name begins in the current one.
+    // Find the longest existing part. A name without a folder begins in the current one.
     let path = Path::new(".").join(path);
     let there = path.ancestors().find_map(|folder| {
         let whole = folder.canonicalize().ok()?;
@@ -170,6 +177,7 @@ fn where_it_would_be(path: &Path) -> PathBuf {
     let Some((mut whole, rest)) = there else {
         return path;
     };
+    // Append the rest.
     for part in rest.components() {
         match part {
             Component::ParentDir => drop(whole.pop()),
@@ -185,17 +193,17 @@ fn where_it_would_be(path: &Path) -> PathBuf {
 pub struct Span {
     /// The offset of the first byte.
     pub start: usize,
-    /// The byte behind its last.
+    /// The offset after the last byte.
     pub end: usize,
 }
 
 impl Span {
-    /// Creates the span from a byte to before another.
+    /// The span from the byte `start` up to, but without, the byte `end`.
     pub const fn new(start: usize, end: usize) -> Self {
         Self { start, end }
     }
 
-    /// Returns the span from the start of `self` to the end of `other`.
+    /// The span from the start of `self` to the end of `other`.
     pub const fn to(self, other: Self) -> Self {
         Self::new(self.start, other.end)
     }
@@ -206,13 +214,16 @@ impl Span {
 pub struct Source {
     name: Arc<str>,
     bytes: Vec<u8>,
+    /// The offsets at which lines begin, which the first message needs.
     line_starts: OnceLock<Vec<usize>>,
 }
 
-/// The location that a message points at; the line is only looked for when there is a message.
+/// The location in a file that a message points at: the file as a whole, a byte, or a part of the
+/// text. It is cheap to make; the line and the column are only computed for a message.
 #[derive(Clone, Copy, Debug)]
 pub struct Location<'a>(Within<'a>);
 
+/// The kinds of locations.
 #[derive(Clone, Copy, Debug)]
 enum Within<'a> {
     File(&'a Source),
@@ -221,7 +232,7 @@ enum Within<'a> {
 }
 
 impl Location<'_> {
-    /// An error there; the label stands beside the caret.
+    /// An error at this location; the label is printed next to the caret.
     pub fn error(
         self,
         kind: ErrorKind,
@@ -231,7 +242,7 @@ impl Location<'_> {
         SceneError::new(kind, message).at(self, label)
     }
 
-    /// Returns the place for a message.
+    /// The location with its line and column, for a message.
     pub(crate) fn place(self) -> Place {
         let (source, position) = match self.0 {
             Within::File(source) => (source, Position::File),
@@ -245,48 +256,49 @@ impl Location<'_> {
     }
 }
 
-/// The place that a message points at: a file and, if known, a place in it.
+/// The location of a message: a file, and the position in it if that is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
     pub(crate) file: Arc<str>,
     pub(crate) position: Position,
 }
 
-/// The place within a file.
+/// The position of a message in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Position {
     /// The file as a whole.
     File,
     /// A byte of a binary file.
     Byte(usize),
-    /// A stretch of a line of text.
+    /// A part of a line of text.
     Text(Box<TextPlace>),
 }
 
-/// A stretch of a line of text, cut to what a terminal shows.
+/// A part of a line of text, with an excerpt that fits a terminal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct TextPlace {
-    /// Counted from one.
+    /// The line, counted from one.
     pub(crate) line: usize,
-    /// Characters, counted from one.
+    /// The column in characters, counted from one.
     pub(crate) column: usize,
     /// The line, or the part of it around the caret.
     pub(crate) excerpt: String,
-    /// Characters of the excerpt before the caret.
+    /// The number of characters of the excerpt before the caret.
     pub(crate) indent: usize,
-    /// Characters under the caret, at least one.
+    /// The number of characters under the caret, at least one.
     pub(crate) width: usize,
 }
 
-/// Characters of a line that are shown before and after the caret.
+/// The largest number of characters of a line that are shown before the caret.
 const SHOWN_BEFORE: usize = 40;
+/// The largest number of characters of a line that are shown from the caret on.
 const SHOWN_AFTER: usize = 60;
 
 impl Source {
-    /// The file that a scene is read from; `name` is its path.
+    /// Reads the file of a scene.
     ///
     /// # Errors
-    /// When it is no regular file, longer than allowed, or cannot be read.
+    /// The file is not a regular file, is longer than allowed, or cannot be read.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Arc<Self>> {
         let name = path.display().to_string();
         match read(path, options.max_file_bytes) {
@@ -298,7 +310,7 @@ impl Source {
         }
     }
 
-    /// Bytes, and what messages call them.
+    /// A file of these bytes; `name` is its name in messages.
     pub fn new(name: impl Into<Arc<str>>, bytes: Vec<u8>) -> Arc<Self> {
         Arc::new(Self {
             name: name.into(),
@@ -307,23 +319,23 @@ impl Source {
         })
     }
 
-    /// Returns the name used in messages.
+    /// The name in messages.
     pub fn name(&self) -> &Arc<str> {
         &self.name
     }
 
-    /// Returns all bytes of the file.
+    /// All bytes of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The text under a span, with bytes that are not UTF-8 replaced.
+    /// The text at a span, with bytes that are not UTF-8 replaced.
     pub fn text(&self, span: Span) -> String {
         let end = span.end.min(self.bytes.len());
         String::from_utf8_lossy(&self.bytes[span.start.min(end)..end]).into_owned()
     }
 
-    /// An error about the text under a span; the label stands beside the caret.
+    /// An error about the text at a span; the label is printed next to the caret.
     pub fn error(
         &self,
         kind: ErrorKind,
@@ -334,29 +346,29 @@ impl Source {
         self.at(span).error(kind, message, label)
     }
 
-    /// The text under a span, to point at.
+    /// The location of the text at a span, for messages.
     pub const fn at(&self, span: Span) -> Location<'_> {
         Location(Within::Text(self, span))
     }
 
-    /// A byte of a binary file, to point at.
+    /// The location of a byte of a binary file, for messages.
     pub const fn at_byte(&self, offset: usize) -> Location<'_> {
         Location(Within::Byte(self, offset))
     }
 
-    /// The file, to point at as a whole.
+    /// The file as a whole, for messages.
     pub const fn whole(&self) -> Location<'_> {
         Location(Within::File(self))
     }
 
-    /// `file:line:column` of the start of a span.
+    /// The start of a span as `file:line:column`.
     pub fn short(&self, span: Span) -> String {
         let (line, start) = self.line_of(span.start);
         let column = char_count(&self.bytes[start..span.start.min(self.bytes.len())]) + 1;
         format!("{}:{}:{}", self.name, line, column)
     }
 
-    /// Line number (from one) and the offset of its first byte.
+    /// The number of the line of an offset (from one), and the offset of its first byte.
     fn line_of(&self, offset: usize) -> (usize, usize) {
         let offset = offset.min(self.bytes.len());
         let starts = self.line_starts.get_or_init(|| {
@@ -369,7 +381,9 @@ impl Source {
         (line, starts[line - 1])
     }
 
+    /// The line and the column of a span, with an excerpt of the line.
     fn text_place(&self, span: Span) -> TextPlace {
+        // Find the line and the column.
         let start = span.start.min(self.bytes.len());
         let (line, line_start) = self.line_of(start);
         let line_end = self.bytes[line_start..]
@@ -378,11 +392,12 @@ impl Source {
             .map_or(self.bytes.len(), |n| line_start + n);
         let start = start.min(line_end);
         let column = char_count(&self.bytes[line_start..start]);
-        // A character has at most four bytes, so these windows hold enough of the line.
+        // Take enough of the line before and after the caret: a character has at most four bytes.
         let from = line_start.max(start.saturating_sub(4 * SHOWN_BEFORE));
         let to = line_end.min(start + 4 * SHOWN_AFTER);
         let before: Vec<char> = clean(&self.bytes[from..start]);
         let after: Vec<char> = clean(&self.bytes[start..to]);
+        // Shorten both parts, with ellipses where the line was cut off.
         let cut_before = before.len().saturating_sub(SHOWN_BEFORE);
         let mut excerpt = String::new();
         if cut_before > 0 || from > line_start {
@@ -396,6 +411,7 @@ impl Source {
         if after.len() > SHOWN_AFTER || to < line_end {
             excerpt.push('…');
         }
+        // Underline the span as far as it is shown.
         let end = span.end.clamp(start, line_end);
         let width = char_count(&self.bytes[start..end.min(to)]);
         TextPlace {
@@ -408,12 +424,13 @@ impl Source {
     }
 }
 
+/// The number of characters of a text.
 fn char_count(bytes: &[u8]) -> usize {
     String::from_utf8_lossy(bytes).chars().count()
 }
 
-/// The characters of a piece of a line, with control characters shown as blanks so that the
-/// caret stays under its text.
+/// The characters of a part of a line. Control characters become blanks, so that the caret is under
+/// its text.
 fn clean(bytes: &[u8]) -> Vec<char> {
     String::from_utf8_lossy(bytes)
         .chars()

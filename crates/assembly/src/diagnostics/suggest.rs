@@ -1,7 +1,7 @@
-//! The nearest known name for a misspelt one, and names that fit a message.
+//! Suggestions for misspelt names, and the shortening of names in messages.
 
-/// A name that is short enough for a message: 40 characters of it, the last an ellipsis if there
-/// are more.
+/// A name that is short enough for a message: at most 40 characters, the last of which is an
+/// ellipsis if the name is longer.
 pub fn shorten(text: &str) -> String {
     if text.chars().count() <= 40 {
         text.to_owned()
@@ -10,12 +10,12 @@ pub fn shorten(text: &str) -> String {
     }
 }
 
-/// Names that are looked at: broken files may have many.
+/// The largest number of names that are compared, as damaged files may have many.
 const MAX_CANDIDATES: usize = 1000;
 
 /// The candidate that differs from `word` by the fewest edits (insertions, deletions, replacements
-/// and swaps of neighbours), if few enough: a third of its length, at least one, and letter case
-/// counts nothing.
+/// and swaps of neighbours). There may be as many edits as a third of the word's length, or one if
+/// that is more; the case of letters does not matter.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower =
         |word: &str| -> String { word.chars().take(64).flat_map(char::to_lowercase).collect() };

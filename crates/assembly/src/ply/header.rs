@@ -1,4 +1,4 @@
-//! The text at the start of a PLY file.
+//! The header of a PLY file, a text that describes the elements and their properties.
 
 use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 
@@ -10,7 +10,7 @@ pub(super) enum Format {
     Big,
 }
 
-/// A number's type.
+/// The type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scalar {
     I8,
@@ -23,7 +23,7 @@ pub(super) enum Scalar {
     F64,
 }
 
-/// Types under their older and their newer name, with their bytes.
+/// The types with their older and their newer name, and their numbers of bytes.
 const SCALARS: [(Scalar, [&str; 2], usize); 8] = [
     (Scalar::I8, ["char", "int8"], 1),
     (Scalar::U8, ["uchar", "uint8"], 1),
@@ -36,14 +36,17 @@ const SCALARS: [(Scalar, [&str; 2], usize); 8] = [
 ];
 
 impl Scalar {
+    /// The number of bytes.
     pub(super) const fn size(self) -> usize {
         SCALARS[self as usize].2
     }
 
+    /// Whether it is a floating-point type.
     pub(super) const fn is_float(self) -> bool {
         matches!(self, Self::F32 | Self::F64)
     }
 
+    /// The type of a name.
     fn named(name: &str) -> std::result::Result<Self, String> {
         let found = SCALARS.iter().find(|(_, names, _)| names.contains(&name));
         found.map(|found| found.0).ok_or_else(|| {
@@ -56,15 +59,18 @@ impl Scalar {
     }
 }
 
-/// A property of an element, a value in each row: a number, or a list behind its length.
+/// A property of an element, of which each row has a value: a number, or a list with its length
+/// before it.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub(super) name: String,
-    /// The type of a list's length.
+    /// The type of a list's length; `None` for a number.
     pub(super) length: Option<Scalar>,
+    /// The type of the number, or of the numbers in the list.
     pub(super) item: Scalar,
 }
 
+/// An element, such as `vertex` or `face`: a table with a number of rows.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) name: String,
@@ -72,33 +78,37 @@ pub(super) struct Element {
     pub(super) properties: Vec<Property>,
 }
 
+/// The header of a file.
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,
     /// The offset at which the rows start.
     pub(super) body: usize,
-    /// The line `end_header`.
+    /// The position of the line `end_header`.
     pub(super) span: Span,
 }
 
-/// Most elements and properties that a header may have; ordinary files have a dozen.
+/// The largest number of elements and properties of a header; ordinary files have a dozen.
 const MAX_ENTRIES: usize = 1000;
 
-/// Makes an error at a line, of a message and a label.
+/// A function that makes an error at a line from a message and a label.
 type Bad<'a> = &'a dyn Fn(String, &str) -> SceneError;
 
 impl Header {
+    /// Reads the header of a file.
     pub(super) fn parse(source: &Source) -> Result<Self> {
+        // Check the first line.
         let mut at = 0;
         if source.text(next_line(source, &mut at)).trim_end() != "ply" {
-            // What other files hold is nobody's business.
+            // The message must not quote the file: a scene could name any file of the machine.
             let whole = source.whole();
             let error = whole.error(ErrorKind::Syntax, "this is no PLY file", "");
             return Err(error.note("expected `ply` on the first line"));
         }
         let (mut format, mut elements, mut entries) = (None, Vec::<Element>::new(), 0);
         while at < source.bytes().len() {
+            // Read a line, up to `end_header`.
             let span = next_line(source, &mut at);
             let text = source.text(span);
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
@@ -127,14 +137,15 @@ impl Header {
                 }
                 [word, ..] => {
                     let names = ["comment", "format", "element", "property", "end_header"];
-                    // Some writers break comments into several lines; a slip of the pen in a
-                    // keyword is another matter.
+                    // Ignore unknown lines, as some writers break comments into several lines; but
+                    // refuse a misspelt keyword.
                     if let Some(near) = nearest(word, names) {
                         let message = format!("unknown line `{}` in the PLY header", shorten(word));
                         return Err(bad(message, "").suggest(Some(near)));
                     }
                 }
             }
+            // Limit the length of the header.
             entries += usize::from(matches!(words[..], ["element" | "property", ..]));
             if entries > MAX_ENTRIES {
                 let (kind, message) = (ErrorKind::Limit, "the PLY header is too long");
@@ -147,7 +158,7 @@ impl Header {
     }
 }
 
-/// Parses the words after `format`.
+/// Reads the words after `format`.
 fn parse_format(words: &[&str], bad: Bad<'_>) -> Result<Format> {
     const NAMES: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
     let what = match words {
@@ -169,6 +180,7 @@ fn parse_format(words: &[&str], bad: Bad<'_>) -> Result<Format> {
     Err(bad(format!("the `format` of the PLY file {what}"), label))
 }
 
+/// Reads the name and the number of rows of an element, which must not be described before.
 fn parse_element(before: &[Element], name: &str, count: &str, bad: Bad<'_>) -> Result<Element> {
     if before.iter().any(|e| e.name == name) {
         let message = format!("element `{}` is described twice", shorten(name));
@@ -182,6 +194,7 @@ fn parse_element(before: &[Element], name: &str, count: &str, bad: Bad<'_>) -> R
     })
 }
 
+/// Reads the words after `property`.
 fn parse_property(words: &[&str]) -> std::result::Result<Property, String> {
     let (length, item, name) = match words {
         ["list", length, item, name] => (Some(Scalar::named(length)?), item, name),
@@ -195,10 +208,10 @@ fn parse_property(words: &[&str]) -> std::result::Result<Property, String> {
     Ok(Property { name, length, item })
 }
 
-/// The line that starts at a byte, and ends in LF, CR LF or CR; goes on to the next.
+/// The line that begins at `at` and ends in LF, CR LF or CR; moves `at` to the next line.
 fn next_line(source: &Source, at: &mut usize) -> Span {
     let rest = &source.bytes()[*at..];
-    // A header line is short; a binary file without line ends is no header.
+    // Do not search a binary file without line ends to its end: lines of a header are short.
     let mut window = rest.iter().take(1 << 16);
     let length = window.position(|b| matches!(b, b'\n' | b'\r'));
     let span = Span::new(*at, *at + length.unwrap_or(rest.len()));

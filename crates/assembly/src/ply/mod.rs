@@ -1,8 +1,10 @@
-//! PLY meshes: ASCII and binary of either byte order, with polygons cut into triangles.
+//! The reader of PLY meshes, in ASCII and in binary with either byte order. Polygons are
+//! triangulated.
 //!
-//! Read are the vertex properties `x y z`, `nx ny nz` and `u v` (or `s t`, `texture_u texture_v`)
-//! and the face list `vertex_indices` (or `vertex_index`); everything else is read past. Counts in
-//! the header are checked against the size of the file before anything is allocated.
+//! It reads the vertex properties `x y z`, `nx ny nz` and `u v` (or `s t`, `texture_u texture_v`,
+//! `texture_s texture_t`) and the face list `vertex_indices` (or `vertex_index`), and skips
+//! everything else. The counts in the header are compared with the size of the file before memory
+//! is allocated.
 
 mod header;
 mod rows;
@@ -16,15 +18,16 @@ use linelit_geometry::DVec3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use std::path::Path;
 
-/// Reads a scene that is one mesh of the default material, seen by a camera that frames it.
+/// Reads a scene of one mesh with the default material, and a camera that sees all of it.
 ///
 /// # Errors
-/// Whatever is wrong with the file, with its place; when [`LoadOptions::strict`] also what is
-/// merely not supported.
+/// The first error in the file, with its position. With [`LoadOptions::strict`], contents that are
+/// not supported are errors, too.
 pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     about_its_middle(options, |options| scene(source, path, options))
 }
 
+/// Reads a scene with vertices relative to the origin in the options.
 fn scene(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut base = Assembly::new(path, source.bytes().len(), options);
     let Mesh { mesh, left_out } = read(source)?;
@@ -40,16 +43,16 @@ fn scene(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<
 /// The contents of a file.
 #[derive(Debug)]
 pub struct Mesh {
-    /// Vertices, and polygons cut into triangles.
+    /// The vertices, and the triangles of all polygons.
     pub mesh: MeshData,
-    /// The names of other contents, for warnings.
+    /// Warnings that name contents which were not read.
     pub left_out: Vec<String>,
 }
 
 /// Reads a mesh.
 ///
 /// # Errors
-/// Whatever is wrong with the file, with its place.
+/// The first error in the file, with its position.
 pub fn read(source: &Source) -> Result<Mesh> {
     let header = Header::parse(source)?;
     let mut sink = Sink::new(source, &header)?;
@@ -59,10 +62,11 @@ pub fn read(source: &Source) -> Result<Mesh> {
     Ok(Mesh { mesh, left_out })
 }
 
-/// Reads the positions of the vertices, and the corners of each polygon, uncut.
+/// Reads the positions of the vertices, and the corners of each polygon, without triangulating
+/// them.
 ///
 /// # Errors
-/// As [`read`].
+/// The same as for [`read`].
 pub fn read_polygons(source: &Source) -> Result<(Vec<DVec3>, Vec<Vec<u32>>)> {
     let header = Header::parse(source)?;
     let mut sink = Sink::new(source, &header)?;
@@ -71,10 +75,10 @@ pub fn read_polygons(source: &Source) -> Result<(Vec<DVec3>, Vec<Vec<u32>>)> {
     Ok((sink.mesh.positions, sink.polygons.unwrap_or_default()))
 }
 
-/// Names that a warning lists.
+/// The largest number of names that a warning lists.
 const LISTED: usize = 12;
 
-/// The role of an element's rows.
+/// The use of an element's rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Vertex,
@@ -82,29 +86,35 @@ enum Role {
     Skip,
 }
 
-/// Takes the rows of the elements.
+/// Makes a mesh of the rows of vertices and faces that the reader passes to it.
 #[derive(Debug)]
 struct Sink {
     mesh: MeshData,
-    /// Polygons that are not to be cut, if that is asked.
+    /// The polygons, if they are not to be triangulated.
     polygons: Option<Vec<Vec<u32>>>,
+    /// The number of faces so far.
     faces: usize,
     /// The index of the element of vertices.
     vertex: usize,
+    /// The index of the element of faces.
     face: Option<usize>,
+    /// The number of vertices in the header.
     vertex_count: usize,
-    /// Among the properties of a vertex.
+    /// The indices of x, y and z among the properties of a vertex.
     position: [usize; 3],
+    /// The indices of the normal's components among them.
     normal: Option<[usize; 3]>,
+    /// The indices of the texture coordinates among them.
     uv: Option<[usize; 2]>,
-    /// The list of corners among the properties of a face.
+    /// The index of the list of corners among the properties of a face.
     indices: usize,
 }
 
-/// Why a row was refused; the readers add the place.
+/// The result for a row, whose error gets its position from the reader.
 type RowResult = std::result::Result<(), String>;
 
 impl Sink {
+    /// Finds the elements and properties in the header.
     fn new(source: &Source, header: &Header) -> Result<Self> {
         let find = |name: &str| header.elements.iter().position(|e| e.name == name);
         let missing = |what: &str| {
@@ -112,6 +122,7 @@ impl Sink {
             let at = source.at(header.span);
             at.error(ErrorKind::MissingParameter, message, "the header ends here")
         };
+        // Find the elements, and the list of corners.
         let vertex = find("vertex").ok_or_else(|| missing("element `vertex`"))?;
         let element = &header.elements[vertex];
         let face = find("face");
@@ -123,6 +134,7 @@ impl Sink {
             let list = header.elements[f].properties.iter().position(is_list);
             list.ok_or_else(|| missing("face property list `vertex_indices`"))
         });
+        // Find the properties of vertices, under the first names of texture coordinates that exist.
         let uvs = ["u v", "s t", "texture_u texture_v", "texture_s texture_t"];
         Ok(Self {
             mesh: MeshData::default(),
@@ -139,6 +151,7 @@ impl Sink {
         })
     }
 
+    /// The use of the rows of an element.
     fn role(&self, element: usize) -> Role {
         if element == self.vertex {
             Role::Vertex
@@ -149,10 +162,11 @@ impl Sink {
         }
     }
 
-    /// Returns the names of elements and properties that are not read.
+    /// Warnings with the names of elements and properties that are not read.
     fn left_out(&self, header: &Header) -> Vec<String> {
-        // What every mesh tool writes and no renderer needs.
+        /// Elements that mesh tools write often and renderers do not need.
         const SILENT: [&str; 2] = ["edge", "camera"];
+        // Collect the names of properties and elements that have rows and are not read.
         let of_vertex = self.position.iter().chain(self.normal.iter().flatten());
         let of_vertex: Vec<usize> = of_vertex.chain(self.uv.iter().flatten()).copied().collect();
         let unread = |element: usize, read: &[usize]| -> Vec<&str> {
@@ -166,6 +180,7 @@ impl Sink {
         let elements = header.elements.iter().enumerate().filter(|(k, e)| {
             self.role(*k) == Role::Skip && e.count > 0 && !SILENT.contains(&e.name.as_str())
         });
+        // Make a warning for each list of names that is not empty.
         let list = |what: &str, names: Vec<&str>| {
             let shown = names.iter().take(LISTED);
             let shown: Vec<_> = shown.map(|n| format!("`{}`", shorten(n))).collect();
@@ -183,6 +198,7 @@ impl Sink {
         .collect()
     }
 
+    /// Reserves memory for a number of rows.
     fn reserve(&mut self, role: Role, rows: usize) {
         match role {
             Role::Vertex => {
@@ -195,6 +211,8 @@ impl Sink {
         }
     }
 
+    /// Adds a vertex by the numbers of its row. A position that is not finite is an error; other
+    /// attributes become zero.
     #[allow(
         clippy::cast_possible_truncation,
         reason = "normals and texture coordinates are f32"
@@ -221,12 +239,13 @@ impl Sink {
         Ok(())
     }
 
-    /// A face of three corners, as little-endian bytes; false if one is out of range.
+    /// Adds a face of three corners, given as little-endian bytes. The result is false, and the
+    /// face not added, if an index is out of range.
     fn triangle(&mut self, corners: &[[u8; 4]]) -> bool {
         let count = self.vertex_count;
         let index = |k: usize| u32::from_le_bytes(corners[k]);
         let triangle = [index(0), index(1), index(2)];
-        // What is negative is beyond 2^31 here, which would be an error as well.
+        // Negative indices are read as numbers from 2^31 on, which are refused as well.
         let fits = triangle
             .iter()
             .all(|i| (*i as usize) < count && *i < 1 << 31);
@@ -240,6 +259,7 @@ impl Sink {
         fits
     }
 
+    /// Adds a face by the list of its corners.
     fn face(&mut self, indices: &[f64]) -> RowResult {
         let (number, count) = (self.faces, self.vertex_count);
         self.faces += 1;
@@ -256,12 +276,14 @@ impl Sink {
                 "face {number} refers to vertex {i}, but there are {count} vertices"
             ))
         };
+        // Add a triangle.
         if let (None, [a, b, c]) = (&self.polygons, indices) {
             self.mesh
                 .triangles
                 .push([index(*a)?, index(*b)?, index(*c)?]);
             return Ok(());
         }
+        // Add a polygon as it is, or triangulated.
         let corners = indices.iter().map(|i| index(*i));
         let corners: Vec<u32> = corners.collect::<std::result::Result<_, _>>()?;
         if corners.len() < 3 {
@@ -271,7 +293,7 @@ impl Sink {
             polygons.push(corners);
             return Ok(());
         }
-        // Where vertices come behind the faces, polygons are fans.
+        // If the vertices come after the faces, their positions are not known: make a fan.
         if self.mesh.positions.len() < count {
             let fan = corners[1..]
                 .windows(2)
@@ -284,7 +306,7 @@ impl Sink {
     }
 }
 
-/// The numbers of the scalar properties of these names, if all are there.
+/// The indices of the scalar properties with these names, if all of them exist.
 fn columns<const N: usize>(element: &Element, names: &str) -> Option<[usize; N]> {
     let find = |name| {
         let mut all = element.properties.iter();

@@ -1,31 +1,34 @@
-//! The rows behind the header, as text or as bytes.
+//! The rows after the header of a PLY file, as text or as bytes. They are read number by number;
+//! binary rows with the usual types are read at once, which is faster.
 
 use super::header::{Element, Format, Header, Property, Scalar};
 use super::{Role, Sink};
 use crate::diagnostics::{ErrorKind, Location, Result, SceneError, Source, Span, shorten};
 use linelit_geometry::stop;
 
-/// Why a number was not read.
+/// The reason why a number was not read.
 enum Stop {
-    /// The file ends.
+    /// The file has ended.
     End,
+    /// The number is not valid.
     Bad(SceneError),
 }
 
-/// The numbers of a file, one after another.
+/// The numbers of a file, which are read one after another.
 struct Numbers<'a> {
     source: &'a Source,
     format: Format,
-    /// The offset at which the next number starts, but for white space.
+    /// The offset of the next number, or of white space before it.
     at: usize,
 }
 
-/// Hands all rows to the sink.
+/// Reads all rows, and passes those of vertices and faces to the sink.
 pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<()> {
     let (format, at) = (header.format, header.body);
     let mut numbers = Numbers { source, format, at };
     let (mut values, mut list) = (Vec::new(), Vec::new());
     for (i, element) in header.elements.iter().enumerate() {
+        // Check that the file can have this number of rows: lists are empty at least.
         let first = |p: &Property| numbers.least(p.length.unwrap_or(p.item));
         let least: usize = element.properties.iter().map(first).sum();
         if least == 0 {
@@ -43,6 +46,7 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
             let error = truncated(&numbers, left / least);
             return Err(error.note(format!("the header promises {rows}")));
         }
+        // Reserve memory, and read the rows.
         let role = sink.role(i);
         sink.reserve(role, count.min(left / least + 1));
         let is_plain = numbers.is_plain(role, element);
@@ -51,6 +55,7 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
             if is_plain && numbers.plain(role, element, &mut values, sink) {
                 continue;
             }
+            // Read a row number by number, and pass it to the sink.
             let start = numbers.next_start();
             let wanted = (role == Role::Face).then_some(sink.indices);
             match numbers.row(element, wanted, &mut values, &mut list) {
@@ -71,8 +76,8 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
 }
 
 impl Numbers<'_> {
-    /// Whether rows are what most files have: vertices of little-endian `float`s alone, faces of
-    /// one list of `int`s behind a `uchar`.
+    /// Whether an element has the types that most files use: vertices with little-endian `float`s
+    /// only, or faces with one list of `int`s whose length is a `uchar`.
     fn is_plain(&self, role: Role, element: &Element) -> bool {
         let scalars = |p: &Property| p.length.is_none() && p.item == Scalar::F32;
         let corners = |p: &Property| (p.length, p.item) == (Some(Scalar::U8), Scalar::I32);
@@ -85,8 +90,9 @@ impl Numbers<'_> {
             }
     }
 
-    /// Takes a row of such an element at once, twice as fast as number by number; false, and
-    /// nothing is taken, of a polygon and of what is wrong.
+    /// Reads a row of such an element at once, twice as fast as number by number. The result is
+    /// false, and nothing is read, for polygons with more than three corners and for rows that are
+    /// not valid.
     #[inline]
     fn plain(
         &mut self,
@@ -97,10 +103,12 @@ impl Numbers<'_> {
     ) -> bool {
         let rest = &self.source.bytes()[self.at..];
         let size = if role == Role::Face {
+            // A triangle has 13 bytes: the length 3 and three indices.
             let corners = rest.first_chunk::<13>().filter(|row| row[0] == 3);
             let taken = corners.is_some_and(|row| sink.triangle(row[1..].as_chunks::<4>().0));
             if taken { 13 } else { 0 }
         } else {
+            // A vertex has four bytes for each property.
             let row = rest.get(..4 * element.properties.len()).unwrap_or_default();
             let numbers = row.as_chunks::<4>().0.iter();
             values.clear();
@@ -116,7 +124,8 @@ impl Numbers<'_> {
         size > 0
     }
 
-    /// One row: its numbers with a zero for each list, and the list that is wanted.
+    /// Reads one row: `values` gets its numbers, with a zero for each list, and `list` gets the
+    /// list with the index `wanted`.
     fn row(
         &mut self,
         element: &Element,
@@ -127,10 +136,12 @@ impl Numbers<'_> {
         values.clear();
         list.clear();
         for (i, property) in element.properties.iter().enumerate() {
+            // Read a number.
             let Some(length) = property.length else {
                 values.push(self.next(property.item, false)?);
                 continue;
             };
+            // Read the length of a list, and check that the file can have such a list.
             values.push(0.0);
             let start = self.next_start();
             let count = self.next(length, true)?;
@@ -146,10 +157,11 @@ impl Numbers<'_> {
                 reason = "an integer, just checked to be in range"
             )]
             let count = count as usize;
-            // The last word of a text needs no separator behind it.
+            // (The last word of a text needs no separator after it.)
             if count.saturating_mul(self.least(property.item)) > self.left() + 1 {
                 return Err(Stop::End);
             }
+            // Read the list; its numbers must be integers if it is the wanted one.
             let is_wanted = wanted == Some(i);
             for _ in 0..count {
                 let item = self.next(property.item, is_wanted)?;
@@ -161,12 +173,12 @@ impl Numbers<'_> {
         Ok(())
     }
 
-    /// Bytes behind the numbers so far.
+    /// The number of bytes that have not been read.
     fn left(&self) -> usize {
         self.source.bytes().len() - self.at
     }
 
-    /// Fewest bytes of a number: as text, a digit and a separator.
+    /// The least number of bytes of a number; in a text, it is a digit and a separator.
     fn least(&self, scalar: Scalar) -> usize {
         if self.format == Format::Ascii {
             2
@@ -175,7 +187,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// Returns the offset at which the next number starts.
+    /// The offset of the next number, after white space.
     fn next_start(&self) -> usize {
         let rest = &self.source.bytes()[self.at..];
         match self.format {
@@ -184,7 +196,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// Returns the location of the text read since `start`, to point at.
+    /// The location of the text that was read since `start`, for messages.
     fn since(&self, start: usize) -> Location<'_> {
         match self.format {
             Format::Ascii => self.source.at(Span::new(start, self.at.max(start))),
@@ -192,7 +204,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// The next number; `whole`: it must be an integer.
+    /// Reads the next number. `whole` says that it must be an integer.
     #[inline]
     fn next(&mut self, scalar: Scalar, whole: bool) -> std::result::Result<f64, Stop> {
         if self.format == Format::Ascii {
@@ -210,7 +222,7 @@ impl Numbers<'_> {
         })
     }
 
-    /// The next bytes, the least significant first.
+    /// Reads the next `N` bytes, and returns them with the least significant first.
     #[inline]
     fn take<const N: usize>(&mut self) -> std::result::Result<[u8; N], Stop> {
         let rest = self.source.bytes().get(self.at..);
@@ -222,8 +234,9 @@ impl Numbers<'_> {
         Ok(bytes)
     }
 
-    /// The next word.
+    /// Reads the next word of a text as a number.
     fn word(&mut self, whole: bool) -> std::result::Result<f64, Stop> {
+        // Find the word.
         let start = self.next_start();
         let rest = &self.source.bytes()[start..];
         let length = rest.iter().position(u8::is_ascii_whitespace);
@@ -232,8 +245,8 @@ impl Numbers<'_> {
         if word.is_empty() {
             return Err(Stop::End);
         }
+        // Convert it. Some writers write indices as `3.0`, which count as integers.
         let value = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
-        // Some writers put indices as `3.0`.
         let value = value.filter(|v: &f64| !whole || v.fract().abs() <= 0.0);
         value.ok_or_else(|| {
             let what = if whole { "an integer" } else { "a number" };

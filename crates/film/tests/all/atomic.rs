@@ -1,4 +1,5 @@
-//! What writing leaves behind: links, read-only files, files of killed processes.
+//! Tests of the atomic writing of files: symbolic links, read-only files, and temporary files of
+//! killed processes.
 #![cfg(unix)]
 
 use std::fs::{self, File};
@@ -22,7 +23,7 @@ fn a_link_stays_and_its_file_is_replaced() {
     assert!(!folder.join("far/picture").is_symlink());
     assert_eq!(fs::read(folder.join("far/picture")).unwrap(), b"new");
 
-    // A link to what is not there yet.
+    // A link to a file that does not exist yet: writing creates that file and keeps the link.
     symlink("far/none", folder.join("three")).unwrap();
     check_writable(&folder.join("three")).unwrap();
     assert!(!folder.join("far/none").exists());
@@ -80,7 +81,8 @@ fn what_killed_writers_left_is_removed() {
     let own = std::process::id();
     let stale = format!(".a.exr.{NO_PROCESS}-0.tmp");
     let kept = [
-        // Of another file, of a living process, not ours, and locked by who writes it.
+        // In this order: a temporary file of another picture, one of a living process, a file with
+        // a name that linelit never gives, and one that its writer has locked.
         format!(".b.exr.{NO_PROCESS}-0.tmp"),
         format!(".a.exr.{own}-999.tmp"),
         ".a.exr.notes.tmp".to_owned(),

@@ -1,4 +1,4 @@
-//! Whole files: round trips, and damage that must not panic.
+//! Tests of whole files: what is written is read again, and damaged files do not cause a panic.
 
 use std::fs;
 use std::path::Path;
@@ -79,7 +79,7 @@ fn an_exr_document_comes_back_bit_for_bit() {
     );
 }
 
-/// The layers that a file without a picture of its own has are named.
+/// The error for a file without a main picture names the layers that it has.
 #[test]
 fn a_file_of_several_layers_has_no_picture_by_itself() {
     let folder = Folder::new("film-layers");
@@ -106,7 +106,7 @@ fn a_file_of_several_layers_has_no_picture_by_itself() {
     let grey = |value| Image::from_fn(2, 1, |_, _| [value; 3]);
     let specular = Image::read_layer(&path, Some("specular"));
     assert_eq!(specular.unwrap(), grey(0.25));
-    // Of a single one with colour there is no doubt.
+    // A single layer with colours is the main picture whatever its name is.
     document.layers.remove(1);
     document.write(&path).unwrap();
     assert_eq!(Image::read(&path).unwrap(), grey(0.5));
@@ -131,7 +131,7 @@ fn pictures_that_are_parts_of_one_say_where_they_lie() {
         })
     };
     assert_eq!(decoded(None), None);
-    // Another name of the corner is no other place.
+    // A picture that is whole needs no warning, whatever the coordinates of its corner are.
     assert_eq!(decoded(at([0, 0], [2, 1], [7, -8])), None);
     for (origin, corner) in [([3, 0], [0, 0]), ([-1, 2], [4, 4])] {
         let warning = decoded(at(origin, [16, 9], corner)).unwrap();
@@ -143,14 +143,15 @@ fn pictures_that_are_parts_of_one_say_where_they_lie() {
 
 #[test]
 fn equal_documents_are_equal_files() {
-    // Hash maps with random order stand behind the metadata of the exr crate.
+    // The exr crate keeps metadata in hash maps of random order, which must not show in the file.
     let first = document().encode().unwrap();
     for _ in 0..8 {
         assert_eq!(document().encode().unwrap(), first);
     }
 }
 
-/// Blocks of 16 rows and fewer, of noise, which is stored as it is, and of what shrinks.
+/// The picture has blocks of 16 rows and a last one of fewer. Some blocks are noise, which does not
+/// shrink and is stored uncompressed, and some can be compressed.
 #[test]
 fn every_compression_comes_back_bit_for_bit_from_any_number_of_threads() {
     const SIZE: [u32; 2] = [37, 300];
@@ -257,7 +258,7 @@ fn writing_replaces_whole_files_and_leaves_nothing_behind() {
     assert_eq!(fs::read(&path).unwrap(), b"new");
     assert_eq!(folder.names(), ["x.txt"]);
     write_atomically(&folder.join("deeper/still/y"), b"1").unwrap();
-    // A folder stands where the file should go.
+    // A folder already has the name that the file should get.
     let error = write_atomically(&folder.join("deeper"), b"2").unwrap_err();
     assert!(
         error.to_string().contains("deeper: cannot write"),
@@ -298,7 +299,7 @@ fn a_header_that_promises_terabytes_is_refused() {
     let mut bytes = document().encode().unwrap();
     let name = b"dataWindow\0box2i\0";
     let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
-    // Only the width: the height would contradict the number of chunks.
+    // Change only the width, because the height must agree with the number of chunks.
     bytes[at + 8..at + 12].copy_from_slice(&900_000_000_i32.to_le_bytes());
     let error = decode_exr(&bytes).unwrap_err();
     assert!(
@@ -307,14 +308,15 @@ fn a_header_that_promises_terabytes_is_refused() {
     );
 }
 
-/// What a picture takes is asked before it is unpacked: 12 bytes a pixel, and the largest block.
+/// The memory that a picture needs is checked before it is unpacked. It is 12 bytes for each pixel
+/// plus the largest block.
 #[test]
 fn pictures_beyond_the_limit_are_refused_with_the_numbers() {
     let mut document = Document::new(100, 50);
     document.add_image("", &Image::new(100, 50)).unwrap();
     document.add_scalar("depth", vec![0.0; 5000]).unwrap();
     let bytes = document.encode().unwrap();
-    // Blocks of 16 rows of four channels.
+    // The largest block has 16 rows of 100 pixels with four channels of 4 bytes.
     let needed = 5000 * 12 + 100 * 16 * 4 * 4;
     assert_eq!(
         Image::from_bytes(&bytes, needed).unwrap(),

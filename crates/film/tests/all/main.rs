@@ -1,4 +1,4 @@
-//! Whole files: round trips, damage, and what writing leaves behind.
+//! Tests of whole files: round trips, damage, and atomic writing.
 
 mod atomic;
 mod files;

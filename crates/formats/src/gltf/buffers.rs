@@ -1,4 +1,4 @@
-//! Buffers, views and accessors: the binary side of a glTF file.
+//! Buffers, views and accessors: the binary data of a glTF file, decoded to numbers.
 
 use super::Reader;
 use super::document::{Document, List, Raw};
@@ -13,43 +13,48 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Numbers that may be decoded however small the buffers are.
+/// The number of numbers that may be decoded for buffers of any size, in addition to one for each
+/// byte.
 pub(super) const FREE_NUMBERS: usize = 1 << 24;
 
 /// A part of a buffer.
 pub(super) struct View {
     data: Arc<[u8]>,
     range: Range<usize>,
+    /// The distance between elements in bytes, if it is given.
     stride: Option<usize>,
 }
 
 impl View {
+    /// The bytes of the view.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.data[self.range.clone()]
     }
 }
 
-/// Numbers of an accessor.
+/// The decoded numbers of an accessor.
 #[derive(Debug)]
 pub(super) struct Numbers {
-    /// Per element.
+    /// The number of numbers in each element.
     pub(super) width: usize,
     pub(super) values: Vec<f64>,
 }
 
 impl<'a> Reader<'a> {
+    /// The bytes of a buffer, which are loaded once.
     fn buffer(&mut self, index: usize, raw: Raw<'a>) -> Result<Arc<[u8]>> {
         let doc = self.doc;
         if let Some(data) = &self.buffers[index] {
             return Ok(Arc::clone(data));
         }
+        // Load the data from a URI, or take the binary chunk of a GLB file.
         let node: buffer::Buffer = doc.read(raw)?;
         let data: Arc<[u8]> = match &node.uri {
             Some(uri) => self.load_uri(uri, doc.find(raw, &["uri"]))?.into(),
             None => match &self.binary {
                 Some(data) if index == 0 => Arc::clone(data),
                 _ => {
-                    // What an extension keeps of it elsewhere cannot be read.
+                    // Name the extension that has the data in a form of its own, if there is one.
                     let extension = doc.extensions(raw).into_keys().min();
                     let (kind, message) = match extension {
                         Some(name) => {
@@ -66,18 +71,19 @@ impl<'a> Reader<'a> {
                 }
             },
         };
+        // Check the length, and allow one decoded number for each byte.
         let length = size(node.byte_length);
         if data.len() < length {
             let message = format!("a buffer of {} bytes should have {length}", data.len());
             return Err(doc.error(ErrorKind::Truncated, message, raw, "too short"));
         }
-        // Bytes that nobody shares are decoded at most once, as one number each.
+        // (Accessors that do not overlap have at most one number for each byte.)
         self.numbers_left = self.numbers_left.saturating_add(data.len());
         self.buffers[index] = Some(Arc::clone(&data));
         Ok(data)
     }
 
-    /// The bytes of a view and its stride, if it has one.
+    /// Reads a view: its bytes, and its stride if it has one.
     pub(super) fn view(&mut self, raw: Raw<'a>) -> Result<View> {
         let doc = self.doc;
         let node: buffer::View = doc.read(raw)?;
@@ -101,18 +107,21 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns all numbers of an accessor, which `from` names under a key.
+    /// All numbers of the accessor to which the object `from` refers under a key. They are decoded
+    /// once.
     pub(super) fn numbers(
         &mut self,
         index: usize,
         from: Raw<'a>,
         key: &str,
     ) -> Result<Rc<Numbers>> {
+        // Look for the accessor among those that have been decoded.
         let doc = self.doc;
         let raw = doc.element(List::Accessors, index, from, key)?;
         if let Some(numbers) = self.accessors.get(&index) {
             return Ok(Rc::clone(numbers));
         }
+        // Decode the elements of its view, or begin with zeros.
         let node: Accessor = doc.read(raw)?;
         let layout = Layout::new(doc, &node, raw)?;
         let mut values = match node.buffer_view {
@@ -130,6 +139,7 @@ impl<'a> Reader<'a> {
                 zeros(doc, raw, layout, self.base.max_triangles)?
             }
         };
+        // Replace single elements.
         if let Some(sparse) = &node.sparse {
             self.sparse(sparse, raw, layout, &mut values)?;
         }
@@ -139,7 +149,7 @@ impl<'a> Reader<'a> {
         Ok(numbers)
     }
 
-    /// `layout.count` elements of a view, from an offset on.
+    /// Decodes `layout.count` elements of a view, from an offset in bytes on.
     fn dense(
         &mut self,
         node: Raw<'a>,
@@ -159,6 +169,7 @@ impl<'a> Reader<'a> {
             count,
             normalized,
         } = layout;
+        // Check that the elements are within the view, and the number of numbers within the limit.
         let size = width * component.size();
         let stride = stride.unwrap_or(size);
         let bytes = &data[range];
@@ -179,6 +190,7 @@ impl<'a> Reader<'a> {
             return Err(doc.error(ErrorKind::Limit, message, node, "one too many"));
         };
         self.numbers_left = left;
+        // Decode them, as fractions if they are normalised integers.
         let mut values = Vec::with_capacity(count * width);
         for k in 0..count {
             stop::check();
@@ -194,7 +206,7 @@ impl<'a> Reader<'a> {
         Ok(values)
     }
 
-    /// Replaces single elements.
+    /// Replaces single elements by the sparse values of an accessor.
     fn sparse(
         &mut self,
         sparse: &sparse::Sparse,
@@ -202,6 +214,7 @@ impl<'a> Reader<'a> {
         layout: Layout,
         values: &mut [f64],
     ) -> Result<()> {
+        // Decode the indices of the elements.
         let doc = self.doc;
         let part = |key: &str| doc.find(raw, &["sparse", key]);
         let (places, new) = (part("indices"), part("values"));
@@ -221,6 +234,7 @@ impl<'a> Reader<'a> {
         let of_indices = view(places, sparse.indices.buffer_view.value())?;
         let offset = size(sparse.indices.byte_offset);
         let indices = self.dense(places, of_indices, offset, place_layout)?;
+        // Decode their new values, and write them.
         let of_values = view(new, sparse.values.buffer_view.value())?;
         let offset = size(sparse.values.byte_offset);
         let layout_of_new = Layout { count, ..layout };
@@ -236,7 +250,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A file or a `data:` URI.
+    /// The bytes of a URI, which is a file name or a `data:` URI.
     pub(super) fn load_uri(&mut self, uri: &str, place: Raw<'a>) -> Result<Vec<u8>> {
         let Some(data) = uri.strip_prefix("data:") else {
             let file = self.base.open(&percent_decode(uri), self.doc.at(place));
@@ -255,7 +269,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A number as an index below `count`.
+/// Converts a number to an index, if it is a whole number below `count`.
 fn whole(value: f64, count: usize) -> Option<usize> {
     #[allow(
         clippy::cast_possible_truncation,
@@ -267,8 +281,8 @@ fn whole(value: f64, count: usize) -> Option<usize> {
     (value >= 0.0 && exact && index < count).then_some(index)
 }
 
-/// The elements of an accessor without a view: zeros, which sparse values replace. No file needs
-/// many of them.
+/// The elements of an accessor without a view: zeros, some of which sparse values replace. Their
+/// number is limited, as a small file could request any number of them.
 fn zeros<'a>(doc: &Document<'a>, node: Raw<'a>, layout: Layout, most: usize) -> Result<Vec<f64>> {
     if layout.count > most.min(MAX_ZEROS) {
         let message = format!("an accessor of {} zeros", layout.count);
@@ -277,21 +291,25 @@ fn zeros<'a>(doc: &Document<'a>, node: Raw<'a>, layout: Layout, most: usize) -> 
     Ok(vec![0.0; layout.count * layout.width])
 }
 
-/// Elements that an accessor without data may have.
+/// The largest number of elements of an accessor without data.
 const MAX_ZEROS: usize = 1 << 20;
 
 /// The layout of an accessor's numbers.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     component: ComponentType,
+    /// The number of numbers in each element.
     width: usize,
+    /// The number of elements.
     count: usize,
-    /// Whether integers stand for fractions.
+    /// Whether integers represent fractions.
     normalized: bool,
 }
 
 impl Layout {
+    /// The layout of an accessor, whose types have to be known ones.
     fn new<'a>(doc: &Document<'a>, node: &Accessor, raw: Raw<'a>) -> Result<Self> {
+        // Refuse unknown types; floating-point numbers are never normalised.
         let wrong = |key: &str| {
             let message = format!("an accessor of unknown `{key}`");
             doc.error(ErrorKind::BadParameter, message, raw, "")
@@ -318,16 +336,18 @@ impl Layout {
     }
 }
 
-/// A count or an offset; none of a file is as large as what does not fit.
+/// A count or an offset as a `usize`. A number that does not fit becomes the largest one, which is
+/// larger than any file.
 fn size(value: USize64) -> usize {
     usize::try_from(value.0).unwrap_or(usize::MAX)
 }
 
-/// `%20` and the like.
+/// Decodes escapes such as `%20`.
 pub(super) fn percent_decode(uri: &str) -> String {
     String::from_utf8_lossy(&percent_bytes(uri)).into_owned()
 }
 
+/// The bytes of a text whose escapes are decoded. A percent sign without two digits stays.
 fn percent_bytes(uri: &str) -> Vec<u8> {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
@@ -347,7 +367,8 @@ fn percent_bytes(uri: &str) -> Vec<u8> {
     out
 }
 
-/// Decodes base64 as leniently as browsers: either alphabet, white space, padding or none.
+/// Decodes base64 as leniently as browsers do: it may use either alphabet, contain white space, and
+/// have padding or none.
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
     let lenient = GeneralPurposeConfig::new()
         .with_decode_padding_mode(DecodePaddingMode::Indifferent)
@@ -362,8 +383,8 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     GeneralPurpose::new(&STANDARD, lenient).decode(text).ok()
 }
 
-/// The fraction that a normalised integer stands for: c over the largest of its type, and −1 for
-/// the lowest of a signed one as for the one above it (glTF 2.0, section 3.11).
+/// The fraction that a normalised integer c represents: c over the largest number of its type, and
+/// at least −1 (glTF 2.0, section 3.11).
 const fn fraction(component: ComponentType, c: f64) -> f64 {
     let largest = match component {
         ComponentType::I8 => 127.0,
@@ -376,6 +397,7 @@ const fn fraction(component: ComponentType, c: f64) -> f64 {
     (c / largest).max(-1.0)
 }
 
+/// The number of this type in little-endian bytes.
 fn value(component: ComponentType, b: &[u8]) -> f64 {
     let four = || [b[0], b[1], b[2], b[3]];
     match component {

@@ -1,7 +1,7 @@
-//! The JSON of a glTF file, with the place of every value.
+//! The JSON of a glTF file, with the position of every value.
 //!
-//! The lists at the top are read at once, their elements when they are asked for: until then they
-//! are text, whose address tells where in the file they stand.
+//! The lists at the top level are read at once, and their elements when they are needed. Until then
+//! an element is a slice of the file's text, whose address gives its position for messages.
 
 use linelit_assembly::{ErrorKind, Location, Result, SceneError, Source, Span, shorten};
 use serde::Deserialize;
@@ -10,7 +10,7 @@ use serde_json::value::RawValue;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// A value of the file, not taken apart.
+/// A value of the file as text, which has not been parsed yet.
 pub(super) type Raw<'a> = &'a RawValue;
 
 /// The members of the root object of the file.
@@ -38,7 +38,7 @@ pub(super) struct Lists<'a> {
     pub(super) textures: Vec<Raw<'a>>,
 }
 
-/// The lists that others refer to by number.
+/// The lists whose elements are referred to by number.
 #[derive(Clone, Copy)]
 pub(super) enum List {
     Accessors,
@@ -61,6 +61,7 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
+    /// Parses the top level of a file's JSON.
     pub(super) fn new(source: &'a Source) -> Result<Self> {
         let bytes = source.bytes();
         let start = if bytes.starts_with(b"\xef\xbb\xbf") {
@@ -68,11 +69,11 @@ impl<'a> Document<'a> {
         } else {
             0
         };
-        // GLB pads its JSON with blanks, some writers with zeros.
+        // Cut off padding: GLB pads its JSON with blanks, but some writers use zeros.
         let end = bytes.iter().rposition(|b| *b != 0).map_or(start, |k| k + 1);
         let text = &bytes[start.min(end)..end];
         let first = text.iter().position(|b| !b.is_ascii_whitespace());
-        // The reader would take an array for the values of its fields.
+        // Refuse anything but an object: serde would read an array as the values of the fields.
         if let Some(k) = first.filter(|k| text[*k] != b'{') {
             let at = source.at(Span::new(start + k, start + k + 1));
             return Err(at.error(
@@ -85,6 +86,7 @@ impl<'a> Document<'a> {
         Ok(Self { source, lists })
     }
 
+    /// The name and the elements of a list.
     fn list(&self, list: List) -> (&'static str, &[Raw<'a>]) {
         let lists = &self.lists;
         match list {
@@ -102,7 +104,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// An element of a list, which `from` names under a key.
+    /// The element of a list to which the object `from` refers under a key.
     pub(super) fn element(
         &self,
         list: List,
@@ -118,25 +120,26 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// An element of a list that has been asked for before.
+    /// The element of a list at an index that is known to exist.
     pub(super) fn known(&self, list: List, index: usize) -> Raw<'a> {
         self.list(list).1[index]
     }
 
-    /// Takes a value apart.
+    /// Parses a value.
     pub(super) fn read<T: Deserialize<'a>>(&self, raw: Raw<'a>) -> Result<T> {
         let text = raw.get();
         serde_json::from_str(text)
             .map_err(|e| malformed(self.source, self.span(raw).start, text.as_bytes(), &e))
     }
 
-    /// A value within another, by keys; where the file does not have it, the last that it has.
+    /// The value inside another at a path of keys; if a key is missing, the last value on the path
+    /// that exists.
     pub(super) fn find(&self, raw: Raw<'a>, path: &[&str]) -> Raw<'a> {
         let step = |raw, key: &&str| self.get(raw, key).ok_or(raw);
         path.iter().try_fold(raw, step).unwrap_or_else(|last| last)
     }
 
-    /// The value of a key, if the value is an object that has it.
+    /// The value of a key, if `raw` is an object that has this key.
     pub(super) fn get(&self, raw: Raw<'a>, key: &str) -> Option<Raw<'a>> {
         let object = serde_json::from_str::<HashMap<String, Raw<'a>>>(raw.get());
         object.ok()?.remove(key)
@@ -149,25 +152,25 @@ impl<'a> Document<'a> {
         named.unwrap_or_default()
     }
 
-    /// The place of a value.
+    /// The position of a value in the file.
     fn span(&self, raw: Raw<'a>) -> Span {
         let text = raw.get();
         let start = text.as_ptr() as usize - self.source.bytes().as_ptr() as usize;
         Span::new(start, start + text.len())
     }
 
-    /// A value, to point at.
+    /// The location of a value, for messages.
     pub(super) fn at(&self, raw: Raw<'a>) -> Location<'a> {
         self.source.at(self.span(raw))
     }
 
-    /// The start of a long value, to point at.
+    /// The location of the first character of a long value, for messages.
     pub(super) fn at_start(&self, raw: Raw<'a>) -> Location<'a> {
         let start = self.span(raw).start;
         self.source.at(Span::new(start, start + 1))
     }
 
-    /// An error at a value.
+    /// An error that points at a value.
     pub(super) fn error(
         &self,
         kind: ErrorKind,
@@ -178,7 +181,7 @@ impl<'a> Document<'a> {
         self.at(raw).error(kind, message, label)
     }
 
-    /// Something that has to be there.
+    /// Unwraps the value of a key that has to exist in the object `raw`.
     pub(super) fn require<T>(&self, value: Option<T>, raw: Raw<'a>, key: &str) -> Result<T> {
         value.ok_or_else(|| {
             let message = format!("`{key}` is missing");
@@ -187,8 +190,10 @@ impl<'a> Document<'a> {
     }
 }
 
-/// Adds its place to an error of the JSON reader, in a piece of the file that begins at `start`.
+/// Converts an error of serde_json to one with the position in the file. `text` is the part of the
+/// file that was parsed, and begins at `start`.
 fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Error) -> SceneError {
+    // Find the offset from the line and the column, and take the position off the message.
     let line_start: usize = text
         .split_inclusive(|b| *b == b'\n')
         .take(error.line().saturating_sub(1))
@@ -200,6 +205,7 @@ fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Err
     let said = whole
         .rsplit_once(" at line ")
         .map_or(&*whole, |(said, _)| said);
+    // Choose message and position by the kind of the error.
     let point = |at: usize| Span::new(start + at, start + at + 1);
     let (kind, message, label, span) = match error.classify() {
         Category::Eof => (
@@ -217,6 +223,7 @@ fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Err
             (ErrorKind::Syntax, message, "here", point(at))
         }
         Category::Data => {
+            // Point at the whole value that has the wrong type or misses a field.
             let value = value_around(text, at);
             if let Some(field) = said.strip_prefix("missing field ") {
                 let message = format!("{field} is missing");
@@ -245,8 +252,11 @@ fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Err
     source.error(kind, message, span, label)
 }
 
-/// The value whose end, or whose last byte before, the reader was at.
+/// The range of the JSON value in which the parser reported an error. `at` is on the last byte of
+/// the value or, for numbers and words, just before or after it; for an object or an array it may
+/// also be the first byte.
 fn value_around(text: &[u8], at: usize) -> Range<usize> {
+    // Skip blanks, and find the bracket or quote that opens the value which ends here.
     let blanks = text[at..]
         .iter()
         .take_while(|b| b.is_ascii_whitespace())
@@ -272,6 +282,7 @@ fn value_around(text: &[u8], at: usize) -> Range<usize> {
             .rposition(|b| !b.is_ascii_alphanumeric() && !b"+-.".contains(b))
             .map(|k| k + 1),
     };
+    // Parse the value from there on, to find its end.
     let first = first.unwrap_or(0);
     let mut values = serde_json::Deserializer::from_slice(&text[first..]).into_iter::<Raw<'_>>();
     let length = values
@@ -281,7 +292,7 @@ fn value_around(text: &[u8], at: usize) -> Range<usize> {
     first..first + length
 }
 
-/// The key that stands before a value.
+/// The key of a value, if the text before the value ends in one.
 fn key_of(before: &[u8]) -> Option<String> {
     let before = before.trim_ascii_end().strip_suffix(b":")?.trim_ascii_end();
     let name = before.strip_suffix(b"\"")?;

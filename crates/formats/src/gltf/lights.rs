@@ -1,7 +1,7 @@
-//! Lights without a mesh: points, spots and parallel light (`KHR_lights_punctual`).
+//! Lights without a mesh: point lights, spot lights and parallel light (`KHR_lights_punctual`).
 //!
-//! Candela count as W/sr and lux as W/m², as all photometric units here count as radiometric ones.
-//! As the extension says, a node's scale turns a light at most: no cone becomes elliptic.
+//! Candela are read as W/sr and lux as W/m², as all photometric units are read as radiometric ones.
+//! As the extension says, the scale of a node does not stretch a light: cones stay circular.
 
 use super::Reader;
 use super::document::Raw;
@@ -14,10 +14,10 @@ use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::sync::Arc;
 
-/// The extension.
+/// The name of the extension.
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 
-/// The extension at the top of the file.
+/// The extension's list at the top level of the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Lights<'a> {
@@ -25,13 +25,13 @@ struct Lights<'a> {
     lights: Vec<Raw<'a>>,
 }
 
-/// The extension of a node.
+/// The extension of a node, which refers to a light by its number.
 #[derive(Deserialize)]
 struct Placed {
     light: usize,
 }
 
-/// A light of the file.
+/// A light in the list.
 #[derive(Deserialize)]
 #[serde(default)]
 pub(super) struct Punctual {
@@ -54,6 +54,7 @@ impl Default for Punctual {
     }
 }
 
+/// The angles of a spot light, in radians.
 #[derive(Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Spot {
@@ -71,7 +72,8 @@ impl Default for Spot {
 }
 
 impl<'a> Reader<'a> {
-    /// The lights that nodes may name, by their numbers; `None` for those that emit nothing.
+    /// Reads the list of lights, which nodes refer to by their numbers; it has `None` for a black
+    /// light.
     pub(super) fn read_lights(&mut self) -> Result<()> {
         let doc = self.doc;
         let Some(top) = doc.lists.extensions.get(LIGHTS).copied() else {
@@ -84,6 +86,7 @@ impl<'a> Reader<'a> {
                 let message = format!("`{key}` of a light is {what}");
                 Err(doc.error(ErrorKind::OutOfRange, message, at, ""))
             };
+            // Check the emission.
             let color = DVec3::from(light.color);
             if color.min_element() < 0.0 || !color.is_finite() {
                 return bad("color", "negative or not finite");
@@ -92,6 +95,7 @@ impl<'a> Reader<'a> {
             if !(light.intensity >= 0.0 && emitted.is_finite()) {
                 return bad("intensity", "negative or not finite");
             }
+            // Warn about a range, which is not supported, and about black lights.
             if light.range.is_some() {
                 let message =
                     "the `range` of a light is left out: it falls off with the distance alone";
@@ -109,7 +113,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Adds the light that a node's extension names.
+    /// Adds the light that a node's extension refers to.
     pub(super) fn place_light(&mut self, raw: Raw<'a>, to_world: DAffine3) -> Result<()> {
         let doc = self.doc;
         let index = doc.read::<Placed>(raw)?.light;
@@ -127,7 +131,7 @@ impl<'a> Reader<'a> {
         self.base.add_light(light, doc.at_start(place))
     }
 
-    /// The light of an entry, checked but for its type, cone and direction.
+    /// Makes a light of an entry of the list, and checks its type, cone and direction.
     fn light_of(&self, light: &Punctual, place: Raw<'a>, to_world: DAffine3) -> Result<Light> {
         let doc = self.doc;
         let bad = |key: &str, what: &str| {
@@ -136,7 +140,7 @@ impl<'a> Reader<'a> {
             doc.error(ErrorKind::OutOfRange, message, at, "")
         };
         let emitted = DVec3::from(light.color) * light.intensity;
-        // Lights shine along −z.
+        // Find the direction in which the light shines, −z of its node.
         let along = to_world.transform_vector3(-DVec3::Z).normalize_or_zero();
         let point = |profile: Option<Profile>| {
             Light::Point(PointLight {
@@ -152,11 +156,11 @@ impl<'a> Reader<'a> {
         Ok(match light.r#type.as_str() {
             "point" => point(None),
             "spot" => {
+                // Check the cone; angles may be rounded to 32 bits or to five digits.
                 let Spot {
                     inner_cone_angle: inner,
                     outer_cone_angle: outer,
                 } = &light.spot;
-                // Angles may be rounded to 32 bits or to five digits.
                 let above = |bound: f64| bound * (1.0 + 1e-5);
                 if !(0.0 <= *inner && *inner <= above(*outer) && *outer <= above(FRAC_PI_2)) {
                     return Err(bad("spot", "no cone: inner angle ≤ outer angle ≤ π/2"));

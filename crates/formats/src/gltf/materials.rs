@@ -1,8 +1,9 @@
-//! glTF materials.
+//! The materials of glTF.
 //!
-//! Metallic–roughness becomes a `substrate` with 4 % reflectance at normal incidence (or what
-//! `KHR_materials_ior` and `KHR_materials_specular` say; nothing: Lambert), a coloured conductor,
-//! or their mixture, with α = roughness².
+//! The metallic-roughness model becomes a `substrate` where it is not metallic, a coloured
+//! conductor where it is, or a mixture of both, with α = roughness². The substrate has 4 %
+//! reflectance at normal incidence, or the reflectance that `KHR_materials_ior` and
+//! `KHR_materials_specular` give; if that is zero, it becomes a Lambertian surface.
 
 use super::Reader;
 use super::document::Raw;
@@ -14,21 +15,23 @@ use serde::Deserialize;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A material of the scene.
+/// A material of the scene, with the properties that glTF has in materials and a scene in meshes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
+    /// The index in the scene.
     pub(super) index: u32,
-    /// Emitted radiance, if any.
+    /// The emitted radiance, if any.
     pub(super) emission: Option<DVec3>,
-    /// Factor on the emission over the surface: an index into the builder's list.
+    /// The texture that is a factor on the emission: an index into the builder's list.
     pub(super) emission_map: Option<u32>,
     pub(super) two_sided: bool,
     pub(super) holes: Holes,
-    /// The set of texture coordinates that its textures are for.
+    /// The number of the set of texture coordinates that its textures use.
     pub(super) uv_set: u32,
 }
 
-/// Extensions of materials that change more than a detail, and what is drawn instead.
+/// The extensions of materials that are not supported and change a picture visibly, each with a
+/// text that says what is drawn instead.
 const EXTENSIONS: &[(&str, &str)] = &[
     ("KHR_materials_unlit", "drawn as a lit surface"),
     (
@@ -43,13 +46,13 @@ const EXTENSIONS: &[(&str, &str)] = &[
     ("KHR_materials_anisotropy", "drawn isotropic"),
 ];
 
-/// Whether a material that uses the extension is warned about by name.
+/// Whether there is a warning about each material that uses this extension.
 pub(super) fn names_extension(name: &str) -> bool {
     EXTENSIONS.iter().any(|(known, _)| *known == name)
 }
 
-/// A material as the file has it: numbers in `f64`, where those of gltf are `f32`, and parts with
-/// their places.
+/// A material of the file, with numbers in `f64` (the crate gltf has `f32`), and parts whose
+/// positions are known.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Node<'a> {
@@ -65,6 +68,7 @@ struct Node<'a> {
     extensions: HashMap<String, Raw<'a>>,
 }
 
+/// The parameters of the metallic-roughness model.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct MetallicRoughness<'a> {
@@ -91,6 +95,7 @@ struct Details<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Reads all materials of the file, and adds them to the scene.
     pub(super) fn read_materials(&mut self) -> Result<()> {
         for raw in &self.doc.lists.materials {
             let entry = self.material(raw)?;
@@ -99,7 +104,9 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Reads a material, and adds it to the scene.
     fn material(&mut self, raw: Raw<'a>) -> Result<Entry> {
+        // Read its parts.
         let node: Node<'a> = self.doc.read(raw)?;
         let mut uv_set = None;
         let surface = self.metallic_roughness(&node, raw, &mut uv_set)?;
@@ -107,6 +114,7 @@ impl<'a> Reader<'a> {
         let (emission, emission_map) = self.emission(&node, raw, &mut uv_set)?;
         let holes = self.holes(&node, &mut uv_set)?;
         self.warn_about_rest(&node)?;
+        // Add it: as one model, or as two and their mixture.
         let mut add = |kind| {
             self.base.builder.add_material(Material {
                 name: node.name.clone().unwrap_or_else(|| "material".to_owned()),
@@ -133,9 +141,10 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// `alphaMode`: MASK as it says; BLEND, of which nothing shines through here, with an image as
-    /// a mask that cuts at a half, without one as opaque.
+    /// Reads the holes of `alphaMode`. MASK is supported. BLEND is read as a mask with the cutoff
+    /// one half if there is an image, and otherwise as opaque, as there is no partial transparency.
     fn holes(&mut self, node: &Node<'a>, uv_set: &mut Option<u32>) -> Result<Holes> {
+        // Read the mode.
         let doc = self.doc;
         let Some(mode) = node.alpha_mode else {
             return Ok(Holes::None);
@@ -145,6 +154,7 @@ impl<'a> Reader<'a> {
             "\"MASK\"" => true,
             _ => false,
         };
+        // Read alpha, which is a part of the base colour, and the cutoff.
         let factors = match node.pbr_metallic_roughness {
             Some(raw) => doc.read(raw)?,
             None => MetallicRoughness::default(),
@@ -167,6 +177,7 @@ impl<'a> Reader<'a> {
             let kind = ErrorKind::OutOfRange;
             return Err(doc.error(kind, message, mode, "its material"));
         }
+        // Cut holes by the image; without one, all of the surface is cut away or none.
         match texture {
             Some(texture) => self.base.alpha(texture, cutoff, doc.at(mode)),
             None if is_mask && factor < cutoff => Ok(Holes::All),
@@ -174,10 +185,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Names what is not drawn.
+    /// Warns about extensions of a material that are not supported. (Occlusion textures are ignored
+    /// silently: they darken ambient light, which does not exist here.)
     fn warn_about_rest(&mut self, node: &Node<'a>) -> Result<()> {
         let doc = self.doc;
-        // Occlusion textures darken ambient light, of which there is none here.
         for (name, instead) in EXTENSIONS {
             if let Some(extension) = node.extensions.get(*name) {
                 let message = format!("`{name}` is not supported");
@@ -193,13 +204,14 @@ impl<'a> Reader<'a> {
         raw.map_or(Ok(Details::default()), |raw| self.doc.read(raw))
     }
 
-    /// Base colour, metalness and roughness.
+    /// Reads base colour, metalness and roughness.
     fn metallic_roughness(
         &mut self,
         node: &Node<'a>,
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<Surface> {
+        // Read the base colour, times its texture.
         let specular = self.specular(node, raw)?;
         let place = node.pbr_metallic_roughness.unwrap_or(raw);
         let factors = match node.pbr_metallic_roughness {
@@ -218,6 +230,7 @@ impl<'a> Reader<'a> {
                 Texture::Product(Arc::new(texture), Arc::new(colour))
             };
         }
+        // Read metalness and roughness, which are two channels of one texture.
         let share = |factor: Option<f64>| factor.unwrap_or(1.0).clamp(0.0, 1.0);
         let metallic = share(factors.metallic_factor);
         let roughness = share(factors.roughness_factor);
@@ -231,7 +244,7 @@ impl<'a> Reader<'a> {
             }
             if let Some(map) = self.texture(named, Channel::Green, roughness, uv_set)? {
                 let map = Arc::new(map);
-                // α is the square.
+                // Multiply the map by itself, as α is the square of the roughness.
                 let square = Texture::Product(Arc::clone(&map), map);
                 alpha.u = square.clone();
                 alpha.v = square;
@@ -240,8 +253,10 @@ impl<'a> Reader<'a> {
         Ok(surface(colour, specular, metalness, alpha))
     }
 
-    /// The reflectance at normal incidence of the base.
+    /// The reflectance of the base at normal incidence, from the extensions for the index of
+    /// refraction and for specular reflection.
     fn specular(&mut self, node: &Node<'a>, raw: Raw<'a>) -> Result<DVec3> {
+        // Take the reflectance of the index of refraction, ((η − 1)/(η + 1))².
         let reflectance = match self.details(node, "KHR_materials_ior")?.ior {
             Some(eta) if (1.0..=f64::from(f32::MAX)).contains(&eta) => {
                 let root = (eta - 1.0) / (eta + 1.0);
@@ -250,6 +265,7 @@ impl<'a> Reader<'a> {
             Some(_) => 1.0,
             None => 0.04,
         };
+        // Warn about textures of the specular reflection.
         let details = self.details(node, "KHR_materials_specular")?;
         for (key, texture) in [
             ("specularTexture", details.specular_texture),
@@ -261,6 +277,7 @@ impl<'a> Reader<'a> {
                 self.base.unsupported(message, "left out", at)?;
             }
         }
+        // Multiply by its colour and its factor.
         let place = node.extensions.get("KHR_materials_specular");
         let colour = details.specular_color_factor.unwrap_or([1.0; 3]);
         let colour = self.colour(place.unwrap_or(&raw), colour)?;
@@ -269,6 +286,7 @@ impl<'a> Reader<'a> {
         Ok((reflectance * (colour * factor)).min(DVec3::ONE))
     }
 
+    /// Reads the normal map, if there is one.
     fn normal_map(
         &mut self,
         node: &Node<'a>,
@@ -282,7 +300,7 @@ impl<'a> Reader<'a> {
         Ok(texture.map(|texture| NormalMap { texture, scale }))
     }
 
-    /// A finite colour without negative parts.
+    /// Checks that a colour is finite and not negative.
     fn colour(&self, place: Raw<'a>, rgb: [f64; 3]) -> Result<DVec3> {
         let rgb = DVec3::from_array(rgb);
         if rgb.min_element() >= 0.0 && rgb.is_finite() {
@@ -296,13 +314,14 @@ impl<'a> Reader<'a> {
         Err(self.doc.error(ErrorKind::OutOfRange, message, place, label))
     }
 
-    /// The radiance that is emitted, if any, and its texture.
+    /// Reads the emitted radiance, if any, and the index of its texture.
     fn emission(
         &mut self,
         node: &Node<'a>,
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<(Option<DVec3>, Option<u32>)> {
+        // Read the radiance, the product of a factor and a strength.
         let details = self.details(node, "KHR_materials_emissive_strength")?;
         let strength = details.emissive_strength.unwrap_or(1.0);
         let factor = self.colour(raw, node.emissive_factor)?;
@@ -316,6 +335,7 @@ impl<'a> Reader<'a> {
             self.base.has_lights |= factor != DVec3::ZERO;
             return Ok((None, None));
         }
+        // Read the texture.
         let map = match node.emissive_texture {
             Some(named) => self.texture(named, Channel::Colour, 1.0, uv_set)?,
             None => None,
@@ -325,15 +345,18 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The components of a metallic–roughness surface.
+/// The materials of a metallic-roughness surface.
 struct Surface {
     /// The base, the metal, or both.
     parts: Vec<MaterialKind>,
-    /// The share of the second part.
+    /// The weight of the metal.
     metalness: Texture,
 }
 
+/// Makes the materials of a metallic-roughness surface: the base and the metal, of which one is
+/// left out if its weight is zero everywhere.
 fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roughness) -> Surface {
+    // Make the metal, and the base, which is Lambertian without specular reflection.
     let metal = MaterialKind::ColoredConductor {
         reflectance: colour.clone(),
         roughness: roughness.clone(),
@@ -351,6 +374,7 @@ fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roug
             roughness,
         }
     };
+    // Leave one out, unless the metalness is between zero and one.
     let parts = match metalness.as_constant() {
         Some(share) if share.x <= 0.0 => vec![base],
         Some(share) if share.x >= 1.0 => vec![metal],

@@ -1,4 +1,4 @@
-//! glTF meshes.
+//! The meshes of glTF: their primitives become triangle meshes and lines, which each node places.
 
 use super::Reader;
 use super::buffers::Numbers;
@@ -13,6 +13,7 @@ use serde::Deserialize;
 use std::collections::HashMap;
 use std::rc::Rc;
 
+/// A mesh of the file.
 #[derive(Deserialize)]
 struct Node<'a> {
     #[serde(borrow)]
@@ -29,15 +30,16 @@ enum Shape {
 /// A mesh that has been read.
 #[derive(Debug)]
 pub(super) struct Mesh {
-    /// The shapes that each node gets a copy of.
+    /// The shapes with their materials, which are copied for each instance.
     shapes: Vec<(Shape, Placement)>,
     /// The number of its primitives.
     count: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// Puts a mesh into the scene.
+    /// Adds an instance of a mesh to the scene.
     pub(super) fn place_mesh(&mut self, index: usize, to_world: DAffine3) -> Result<()> {
+        // Read the mesh with its first instance.
         let doc = self.doc;
         let at = doc.at_start(doc.known(List::Meshes, index));
         let mesh = match &self.meshes[index] {
@@ -49,7 +51,7 @@ impl<'a> Reader<'a> {
             }
         };
         self.shapes += mesh.count;
-        // At the second place the mesh turns out to be an object, and has two instances.
+        // Count instances, from the second on: a mesh with one instance is not an object.
         self.places[index] += 1;
         let placed = &mut self.base.builder.placed;
         match self.places[index] {
@@ -60,6 +62,7 @@ impl<'a> Reader<'a> {
             }
             _ => placed.instances += 1,
         }
+        // Add its shapes under the transform.
         for (shape, placement) in &mesh.shapes {
             match shape {
                 Shape::Triangles(triangles) => {
@@ -86,7 +89,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads a mesh.
+    /// Reads a mesh, with the material of each of its primitives.
     fn mesh(&mut self, index: usize) -> Result<Mesh> {
         let doc = self.doc;
         let raw = doc.known(List::Meshes, index);
@@ -94,6 +97,7 @@ impl<'a> Reader<'a> {
         let primitives = self.primitives(raw)?;
         let count = primitives.len();
         for (shape, material) in primitives {
+            // Take the emission and the holes from the material; a shape that emits has no holes.
             let material = material.map(|m| self.materials[m]);
             let material = material.unwrap_or_default();
             let emission = material.emission.map(|radiance| EmissionSpec {
@@ -117,6 +121,7 @@ impl<'a> Reader<'a> {
                     None
                 }
             };
+            // Each instance sets the transform of this placement.
             let placement = Placement {
                 material: material.index,
                 emission,
@@ -128,6 +133,7 @@ impl<'a> Reader<'a> {
         Ok(Mesh { shapes, count })
     }
 
+    /// Reads the primitives of a mesh, each with the number of its material.
     fn primitives(&mut self, mesh: Raw<'a>) -> Result<Vec<(Shape, Option<usize>)>> {
         let doc = self.doc;
         let mut list = Vec::new();
@@ -150,7 +156,10 @@ impl<'a> Reader<'a> {
         Ok(list)
     }
 
+    /// Reads a primitive with this set of texture coordinates; `None`, after a warning, if it is
+    /// not supported.
     fn primitive(&mut self, node: &Primitive, raw: Raw<'a>, uv_set: u32) -> Result<Option<Shape>> {
+        // Read the attributes of the vertices.
         let doc = self.doc;
         refuse_compression(doc, node, raw)?;
         let Some(positions) = self.attribute(node, raw, Semantic::Positions, 3, None)? else {
@@ -171,6 +180,7 @@ impl<'a> Reader<'a> {
             let at = doc.at(doc.find(raw, &["attributes", "COLOR_0"]));
             self.base.unsupported(message, "left out", at)?;
         }
+        // Make triangles or lines of the indices.
         let indices = self.indices(node, raw, count)?;
         let (shape, why_not) = match node.mode {
             Checked::Valid(mode) => (vertices.shape(mode, &indices), "points are not supported"),
@@ -181,6 +191,7 @@ impl<'a> Reader<'a> {
             self.base.unsupported(why_not, "left out", at)?;
             return Ok(None);
         };
+        // Check the vertices that are used.
         let finite = match &shape {
             Shape::Triangles(mesh) => mesh.positions.iter().all(|p| p.is_finite()),
             Shape::Lines(lines) => lines.iter().flatten().all(|p| p.is_finite()),
@@ -192,7 +203,8 @@ impl<'a> Reader<'a> {
         Err(doc.at_start(raw).error(kind, message, "in this primitive"))
     }
 
-    /// The numbers of a vertex attribute, `width` per vertex.
+    /// The numbers of a vertex attribute, `width` for each vertex and for `count` vertices if that
+    /// is known; `None` if the primitive does not have the attribute.
     fn attribute(
         &mut self,
         node: &Primitive,
@@ -201,12 +213,14 @@ impl<'a> Reader<'a> {
         width: usize,
         count: Option<usize>,
     ) -> Result<Option<Rc<Numbers>>> {
+        // Decode the numbers.
         let key = semantic.to_string();
         let Some(index) = node.attributes.get(&Checked::Valid(semantic)) else {
             return Ok(None);
         };
         let attributes = self.doc.find(raw, &["attributes"]);
         let numbers = self.numbers(index.value(), attributes, &key)?;
+        // Check how many there are.
         let (got, length) = (numbers.width, numbers.values.len() / width);
         let (message, label) = match count {
             _ if got != width => {
@@ -223,14 +237,16 @@ impl<'a> Reader<'a> {
         Err(self.doc.error(kind, message, attributes, label))
     }
 
-    /// The indices of a primitive, all in range; without them all vertices in order.
+    /// The indices of a primitive, which must be below `count`; if it has no indices, all vertices
+    /// in order.
     fn indices(&mut self, node: &Primitive, raw: Raw<'a>, count: usize) -> Result<Vec<u32>> {
         let doc = self.doc;
         let numbers = match node.indices {
             Some(index) => Some(self.numbers(index.value(), raw, "indices")?),
             None => None,
         };
-        // Primitives may share their numbers, so that small files can ask for much.
+        // Limit the number of all indices: primitives may share them, so that a small file could
+        // request very many triangles.
         self.indices += numbers.as_ref().map_or(count, |n| n.values.len());
         if self.indices > 3 * self.base.max_triangles {
             let message = format!("more than {} triangles", self.base.max_triangles);
@@ -240,6 +256,7 @@ impl<'a> Reader<'a> {
         let Some(numbers) = numbers else {
             return Ok((0..u32::try_from(count).unwrap_or(u32::MAX)).collect());
         };
+        // Convert the numbers to indices.
         let convert = |v: &f64| {
             #[allow(
                 clippy::cast_possible_truncation,
@@ -260,13 +277,13 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Refuses a primitive whose vertices are there in compressed form alone.
+/// Refuses a primitive whose vertices exist only in compressed form.
 fn refuse_compression<'a>(doc: &Document<'a>, node: &Primitive, raw: Raw<'a>) -> Result<()> {
     const DRACO: &str = "KHR_draco_mesh_compression";
     let Some(extension) = doc.extensions(raw).remove(DRACO) else {
         return Ok(());
     };
-    // Where the extension is not required, the plain vertices are there as well.
+    // Accept it if it also has plain vertices, as it has where the extension is not required.
     let positions = node.attributes.get(&Checked::Valid(Semantic::Positions));
     if let Some(index) = positions {
         let attributes = doc.find(raw, &["attributes"]);
@@ -280,7 +297,8 @@ fn refuse_compression<'a>(doc: &Document<'a>, node: &Primitive, raw: Raw<'a>) ->
     Err(error.help(super::WITHOUT_COMPRESSION))
 }
 
-/// The ends of the lines of a topology, as places in the index list.
+/// The ends of the lines of a topology, as positions in a list of `n` indices; `None` for other
+/// topologies.
 fn line_pairs(mode: Mode, n: usize) -> Option<Vec<[usize; 2]>> {
     match mode {
         Mode::Lines => Some((0..n / 2).map(|k| [2 * k, 2 * k + 1]).collect()),
@@ -290,9 +308,10 @@ fn line_pairs(mode: Mode, n: usize) -> Option<Vec<[usize; 2]>> {
     }
 }
 
-/// The corners of the triangles of a topology, as places in the index list.
+/// The corners of the triangles of a topology, as positions in a list of `n` indices; `None` for
+/// other topologies.
 fn triangle_corners(mode: Mode, n: usize) -> Option<Vec<[usize; 3]>> {
-    // Every other triangle of a strip is wound the other way.
+    // Swap two corners of every other triangle of a strip, so that all face the same side.
     let in_strip = |k: usize| {
         if k.is_multiple_of(2) {
             [k - 2, k - 1, k]
@@ -316,12 +335,13 @@ struct Vertices {
 }
 
 impl Vertices {
+    /// The position of vertex `i`.
     fn position(&self, i: usize) -> DVec3 {
         let p = &self.positions.values[3 * i..3 * i + 3];
         DVec3::new(p[0], p[1], p[2])
     }
 
-    /// Makes a shape of an index list and its topology; `None` of points.
+    /// Makes a shape of a list of indices with a topology; `None` for points.
     fn shape(&self, mode: Mode, indices: &[u32]) -> Option<Shape> {
         if let Some(pairs) = line_pairs(mode, indices.len()) {
             let ends = pairs.into_iter();
@@ -333,7 +353,7 @@ impl Vertices {
         Some(Shape::Triangles(Rc::new(self.compact(triangles))))
     }
 
-    /// A mesh of the vertices that its triangles use.
+    /// A mesh of these triangles with only the vertices that they use, numbered anew.
     fn compact(&self, triangles: impl Iterator<Item = [u32; 3]>) -> MeshData {
         let mut mesh = MeshData::default();
         let mut numbers: HashMap<u32, u32> = HashMap::new();
@@ -351,7 +371,7 @@ impl Vertices {
         mesh
     }
 
-    /// Appends a vertex to a mesh.
+    /// Appends vertex `i` to a mesh.
     #[allow(
         clippy::cast_possible_truncation,
         reason = "normals and texture coordinates are f32"
@@ -366,7 +386,7 @@ impl Vertices {
                 .push([finite(n[0]), finite(n[1]), finite(n[2])]);
         }
         if let Some(uvs) = &self.uvs {
-            // Ours count v from the bottom.
+            // In scenes, v counts from the bottom.
             let uv = &uvs.values[2 * i..2 * i + 2];
             mesh.uvs.push([finite(uv[0]), finite(1.0 - uv[1])]);
         }

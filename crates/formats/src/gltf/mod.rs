@@ -1,11 +1,12 @@
-//! glTF 2.0, as `.gltf` with its files or as `.glb`.
+//! The reader of glTF 2.0, as `.gltf` with its files or as `.glb`.
 //!
-//! The structures are those of the crate gltf, of those that lose nothing by it (its nodes and
-//! cameras are `f32`, and it refuses scenes without nodes); errors name the place in the JSON. Read
-//! are the nodes of the default scene with their transforms, triangles in all three topologies,
-//! lines (linear lights, if their material emits: radiance × radius is then the emission),
-//! materials with the extensions listed in [`EXTENSIONS`], and the first camera.
-//! Emission is one-sided unless the material is double-sided.
+//! It reads the nodes of the default scene with their transforms, triangles in all three
+//! topologies, lines (which are linear lights if their material emits; the emission is then
+//! radiance × radius), materials with the extensions listed in [`EXTENSIONS`], and the first
+//! camera. Emission is one-sided unless the material is double-sided.
+//!
+//! Structures of the crate gltf are used where they lose nothing (its nodes and cameras are `f32`,
+//! and it refuses scenes without nodes). Errors have their position in the JSON.
 
 mod buffers;
 mod document;
@@ -30,7 +31,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use textures::Channel;
 
-/// Extensions that we read.
+/// The extensions that are read.
 const EXTENSIONS: &[&str] = &[
     INSTANCING,
     lights::LIGHTS,
@@ -41,12 +42,13 @@ const EXTENSIONS: &[&str] = &[
     "KHR_texture_transform",
 ];
 
+/// The advice for files with compressed meshes.
 const WITHOUT_COMPRESSION: &str = "export the scene without mesh compression";
 
-/// A mesh at many places.
+/// The extension by which a node places many instances of a mesh.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Pixels along the shorter side of a camera's picture; glTF has none.
+/// The number of pixels along the shorter side of a picture, as glTF's cameras have no resolution.
 const SHORTER_SIDE: f64 = 720.0;
 
 /// Reads a scene from a file in memory.
@@ -58,6 +60,7 @@ pub(crate) fn load(
     about_its_middle(options, |options| scene(source, path, options))
 }
 
+/// Reads a scene, with vertices relative to the origin in the options, from JSON or a GLB file.
 fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut base = Assembly::new(path, source.bytes().len(), options);
     if source.bytes().starts_with(b"glTF") {
@@ -81,7 +84,7 @@ struct Chunks {
     end: usize,
 }
 
-/// The JSON and the binary chunk of a GLB file.
+/// Splits a GLB file into its JSON and its binary chunk.
 fn chunks(source: &Source) -> Result<Chunks> {
     let bytes = source.bytes();
     let cut = || {
@@ -98,11 +101,12 @@ fn chunks(source: &Source) -> Result<Chunks> {
         let at = source.at_byte(4);
         return Err(at.error(ErrorKind::Unsupported, message, ""));
     }
-    // The header says where the file ends. Some writers leave that zero.
+    // Read the length of the file from the header, where some writers have zero.
     let end = match number(8)? {
         length if (12..bytes.len()).contains(&length) => length,
         _ => bytes.len(),
     };
+    // Take the first chunk of each kind.
     let (mut json, mut binary, mut at) = (None, None, 12);
     while at < end {
         let length = number(at)?;
@@ -130,7 +134,9 @@ fn chunks(source: &Source) -> Result<Chunks> {
     })
 }
 
+/// Reads the scene of a JSON document, with the binary chunk of a GLB file if there is one.
 fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Result<Loaded> {
+    // Parse the top level, and check the version.
     let doc = &Document::new(source)?;
     let asset = doc.lists.asset.ok_or_else(|| {
         let first = source.bytes().iter().position(|b| *b == b'{').unwrap_or(0);
@@ -161,6 +167,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         shapes: 0,
         indices: 0,
     };
+    // Read all parts in order: nodes need the materials and the lights.
     reader.refuse_extensions()?;
     reader.warn_extensions()?;
     reader.read_materials()?;
@@ -179,6 +186,7 @@ struct Asset {
     version: String,
 }
 
+/// A scene of the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct SceneNodes<'a> {
@@ -186,6 +194,7 @@ struct SceneNodes<'a> {
     nodes: Vec<Raw<'a>>,
 }
 
+/// A node of the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Node<'a> {
@@ -200,13 +209,14 @@ struct Node<'a> {
     scale: Option<[f64; 3]>,
 }
 
-/// `EXT_mesh_gpu_instancing`.
+/// The extension `EXT_mesh_gpu_instancing`: the accessors of the instances' transforms.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Instances {
     attributes: HashMap<String, usize>,
 }
 
+/// A camera of the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Lenses<'a> {
@@ -216,6 +226,7 @@ struct Lenses<'a> {
     orthographic: Option<Raw<'a>>,
 }
 
+/// The parameters of a perspective or an orthographic camera.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Lens {
@@ -225,36 +236,39 @@ struct Lens {
     ymag: Option<f64>,
 }
 
+/// The state of the reader.
 struct Reader<'a> {
     doc: &'a Document<'a>,
     base: Assembly,
-    /// The buffers that have been read.
+    /// The buffers that have been loaded.
     buffers: Vec<Option<Arc<[u8]>>>,
     /// The binary chunk of a GLB file.
     binary: Option<Arc<[u8]>>,
-    /// The accessors that have been decoded: meshes often share them.
+    /// The accessors that have been decoded, which meshes often share.
     accessors: HashMap<usize, Rc<Numbers>>,
-    /// Numbers that may still be decoded: accessors may overlap, so that small files could ask for
-    /// many.
+    /// The number of numbers that may still be decoded. The limit is needed because accessors may
+    /// overlap, so that a small file could request very many.
     numbers_left: usize,
     camera: Option<(Camera, FilmSettings)>,
-    /// Index and emission of each material.
+    /// The materials by their numbers in the file.
     materials: Vec<materials::Entry>,
-    /// Images by index and use.
+    /// The images that have been decoded, by number and channel.
     images: HashMap<(usize, Channel), Option<Arc<ImageData>>>,
+    /// The meshes that have been read.
     meshes: Vec<Option<Rc<meshes::Mesh>>>,
-    /// The number of places where each mesh stands so far.
+    /// The number of instances of each mesh so far.
     places: Vec<usize>,
-    /// The entries of `KHR_lights_punctual` with their places.
+    /// The entries of `KHR_lights_punctual` with their positions in the file.
     lights: Vec<(Raw<'a>, Option<lights::Punctual>)>,
+    /// The number of primitives of all instances so far.
     shapes: usize,
-    /// Indices read so far.
+    /// The number of vertex indices that have been read.
     indices: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// Refuses a file that requires what we do not read: without it, the file says, it is not to be
-    /// drawn (glTF 2.0, section 3.12).
+    /// Refuses a file that requires an extension that is not supported, as glTF 2.0 demands
+    /// (section 3.12).
     fn refuse_extensions(&self) -> Result<()> {
         let doc = self.doc;
         for raw in &doc.lists.extensions_required {
@@ -273,9 +287,10 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Names what the file uses and we do not read. Extensions of materials are named where they
-    /// are used.
+    /// Warns about features of the file that are not supported. (About extensions of materials,
+    /// there are warnings where they are used.)
     fn warn_extensions(&mut self) -> Result<()> {
+        // Warn about extensions.
         let doc = self.doc;
         for raw in &doc.lists.extensions_used {
             let name: String = doc.read(raw)?;
@@ -286,6 +301,7 @@ impl<'a> Reader<'a> {
             let message = format!("extension `{name}` is not supported");
             self.base.unsupported(message, "left out", doc.at(raw))?;
         }
+        // Warn about motion, and about more than one scene.
         let lists = [
             ("animations", &doc.lists.animations),
             ("skins", &doc.lists.skins),
@@ -305,8 +321,10 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Walks the nodes of the scene; a node may appear only once.
+    /// Visits the nodes of the scene, which must form a tree, and adds their meshes, lights and
+    /// cameras.
     fn read_nodes(&mut self) -> Result<()> {
+        // Begin with the nodes of the default scene or of the first one, or else all roots.
         let doc = self.doc;
         let mut seen = vec![false; doc.lists.nodes.len()];
         let scene = match doc.lists.scene {
@@ -321,6 +339,7 @@ impl<'a> Reader<'a> {
             None => roots(doc, &mut seen)?,
         };
         while let Some((index, parent)) = stack.pop() {
+            // Compute the node's transform, and visit its children next.
             let raw = doc.known(List::Nodes, index);
             let node: Node<'_> = doc.read(raw)?;
             let to_world = parent * transform(&node);
@@ -330,6 +349,7 @@ impl<'a> Reader<'a> {
                 return Err(at.error(ErrorKind::BadTransform, message, ""));
             }
             stack.extend(visit(doc, &node.children, "children", to_world, &mut seen)?);
+            // Add what the node has.
             if let Some(mesh) = node.mesh {
                 doc.element(List::Meshes, mesh, raw, "mesh")?;
                 match node.extensions.get(INSTANCING) {
@@ -348,8 +368,9 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A mesh at the places of `EXT_mesh_gpu_instancing`.
+    /// Adds the instances of a mesh that `EXT_mesh_gpu_instancing` has.
     fn place_many(&mut self, mesh: usize, to_world: DAffine3, raw: &Raw<'a>) -> Result<()> {
+        // Read the attributes, which must have the same number of entries.
         let doc = self.doc;
         let at = doc.find(raw, &["attributes"]);
         let attributes = doc.read::<Instances>(raw)?.attributes;
@@ -380,6 +401,7 @@ impl<'a> Reader<'a> {
             let list = list.as_ref()?;
             <[f64; 3]>::try_from(list.values.get(3 * k..3 * k + 3)?).ok()
         };
+        // Add an instance for each entry.
         for k in 0..count.unwrap_or(0) {
             let turn = turns.as_ref().and_then(|t| t.values.get(4 * k..4 * k + 4));
             let here = Node {
@@ -398,6 +420,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Reads a camera with its film; only the first one is used.
     fn read_camera(&mut self, raw: Raw<'a>, to_world: DAffine3) -> Result<()> {
         let doc = self.doc;
         if self.camera.is_some() {
@@ -420,6 +443,7 @@ impl<'a> Reader<'a> {
             }
             value => Ok(value),
         };
+        // Read the projection and the aspect ratio.
         let (projection, window, aspect) = if key == "orthographic" {
             let x = doc.require(positive(lens.xmag, "xmag")?, place, "xmag")?;
             let y = doc.require(positive(lens.ymag, "ymag")?, place, "ymag")?;
@@ -427,7 +451,7 @@ impl<'a> Reader<'a> {
         } else {
             let y_fov = doc.require(positive(lens.yfov, "yfov")?, place, "yfov")?;
             let aspect = positive(lens.aspect_ratio, "aspectRatio")?.unwrap_or(16.0 / 9.0);
-            // Ours is the angle over the shorter side.
+            // Convert the angle over the height to the angle over the shorter side.
             let half = tan(0.5 * y_fov) * aspect.min(1.0);
             let fov_degrees = 2.0 * atan(half).to_degrees();
             if y_fov >= std::f64::consts::PI || fov_degrees <= 0.0 {
@@ -437,6 +461,7 @@ impl<'a> Reader<'a> {
             }
             (Projection::Perspective { fov_degrees }, None, aspect)
         };
+        // Choose the number of pixels by the aspect ratio.
         let aspect = aspect.clamp(1.0 / 16.0, 16.0);
         #[allow(
             clippy::cast_possible_truncation,
@@ -445,7 +470,7 @@ impl<'a> Reader<'a> {
         )]
         let side = |factor: f64| (SHORTER_SIDE * factor.max(1.0)).round() as u32;
         let film = FilmSettings::new(side(aspect), side(1.0 / aspect));
-        // glTF's cameras look along −z.
+        // Place the camera, which in glTF looks along −z.
         let camera_to_world = to_world * DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
         let size = [film.width, film.height];
         self.camera = Some((
@@ -456,10 +481,11 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Nodes to walk, the first last, with the transform of what they are in.
+/// A stack of nodes to visit, with the transforms of their parents. The first is at the end.
 type Nodes = Vec<(usize, DAffine3)>;
 
-/// The children of a node or a scene, which nobody else may have.
+/// The children of a node or a scene, in the order of a stack. It is an error if one of them has
+/// been seen before.
 fn visit<'a>(
     doc: &Document<'a>,
     children: &[Raw<'a>],
@@ -479,7 +505,7 @@ fn visit<'a>(
     children.iter().rev().map(visit).collect()
 }
 
-/// Nodes that are nobody's child.
+/// The nodes that are not the child of a node, for files without a scene.
 fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
     let mut is_child = vec![false; seen.len()];
     for raw in &doc.lists.nodes {
@@ -495,7 +521,7 @@ fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
     Ok(roots)
 }
 
-/// A node's own transform.
+/// A node's transform relative to its parent.
 fn transform(node: &Node<'_>) -> DAffine3 {
     if let Some(m) = &node.matrix {
         return DAffine3::from_mat4(DMat4::from_cols_array(m));
@@ -504,7 +530,7 @@ fn transform(node: &Node<'_>) -> DAffine3 {
     let s = node.scale.unwrap_or([1.0; 3]);
     let rotation = DQuat::from_array(r);
     let length = rotation.length();
-    // Files hold unit quaternions to three digits; zero is none.
+    // Normalise the quaternion, which files may have with three digits; zero means no rotation.
     let rotation = if length > 0.0 {
         rotation / length
     } else {

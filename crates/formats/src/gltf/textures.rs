@@ -1,4 +1,4 @@
-//! glTF textures: images with sampler and transform.
+//! The textures of glTF: images with a sampler and a transform of their coordinates.
 
 use super::Reader;
 use super::buffers::percent_decode;
@@ -25,7 +25,8 @@ struct Info<'a> {
     extensions: HashMap<String, Raw<'a>>,
 }
 
-/// `KHR_texture_transform`, which gltf has in `f32` and for some textures only.
+/// The extension `KHR_texture_transform`, which the crate gltf has in `f32` and for some textures
+/// only.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Transform {
@@ -35,24 +36,25 @@ struct Transform {
     tex_coord: Option<u32>,
 }
 
-/// The channel that a texture is read for.
+/// The channel of an image that a texture uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Channel {
-    /// sRGB-encoded colour.
+    /// A colour that is sRGB-encoded.
     Colour,
     /// Three linear numbers.
     Linear,
     /// The second of three linear numbers.
     Green,
-    /// The third.
+    /// The third of three linear numbers.
     Blue,
-    /// The coverage of the surface, if the image has an alpha channel.
+    /// The alpha channel, if the image has one.
     Alpha,
 }
 
 impl<'a> Reader<'a> {
-    /// A texture; `None` after a warning if it cannot be drawn. All textures of a material share
-    /// one set of texture coordinates, which the first names.
+    /// Reads a texture, to which the object `named` refers; `None`, after a warning, if it has no
+    /// image that can be read. All textures of a material use the same set of texture coordinates,
+    /// the set of the first one, which `uv_set` remembers.
     pub(super) fn texture(
         &mut self,
         named: Raw<'a>,
@@ -65,6 +67,7 @@ impl<'a> Reader<'a> {
         let raw = doc.element(List::Textures, info.index, named, "index")?;
         let transform = info.extensions.get("KHR_texture_transform");
         let transform: Option<Transform> = transform.map(|t| doc.read(t)).transpose()?;
+        // Check the set of texture coordinates, in place of which the transform may have another.
         let set = transform.as_ref().and_then(|t| t.tex_coord);
         let set = set.unwrap_or(info.tex_coord);
         if *uv_set.get_or_insert(set) != set {
@@ -73,15 +76,16 @@ impl<'a> Reader<'a> {
             let label = "drawn with those of the first";
             self.base.unsupported(message, label, doc.at(named))?;
         }
+        // Find the image. The crate gltf has the largest number for a missing one.
         let node: JsonTexture = doc.read(raw)?;
         let image = node.source.value();
-        // What gltf has for none.
         if image == u32::MAX as usize {
             let message = "a texture without an image that can be read";
             self.base.unsupported(message, "left out", doc.at(raw))?;
             return Ok(None);
         }
         doc.element(List::Images, image, raw, "source")?;
+        // Read the sampler.
         let (wrap, filter) = match node.sampler {
             Some(index) => {
                 let sampler = doc.element(List::Samplers, index.value(), raw, "sampler")?;
@@ -90,6 +94,7 @@ impl<'a> Reader<'a> {
             }
             None => ([Wrap::Repeat; 2], TextureFilter::default()),
         };
+        // Load the image.
         let mapping = transform.map_or(UvMapping::IDENTITY, |t| mapping(&t));
         let data = self.image(image, channel)?;
         Ok(data.map(|data| {
@@ -103,7 +108,7 @@ impl<'a> Reader<'a> {
         }))
     }
 
-    /// The pixels of an image, decoded once.
+    /// A channel of an image, which is decoded once.
     fn image(&mut self, index: usize, channel: Channel) -> Result<Option<Arc<ImageData>>> {
         if let Some(known) = self.images.get(&(index, channel)) {
             return Ok(known.clone());
@@ -121,12 +126,13 @@ impl<'a> Reader<'a> {
         Ok(image)
     }
 
+    /// Decodes an image; a missing file is a warning.
     fn decode(&mut self, index: usize, srgb: bool) -> Result<Option<Arc<ImageData>>> {
         let raw = self.doc.known(List::Images, index);
         let at = self.doc.at(raw);
         match self.image_bytes(raw) {
             Ok((name, bytes)) => self.base.decode(&name, &bytes, srgb, at),
-            // A missing image is common; the shapes are still worth seeing.
+            // Only warn about missing images, which are common.
             Err(error) if error.kind() == ErrorKind::Io => {
                 self.base
                     .warn(ErrorKind::Io, error.message(), "left out", at)?;
@@ -136,7 +142,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns the alpha channel of an image; if it cannot be read, its colour reports the error.
+    /// Decodes the alpha channel of an image. If it cannot be read, the reading of its colours
+    /// reports the error.
     fn alpha_channel(&mut self, index: usize) -> Result<Option<Arc<ImageData>>> {
         let raw = self.doc.known(List::Images, index);
         let at = self.doc.at(raw);
@@ -146,7 +153,7 @@ impl<'a> Reader<'a> {
         self.base.alpha_channel(&name, &bytes, at)
     }
 
-    /// A name of an image file that ends in its type, and its bytes.
+    /// The bytes of an image file, and a name whose extension is the type of the file.
     fn image_bytes(&mut self, raw: Raw<'a>) -> Result<(String, Vec<u8>)> {
         let doc = self.doc;
         let node: image::Image = doc.read(raw)?;
@@ -158,6 +165,7 @@ impl<'a> Reader<'a> {
                 format!("image.{kind}")
             }
         };
+        // Load a file or a data URI.
         if let Some(uri) = &node.uri {
             let bytes = self.load_uri(uri, doc.find(raw, &["uri"]))?;
             let name = match uri.strip_prefix("data:") {
@@ -166,6 +174,7 @@ impl<'a> Reader<'a> {
             };
             return Ok((name, bytes));
         }
+        // Take a part of a buffer.
         let mime = node.mime_type.as_ref().map_or("", |mime| &mime.0);
         let index = doc.require(node.buffer_view, raw, "uri")?.value();
         let view = doc.element(List::BufferViews, index, raw, "bufferView")?;
@@ -174,7 +183,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Returns the wrap mode of a sampler.
+/// The wrap mode of a sampler.
 const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     match mode {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
@@ -183,9 +192,9 @@ const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// Returns the filter for images that are minified: `minFilter`, which names the mip levels too.
-/// Where it names none, or is missing (then it is the renderer's choice), the footprint is still
-/// averaged. `magFilter` is ignored: magnified images are bilinear.
+/// The filter for minified images, from `minFilter`, which also says how mip levels are used. If it
+/// uses none, or is missing (which leaves the choice to the renderer), images are averaged over the
+/// footprint by the default filter. `magFilter` is ignored: magnified images are bilinear.
 fn filter(sampler: &Sampler) -> TextureFilter {
     match sampler.min_filter {
         Some(Checked::Valid(
@@ -199,10 +208,10 @@ fn filter(sampler: &Sampler) -> TextureFilter {
     }
 }
 
-/// `KHR_texture_transform`. glTF counts v from the top: the mesh reader turns it over, and the
-/// mapping here is the extension's in the turned coordinates.
+/// The mapping of `KHR_texture_transform`. glTF counts v from the top; the mesh reader replaces it
+/// by w = 1 − v, and the result here is the extension's mapping in these coordinates.
 ///
-/// With w = 1 − v, u' = o₁ + s₁ u cos r + s₂ v sin r and v' = o₂ − s₁ u sin r + s₂ v cos r become
+/// The extension's u' = o₁ + s₁ u cos r + s₂ v sin r and v' = o₂ − s₁ u sin r + s₂ v cos r become
 /// (u', w') = R(r) (s₁ u, s₂ w) + (o₁ + s₂ sin r, 1 − o₂ − s₂ cos r).
 fn mapping(transform: &Transform) -> UvMapping {
     let [sx, sy] = transform.scale.unwrap_or([1.0; 2]);

@@ -1,9 +1,10 @@
-//! Statements: lines of words, continued by a backslash, with `#` comments.
+//! The lexer of OBJ and MTL files. A statement is a line of words; a backslash at its end continues
+//! it on the next line, and `#` begins a comment.
 
 use linelit_assembly::{ErrorKind, Result, Source, Span, shorten};
 use linelit_geometry::stop;
 
-/// A statement.
+/// A statement: its position and the positions of its words, of which the first is the keyword.
 #[derive(Debug, Default)]
 pub(super) struct Line {
     pub(super) span: Span,
@@ -11,8 +12,8 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The text behind the keyword, without the blanks around it: a name may hold blanks. Its place
-    /// is the keyword's if there is none.
+    /// The text after the keyword, without the blanks around it, and its position. A name may
+    /// contain blanks. If the text is empty, the position is the whole statement.
     pub(super) fn rest(&self, source: &Source) -> (String, Span) {
         match self.words.as_slice() {
             [_, first, .., last] => {
@@ -32,6 +33,7 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
+    /// The statements of a file, after its byte order mark if it has one.
     pub(super) fn new(source: &'a Source) -> Self {
         let bom = source.bytes().starts_with(b"\xef\xbb\xbf");
         Self {
@@ -42,7 +44,7 @@ impl<'a> Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// The statements whose line begins with a keyword, found without taking the others apart.
+    /// The statements whose line begins with a keyword; other lines are not split into words.
     pub(super) fn that_begin_with(
         source: &'a Source,
         keyword: &'a [u8],
@@ -67,17 +69,20 @@ impl Iterator for Lines<'_> {
         stop::check();
         let mut line = Line::default();
         loop {
+            // Collect words up to the end of a line that has any.
             match self.bytes.get(self.at) {
                 None | Some(b'\n' | b'\r') if !line.words.is_empty() => {
                     line.span = line.words[0].to(line.words[line.words.len() - 1]);
                     return Some(line);
                 }
                 None => return None,
+                // Skip a comment.
                 Some(b'#') => {
                     let rest = &self.bytes[self.at..];
                     let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
                     self.at += end.unwrap_or(rest.len());
                 }
+                // Continue on the next line after a backslash.
                 Some(b'\\')
                     if matches!(self.bytes.get(self.at + 1), None | Some(b'\n' | b'\r')) =>
                 {
@@ -88,7 +93,7 @@ impl Iterator for Lines<'_> {
                 Some(b) if b.is_ascii_whitespace() => self.at += 1,
                 Some(_) => {
                     let rest = &self.bytes[self.at..];
-                    // A word may begin with a backslash but not go on behind one at a line's end.
+                    // Read a word. It may contain backslashes, but ends before one at a line's end.
                     let end = (1..rest.len()).find(|&i| {
                         rest[i].is_ascii_whitespace()
                             || (rest[i] == b'\\' && matches!(rest.get(i + 1), Some(b'\n' | b'\r')))
@@ -102,7 +107,7 @@ impl Iterator for Lines<'_> {
     }
 }
 
-/// The first `N` numbers of a statement; more are allowed.
+/// Reads the first `N` numbers of a statement, which may have more.
 pub(super) fn numbers<const N: usize>(
     source: &Source,
     keyword: Span,
@@ -120,13 +125,13 @@ pub(super) fn numbers<const N: usize>(
     Ok(values)
 }
 
-/// A finite number.
+/// Reads a number of a magnitude that `f32` can represent.
 pub(super) fn number(source: &Source, span: Span) -> Result<f64> {
     let text = std::str::from_utf8(&source.bytes()[span.start..span.end]);
     let value = text.ok().and_then(|t| t.parse::<f64>().ok());
     let shown = || shorten(&source.text(span));
     match value {
-        // Positions beyond f32 are refused with their mesh; these would overflow on the way.
+        // Larger numbers could overflow in computations before the mesh is checked.
         Some(value) if value.abs() <= f64::from(f32::MAX) => Ok(value),
         Some(_) => {
             let message = format!("`{}` is not a finite number", shown());

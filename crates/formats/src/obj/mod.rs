@@ -1,10 +1,10 @@
-//! Wavefront OBJ with its material library.
+//! The reader of Wavefront OBJ files with their material libraries.
 //!
-//! Faces (polygons are cut into triangles), line elements, groups by material. `Ke` makes the
-//! faces of a material an area light (radiance in linear RGB, emitted on the outside), and its
+//! It reads faces (polygons are triangulated) and line elements, in groups by material. `Ke` makes
+//! the faces of a material an area light (radiance in linear RGB, emitted on the outside), and its
 //! line elements linear lights (`Ke` is then radiance × radius). The outside is where the vertex
-//! normals point, or without them where the corners turn counter-clockwise. The world is
-//! right-handed with y up; a camera that frames everything is added, since OBJ has none.
+//! normals point, or without normals the side from which the corners run counter-clockwise. The
+//! world is right-handed with y up. A camera that frames everything is added, since OBJ has none.
 
 mod lines;
 mod mtl;
@@ -21,8 +21,9 @@ use std::path::Path;
 use std::sync::Arc;
 use tobj::Mesh;
 
-/// Reads a scene from a file in memory: [`Statements`] looks at each and hands on what tobj shall
-/// read, which gives one mesh for each group of faces and one for all line elements.
+/// Reads a scene from a file in memory. [`Statements`] checks each statement and passes a rewritten
+/// text to the crate tobj, which makes one mesh of each group of faces, and one of each line
+/// element.
 pub(crate) fn load(
     source: Arc<Source>,
     path: Option<&Path>,
@@ -32,7 +33,9 @@ pub(crate) fn load(
     about_its_middle(options, |options| scene(&source, path, options))
 }
 
+/// Reads a scene with vertices relative to the origin in the options.
 fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
+    // Read the material libraries, then all other statements through tobj.
     let base = Assembly::new(path, source.bytes().len(), options);
     let mut statements = Statements::new(source, base);
     statements.read_libraries()?;
@@ -43,9 +46,10 @@ fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Re
     let no_library = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     let read = tobj::load_obj_buf(&mut statements, &one_index, no_library);
     let (models, _) = statements.check(read)?;
+    // Add the lines and meshes of each group to the scene. A model's name is the number of its
+    // group; the model before the first group is empty.
     let mut base = statements.base;
     for model in models {
-        // Nothing stands before the first group.
         let group = model.name.parse().ok();
         let Some(group) = group.and_then(|k: usize| statements.groups.get(k)) else {
             continue;
@@ -80,15 +84,15 @@ fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Re
     base.finish(source.name(), shapes, None, FilmSettings::default())
 }
 
-/// Reads the polygons of a file, uncut.
+/// Reads the polygons of a file without triangulating them.
 ///
 /// # Errors
-/// The first position or face that is wrong, with its place.
+/// The first position or face that is not valid, with its position in the file.
 pub fn read_polygons(source: &Arc<Source>) -> Result<Polygons> {
     statements::polygons(&as_utf8(Arc::clone(source)))
 }
 
-/// A file whose text is UTF-8, as most are.
+/// The file in UTF-8: itself, unless it begins with a byte order mark of UTF-16.
 fn as_utf8(source: Arc<Source>) -> Arc<Source> {
     match utf16(source.bytes()) {
         Some(text) => Source::new(source.name().clone(), text.into_bytes()),
@@ -96,12 +100,13 @@ fn as_utf8(source: Arc<Source>) -> Arc<Source> {
     }
 }
 
+/// The position of a vertex.
 fn position(mesh: &Mesh, index: u32) -> DVec3 {
     let start = 3 * index as usize;
     DVec3::from_array([0, 1, 2].map(|k| mesh.positions[start + k]))
 }
 
-/// A mesh of polygons as one of triangles, and what is said of polygons that are left out.
+/// Triangulates a mesh of polygons. The texts say why some polygons were left out.
 fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
     let mut left_out = Vec::new();
     let count = mesh.positions.len() / 3;
@@ -123,19 +128,19 @@ fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
     (data, left_out)
 }
 
-/// Normals or texture coordinates.
+/// Groups numbers into normals or texture coordinates in single precision.
 #[allow(clippy::cast_possible_truncation, reason = "they are f32 in a scene")]
 fn singles<const N: usize>(values: &[f64]) -> Vec<[f32; N]> {
     let rows = values.as_chunks::<N>().0.iter();
     rows.map(|row| row.map(|x| x as f32)).collect()
 }
 
-/// Vertices are numbered by tobj in `u32`.
+/// The number of a vertex; tobj's numbers are `u32`.
 fn index(k: usize) -> u32 {
     u32::try_from(k).unwrap_or(u32::MAX)
 }
 
-/// The text of a file that begins with a UTF-16 byte order mark.
+/// The text of a file that begins with a byte order mark of UTF-16; `None` for other files.
 fn utf16(bytes: &[u8]) -> Option<String> {
     let (big, rest) = match bytes {
         [0xfe, 0xff, rest @ ..] => (true, rest),

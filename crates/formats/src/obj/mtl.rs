@@ -1,8 +1,8 @@
-//! Material libraries.
+//! The reader of material libraries (MTL files).
 //!
-//! `Kd`, `Ks`, `Ns`, `Ke`, their maps and `norm` are read: a material with `Ks` above zero becomes
-//! our `phong`, one without Lambert. `map_d` cuts holes where it is below a half. Bump maps are
-//! named in a warning: their heights have no unit.
+//! It reads `Kd`, `Ks`, `Ns`, `Ke`, their maps and `norm`. A material with a `Ks` above zero
+//! becomes linelit's `phong`, other materials are Lambertian. `map_d` cuts holes where it is below
+//! one half. Bump maps are left out with a warning, as their heights have no unit.
 
 use super::lines::{Lines, number, numbers};
 use linelit_assembly::{Assembly, ErrorKind, Holes, Location, Result, Source, Span, shorten};
@@ -14,7 +14,7 @@ use linelit_scene::{
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Statements that change nothing in direct light on opaque surfaces.
+/// The statements that do not affect direct light on opaque surfaces, and are ignored.
 const SILENT: &[&str] = &[
     "Ka",
     "Ni",
@@ -30,7 +30,7 @@ const SILENT: &[&str] = &[
     "anisor",
 ];
 
-/// A material being read.
+/// The material that is being read, as far as the file has described it.
 #[derive(Default)]
 struct Draft {
     name: String,
@@ -40,24 +40,23 @@ struct Draft {
     ks_map: Option<Texture>,
     ns: Option<f64>,
     ke: DVec3,
-    /// The texture, and the statement that named it.
     ke_map: Option<Texture>,
     normals: Option<Texture>,
     /// The mask of `d` or `map_d`, as an index into the builder's alphas.
     alpha: Option<u32>,
 }
 
-/// A material of the scene.
+/// A material of the scene with the properties that OBJ has in materials and a scene in meshes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
-    /// Index in the scene.
+    /// The index in the scene.
     pub(super) index: u32,
     pub(super) emission: Option<EmissionSpec>,
-    /// The mask that cuts holes into shapes of this material.
+    /// The masks that cut holes into shapes of this material.
     pub(super) cutout: Option<Cutout>,
 }
 
-/// Statements that a library may begin with.
+/// The statements, with the ignored ones, by which a file is recognised as a library.
 const FIRST: &[&str] = &[
     "newmtl", "Kd", "Ks", "Ke", "Ns", "d", "Tr", "map_Kd", "norm",
 ];
@@ -69,7 +68,7 @@ pub(super) fn begins(source: &Source) -> bool {
     word.is_none_or(|w| FIRST.iter().chain(SILENT).any(|known| *known == w))
 }
 
-/// Reads a library into the scene and gives index and emission of its materials by name.
+/// Reads a library, adds its materials to the scene, and returns them by name.
 pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<String, Entry>> {
     let mut materials = HashMap::new();
     let mut draft: Option<Draft> = None;
@@ -77,6 +76,7 @@ pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<Strin
         let Some((&keyword, rest)) = line.words.split_first() else {
             continue;
         };
+        // Finish a material where the next one begins.
         if &source.bytes()[keyword.start..keyword.end] == b"newmtl" {
             if let Some(done) = draft.take() {
                 finish(base, done, &mut materials)?;
@@ -88,6 +88,7 @@ pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<Strin
             });
             continue;
         }
+        // Read a statement of a material.
         let Some(draft) = &mut draft else {
             let message = "a material statement before `newmtl`";
             let at = source.at(keyword);
@@ -102,6 +103,7 @@ pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<Strin
     Ok(materials)
 }
 
+/// Reads one statement of a material.
 fn statement(
     base: &mut Assembly,
     source: &Source,
@@ -109,13 +111,16 @@ fn statement(
     keyword: Span,
     rest: &[Span],
 ) -> Result<()> {
+    /// The warning about partial transparency.
     const OPAQUE: &str = "transparency is not supported: surfaces are there or not";
     let at = source.at(keyword);
     match &source.bytes()[keyword.start..keyword.end] {
+        // Read colours and the exponent.
         b"Kd" => draft.kd = Some(colour(base, source, keyword, rest)?),
         b"Ks" => draft.ks = colour(base, source, keyword, rest)?,
         b"Ke" => draft.ke = colour(base, source, keyword, rest)?,
         b"Ns" => draft.ns = Some(numbers::<1>(source, keyword, rest)?[0].max(0.0)),
+        // Read holes, and warn about partial transparency.
         b"map_d" => draft.alpha = alpha(base, source, keyword, rest)?,
         b"d" | b"Tr" => {
             let value = rest.last().map_or(Ok(1.0), |s| number(source, *s))?;
@@ -128,6 +133,7 @@ fn statement(
                 base.unsupported(OPAQUE, "taken as there", at)?;
             }
         }
+        // Read images.
         b"map_Kd" => draft.kd_map = image(base, source, rest, true)?,
         b"map_Ks" => draft.ks_map = image(base, source, rest, true)?,
         b"map_Ke" => draft.ke_map = image(base, source, rest, true)?,
@@ -143,7 +149,7 @@ fn statement(
     Ok(())
 }
 
-/// `r g b`, or `r` for all three.
+/// Reads a colour: `r g b`, or one number for all three.
 fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) -> Result<DVec3> {
     if let Some(first) = rest.first()
         && matches!(source.text(*first).as_str(), "spectral" | "xyz")
@@ -165,7 +171,7 @@ fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) ->
     Ok(rgb)
 }
 
-/// `map_Kd [options] name`.
+/// Reads a map of colours or normals, such as `map_Kd [options] name`.
 fn image(
     base: &mut Assembly,
     source: &Source,
@@ -181,8 +187,8 @@ fn image(
     )
 }
 
-/// `map_d [options] name`: the alpha channel of the image, or its luminance if it has none, cuts
-/// where it is below a half.
+/// Reads `map_d [options] name`, which cuts holes where the alpha channel of the image, or its
+/// luminance if it has no alpha channel, is below one half. The result is the index of the mask.
 fn alpha(
     base: &mut Assembly,
     source: &Source,
@@ -197,7 +203,8 @@ fn alpha(
     Ok(holes.transpose()?.and_then(Holes::alpha))
 }
 
-/// `[options] name` as a texture of what is read of that file.
+/// Reads `[options] name`. `read` loads the image of this name, and `instead` says in the warning
+/// what happens if it cannot be loaded.
 fn map(
     base: &mut Assembly,
     source: &Source,
@@ -214,7 +221,7 @@ fn map(
     let at = source.at(span);
     let data = match read(base, &name, at) {
         Ok(data) => data,
-        // Missing and broken images are common; the shapes are still worth seeing.
+        // Only warn about missing and broken images, which are common.
         Err(error) if matches!(error.kind(), ErrorKind::Io | ErrorKind::Syntax) => {
             base.warn(error.kind(), error.message(), instead, at)?;
             None
@@ -230,8 +237,8 @@ fn map(
     }))
 }
 
-/// The options of a map, and the words behind them: scale, offset and clamping are read, others
-/// skipped.
+/// Reads the options of a map, and returns the remaining words. Scale, offset and clamping are
+/// read, other options are skipped.
 fn map_options<'w>(source: &Source, words: &'w [Span]) -> Result<(UvMapping, Wrap, &'w [Span])> {
     let (mut mapping, mut wrap, mut rest) = (UvMapping::IDENTITY, Wrap::Repeat, words);
     while let [word, behind @ ..] = rest {
@@ -264,8 +271,8 @@ fn map_options<'w>(source: &Source, words: &'w [Span]) -> Result<(UvMapping, Wra
     Ok((mapping, wrap, rest))
 }
 
-/// A map times its factor. By the format the two are multiplied; black or nothing with a map is a
-/// common slip.
+/// The product of a map and its factor, as the format says. A black factor is taken as one: files
+/// often have it by mistake.
 fn textured(map: Texture, factor: DVec3) -> Texture {
     if factor == DVec3::ZERO || factor == DVec3::ONE {
         map
@@ -274,7 +281,9 @@ fn textured(map: Texture, factor: DVec3) -> Texture {
     }
 }
 
+/// Adds a material to the scene when all of its statements have been read.
 fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Entry>) -> Result<()> {
+    // Choose the model: Phong if there is a specular part, else Lambert.
     let kd = match draft.kd_map {
         Some(map) => textured(map, draft.kd.unwrap_or(DVec3::ONE)),
         None => Texture::Constant(draft.kd.unwrap_or(DVec3::splat(0.8))),
@@ -294,6 +303,7 @@ fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Ent
             exponent: Texture::number(draft.ns.unwrap_or(0.0)),
         }
     };
+    // Add the material.
     let index = base.builder.add_material(Material {
         name: draft.name.clone(),
         kind,
@@ -303,6 +313,8 @@ fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Ent
             scale: 1.0,
         }),
     });
+    // Note the emission and the holes for the meshes of this material. A map without `Ke` emits
+    // as it is.
     let mut emission = (draft.ke != DVec3::ZERO).then_some(EmissionSpec::one_sided(draft.ke));
     if let Some(map) = draft.ke_map {
         let mut spec = emission.unwrap_or(EmissionSpec::one_sided(DVec3::ONE));

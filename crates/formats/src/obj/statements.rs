@@ -1,10 +1,12 @@
-//! What tobj is given to read: statements that it reads as we mean them.
+//! The statements of an OBJ file: they are checked, and rewritten to a text that the crate tobj
+//! reads as intended.
 //!
-//! tobj names no place, takes indices of vertices to come, ends at indices of normals that do not
-//! exist, mixes up meshes whose faces have normals in part, panics where the product of an index
-//! overflows, and reads `l a b c` as a triangle. So each statement is judged here while it passes,
-//! with its place, and tobj gets vertices of finite numbers, faces with indices in range, and each
-//! group of faces alike under a name of its own.
+//! tobj has limits. Its errors have no position; it accepts indices of vertices that come later,
+//! stops at indices of normals that do not exist, confuses meshes of which only some faces have
+//! normals, panics where an index overflows in a product, and reads `l a b c` as a triangle.
+//! Therefore each statement is checked here with its position, while tobj reads through the
+//! interface of `BufRead`. tobj gets vertices with finite numbers, faces with valid indices, and
+//! groups with names of their own, whose faces all have the same attributes.
 
 use super::lines::{self, Line, Lines};
 use super::mtl::{self, Entry};
@@ -13,59 +15,66 @@ use linelit_geometry::DVec3;
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read, Write as _};
 
-/// Statements of the format that mean nothing to a renderer of triangles.
+/// The statements that do not affect pictures of triangles, and are ignored.
 const SILENT: [&str; 8] = ["o", "g", "s", "bevel", "c_interp", "d_interp", "lod", "mg"];
 
-/// Statements that describe things we do not draw.
+/// The statements that are not supported, such as those for curves and surfaces.
 const UNSUPPORTED: &str = "p vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con \
                            call csh shadow_obj trace_obj ctech stech";
 
+/// The statements that are read, for suggestions.
 const KNOWN: [&str; 7] = ["v", "vt", "vn", "f", "l", "usemtl", "mtllib"];
 
 /// The kinds of indices, in the order in which corners have them.
 const WHAT: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-/// Position, texture coordinate and normal of a corner, as indices from zero.
+/// The position, texture coordinate and normal of a corner, as indices from zero.
 type Corner = [Option<u32>; 3];
 
-/// Faces in a row with one material, which all have normals or none, and coordinates or none; or
-/// a line element. Its place among all is its name for tobj.
+/// Consecutive faces with the same material and the same attributes (normals, texture coordinates),
+/// or a line element. Its number is its name for tobj.
 #[derive(Clone)]
 pub(super) struct Group {
-    /// Index and emission.
+    /// The material with its emission.
     pub(super) material: Entry,
     pub(super) is_line: bool,
-    /// The kinds of indices that its corners have.
+    /// Which of the three kinds of indices its corners have.
     has: [bool; 3],
-    /// The place of its first statement.
+    /// The position of its first statement.
     pub(super) first: Span,
 }
 
-/// The statements of a file, as tobj shall read them.
+/// The statements of a file, from which tobj reads the rewritten text.
 pub(super) struct Statements<'a> {
     pub(super) base: Assembly,
     pub(super) groups: Vec<Group>,
-    /// Faces and line elements, drawn or not.
+    /// The number of faces and line elements, including those that are left out.
     pub(super) shapes: usize,
     source: &'a Source,
     lines: Lines<'a>,
-    /// Positions, texture coordinates and normals so far.
+    /// The numbers of positions, texture coordinates and normals so far.
     counts: [usize; 3],
     materials: HashMap<String, Entry>,
+    /// The names of the material libraries that were read.
     libraries: HashSet<String>,
+    /// The current material.
     material: Entry,
-    /// Whether the last group goes on.
+    /// Whether the next face may belong to the last group.
     is_open: bool,
-    /// The last statement that was taken, and what was wrong with it.
+    /// The position of the last statement that was read.
     last: Span,
+    /// The error in that statement, if it has one; it ends the text.
     refused: Option<SceneError>,
-    /// The text being handed on, how far it has been, and whether nothing follows.
+    /// The rewritten text of the last statement.
     text: Vec<u8>,
+    /// The number of its bytes that tobj has read.
     at: usize,
+    /// Whether all statements have been read, or one was refused.
     ended: bool,
 }
 
 impl BufRead for Statements<'_> {
+    /// Rewrites statements until there is text to read.
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         while self.at == self.text.len() && !self.ended {
             self.text.clear();
@@ -99,6 +108,7 @@ impl Read for Statements<'_> {
 }
 
 impl<'a> Statements<'a> {
+    /// The statements of a file, whose materials are added to `base`.
     pub(super) fn new(source: &'a Source, base: Assembly) -> Self {
         Self {
             base,
@@ -119,7 +129,8 @@ impl<'a> Statements<'a> {
         }
     }
 
-    /// Reads the material libraries, which some files name behind the first use of a material.
+    /// Reads all material libraries beforehand, as some files name them after the first use of a
+    /// material.
     pub(super) fn read_libraries(&mut self) -> Result<()> {
         let source = self.source;
         for line in Lines::that_begin_with(source, b"mtllib") {
@@ -128,7 +139,8 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// Returns what tobj made of it all; an error gets the place of the last statement handed on.
+    /// Returns the result of tobj, or the error of the statement that was refused. An error of tobj
+    /// gets the position of the last statement.
     pub(super) fn check<T>(&mut self, read: std::result::Result<T, tobj::LoadError>) -> Result<T> {
         if let Some(refused) = self.refused.take() {
             return Err(refused);
@@ -139,12 +151,14 @@ impl<'a> Statements<'a> {
         })
     }
 
+    /// Checks a statement, and appends its rewritten form to the text.
     fn statement(&mut self, line: &Line) -> Result<()> {
         let source = self.source;
         let Some((&keyword, rest)) = line.words.split_first() else {
             return Ok(());
         };
         match &source.bytes()[keyword.start..keyword.end] {
+            // Read vertices with their attributes.
             b"v" => {
                 // A fourth number is a weight; six or more are position and colour.
                 if rest.len() >= 6 {
@@ -166,6 +180,7 @@ impl<'a> Statements<'a> {
                 let uv = self.finite(rest, if rest.len() < 2 { one() } else { two })?;
                 self.vertex(1, "vt", &uv);
             }
+            // Read faces, lines and materials.
             b"f" | b"fo" => self.face(line.span, rest)?,
             b"l" => self.polyline(keyword, rest)?,
             b"usemtl" => self.use_material(line.rest(source))?,
@@ -175,6 +190,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
+    /// Writes a position, a texture coordinate or a normal.
     fn vertex(&mut self, kind: usize, keyword: &str, numbers: &[f64]) {
         self.counts[kind] += 1;
         self.text.extend(keyword.as_bytes());
@@ -184,20 +200,21 @@ impl<'a> Statements<'a> {
         self.text.push(b'\n');
     }
 
+    /// Appends to the text.
     fn put(&mut self, text: std::fmt::Arguments<'_>) {
         self.text
             .write_fmt(text)
             .expect("writing to memory does not fail");
     }
 
-    /// The numbers of a normal or a texture coordinate: zeros after a warning where the file has
-    /// what its writer could not compute.
+    /// The numbers of a normal or a texture coordinate. Where the file has NaN or infinity instead
+    /// of a number, they are zeros, with a warning.
     fn finite<const N: usize>(
         &mut self,
         words: &[Span],
         numbers: Result<[f64; N]>,
     ) -> Result<[f64; N]> {
-        // What C libraries print for NaN and infinity: `nan`, `-nan(ind)`, `1.#QNAN`, `inf`.
+        // C libraries print NaN and infinity as `nan`, `-nan(ind)`, `1.#QNAN` or `inf`.
         let source = self.source;
         let is_odd = |span: &Span| {
             let word = source.text(*span).to_ascii_lowercase();
@@ -214,6 +231,7 @@ impl<'a> Statements<'a> {
         }
     }
 
+    /// Ignores a statement, or warns that it is not supported or unknown.
     fn other(&mut self, keyword: Span) -> Result<()> {
         let source = self.source;
         let word = source.text(keyword);
@@ -234,10 +252,12 @@ impl<'a> Statements<'a> {
             .warn(ErrorKind::UnknownName, message, place)
     }
 
+    /// An index of a kind as an index from zero.
     fn resolve(&self, span: Span, text: &[u8], kind: usize) -> Result<u32> {
         resolve(self.source, span, text, (kind, self.counts[kind]))
     }
 
+    /// Reads a corner of a face, such as `1/2/3` or `1//3`.
     fn corner(&mut self, span: Span) -> Result<Corner> {
         let text = &self.source.bytes()[span.start..span.end];
         let mut parts = text.split(|b| *b == b'/');
@@ -247,8 +267,8 @@ impl<'a> Statements<'a> {
         Ok([Some(position), uv, normal])
     }
 
-    /// An index that may be left out; a warning where there is no such thing, as other readers
-    /// draw such faces without.
+    /// Reads an index that may be missing. An index out of range is a warning, and the face is read
+    /// without this attribute, as other readers do.
     fn optional(&mut self, span: Span, text: Option<&[u8]>, kind: usize) -> Result<Option<u32>> {
         let Some(text) = text.filter(|t| !t.is_empty()) else {
             return Ok(None);
@@ -265,7 +285,9 @@ impl<'a> Statements<'a> {
         }
     }
 
+    /// Reads a face, and begins a new group if its attributes differ from the last one's.
     fn face(&mut self, line: Span, rest: &[Span]) -> Result<()> {
+        // Read the corners.
         self.shapes += 1;
         if rest.len() < 3 {
             let message = "a face with fewer than three corners";
@@ -276,11 +298,12 @@ impl<'a> Statements<'a> {
             .iter()
             .map(|s| self.corner(*s))
             .collect::<Result<Vec<_>>>()?;
-        // Normals and texture coordinates are for all corners of a mesh or for none.
+        // Find the attributes that all corners have; all faces of a group have the same.
         let has = [0, 1, 2].map(|k| corners.iter().all(|c| c[k].is_some()));
         if !self.is_open || self.groups.last().is_none_or(|g| g.has != has) {
             self.begin(false, has, line);
         }
+        // Write the face with these attributes.
         self.text.push(b'f');
         for corner in corners {
             let shown = [0, 1, 2].map(|k| match corner[k] {
@@ -293,7 +316,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// Begins a group.
+    /// Begins a group of faces or of a line.
     fn begin(&mut self, is_line: bool, has: [bool; 3], first: Span) {
         self.put(format_args!("g {}\n", self.groups.len()));
         self.is_open = !is_line;
@@ -305,7 +328,7 @@ impl<'a> Statements<'a> {
         });
     }
 
-    /// A line element: linear lights if the material emits.
+    /// Reads a line element, which becomes linear lights if the material emits.
     fn polyline(&mut self, keyword: Span, rest: &[Span]) -> Result<()> {
         self.shapes += 1;
         let ends = rest.iter().map(|s| self.corner(*s).map(|c| c[0]));
@@ -325,6 +348,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
+    /// `usemtl name`
     fn use_material(&mut self, (name, span): (String, Span)) -> Result<()> {
         let source = self.source;
         self.is_open = false;
@@ -334,7 +358,7 @@ impl<'a> Statements<'a> {
             let shown = shorten(&name);
             let message = format!("unknown material `{shown}`");
             let names = self.materials.keys().map(String::as_str);
-            // Called for the first warning of a name only: suggestions take time.
+            // Search for a suggestion only with the first warning about a name, as it takes time.
             let place = |e: SceneError| {
                 let error = e.at(source.at(span), "replaced by grey, 0.5");
                 error.suggest(nearest(&name, names))
@@ -345,7 +369,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// `mtllib a.mtl b.mtl` names two libraries, or one whose name holds a blank.
+    /// `mtllib a.mtl b.mtl`, which names two libraries, or one whose name contains a blank.
     fn name_libraries(&mut self, line: &Line) -> Result<()> {
         let source = self.source;
         let (whole, span) = line.rest(source);
@@ -358,6 +382,7 @@ impl<'a> Statements<'a> {
         self.library(span, &whole)
     }
 
+    /// Reads a material library, once for each name.
     fn library(&mut self, place: Span, name: &str) -> Result<()> {
         let source = self.source;
         let at = source.at(place);
@@ -368,7 +393,8 @@ impl<'a> Statements<'a> {
             Ok(file) => {
                 let library = Source::new(file.path, file.bytes);
                 if !mtl::begins(&library) {
-                    // What other files hold is nobody's business.
+                    // The message must not quote the file: a scene could name any file of the
+                    // machine.
                     let message = format!("`{name}` is no material library");
                     let label = "does not begin with a statement of the format";
                     return Err(at.error(ErrorKind::Syntax, message, label));
@@ -378,7 +404,7 @@ impl<'a> Statements<'a> {
                 self.materials.extend(materials);
                 Ok(())
             }
-            // A missing library is common; the shapes are still worth seeing.
+            // Only warn about missing libraries, which are common.
             Err(error) if error.kind() == ErrorKind::Io => {
                 let label = "its materials become grey, 0.5";
                 self.base.warn(ErrorKind::Io, error.message(), label, at)
@@ -388,7 +414,8 @@ impl<'a> Statements<'a> {
     }
 }
 
-/// An index of the file (from one, or negative from the end) as an index from zero.
+/// Converts an index in the file (from one, or negative from the end) to an index from zero. `kind`
+/// is its kind and `count` the number of entries of this kind so far.
 fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usize)) -> Result<u32> {
     // Read an integer.
     let what = WHAT[kind];
@@ -400,7 +427,7 @@ fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usiz
         let message = format!("`{shown}` is no index of a {what}");
         return Err(source.error(ErrorKind::Syntax, message, span, "expected an integer"));
     };
-    // Count it from zero, and refuse one that names nothing so far.
+    // Count it from zero, and refuse one that is out of range so far.
     let count_i = i64::try_from(count).unwrap_or(i64::MAX);
     let zero_based = if index < 0 {
         count_i + index
@@ -421,7 +448,7 @@ fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usiz
         })
 }
 
-/// Polygons with all their corners.
+/// The polygons of a file, not triangulated.
 #[derive(Debug, Default)]
 pub struct Polygons {
     /// The positions of the vertices.
@@ -432,7 +459,7 @@ pub struct Polygons {
     pub lines: Vec<usize>,
 }
 
-/// Reads the positions of the vertices and the corners of the faces, and nothing else.
+/// Reads the positions of the vertices and the corners of the faces, and ignores everything else.
 pub(super) fn polygons(source: &Source) -> Result<Polygons> {
     let mut found = Polygons::default();
     let (mut number, mut counted) = (1, 0);
@@ -442,6 +469,7 @@ pub(super) fn polygons(source: &Source) -> Result<Polygons> {
         };
         match &source.bytes()[keyword.start..keyword.end] {
             b"v" => {
+                // Add a vertex.
                 let position = lines::numbers::<3>(source, keyword, rest)?;
                 found.positions.push(DVec3::from_array(position));
             }
@@ -454,7 +482,7 @@ pub(super) fn polygons(source: &Source) -> Result<Polygons> {
                 };
                 let corners = rest.iter().map(corner);
                 found.polygons.push(corners.collect::<Result<_>>()?);
-                // Count the lines since the face before.
+                // Count the lines since the last face.
                 let between = &source.bytes()[counted..keyword.start];
                 number += between.iter().filter(|b| **b == b'\n').count();
                 counted = keyword.start;

@@ -1,12 +1,15 @@
-//! Every broken scene under `tests/bad` fails with exactly the message beside it.
+//! Tests of error messages and warnings: every broken scene in `tests/bad` must fail with exactly
+//! the message in the `.expected` file next to it, and every odd scene in `tests/odd` must load
+//! with the warnings in its `.expected` file.
 //!
-//! With `LINELIT_BLESS=1` in the environment the messages are written instead of compared: read
+//! With `LINELIT_BLESS=1` in the environment the messages are written instead of compared; read
 //! them before committing.
 
 use linelit_formats::LoadOptions;
 use std::path::{Path, PathBuf};
 
-/// The scenes of a folder, by name.
+/// Lists the scene files of a folder, sorted by name. Those of glTF are left out if the reader was
+/// built without that format.
 fn scenes(folder: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("the folder is part of the repository");
     let mut list: Vec<PathBuf> = entries
@@ -22,6 +25,7 @@ fn scenes(folder: &str) -> Vec<PathBuf> {
     list
 }
 
+/// Compares a message with the `.expected` file next to a scene, or writes that file.
 fn check(path: &Path, got: &str) -> Result<(), String> {
     let beside = path.with_extension("expected");
     if std::env::var_os("LINELIT_BLESS").is_some() {

@@ -1,18 +1,20 @@
-//! Lights cut short at every byte, and with every word of theirs replaced: they are read, or
-//! refused at their place.
+//! Tests of damaged files of lights: each file is cut off at every byte, and each of its words is
+//! replaced by others. The result must either be read or be refused with a message that names the
+//! file and the position.
 
 use linelit_formats::{LoadOptions, Loaded, Root, SceneError, from_pbrt_str};
 use linelit_geometry::DVec3;
 use linelit_lights::{Beam, Light};
 use linelit_testkit::folder::Folder;
 
-/// What stands in the place of a word.
+/// The replacements that are tried for each word.
 const WORDS: [&str; 16] = [
     "", "nan", "-1", "0", "180", "1e38", "-1e38", "1e999", "\"x\"", "NaN", "7.5", "1e-40", "\"\"",
     "true", "[", "]",
 ];
 
-/// A text cut short at every byte, and with each of its words replaced by others.
+/// Returns all damaged versions of a text: those cut off at every byte, and those in which one
+/// word is replaced by one of `others`.
 fn spoilt(text: &str, others: &[&str]) -> Vec<String> {
     let mut all: Vec<String> = (0..text.len())
         .filter_map(|end| Some(text.get(..end)?.to_owned()))
@@ -31,7 +33,10 @@ fn spoilt(text: &str, others: &[&str]) -> Vec<String> {
     all
 }
 
-/// Whether it was read, to lights that can be asked; else the error must name one of the files.
+/// Returns whether a damaged text was read.
+///
+/// If it was, all lights of the scene must give finite values that are not negative. If it was
+/// not, the error must name one of `files`.
 fn is_read(text: &str, result: Result<Loaded, SceneError>, files: &[&str]) -> bool {
     let loaded = match result {
         Ok(loaded) => loaded,
@@ -60,7 +65,7 @@ fn is_read(text: &str, result: Result<Loaded, SceneError>, files: &[&str]) -> bo
     true
 }
 
-/// Asserts that some of the texts were read and some refused.
+/// Asserts that some of the texts were read and that some were refused.
 fn count(all: &[String], read: impl FnMut(&&String) -> bool) {
     let good = all.iter().filter(read).count();
     assert!(good > 0 && good < all.len(), "{good} of {}", all.len());

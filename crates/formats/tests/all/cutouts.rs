@@ -1,4 +1,4 @@
-//! Holes of shapes from files of all formats.
+//! Tests of alpha masks, which cut holes into shapes, in files of all formats.
 
 use crate::common::{load, world};
 use linelit_formats::{LoadOptions, Loaded};
@@ -6,8 +6,8 @@ use linelit_geometry::DVec2;
 use linelit_scene::{Alpha, Cutout, SceneDescription};
 use linelit_testkit::folder::Folder;
 
-/// A folder of this process with `leaf.tga`, 2 × 2 pixels of one colour whose alphas are 0, 100
-/// above 200, 255.
+/// Makes a temporary folder with the image `leaf.tga`: 2 × 2 pixels of one colour, whose alphas are
+/// 0, 100 in the upper row and 200, 255 in the lower one.
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
     let mut file = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 32, 0x28];
@@ -21,14 +21,16 @@ fn folder(name: &str) -> Folder {
 const TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0] \
     \"point2 uv\" [0 0  1 0  0 1]";
 
-/// What the triangles of a scene have for the holes that are seen, at the centres of the four
-/// quarters of the unit square, the lower left one first.
+/// Returns where a surface with the given alpha mask is solid (true) and where it has a hole
+/// (false): at the centres of the four quarters of the unit square of texture coordinates, in the
+/// order lower left, lower right, upper left, upper right.
 fn there(scene: &SceneDescription, alpha: u32) -> [bool; 4] {
     let alpha = &scene.alphas[alpha as usize];
     [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]
         .map(|uv| alpha.texture.evaluate_number(DVec2::from_array(uv)) >= f64::from(alpha.cutoff))
 }
 
+/// The number of the alpha mask that camera rays use on the first mesh.
 fn seen(scene: &SceneDescription) -> u32 {
     scene.meshes[0].cutout.and_then(|c| c.seen).unwrap()
 }
@@ -44,7 +46,8 @@ fn pbrt_cuts_where_alpha_is_zero_and_version_4_below_a_half() {
     let v4 = format!("Film \"rgb\" Camera \"perspective\" WorldBegin {texture} {shape}");
     let v4 = load(&v4).scene;
     assert_eq!(there(&v4, seen(&v4)), [false; 4]);
-    // Constants are there or not; what has no alpha to lights casts no shadow.
+    // A surface with a constant alpha is kept whole or left out. With a `shadowalpha` of 0 it is
+    // kept and casts no shadow.
     let scene = world(&format!(
         "{TRIANGLE} \"float alpha\" 0.1 {TRIANGLE} \"float alpha\" 0 \
          {TRIANGLE} \"float shadowalpha\" 0"
@@ -92,7 +95,7 @@ fn obj_cuts_by_the_alpha_channel() {
     let loaded = read(&folder, "a.obj", &format!("mtllib a.mtl\n{faces}"));
     assert_eq!(
         there(&loaded.scene, seen(&loaded.scene)),
-        // The lower row is the second of the file.
+        // The lower row of the surface is the second row of the file.
         [true, true, false, false]
     );
     assert_eq!(loaded.scene.meshes[1].cutout, None);
@@ -104,10 +107,10 @@ fn obj_cuts_by_the_alpha_channel() {
     );
 }
 
-/// A square, by two materials of those after it.
+/// Returns a glTF document of one triangle with the first of the given materials.
 #[cfg(feature = "gltf")]
 fn gltf(materials: &str) -> String {
-    // (0,0,0), (1,0,0), (0,1,0): positions and, of the same numbers, coordinates.
+    // The positions (0,0,0), (1,0,0), (0,1,0).
     let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
     format!(
         r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [ {{ "nodes": [ 0 ] }} ], "nodes": [ {{ "mesh": 0 }} ],
@@ -124,7 +127,8 @@ fn gltf(materials: &str) -> String {
 fn gltf_masks_cut_at_their_cutoff() {
     let folder = folder("mask");
     let base = r#""pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "baseColorFactor": [ 1, 1, 1, 0.5 ] }"#;
-    // 0, 50, 100 and 127.5 in 255: above 0.196 are all but the first.
+    // With the factor 0.5 the alphas are 0, 50, 100 and 127.5 of 255; all but the first are at
+    // least 0.196, which is above the cutoff of 0.19.
     let cut = r#""alphaMode": "MASK", "alphaCutoff": 0.19"#;
     for (mode, want) in [
         (cut, [true, true, false, true]),
@@ -138,7 +142,7 @@ fn gltf_masks_cut_at_their_cutoff() {
     }
     let plain = read(&folder, "a.gltf", &gltf(&format!("{{ {base} }}"))).scene;
     assert_eq!(plain.meshes[0].cutout, None);
-    // Without an image all is there or nothing.
+    // A mask without an image keeps the whole mesh or leaves it out.
     let base =
         r#""pbrMetallicRoughness": { "baseColorFactor": [ 1, 1, 1, 0.4 ] }, "alphaMode": "MASK""#;
     for (cutoff, want) in [(0.3, 1), (0.5, 0)] {

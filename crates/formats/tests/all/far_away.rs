@@ -1,4 +1,4 @@
-//! Scenes at map coordinates: vertices are rounded relative to the scene's middle.
+//! Tests of scenes at map coordinates, whose vertices are rounded relative to the scene's middle.
 
 use crate::common::base64;
 use linelit_formats::{Format, LoadOptions, Loaded};
@@ -91,14 +91,17 @@ fn gltf(at: DVec3) -> Loaded {
     )
 }
 
-/// Corners are where the file has them: to half an ulp of their distance from the middle, which is
-/// less than one on each axis, or from zero for a scene there, where it is less than two; to that
-/// of the file's single numbers for glTF; and to the rounding of the sums that transforms are.
+/// The corners of the triangles are where the file puts them, up to three roundings:
+/// - half an ulp of their distance from the middle of the scene, which is less than one on each
+///   axis; or, for a scene near zero, of their distance from zero, which is less than two;
+/// - for glTF, the rounding of the single-precision numbers of the file;
+/// - the rounding of the sums in transforms.
 #[test]
 fn all_formats_round_relative_to_the_middle() {
     for place in PLACES.map(DVec3::from) {
         let here = CORNERS.map(|v| DVec3::from(v) + place);
-        // One that no triangle uses, at the other end of the world.
+        // Add a vertex on the other side of the origin that no triangle uses. It must not move
+        // the middle of the scene.
         let stray: Vec<_> = here.into_iter().chain([-place]).collect();
         let mut all = vec![
             ("pbrt", pbrt("", &here)),
@@ -137,7 +140,8 @@ fn all_formats_round_relative_to_the_middle() {
     }
 }
 
-/// A scene with a far end is read, and said to be too large for its details.
+/// A scene that has details and parts far away from them is read, with one warning that single
+/// precision is too coarse for its details.
 #[test]
 fn what_is_too_large_for_its_details_is_warned_about_once() {
     let far = [[4e7, 0.0, 0.1], [4e7, 0.7, 0.0], [4e7, 0.0, 0.8]];
@@ -155,7 +159,7 @@ fn what_is_too_large_for_its_details_is_warned_about_once() {
             .filter(|w| w.message().contains("single precision"))
             .count()
     };
-    // The far end is a number of `f32`; a third of a unit beyond it is not.
+    // 40,000,000 is exact in `f32`, and 40,000,000.9 is not.
     assert_eq!(count(&loaded), 0);
     let loaded = read(Format::Pbrt, &text.replace("40000000 ", "40000000.9 "));
     assert_eq!(count(&loaded), 1);

@@ -1,4 +1,5 @@
-//! Textures over a pixel's footprint: against direct means, quadrature and neighbouring rays.
+//! Tests of texture filtering over the footprint of a pixel, by comparison with direct means, with
+//! quadrature and with the rays of neighbouring pixels.
 
 use crate::common::world;
 use linelit_formats::{LoadOptions, Warning};
@@ -11,7 +12,8 @@ use linelit_scene::{
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// Texels are kept in `f32`, rounded once a level: less than ten half-units.
+/// A bound of the rounding of texels, which are stored in `f32` and rounded once in each of fewer
+/// than ten levels.
 const KEPT: f64 = 10.0 * 0.5 * f32::EPSILON as f64;
 
 fn image(size: [u32; 2], filter: TextureFilter, value: impl Fn(u32, u32) -> f32) -> ImageTexture {
@@ -25,7 +27,7 @@ fn image(size: [u32; 2], filter: TextureFilter, value: impl Fn(u32, u32) -> f32)
     }
 }
 
-/// Numbers without pattern, in [0, 1).
+/// A pseudo-random number in [0, 1) for each pixel.
 fn noise(x: u32, y: u32) -> f32 {
     let mixed = (x * 7919 + y * 104_729 + 17).wrapping_mul(2_654_435_761);
     f32::from(u16::try_from(mixed >> 16).unwrap()) / 65536.0
@@ -52,7 +54,7 @@ fn wraps() -> impl Strategy<Value = Wrap> {
     prop_oneof![Just(Wrap::Repeat), Just(Wrap::Mirror), Just(Wrap::Clamp)]
 }
 
-/// Vectors of any size from 1e-12 to 1e12, and zero.
+/// Vectors whose lengths are from 1e-12 to 1e12, and zero.
 fn changes() -> impl Strategy<Value = DVec2> {
     let size = prop_oneof![Just(0.0), (-12.0..12.0).prop_map(|e: f64| 10f64.powf(e))];
     (size, 0.0..std::f64::consts::TAU).prop_map(|(size, angle)| size * DVec2::from_angle(angle))
@@ -92,12 +94,13 @@ proptest! {
             dy: DVec2::new(c, d),
         };
         let got = texture.evaluate(at).x;
-        // A Lanczos window of two overshoots by less than a quarter in two directions.
+        // The Lanczos filter of radius two overshoots by less than a quarter in two directions.
         prop_assert!((0.0..1.25).contains(&got), "{got}");
     }
 
-    /// The rays beside a camera's ray are those of the neighbouring pixels; where they meet a
-    /// triangle's plane, the coordinates have changed by as much as the surface says.
+    /// The ray differentials of a camera ray are the rays of the neighbouring pixels. Where those
+    /// meet the plane of a triangle, the texture coordinates have changed by as much as the
+    /// footprint of the surface says.
     #[test]
     fn footprints_reach_to_the_neighbours(
         kind in 0..3usize,
@@ -156,7 +159,7 @@ proptest! {
             let moved = change - (plane.at(there) - plane.at(point));
             prop_assert!(moved.length() < 30.0 * tolerance, "{moved}");
         }
-        // A fraction of the spacing is a fraction of the way, on either side of the camera's ray.
+        // A fraction of the pixel spacing shifts the rays by that fraction, on either side.
         let part = camera.differential(film[0], film[1], spacing);
         for k in 0..2 {
             let origin = ray.origin + spacing * (beside.origins[k] - ray.origin);
@@ -181,7 +184,8 @@ proptest! {
             dx: DVec2::new(reach[0], -0.3 * reach[1]),
             dy: DVec2::new(0.2 * reach[0], reach[1]),
         };
-        // Midpoints of n cells a side: each of at most 2 · 7 edges across moves a share of a cell.
+        // Integrate by a midpoint rule with N² cells. Each of the at most 2 · 7 edges that cross
+        // the footprint causes an error of a fraction of one row of cells.
         const N: u32 = 400;
         let mut sum = 0.0;
         for k in 0..N * N {
@@ -262,9 +266,10 @@ fn the_whole_image_is_its_mean() {
     }
 }
 
-/// Where the finest level alone is asked, an ellipse's lookup is the sum over texels with a
-/// Gaussian's weights, to what the table of 128 weights rounds: its argument by 1/128 at most, so
-/// each weight by exp(−2 r²)/64, and the mean by those weights times the texels' differences to it.
+/// Where a lookup over an ellipse uses only the finest level, it is the mean of the texels with
+/// Gaussian weights, up to the rounding of the table of 128 weights. The table rounds the argument
+/// by at most 1/128 and so each weight by at most exp(−2 r²)/64; the error of the mean is bounded
+/// by the sum of these, each times the difference of the texel from the mean.
 #[test]
 fn ellipses_are_sums_with_gaussian_weights() {
     let n = 32;
@@ -291,12 +296,13 @@ fn ellipses_are_sums_with_gaussian_weights() {
             dy: q / f64::from(n),
         };
         let got = texture.evaluate(at).x;
-        // x^T M^-1 x with M = p p^T + q q^T + 1, in texels; v upwards.
+        // The ellipse is x^T M^-1 x < 1 with M = p p^T + q q^T + 1, in texels, with v upwards.
         let (xx, xy, yy) = (
             p.x * p.x + q.x * q.x + 1.0,
             p.x * p.y + q.x * q.y,
             p.y * p.y + q.y * q.y + 1.0,
         );
+        // Collect the texels in the ellipse as pairs (r², value).
         let centre = uv * f64::from(n);
         let mut terms = Vec::new();
         for row in -20..52i32 {
@@ -310,6 +316,7 @@ fn ellipses_are_sums_with_gaussian_weights() {
                 }
             }
         }
+        // Compare their weighted mean with the lookup.
         let weight = |square: f64| (-2.0 * square).exp() - (-2.0f64).exp();
         let weights: f64 = terms.iter().map(|(s, _)| weight(*s)).sum();
         let mean = terms.iter().map(|(s, v)| weight(*s) * v).sum::<f64>() / weights;
@@ -322,12 +329,14 @@ fn ellipses_are_sums_with_gaussian_weights() {
         );
         largest = largest.max(tolerance);
     }
-    // A quarter turn of the longest ellipse would change the mean by more.
+    // The tolerance is small enough to see a wrong turn: a quarter turn of the longest ellipse
+    // would change the mean by more.
     assert!(largest < 0.02, "{largest}");
 }
 
-/// The mean of a wave over an ellipse: between that over the footprint's own and that over one with
-/// two texels of the coarser level added in quadrature to each axis, damped by those texels' boxes.
+/// The mean of a cosine wave over an ellipse lies between two bounds: the Gaussian mean over the
+/// ellipse of the footprint, and that over an ellipse to whose axes a texel of the coarser level
+/// was added in quadrature, damped by the box filter of these texels.
 #[test]
 fn ellipses_are_gaussian_means_of_waves() {
     let n = 512;
@@ -345,12 +354,12 @@ fn ellipses_are_gaussian_means_of_waves() {
         },
         wave,
     );
-    // The Fourier transform of the truncated Gaussian over the unit disk, at ω, relative to 0.
+    // The Fourier transform of the truncated Gaussian on the unit disk at ω, divided by that at 0.
     let damping = |omega: f64| {
         let steps = 2000;
         let (mut sum, mut all) = (0.0, 0.0);
         for i in 0..steps {
-            // Along x, what is left of the disk's weights integrated over y.
+            // For each x, integrate the weights over y.
             let x = (f64::from(i) + 0.5) / f64::from(steps);
             let half = (1.0 - x * x).sqrt();
             let strip: f64 = (0..200)
@@ -368,7 +377,7 @@ fn ellipses_are_gaussian_means_of_waves() {
     for (long, wide, turn) in [(0.02, 0.01, 0.0), (0.03, 0.012, 0.5), (0.024, 0.006, 1.2)] {
         let axis = DVec2::from_angle(turn);
         let (p, q) = (long * axis, wide * axis.perp());
-        // A crest.
+        // Look up the texture at a crest of the wave.
         let at = Footprint {
             uv: DVec2::new(0.5, 0.3),
             dx: p,
@@ -377,12 +386,14 @@ fn ellipses_are_gaussian_means_of_waves() {
         let got = 2.0 * texture.evaluate(at).x - 1.0;
         let omega = 2.0 * PI * waves;
         let reach = (p.x * p.x + q.x * q.x).sqrt();
-        // Texels of the coarser of the two levels: at most twice the width.
+        // The texels of the coarser of the two levels are at most twice as large as the width of
+        // the ellipse.
         let texel = 2.0 * wide;
         let most = damping(omega * reach);
         let half = 0.5 * omega * texel;
         let least = damping(omega * (reach * reach + texel * texel).sqrt()) * half.sin() / half;
-        // Sums over texels for integrals, and the table of weights: a hundredth.
+        // Sums over texels differ from integrals, and weights from those of the table, by less than
+        // a hundredth.
         assert!(
             (least - 0.01..most + 0.01).contains(&got),
             "{least} {got} {most}"
@@ -390,7 +401,8 @@ fn ellipses_are_gaussian_means_of_waves() {
     }
 }
 
-/// What a file asks for, by its version: pbrt-v4's films are not pbrt-v3's.
+/// The texture filter depends on the parameters of the texture and on the version of the file,
+/// which the film's name tells: "image" is pbrt-v3's and "rgb" is pbrt-v4's.
 #[test]
 #[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn files_say_how_to_filter() {
@@ -476,8 +488,8 @@ fn files_say_how_to_filter() {
     }
 }
 
-/// A bump map that repeats many times in a pixel is flat, and one that repeats rarely is as steep
-/// as without a footprint.
+/// A bump map that repeats many times in a pixel looks flat, and one that repeats rarely is as
+/// steep as without a footprint.
 #[test]
 fn bumps_are_as_flat_as_they_look() {
     let scene = |scale: f64| {
@@ -501,15 +513,17 @@ fn bumps_are_as_flat_as_they_look() {
         let seen = scene(scale).surface_over(0, [0.3, 0.4], DVec3::NEG_Z, Some(&beside));
         seen.shading_normal
     };
-    // A hundred squares in a pixel: a wave's mean over two pixels is 1/200 at most, so heights are
-    // within 0.2 · 1/2 · 1/200² of their mean. The step is half a pixel.
+    // With a hundred squares in a pixel, the mean of a square wave over two pixels is at most
+    // 1/200, so that heights are within 0.2 · 1/2 · 1/200² of their mean. The step of the
+    // difference is half a pixel.
     let flat = normal(1000.0, 0.1);
     let slope = 2.0 * 0.1 / (200.0 * 200.0) / 0.05;
     assert!(flat.x.abs() <= slope && flat.y.abs() <= slope, "{flat}");
-    // The pixel around u = 0.3 reaches to 0.31, a step of half a pixel further: past an edge at
-    // 0.312 with 0.003 of 0.02, which is a height of 0.03 over 0.005: a slope of six.
+    // The footprint around u = 0.3 reaches to 0.31. A step of 0.005, half a pixel, moves it to
+    // 0.315, so that 0.003 of its width of 0.02 are past the edge at 0.312. Its mean height grows
+    // by 0.03 over the step of 0.005, which is a slope of six.
     let steep = normal(1.0 / 0.312, 0.01);
     assert!((steep.x.abs() - 6.0 / 37f64.sqrt()).abs() < 1e-6, "{steep}");
-    // Far from all edges it is flat again.
+    // Far from all edges the surface is flat again.
     assert_eq!(normal(1.0, 0.01), DVec3::Z);
 }

@@ -17,6 +17,7 @@ type Quad = [[f32; 3]; 4];
 
 /// Quads with their colours; the last one is the light and emits its colour.
 fn room() -> Vec<(Quad, [f64; 3])> {
+    // The floor, the ceiling, the back wall, the left wall, the right wall and the light.
     let white = [0.75, 0.75, 0.75];
     vec![
         (
@@ -76,7 +77,9 @@ fn room() -> Vec<(Quad, [f64; 3])> {
     ]
 }
 
+/// The ends of a linear light.
 const TUBE: [[f32; 3]; 2] = [[-0.5, 1.5, 0.0], [0.5, 1.5, 0.0]];
+/// The radiance times radius of the linear light.
 const TUBE_COLOUR: [f64; 3] = [0.5, 0.25, 0.125];
 
 fn list<const N: usize>(points: &[[f32; N]]) -> String {
@@ -87,7 +90,9 @@ fn rgb([r, g, b]: [f64; 3]) -> String {
     format!("{r} {g} {b}")
 }
 
+/// The room in pbrt text of version 3 or 4.
 fn pbrt(v4: bool) -> String {
+    // Write the film, the camera and the quads, with the names of the version.
     let (point, matte, kd) = if v4 {
         ("point3", "diffuse", "reflectance")
     } else {
@@ -113,6 +118,7 @@ fn pbrt(v4: bool) -> String {
         )
         .unwrap();
     }
+    // Write the linear light.
     writeln!(
         text,
         "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{}] Shape \"line\" \"{point} p0\" [{}] \"{point} p1\" [{}] AttributeEnd",

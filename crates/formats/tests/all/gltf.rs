@@ -1,11 +1,12 @@
-//! The corners of glTF that collections of test files look into.
+//! Tests of those features of glTF that are rare in scenes but common in collections of test files.
 
 use crate::common::{assert_near, base64};
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{MaterialKind, Projection, SceneDescription, Texture};
 
-/// A document around a buffer that is one view from end to end; `rest` goes on at the top.
+/// Returns a glTF document around a buffer. Buffer view 0 is the whole buffer, and view 1 is the
+/// same with a stride of 16 bytes; `rest` is added at the top level.
 fn document(buffer: &[u8], rest: &str) -> String {
     let n = buffer.len();
     format!(
@@ -38,7 +39,7 @@ fn has_warning(loaded: &Loaded, part: &str) -> bool {
     loaded.warnings.iter().any(|w| w.message().contains(part))
 }
 
-/// (0,0), (1,0), (1,1), (0,1) at z = 0.
+/// The corners (0,0), (1,0), (1,1), (0,1) of a square at z = 0.
 const SQUARE: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
 
 const POSITIONS: &str = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
@@ -63,7 +64,8 @@ fn strips_fans_and_points() {
             has_warning(&loaded, "points are not supported"),
             want.is_none()
         );
-        // Fans and strips of one square face the same way.
+        // The list and the fan face upwards. As a strip, these corners cross over, and its second
+        // triangle faces downwards.
         for t in 0..u32::try_from(loaded.scene.triangles.len()).unwrap() {
             let [a, b, c] = loaded.scene.corners(t);
             let up = (b - a).cross(c - a).z;
@@ -74,7 +76,8 @@ fn strips_fans_and_points() {
 
 #[test]
 fn sparse_accessors_replace_zeros_or_values() {
-    // A dense square whose corner 2 moves to (5, 6, 7), and the same from zeros alone.
+    // The sparse accessor replaces corner 2 by (5, 6, 7): of a stored square first, and below of
+    // zeros, which stand for an accessor without a buffer view.
     let mut buffer = floats(&SQUARE);
     buffer.extend([2, 0, 0, 0]);
     buffer.extend(floats(&[5.0, 6.0, 7.0]));
@@ -99,12 +102,12 @@ fn sparse_accessors_replace_zeros_or_values() {
     let scene = load(&text(&dense)).scene;
     assert_eq!(scene.corners(0), [DVec3::ZERO, DVec3::X, moved]);
     let zeros = format!(r#"{{ "componentType": 5126, "count": 4, "type": "VEC3", {sparse} }}"#);
-    // Three corners at the origin: no triangle has area.
+    // With three corners at the origin, no triangle has an area.
     let loaded = load(&text(&zeros));
     assert!(loaded.scene.triangles.is_empty() && has_warning(&loaded, "without area"));
     let none = zeros.replace(sparse, "\"name\": \"nothing\"");
     assert!(has_warning(&load(&text(&none)), "its numbers are zeros"));
-    // No file needs a billion zeros.
+    // An accessor of a billion zeros is refused.
     let error = attempt(&text(
         &zeros.replace("\"count\": 4", "\"count\": 1000000000"),
     ));
@@ -117,7 +120,7 @@ fn sparse_accessors_replace_zeros_or_values() {
 
 #[test]
 fn interleaved_and_quantised_vertices() {
-    // Positions as normalised bytes and normals as bytes, sixteen bytes a vertex.
+    // Write positions and normals as normalised bytes, with a stride of sixteen bytes.
     let mut buffer = Vec::new();
     for [x, y] in [[0, 0], [127, 0], [127, 127], [0, 127]] {
         buffer.extend([x, y, 0, 0, 0, 0, 127, 0, 9, 9, 9, 9, 9, 9, 9, 9]);
@@ -140,19 +143,20 @@ fn interleaved_and_quantised_vertices() {
     );
 }
 
-/// glTF 2.0, section 3.11: f = max(c/127, −1) and max(c/32767, −1), f = c/255 and c/65535, of
-/// every attribute, and of the values of sparse accessors.
+/// Normalised integers are converted as in glTF 2.0, section 3.11: f = max(c/127, −1),
+/// max(c/32767, −1), c/255 and c/65535, for every attribute and for the values of sparse accessors.
 #[test]
 fn normalised_integers_are_the_fractions_of_the_specification() {
     let short = |c: i16| c.to_le_bytes();
     let mut buffer: Vec<u8> = Vec::new();
-    // Positions by i16, normals by i8, coordinates by i8 and u16, sixteen bytes a vertex.
+    // Write positions as i16, normals as i8 and texture coordinates as i8 and as u16, with a stride
+    // of sixteen bytes.
     for [x, y] in [[-32768, -32767], [32767, 0], [16384, 32767], [1, -1]] {
         buffer.extend([short(x), short(y), short(0)].concat());
         buffer.extend([0x80, 0x81, 0x7f, 0, 0x80, 0x40]);
         buffer.extend([short(-1), short(0)].concat());
     }
-    // The sparse value of the last position.
+    // Append the value of the sparse accessor.
     buffer.extend([short(-32768), short(32767), short(-32768)].concat());
     let accessor = |offset: usize, kind: u16, width: &str| {
         format!(
@@ -182,7 +186,8 @@ fn normalised_integers_are_the_fractions_of_the_specification() {
             { "buffer": 0, "byteOffset": 64, "byteLength": 6 }"#,
         )
     };
-    // The index of the sparse value is the byte 0x01 of −32767: the second corner.
+    // The sparse accessor takes its index from byte 2 of the buffer, the 0x01 of −32767, so that it
+    // replaces the second corner.
     let scene = load(&text(2)).scene;
     #[allow(clippy::cast_possible_truncation, reason = "positions are f32")]
     let half = (16384.0 / 32767.0) as f32;
@@ -193,11 +198,11 @@ fn normalised_integers_are_the_fractions_of_the_specification() {
     {
         assert_eq!(bits(scene.positions[k]), bits(want), "{k}");
     }
-    // (−1, −1, 1), made a unit vector.
+    // The normal is (−1, −1, 1), normalised.
     let [x, y, z] = scene.normals[0];
     assert!((f64::from(z) - 3f64.sqrt().recip()).abs() <= f64::from(f32::EPSILON));
     assert_eq!(bits([x, y, z]), bits([-z, -z, z]));
-    // Ours count v from the bottom: 1 − 64/127.
+    // glTF counts v from the top and linelit from the bottom, hence 1 − 64/127.
     #[allow(clippy::cast_possible_truncation, reason = "coordinates are f32")]
     let v = (1.0 - 64.0 / 127.0) as f32;
     let uv = |scene: &SceneDescription| scene.uvs[0].map(f32::to_bits);
@@ -220,7 +225,8 @@ fn mirrored_nodes_keep_their_outside() {
     for scale in ["[ 1, 1, 1 ]", "[ -1, 1, 1 ]", "[ -1, -1, 1 ]"] {
         let scene = load(&text(scale)).scene;
         assert_eq!(scene.lights.len(), 1);
-        // glTF: a negative determinant turns the winding, not the face.
+        // In glTF a negative determinant reverses the winding order, so that the same side stays
+        // the front.
         let seen = scene.surface(0, [0.3, 0.3], -DVec3::Z);
         assert!(seen.outside, "{scale}");
     }
@@ -237,7 +243,8 @@ fn what_is_compressed_or_unknown_is_named() {
         "meshes": [ { "primitives": [ { "attributes": { "POSITION": 0 },
           "extensions": { "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } } } ] } ]"#,
     );
-    // Required, and used without being required by what has no plain vertices.
+    // The compression is an error if it is required, and also if it is only used by a mesh that has
+    // no uncompressed vertices.
     let unrequired = draco.replace("extensionsRequired", "extensionsWanted");
     for (text, what) in [
         (draco, "is not supported"),
@@ -278,7 +285,8 @@ fn what_is_compressed_or_unknown_is_named() {
     }
 }
 
-/// glTF 2.0, section 3.12: what a file requires it cannot be drawn without.
+/// An extension that a file requires and the reader does not support is an error (glTF 2.0,
+/// section 3.12).
 #[test]
 fn files_that_require_what_is_not_read_are_refused_by_its_name() {
     let text = |rest: &str| {
@@ -308,10 +316,11 @@ fn files_that_require_what_is_not_read_are_refused_by_its_name() {
         let error = attempt(&text(&required)).unwrap_err();
         let message = format!("the extension `{unknown}` is not supported");
         assert_eq!(error.message(), message);
-        // Used, but not required, it is left out.
+        // If it is used but not required, it is ignored.
         assert!(attempt(&text(&required.replace("Required", "Used"))).is_ok());
     }
-    // A buffer that an extension alone can fill, though nothing says that it is required.
+    // A buffer without data that only an extension can fill is an error even if the file does not
+    // require the extension.
     let empty = r#""extensions": { "EXT_meshopt_compression": { "fallback": true } }"#;
     let whole = text("");
     let start = whole.find(r#""uri""#).unwrap();
@@ -326,7 +335,8 @@ fn files_that_require_what_is_not_read_are_refused_by_its_name() {
 
 #[test]
 fn instanced_nodes_are_many() {
-    // Moves, turns about z by a right angle, and scales of two instances.
+    // Write the translations, the rotations, by a right angle about z, and the scales of two
+    // instances.
     let half = 0.5_f32.sqrt();
     let mut numbers = SQUARE.to_vec();
     numbers.extend([5.0, 0.0, 0.0, 0.0, 0.0, 7.0]);
@@ -354,7 +364,7 @@ fn instanced_nodes_are_many() {
     let scene = load(&text(&list(26, 2, "VEC3"))).scene;
     let corner = |triangle| scene.corners(triangle)[1];
     assert_near(corner(0), DVec3::new(7.0, 0.0, 0.0));
-    // Scaled by three along y, then turned, then lifted.
+    // The corner is scaled by three along y, then rotated, then moved upwards.
     assert_near(scene.corners(3)[2], DVec3::new(-3.0, 0.0, 7.0));
     let error = attempt(&text(&list(26, 1, "VEC3")))
         .unwrap_err()
@@ -372,12 +382,13 @@ fn instanced_nodes_are_many() {
     );
 }
 
-/// A 2 × 2 PNG: the rows (50, 100, 150) (200, 40, 80) and (10, 20, 30) (0, 255, 0).
+/// A PNG image of 2 × 2 pixels in base64: (50, 100, 150), (200, 40, 80) in the upper row and
+/// (10, 20, 30), (0, 255, 0) in the lower one.
 const PIXELS: &str = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAFklEQVR42mMwSpl2QiOAgUtEjuE/AwAciAOorEZXEQAAAABJRU5ErkJggg==";
 
 fn textured(material: &str, sampler: &str) -> Loaded {
     let mut buffer = floats(&SQUARE);
-    // Two sets of coordinates: one as the square, one turned over and doubled.
+    // Add two sets of texture coordinates: those of the square, and the same flipped and doubled.
     buffer.extend(floats(&[0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0]));
     buffer.extend(floats(&[0.0, 2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0]));
     load(&document(
@@ -436,7 +447,7 @@ fn textures_wrap_turn_and_choose_their_coordinates() {
             r#"{{ "pbrMetallicRoughness": {{ "metallicFactor": 0, "baseColorTexture": {info} }} }}"#
         )
     };
-    // The curve of sRGB, with its straight beginning.
+    // The sRGB curve, with its linear part near zero.
     let linear = |byte: f64| match byte / 255.0 {
         v if v <= 0.04045 => v / 12.92,
         v => ((v + 0.055) / 1.055).powf(2.4),
@@ -444,7 +455,7 @@ fn textures_wrap_turn_and_choose_their_coordinates() {
     let red = |loaded: &Loaded, u: f64, v: f64| base_colour(loaded).evaluate(DVec2::new(u, v)).x;
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
 
-    // Upper left 50, upper right 200.
+    // The red channel of the upper row is 50 and 200. Check repeated, mirrored and clamped edges.
     let plain = textured(&material(r#"{ "index": 0 }"#), "{}");
     near(red(&plain, 0.25, 0.75), linear(50.0));
     near(red(&plain, 1.25, 0.75), linear(50.0));
@@ -453,14 +464,16 @@ fn textures_wrap_turn_and_choose_their_coordinates() {
     near(red(&mirrored, 1.25, 0.75), linear(200.0));
     near(red(&mirrored, 0.25, 7.0), linear(50.0));
 
-    // Turned by a quarter, as the extension has it: (u, v) from the top becomes (v, −u) + offset,
-    // so that the upper left of the surface shows what is at (0.25, 0.75): the lower left pixel.
+    // Check a rotation by a right angle. The extension turns (u, v), with v from the top, into
+    // (v, −u) + offset, so that the upper left of the surface shows the image at (0.25, 0.75),
+    // which is in the lower left pixel.
     let turned = material(
         r#"{ "index": 0, "extensions": { "KHR_texture_transform": { "rotation": 1.5707963267948966, "offset": [ 0, 1 ] } } }"#,
     );
     let turned = textured(&turned, "{}");
     near(red(&turned, 0.25, 0.75), linear(10.0));
 
+    // Check the second set of texture coordinates.
     let second = textured(&material(r#"{ "index": 0, "texCoord": 1 }"#), "{}");
     let uv = second.scene.surface(0, [0.0, 0.0], DVec3::Z).uv;
     assert_eq!(
@@ -489,12 +502,12 @@ fn emission_textures_lie_over_one_light() {
     };
     let map = light.map.as_ref().unwrap();
     assert_eq!(map.radiance, DVec3::splat(3.0));
-    // What is seen is the texture; its back is dark.
+    // The camera sees the texture on the front, and a dark back.
     let uv = DVec2::new(0.25, 0.75);
     let front = area.polygon.normal();
     assert_eq!(light.shown(uv, front), map.evaluate(uv));
     assert_eq!(light.shown(uv, -front), DVec3::ZERO);
-    // The corners of the square have the corners of the texture.
+    // The texture coordinates of the light's map agree with those of its triangles.
     for t in light.triangles.clone() {
         for [b1, b2] in [[0.0, 0.0], [1.0, 0.0], [0.3, 0.5]] {
             let corners = scene.triangles[t as usize].map(|i| {
@@ -503,12 +516,13 @@ fn emission_textures_lie_over_one_light() {
             });
             let point = corners[0] * (1.0 - b1 - b2) + corners[1] * b1 + corners[2] * b2;
             let uv = scene.surface(t, [b1, b2], DVec3::NEG_Z).uv;
-            // A few roundings of numbers of order one.
+            // They differ by a few roundings of numbers of order one.
             assert!((map.coordinates.at(point) - uv).length() < 1e-14);
         }
     }
-    // With clamped edges the mean over the square is that of the four pixels. Two parts along each
-    // edge see it only roughly: the bilinear ramp between the pixels is a half of the image wide.
+    // With clamped edges the mean over the square is the mean of the four pixels. The light's
+    // radiance is only near it, because two parts along each edge are few for a bilinear ramp that
+    // is half as wide as the image.
     let linear = |byte: f64| ((byte / 255.0 + 0.055) / 1.055).powf(2.4);
     let green = [100.0, 40.0, 20.0, 255.0].map(linear).iter().sum::<f64>() / 4.0;
     let mean = area.emission.radiance.y / 3.0;
@@ -539,7 +553,7 @@ fn orthographic_cameras_see_their_magnification() {
 
 #[test]
 fn overlapping_accessors_cannot_ask_for_everything() {
-    // Many accessors over one small buffer: as many numbers as the limit allows, then an error.
+    // Many accessors of one small buffer are read until their numbers exceed the limit.
     let buffer = vec![0_u8; 3 << 16];
     let accessor = r#"{ "bufferView": 0, "componentType": 5121, "count": 65536, "type": "VEC3" }"#;
     let many = vec![accessor; 200].join(",");

@@ -1,4 +1,4 @@
-//! Image files of every kind that textures come in.
+//! Tests of image files in all formats that textures have.
 
 use linelit_formats::{ErrorKind, LoadOptions, Root};
 use linelit_geometry::{DVec2, DVec3};
@@ -6,7 +6,7 @@ use linelit_scene::{MaterialKind, Texture};
 use linelit_testkit::folder::Folder;
 use linelit_testkit::pictures;
 
-/// Images of the system's temporary folder may be named.
+/// Returns options that let scenes name images in the system's temporary folder.
 fn anywhere() -> LoadOptions {
     LoadOptions {
         root: Root::Anywhere,
@@ -14,7 +14,8 @@ fn anywhere() -> LoadOptions {
     }
 }
 
-/// The texture of an image file: (15 x, 31 y, 128) at pixel x, y of 17 × 9, the top row first.
+/// Reads an image file of `tests/images` as a texture. Most of them show the [`ramp`]: 17 × 9
+/// pixels with the value (15 x, 31 y, 128) at pixel (x, y), the top row first.
 fn texture(name: &str, encoding: &str) -> Texture {
     let text = format!(
         "Camera \"perspective\" WorldBegin
@@ -29,7 +30,8 @@ fn texture(name: &str, encoding: &str) -> Texture {
     }
 }
 
-/// The largest distance of a component from the ramp, in 255ths.
+/// Returns the largest difference of a component of the texture from `want`, in 255ths, over the
+/// centres of all pixels.
 fn worst(texture: &Texture, want: impl Fn(f64, f64) -> DVec3) -> f64 {
     let mut worst = 0.0_f64;
     for y in 0..9 {
@@ -50,18 +52,19 @@ fn ramp(x: f64, y: f64) -> DVec3 {
 #[test]
 fn png_files_are_read_exactly() {
     for name in ["ramp.png", "interlaced.png"] {
-        // The centres of pixels are hit to a few ulps of the coordinates, times the slope.
+        // The coordinates of the centres of pixels have an error of a few ulps, which is multiplied
+        // by the slope.
         let error = worst(&texture(name, "linear"), ramp);
         assert!(error < 1e-10, "{name}: {error}");
     }
 }
 
-/// Sixteen bits a channel: 4001 x + 7, 7001 y + 3 and 2047 at pixel x, y.
+/// The test image has 16 bits a channel: (4001 x + 7, 7001 y + 3, 2047) at pixel (x, y).
 #[test]
 fn png_files_of_sixteen_bits_keep_all_of_them() {
     let words = |x: f64, y: f64| DVec3::new(4001.0 * x + 7.0, 7001.0 * y + 3.0, 2047.0) / 65535.0;
-    // Values below one are kept as f32, within 2⁻²⁵; one of 65536 steps is 2⁻¹⁶. Centres of pixels
-    // are hit to a few ulps of the coordinates, times the slope.
+    // Values below one are stored as f32, with an error of at most 2⁻²⁵; one of 65536 steps is
+    // 2⁻¹⁶. The coordinates of the centres have an error of a few ulps, times the slope.
     let rounding = 255.0 * 2f64.powi(-25) + 1e-10;
     let error = worst(&texture("words.png", "linear"), |x, y| 255.0 * words(x, y));
     assert!(error < rounding, "{error}");
@@ -85,13 +88,13 @@ fn jpeg_files_are_read_to_their_quality() {
         let error = worst(&texture(name, "linear"), ramp);
         assert!(error < 6.0, "{name}: {error}");
     }
-    // Luma of Rec. 601, which JPEG has.
+    // The grey image has the luma of Rec. 601, which JPEG uses.
     let grey = |x, y| DVec3::splat(ramp(x, y).dot(DVec3::new(0.299, 0.587, 0.114)));
     let error = worst(&texture("grey.jpg", "linear"), grey);
     assert!(error < 6.0, "grey.jpg: {error}");
 }
 
-/// A triangle that emits an image.
+/// Returns the pbrt text of a scene with a triangle that emits an image.
 fn lit_by(image: &std::path::Path) -> String {
     format!(
         "Camera \"perspective\" WorldBegin
@@ -102,7 +105,8 @@ fn lit_by(image: &std::path::Path) -> String {
     )
 }
 
-/// Values above one are kept; half floats of ours hold these exactly, and so do both files.
+/// Values above one are kept, and EXR and PFM files are read without an error: the numbers of this
+/// image are eighths, which are exact in both formats.
 #[test]
 fn exr_and_pfm_files_are_read_exactly() {
     use linelit_film::{Document, Image};
@@ -127,7 +131,7 @@ fn exr_and_pfm_files_are_read_exactly() {
             );
             let got = map.evaluate(DVec2::new(u, v)) * 8.0;
             let want = DVec3::new(f64::from(x), f64::from(31 * y), 128.0);
-            // A few ulps of the coordinates times the slope.
+            // The error of the coordinates is a few ulps, times the slope.
             assert!((got - want).abs().max_element() < 1e-10, "{got} {want}");
         }
         // A value that is no light is an error with its file.
@@ -136,8 +140,9 @@ fn exr_and_pfm_files_are_read_exactly() {
     }
 }
 
-/// Values below zero are zero: what resampling leaves there without a word, others with a warning
-/// that names the pixel; what is not finite is refused by the pixel's name.
+/// Values below zero are read as zero. If they are as small as those that resampling leaves, there
+/// is no warning; else there is one that names the pixel. Values that are not finite are an error
+/// that names the pixel.
 #[test]
 fn values_below_zero_are_zero() {
     let folder = Folder::new("ringing");
@@ -172,14 +177,14 @@ fn values_below_zero_are_zero() {
 #[test]
 fn srgb_is_decoded() {
     let linear = texture("ramp.png", "sRGB").evaluate(DVec2::splat(0.5));
-    // The curve of sRGB at 128/255.
+    // The blue channel is 128 everywhere; compare it with the sRGB curve at 128/255.
     assert!(
         (linear.z - 0.215_860_500_113_899_26).abs() < 1e-12,
         "{linear}"
     );
 }
 
-/// A cut image, or one with a changed byte, is an image or an error.
+/// An image that is cut off or has a changed byte is read or is an error, but never a panic.
 #[test]
 fn broken_images_are_errors() {
     let folder = Folder::new("images");
@@ -219,7 +224,7 @@ fn broken_images_are_errors() {
 
 #[test]
 fn sizes_beyond_reason_are_refused() {
-    // A header that promises 60,000 × 60,000 pixels, and next to nothing behind it.
+    // The header promises 60,000 × 60,000 pixels, but only 4000 bytes follow.
     let mut tga = vec![
         0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x60, 0xea, 0x60, 0xea, 24, 0,
     ];
@@ -240,16 +245,17 @@ fn sizes_beyond_reason_are_refused() {
     );
 }
 
-/// An attribute is put into the header of an EXR file.
+/// Returns an EXR file of one block with the attribute `chromaticities` added to its header.
 fn with_chromaticities(exr: &[u8], values: [f32; 8]) -> Vec<u8> {
     let mut attribute = b"chromaticities\0chromaticities\0".to_vec();
     attribute.extend(32_u32.to_le_bytes());
     attribute.extend(values.iter().flat_map(|v| v.to_le_bytes()));
-    // Behind the magic number and the version; the offsets of the blocks move along.
+    // Insert the attribute after the magic number and the version.
     let name = b"linelit\0";
     let end = exr.windows(name.len()).position(|w| w == name);
     assert!(end.is_none_or(|e| e > 8));
     let mut bytes = [&exr[..8], &attribute, &exr[8..]].concat();
+    // Move the offset of the block by the attribute's length.
     let table = exr_table(&bytes);
     let offset = u64::from_le_bytes(*bytes[table..].first_chunk().unwrap());
     let moved = offset + u64::try_from(attribute.len()).unwrap();
@@ -257,7 +263,7 @@ fn with_chromaticities(exr: &[u8], values: [f32; 8]) -> Vec<u8> {
     bytes
 }
 
-/// Where the table of offsets begins: behind the header.
+/// Returns where the table of block offsets begins, which is right after the header.
 fn exr_table(bytes: &[u8]) -> usize {
     let end_of_text = |at: usize| at + bytes[at..].iter().position(|b| *b == 0).unwrap() + 1;
     let mut at = 8;
@@ -269,7 +275,8 @@ fn exr_table(bytes: &[u8]) -> usize {
     at + 1
 }
 
-/// A picture in XYZ: D65 white, and the tristimulus values of Rec. 709's red, which is then red.
+/// The picture is stored in XYZ and has two pixels: the white D65 and the red of Rec. 709. They
+/// must be read as (1, 1, 1) and (1, 0, 0).
 #[test]
 fn primaries_of_exr_files_are_converted() {
     use linelit_film::{Document, Image};
@@ -293,7 +300,7 @@ fn primaries_of_exr_files_are_converted() {
     let map = loaded.scene.lights[0].map.as_ref().unwrap();
     for (u, want) in [(0.25, DVec3::ONE), (0.75, DVec3::X)] {
         let got = map.evaluate(DVec2::new(u, 0.5));
-        // The values above have six digits, the matrix enlarges them by at most 3.3.
+        // The values above have six digits, and the matrix enlarges their errors by at most 3.3.
         assert!((got - want).abs().max_element() < 4e-6, "{got}");
     }
 }

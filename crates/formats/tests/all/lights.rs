@@ -1,4 +1,5 @@
-//! Which lights a scene has: merging of coplanar triangles, power, spheres, lines.
+//! Tests of the lights that a scene gets from its file: merging of coplanar triangles, power,
+//! spheres and lines.
 
 use crate::common::{area, assert_near, line, load, world};
 use linelit_formats::Loaded;
@@ -248,8 +249,9 @@ fn images_on_lines_are_named() {
     );
 }
 
-/// As pbrt-v4: `power` is what the light sends if all of its image lies on it, by the mean
-/// luminance of the pixels, whatever part of it lies there.
+/// As in pbrt-v4, the radiance of a light with an image and `power` is computed from the mean
+/// luminance of all pixels. A light that shows only a part of the image has the same radiance per
+/// pixel, and so another power.
 #[test]
 fn the_power_of_a_light_with_an_image_is_the_images() {
     let folder = Folder::new("power");
@@ -265,8 +267,8 @@ fn the_power_of_a_light_with_an_image_is_the_images() {
         )
     };
     let square = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 2 0 0 0 2 0 2 2 0]";
-    // The left half alone shows all of the red pixel, and seven eighths of the green one, which the
-    // filter runs into the black beside it.
+    // A light with only the left half of the image shows all of the red pixel and seven eighths of
+    // the green one, because the filter blends its edge with the black pixel to its right.
     let left = "\"point2 uv\" [0 0 .5 0 0 1 .5 1]";
     let of_left = (luminance[0] + 0.875 * luminance[1]) / 2.0 / whole;
     for (text, sides, want) in [
@@ -291,13 +293,14 @@ fn the_power_of_a_light_with_an_image_is_the_images() {
         let square = area(&scene, 0);
         let sent = PI * square.polygon.area() * sides * square.emission.radiance;
         let got = sent.x * luminance[0] + sent.y * luminance[1];
-        // The mean over the light is a midpoint rule of parts h = 1/8 pixel wide: where its slope
-        // jumps by J it is off by J h²/8, and the slopes of green, twice red's, jump most.
+        // The mean over the light is a midpoint rule with parts h = 1/8 pixel wide. Where the slope
+        // of the image jumps by J, its error is at most J h²/8. The slopes of green jump most, by
+        // twice those of red.
         let jumps = luminance[0] * 2.0 + luminance[1] * 4.0;
         let bound = want * jumps / 512.0 / (4.0 * whole);
         assert!((got - want).abs() <= bound, "{text}: {got} {want}");
     }
-    // Of a black image there is none, and a line has no place for one.
+    // A black image gives no light, and a line cannot have an image.
     crate::common::write_tga(&path, [1, 1], &[[0; 3]]);
     let text = format!("Camera \"perspective\" WorldBegin {} {square}", light(""));
     let loaded = load(&text);
@@ -336,12 +339,12 @@ fn spheres_remember_what_they_are() {
             "faces outwards"
         );
     }
-    // An ellipsoid is no sphere.
+    // An ellipsoid becomes facets, and no round light.
     let scene = world("AreaLightSource \"diffuse\" Scale 1 2 1 Shape \"sphere\"");
     assert!(scene.round.is_empty() && !scene.lights.is_empty());
 }
 
-/// The cylinder that a round light is.
+/// Returns the cylinder light of a round light, or panics if that is no cylinder.
 fn tube_of(round: &RoundLight) -> CylinderLight {
     let Light::Cylinder(light) = round.light else {
         panic!("a cylinder: {round:?}");
@@ -354,7 +357,7 @@ fn cylinders_remember_what_they_are() {
     let light = "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] ";
     let tube = "Shape \"cylinder\" \"float radius\" 0.25 \"float zmin\" 1 \"float zmax\" -0.5";
     for (turn, inward) in [("", false), ("ReverseOrientation ", true)] {
-        // Longer than it is wide, and mirrored.
+        // The transform makes the cylinder longer than it is wide, and mirrors it.
         let place = "Translate 1 2 3 Rotate 90 0 1 0 Scale 2 -2 4";
         let scene = world(&format!("{light}{turn}{place} {tube}"));
         check_ranges(&scene);
@@ -370,12 +373,12 @@ fn cylinders_remember_what_they_are() {
         let out = cylinder.normal(facet.centroid()) * if inward { -1.0 } else { 1.0 };
         assert!(facet.normal().dot(out) > 0.9, "{facet:?} {found:?}");
     }
-    // Power goes to the exact side.
+    // `power` is spread over the area of the exact cylinder, not over that of its facets.
     let text = "AreaLightSource \"diffuse\" \"float power\" 5 Shape \"cylinder\"";
     let CylinderLight { cylinder, radiance } = tube_of(&world(text).round[0]);
     let power = radiance.element_sum() / 3.0 * cylinder.area() * PI;
     assert!((power - 5.0).abs() < 1e-12, "{power}");
-    // Elliptic, slanted, cut and flat ones are facets.
+    // Elliptic, slanted and cut cylinders become facets.
     for shape in [
         "Scale 1 2 1 Shape \"cylinder\"",
         "Transform [1 0 0.5 0  0 1 0 0  0 0 1 0  0 0 0 1] Shape \"cylinder\"",
@@ -389,9 +392,8 @@ fn cylinders_remember_what_they_are() {
     }
 }
 
-/// What stays facets with `--spheres exact` says why.
-/// What the camera sees of a round light, its facets, is as bright as what is sent: both have the
-/// area of the surface.
+/// The facets of a round light, which the camera sees, are as bright as the exact light that
+/// illuminates: the radiance of both is computed with the area of the exact surface.
 #[test]
 fn the_facets_of_a_round_light_are_as_bright_as_it_is() {
     let light = |shape: &str| {
@@ -427,19 +429,21 @@ fn the_facets_of_a_round_light_are_as_bright_as_it_is() {
         let mut power = 0.0;
         for k in 0..scene.lights.len() {
             let facet = area(&scene, k);
-            // Vertices are rounded to f32, their distances, which are a tenth, to ten times that.
+            // Vertices are rounded to f32. Their distances are about a tenth, so that the relative
+            // error is ten times as large.
             let rounding = 10.0 * f64::from(f32::EPSILON);
             let error = facet.emission.radiance.x / want - 1.0;
             assert!(error.abs() < rounding, "{shape}: {error}");
             power += facet.emission.radiance.x * facet.polygon.area() * PI;
         }
-        // The radiance is by these very facets; merged, they lose what rounding bends.
+        // The radiance was computed from these facets. Merging coplanar facets changes the area
+        // only by the rounding that makes them not quite flat.
         assert!(
             (power / 100.0 - 1.0).abs() < f64::from(f32::EPSILON),
             "{shape}"
         );
     }
-    // An ellipsoid and two sides: the power goes to the facets' area.
+    // The radiance of an ellipsoid is computed with the area of its facets.
     let scene = light("Scale .6 .3 .1 Shape \"sphere\"");
     let of = |k| area(&scene, k).emission.radiance.x * area(&scene, k).polygon.area() * PI;
     let power: f64 = (0..scene.lights.len()).map(of).sum();
@@ -449,6 +453,7 @@ fn the_facets_of_a_round_light_are_as_bright_as_it_is() {
     );
 }
 
+/// A warning says why a round light is replaced by facets even if exact round lights are wanted.
 #[test]
 fn round_lights_say_why_they_are_facets() {
     let warned = |light: &str, shape: &str| {
@@ -461,7 +466,7 @@ fn round_lights_say_why_they_are_facets() {
     };
     let (tube, disk) = ("Shape \"cylinder\"", "Shape \"disk\"");
     let two_sided = "\"bool twosided\" true";
-    // Those that are taken as they are need no words.
+    // No warning is given for lights that can be exact.
     for light in [
         warned("", tube),
         warned(two_sided, disk),
@@ -510,7 +515,7 @@ fn disks_remember_what_they_are() {
         let same = disk_of(&without.round[0]).normal.dot(there.normal);
         assert!((same - sign).abs() < 1e-15, "{same}");
     }
-    // Ellipses, rings and sectors are facets.
+    // Ellipses, rings and sectors become facets.
     for shape in [
         "Scale 1 2 1 Shape \"disk\"",
         "Shape \"disk\" \"float innerradius\" 0.1",

@@ -1,13 +1,13 @@
-//! Small files cannot ask for much time or memory: each of these is refused by its first limit, or
-//! is done soon.
+//! Tests that small files cannot make the reader use much time or memory. Each of them is refused
+//! by the first limit that it exceeds, or is read quickly.
 
 use linelit_formats::{ErrorKind, Format, LoadOptions, SceneError};
 use linelit_testkit::folder::Folder;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-/// Runs an attempt, which must be over within the five seconds that are a hang: on the processor,
-/// where the system tells, because others use it too.
+/// Runs an attempt and asserts that it takes less than five seconds. Where the system tells it, the
+/// time of the processor counts, because other processes may run at the same time.
 fn soon<T>(attempt: impl FnOnce() -> T) -> T {
     let (start, cpu) = (Instant::now(), processor_seconds());
     let result = attempt();
@@ -19,7 +19,8 @@ fn soon<T>(attempt: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Seconds that this thread has run (Linux).
+/// Returns the seconds that this thread has run on a processor, or `None` where the system does not
+/// tell it (Linux does).
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_ascii_whitespace().next()?.parse().ok()?;
@@ -44,7 +45,8 @@ fn files_that_are_read_again_and_again() {
     std::fs::write(&main, "Include \"long.part\"\n".repeat(9_000)).unwrap();
     let result = soon(|| linelit_formats::load(&main, &LoadOptions::default()));
     refused(result, "`long.part` and others are read too often");
-    // Files that include each other twice double with each level.
+    // With files each of which includes the next one twice, the number of included files doubles
+    // with each level.
     for k in 0..30 {
         let text = format!("Include \"{}.part\"\n", k + 1).repeat(2);
         std::fs::write(dir.join(format!("{k}.part")), text).unwrap();
@@ -55,7 +57,8 @@ fn files_that_are_read_again_and_again() {
     refused(result, "more than 10000 files are included");
 }
 
-/// A world with an object of many triangles, and many instances of it.
+/// Returns pbrt text with an object of 2000 triangles, after the directives `before`, and `count`
+/// instances of it.
 fn instances(before: &str, count: usize) -> String {
     let n = 2000;
     let mut text = format!(
@@ -82,7 +85,7 @@ fn instances_without_end() {
     let text = instances("AreaLightSource \"diffuse\"", 100_000);
     let load = || linelit_formats::from_pbrt_str(&text, "limits.pbrt", &options);
     refused(soon(load), "more than 131072 lights");
-    // Triangles without area count as work, though they are left out.
+    // Triangles without area are left out, but count for the limit because they take time.
     let text = instances("Scale 1e-60 1e-60 1e-60", 100_000);
     let load = || linelit_formats::from_pbrt_str(&text, "limits.pbrt", &options);
     refused(soon(load), "more than 524288 triangles");
@@ -135,7 +138,8 @@ fn suggestions_take_no_time() {
     assert!(loaded.warnings.len() <= 201);
 }
 
-/// Of 200,000 corners those that are cut take their time, and one that is not takes none.
+/// Faces of many corners do not take long: 200 of 1024 corners are triangulated, and one of 200,000
+/// corners has too many and is left out.
 #[test]
 fn polygons_with_very_many_corners() {
     for (n, times, triangles) in [(1024, 200, 200 * 1022), (200_000, 1, 0)] {

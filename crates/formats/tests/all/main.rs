@@ -1,4 +1,4 @@
-//! Files of all formats: what is read, what is refused and how.
+//! Tests of the readers of all formats, and of their messages.
 
 mod bad;
 mod broken_lights;

@@ -1,4 +1,5 @@
-//! Scenes in memory, with all that they name: no file is read.
+//! Tests of scenes that are read from memory with all files that they name: no file is opened, and
+//! the files that a reader reports suffice to read the scene again.
 
 use linelit_formats::{
     ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, Watch, from_bytes,
@@ -7,7 +8,7 @@ use linelit_testkit::folder::Folder;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
-/// The scene `a.pbrt` among these.
+/// Reads `text` as the scene `a.pbrt`, with the given other files in memory.
 fn load(text: &str, files: &[(&str, &[u8])]) -> Result<Loaded, SceneError> {
     let files = files.iter().map(|(name, b)| ((*name).into(), b.to_vec()));
     let options = LoadOptions {
@@ -29,7 +30,8 @@ fn what_a_scene_in_memory_names_is_found_there_and_nowhere_else() {
         .scene;
     assert!(scene.texture_memory() > 0 && !scene.triangles.is_empty());
 
-    // The manifest of this crate is there on the disk, in the working folder.
+    // Names that are not in memory are an error, even if such a file exists: `Cargo.toml` is in the
+    // working folder of the tests.
     for absent in ["Cargo.toml", "./part.pbrt", "/etc/hostname", ""] {
         let error = load(&format!("WorldBegin\n Include \"{absent}\""), &files).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Io, "{error}");

@@ -1,4 +1,5 @@
-//! Polygons of OBJ files, uncut: what is read, what is refused and where, and that nothing panics.
+//! Tests of the reading of polygons from OBJ files without triangulation: the result, the errors
+//! with their positions, and that no input panics.
 
 use linelit_formats::ErrorKind;
 use linelit_formats::assembly::{Result, Source};

@@ -1,22 +1,25 @@
-//! `docs/pbrt.md` says which of pbrt's parameters are done, warned about or without effect: the
-//! reader does what its table says, and warns about every other parameter.
+//! Tests that the reader agrees with the table in `docs/pbrt.md`, which says which of pbrt's
+//! parameters are supported, cause a warning or have no effect. The reader must do what the table
+//! says, and warn about every other parameter.
 
 use linelit_formats::{LoadOptions, from_pbrt_str};
 use std::collections::BTreeSet;
 
-/// A type of a directive in the table.
+/// One type of a directive, such as `Material "matte"`, with its row of the table.
 struct Row {
     directive: String,
     name: String,
-    /// Whether the type is warned about.
+    /// Whether the reader warns about the type itself. The table marks such types with asterisks.
     is_odd: bool,
     known: BTreeSet<String>,
     warned: Vec<String>,
-    /// Parameters that it is read with.
+    /// Parameters that the type needs in order to be read, as pbrt text.
     needed: &'static str,
 }
 
+/// Reads the table of `docs/pbrt.md`. A row for several types gives one [`Row`] for each of them.
 fn table() -> Vec<Row> {
+    // Read the page, and split lines of five cells.
     let path = format!("{}/../../docs/pbrt.md", env!("CARGO_MANIFEST_DIR"));
     let page = std::fs::read_to_string(path).unwrap();
     let cells = |line: &str| -> Option<[String; 5]> {
@@ -24,6 +27,7 @@ fn table() -> Vec<Row> {
         let cells: Vec<String> = line.split('|').map(|c| c.trim().to_owned()).collect();
         cells.try_into().ok()
     };
+    // Make a row for each type. The first two lines are the table's head.
     let mut rows = Vec::new();
     for [directive, names, done, warned, none] in page.lines().filter_map(cells).skip(2) {
         let (names, given) = names.split_once(": ").unwrap_or((&names, ""));
@@ -57,8 +61,10 @@ fn table() -> Vec<Row> {
     rows
 }
 
-/// The warnings of a scene with such a directive, which has a parameter; or its error.
+/// Reads a scene in which the directive of the row has the given parameter, and returns the
+/// warnings, or the error.
 fn said(row: &Row, parameter: &str) -> Result<Vec<String>, String> {
+    // Write the directive with its type and parameters.
     let name = if row.name.is_empty() {
         String::new()
     } else {
@@ -66,6 +72,7 @@ fn said(row: &Row, parameter: &str) -> Result<Vec<String>, String> {
     };
     let (directive, needed) = (&row.directive, row.needed);
     let directive = format!("{directive} {name} {parameter} {needed}\n");
+    // Put it where it belongs in a scene: in place of the camera, in the world, or before both.
     let square = "Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 1 1 0 ]\n";
     let camera = "Camera \"perspective\"\n";
     let world = format!(
@@ -105,7 +112,7 @@ fn parameters_that_the_table_does_not_have_are_warned_about() {
             let unknown = format!("has no parameter `{name}`");
             let is_known = match said(row, &format!("\"float {name}\" .5")) {
                 Ok(warnings) => !warnings.iter().any(|w| w.contains(&unknown)),
-                // Of another type, or other values: the reader asked for it.
+                // An error about the parameter's type or value shows that the reader knows it.
                 Err(error) => error.contains(&format!("`{name}`")),
             };
             let wanted = row.known.contains(*name);
@@ -138,7 +145,7 @@ fn what_the_table_says_to_be_warned_about_is() {
             let warnings = said(&row, &given).unwrap();
             assert_eq!(warnings.len(), bare.len() + 1, "{given}: {warnings:?}");
         }
-        // As pbrt has them when they are not given, nothing is left out.
+        // A parameter with pbrt's default value causes no warning, because nothing is lost.
         for given in [
             "\"string sensor\" \"cie1931\"",
             "\"float lensradius\" 0",

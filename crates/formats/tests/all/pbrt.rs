@@ -1,4 +1,5 @@
-//! What pbrt text means: transforms, cameras, orientation, films, instances, both versions.
+//! Tests that pbrt text is read with pbrt's meaning: transforms, cameras, orientation, films,
+//! materials, lights and instances, in both versions of the format.
 
 use crate::common::{area, assert_near, load, world};
 use linelit_formats::LoadOptions;
@@ -36,7 +37,7 @@ fn transforms_apply_from_the_last_to_the_first() {
 
 #[test]
 fn matrices_are_written_column_by_column() {
-    // Columns: x -> y, y -> z, z -> x, translation (1, 2, 3).
+    // This matrix maps x to y, y to z and z to x, and then moves by (1, 2, 3).
     let matrix = "[0 1 0 0  0 0 1 0  1 0 0 0  1 2 3 1]";
     assert_near(
         second_vertex(&format!("Transform {matrix}")),
@@ -67,7 +68,7 @@ fn blocks_save_and_restore() {
         second_vertex("TransformBegin Translate 5 0 0 TransformEnd"),
         DVec3::X,
     );
-    // TransformEnd restores nothing but the transform.
+    // `TransformEnd` restores the transform only, so that the material stays.
     let scene = world(&format!(
         "TransformBegin Translate 5 0 0 Material \"matte\" \"rgb Kd\" [1 0 0] TransformEnd {TRIANGLE}"
     ));
@@ -93,14 +94,14 @@ fn coordinate_systems_are_remembered() {
         ),
         DVec3::new(6.0, 0.0, 0.0),
     );
-    // "camera" is the camera's place in the world.
+    // The coordinate system "camera" is that of the camera in the world.
     let scene = load(&format!(
         "Translate 0 0 -7 Camera \"perspective\" WorldBegin CoordSysTransform \"camera\" {TRIANGLE}"
     ))
     .scene;
     assert_near(scene.corners(0)[0], DVec3::new(0.0, 0.0, 7.0));
     assert_eq!(scene.camera.position(), DVec3::new(0.0, 0.0, 7.0));
-    // The world begins without the camera's transform.
+    // `WorldBegin` resets the transform.
     let scene = load(&format!(
         "Translate 1 1 1 Camera \"perspective\" WorldBegin {TRIANGLE}"
     ))
@@ -120,7 +121,7 @@ const FOV_90: &str = "\"perspective\" \"float fov\" 90";
 
 #[test]
 fn cameras_are_left_handed_unless_mirrored() {
-    // pbrt: looking along +z with y up, the right of the picture is +x.
+    // In pbrt, for a camera that looks along +z with y up, +x is to the right.
     let look = "LookAt 0 0 0  0 0 1  0 1 0";
     assert_near(ray(look, FOV_90, SQUARE, 50.0, 50.0), DVec3::Z);
     assert_near(
@@ -131,7 +132,7 @@ fn cameras_are_left_handed_unless_mirrored() {
         ray(look, FOV_90, SQUARE, 50.0, 0.0),
         DVec3::new(0.0, 1.0, 1.0).normalize(),
     );
-    // Looking along −z, the right of the picture is −x; with `Scale -1 1 1` it is +x.
+    // For one that looks along −z, −x is to the right, or with `Scale -1 1 1`, +x.
     let look = "LookAt 0 0 0  0 0 -1  0 1 0";
     assert_near(
         ray(look, FOV_90, SQUARE, 100.0, 50.0),
@@ -191,7 +192,8 @@ fn films_and_filters() {
         scene.camera.projection(),
         Projection::Perspective { fov_degrees: 90.0 }
     );
-    // As wide as the version has it, whichever is said first.
+    // The default radius of the filter depends on the version, which the film's name tells, even if
+    // the film comes after the filter.
     for (film, width) in [("image", 2.0), ("rgb", 1.5)] {
         let text = format!(
             "PixelFilter \"gaussian\" \"float yradius\" 1 Film \"{film}\"
@@ -206,7 +208,7 @@ fn films_and_filters() {
     }
 }
 
-/// The side that a light emits to, for each combination of what can turn it.
+/// Tests to which side a light emits, for combinations of `ReverseOrientation` and transforms.
 #[test]
 fn the_outside_is_reversed_by_orientation_or_mirroring_but_not_both() {
     let shapes = [
@@ -219,8 +221,8 @@ fn the_outside_is_reversed_by_orientation_or_mirroring_but_not_both() {
         for (turn, want) in [
             ("", 1.0),
             ("ReverseOrientation", -1.0),
-            // The mirrored winding turns the right-hand normal of a triangle, and pbrt turns it
-            // back: a mirror in x leaves +z the outside.
+            // A mirror in x reverses the winding order and with it the right-hand normal of a
+            // triangle. pbrt reverses it once more, so that +z stays the outside.
             ("Scale -1 1 1", 1.0),
             ("Scale -1 1 1 ReverseOrientation", -1.0),
             ("Scale 1 1 -1", -1.0),
@@ -231,7 +233,7 @@ fn the_outside_is_reversed_by_orientation_or_mirroring_but_not_both() {
             let scene = world(&format!("AreaLightSource \"diffuse\" {turn} {shape}"));
             let light = area(&scene, 0);
             assert_near(light.polygon.normal(), DVec3::Z * want);
-            // The surface agrees: a ray against the normal comes from outside.
+            // The surface has the same outside: a ray against the normal comes from there.
             let surface = scene.surface(0, [0.2, 0.2], -DVec3::Z * want);
             assert!(surface.outside, "{turn} {shape}");
             assert_near(surface.geometric_normal, DVec3::Z * want);
@@ -275,7 +277,8 @@ fn normals_transform_as_normals() {
     );
 }
 
-/// What smooth materials over the square reflect to a viewer at a cosine from the normal.
+/// Returns the specular reflectance of each of the given smooth materials, one a line, for a viewer
+/// whose direction has the given cosine with the normal.
 fn reflected(materials: &str, cosine: f64) -> Vec<DVec3> {
     let square = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]";
     let each = materials.lines().map(|line| format!("{line} {square}\n"));
@@ -289,8 +292,9 @@ fn reflected(materials: &str, cosine: f64) -> Vec<DVec3> {
     scene.meshes.iter().map(weight).collect()
 }
 
-/// pbrt-v4: η = 1, k = 2 √r / √(1 − r), which reflects r at normal incidence; glTF's is Schlick's,
-/// which linelit writes as an extension.
+/// A conductor with `reflectance` r has η = 1 and k = 2 √r / √(1 − r) as in pbrt-v4, which reflects
+/// r at normal incidence. With linelit's parameter `schlick`, which is used for materials from
+/// glTF, it has Schlick's approximation.
 #[test]
 fn a_conductor_of_a_reflectance_is_pbrts() {
     let r = DVec3::new(0.8, 0.2, 1.0);
@@ -300,7 +304,8 @@ fn a_conductor_of_a_reflectance_is_pbrts() {
         let [ours, pbrts] = reflected(two, cosine)[..] else {
             panic!("two materials");
         };
-        // r = .8 and .2 have k = 4 and 1, and 1 is taken as .9999, k = 2 √.9999 / √.0001.
+        // k is 4 for r = 0.8 and 1 for r = 0.2. For r = 1, which is clamped to 0.9999, it is
+        // 2 √0.9999 / √0.0001.
         assert!(
             (ours - pbrts).abs().max_element() < 1e-14,
             "{cosine}: {ours} {pbrts}"
@@ -318,7 +323,7 @@ fn a_conductor_of_a_reflectance_is_pbrts() {
     let got = reflected(schlick, 0.6)[0];
     let want = r + (DVec3::ONE - r) * 0.4_f64.powi(5);
     assert!((got - want).abs().max_element() < 1e-14, "{got}");
-    // pbrt-v3's metal has none.
+    // The metal of pbrt-v3 has no `reflectance`.
     let metal = "Camera \"perspective\" WorldBegin Material \"metal\" \"rgb reflectance\" [1 0 0]";
     let warnings = load(&format!("{metal} Shape \"sphere\"")).warnings;
     assert!(
@@ -335,7 +340,7 @@ fn surfaces_interpolate() {
     let scene = world(&format!("{shape} {shape} \"point2 uv\" [1 1  3 1  1 5]"));
     let plain = scene.surface(0, [0.25, 0.5], -DVec3::Z);
     assert_near(plain.point, DVec3::new(0.25, 0.5, 0.0));
-    // Without coordinates the corners are at (0,0), (1,0), (1,1).
+    // A mesh without texture coordinates has (0,0), (1,0), (1,1) at the corners of each triangle.
     assert_eq!(plain.uv, DVec2::new(0.75, 0.5));
     assert_eq!(
         scene.surface(1, [0.25, 0.5], -DVec3::Z).uv,
@@ -398,7 +403,7 @@ fn materials_of_both_versions() {
     let kd = |mesh: usize| scene.diffuse_reflectance(scene.meshes[mesh].material, DVec2::ZERO);
     assert_eq!(kd(0), DVec3::new(0.1, 0.2, 0.3));
     assert_eq!(kd(1), DVec3::splat(0.2));
-    // v4: the amount is the share of the second; v3: of the first.
+    // The amount is the weight of the second material in pbrt-v4, and of the first in pbrt-v3.
     assert_eq!(kd(2), DVec3::new(0.75, 0.0, 0.25));
     assert_eq!(kd(3), DVec3::new(0.25, 0.0, 0.75));
     assert_eq!(kd(4), DVec3::splat(0.2));
@@ -445,19 +450,21 @@ fn emission_of_both_versions() {
         l("\"rgb L\" [1 2 3] \"rgb scale\" [2 1 0]").0,
         DVec3::new(2.0, 2.0, 0.0)
     );
-    // Power over π times the area of one half.
+    // The radiance is the power over π times the area, which is a half, and over the number of
+    // sides.
     let power = l("\"float power\" 10").0;
     assert!((power.x - 20.0 / std::f64::consts::PI).abs() < 1e-12);
     let both = l("\"float power\" 10 \"bool twosided\" true").0;
     assert!((both.x - 10.0 / std::f64::consts::PI).abs() < 1e-12);
     let luminance = |c: DVec3| c.dot(DVec3::new(0.2126, 0.7152, 0.0722));
-    // v4's black bodies have luminance one, v3's a spectral peak of their scale.
+    // A black body of pbrt-v4 has a luminance of one. In pbrt-v3 its scale is the peak of the
+    // spectrum.
     assert!((luminance(l("\"blackbody L\" 3000").0) - 1.0).abs() < 0.01);
     assert!(luminance(l("\"blackbody L\" [3000 2]").0) < 1.0);
 }
 
-/// pbrt-v3's `scale`; pbrt-v4's imaging ratio, the exposure time × ISO / 100, of which the camera's
-/// shutter is a part.
+/// The picture is multiplied by the film's `scale` in pbrt-v3, and in pbrt-v4 by the imaging ratio,
+/// exposure time × ISO / 100, and by the time that the camera's shutter is open.
 #[test]
 fn films_scale_the_picture() {
     let scene = |film: &str, camera: &str| {
@@ -490,7 +497,7 @@ fn films_scale_the_picture() {
         let told = told.filter(|w| w.message().contains("the time that the shutter is open"));
         assert_eq!(told.count() > 0, film.is_empty() && !camera.is_empty());
     }
-    // Of two crops of pbrt-v4, the window goes before the bounds.
+    // If a film has both crops, `cropwindow` takes precedence over `pixelbounds`, as in pbrt-v4.
     let both = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 \
         \"float cropwindow\" [ 0 .5 0 1 ] \"integer pixelbounds\" [ 1 2 1 2 ]";
     assert_eq!(scene(both, "").scene.film.crop, [0, 4, 0, 8]);
@@ -581,7 +588,7 @@ fn imports_keep_their_state_and_includes_do_not() {
         let loaded = linelit_formats::load(&main, &LoadOptions::default());
         let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
         assert_eq!(scene.corners(0)[0].x.to_bits(), f64::to_bits(x), "{word}");
-        // Names are for everyone.
+        // The named material of the part is known in the main file in both cases.
         let uv = DVec2::ZERO;
         let kd = scene.diffuse_reflectance(scene.material_of(0), uv);
         assert_eq!(kd, DVec3::new(0.25, 0.5, 1.0), "{word}");

@@ -1,4 +1,4 @@
-//! Lights without a shape: pbrt's light sources and glTF's punctual lights.
+//! Tests of lights without a shape: pbrt's light sources and glTF's punctual lights.
 
 use crate::common::{load, world, write_tga};
 use linelit_formats::{LoadOptions, from_pbrt_str};
@@ -48,10 +48,10 @@ fn points_stand_where_the_transform_says() {
     near(light.position, DVec3::new(3.0, 2.0, 3.0));
     near(light.intensity, DVec3::new(2.0, 4.0, 6.0));
     assert!(light.profile.is_none());
-    // One that stands where directions of others lead by default.
+    // `from` of a point light is a position: (0, 0, 1), which is the default `to` of other lights.
     let scene = world("LightSource \"point\" \"point3 from\" [ 0 0 1 ]");
     near(point(&scene).position, DVec3::Z);
-    // Power is that of a unit I: 4π W/sr of it, or the cone's share.
+    // `power` sets the power of the whole light, of a sphere of directions or of a cone.
     for text in [
         "\"point\"",
         "\"spot\" \"point3 to\" [ 1 0 0 ]",
@@ -63,8 +63,8 @@ fn points_stand_where_the_transform_says() {
     }
 }
 
-/// Half way between the cones in the cosine: smoothstep says a half in version 4, the fourth power
-/// 1/16 in version 3.
+/// Where the cosine is half-way between those of the inner and the outer cone, the smoothstep of
+/// pbrt-v4 gives a half, and the fourth power of pbrt-v3 gives 1/16.
 #[test]
 fn spots_end_as_the_version_says() {
     let spot = "LightSource \"spot\" \"float coneangle\" 60 \"float conedeltaangle\" 60 \
@@ -94,13 +94,16 @@ fn distant_light_knows_the_scene() {
     near(light.scene.center, DVec3::new(2.0, 2.0, 0.0));
     assert!((light.scene.radius - 8f64.sqrt()).abs() < 1e-12);
     assert!((scene.lights[0].light.power() - 24.0 * PI).abs() < 1e-9);
-    // A scene of nothing else.
+    // A scene without any shapes has a bounding sphere of radius zero.
     let scene = world("LightSource \"distant\" LightSource \"infinite\"");
     assert_eq!((scene.lights.len(), distant(&scene).scene.radius), (2, 0.0));
 }
 
-/// The irradiance of a wall with a normal, by midpoints of a grid about the middle of a sun that
-/// reaches twice as high as the cap. It is linear in the directions, so that the rule is exact.
+/// Returns the irradiance from a sun on a wall with the given normal.
+///
+/// It is computed by a midpoint rule over a spherical cap around the middle of the sun, which is
+/// twice as high as the sun's own cap. The integrand is linear in the direction, so that the rule
+/// is exact.
 fn irradiance(sky: &Sky, middle: DVec3, cap_height: f64, normal: DVec3) -> DVec3 {
     const N: u32 = 64;
     let frame = linelit_geometry::Frame::from_normal(middle);
@@ -114,8 +117,8 @@ fn irradiance(sky: &Sky, middle: DVec3, cap_height: f64, normal: DVec3) -> DVec3
     sum * (2.0 * cap_height * 2.0 * PI / f64::from(N * N))
 }
 
-/// A distant light with an angle is a sun that lights walls as the parallel light does, however
-/// wide it is; at an angle of 0 it is parallel light.
+/// A distant light with an angle becomes a sun, which lights walls just as parallel light does,
+/// however wide it is. At an angle of zero it stays parallel light.
 #[test]
 fn distant_light_with_an_angle_is_a_sun() {
     let text = "LightSource \"distant\" \"rgb L\" [ 1 2 3 ] \"float illuminance\" 4 \
@@ -128,7 +131,8 @@ fn distant_light_with_an_angle_is_a_sun() {
         let middle = DVec3::new(0.6, 0.0, 0.8);
         let cap_height = 2.0 * (0.5 * half).sin().powi(2);
         for tilt in [0.0, 0.4] {
-            // The whole sun is above the wall where 90° of tilt and half angle are not passed.
+            // Only compare walls that see the whole sun: those whose tilt and the half angle of
+            // the sun add up to 90° at most.
             if tilt + half > 0.5 * PI + 1e-9 {
                 continue;
             }
@@ -193,13 +197,14 @@ fn environments_are_skies() {
     assert!(matches!(sky(&scene).emission, SkyEmission::Constant(_)));
 }
 
-/// Version 4 looks the nearest pixel up, of environments and goniometers by the equal-area map;
-/// version 3 interpolates. Behind a portal, version 4 resamples the image by interpolation.
+/// For environments and goniometers pbrt-v4 takes the nearest pixel of the equal-area map, and
+/// pbrt-v3 interpolates. Behind a portal pbrt-v4 resamples the image by interpolation.
 #[test]
 fn images_of_version_4_are_looked_up_by_the_nearest_pixel() {
     let folder = Folder::new("nearest");
     let path = folder.join("quarter.tga");
-    // Of 4 x 4 pixels, the one at column 2 and row 1 is white; that is where x > 0 > y.
+    // Write an image of 4 × 4 pixels in which only that at column 2 and row 1 is white. Its
+    // directions have x > 0 > y.
     let mut pixels = [[0, 0, 0]; 16];
     pixels[6] = [255, 255, 255];
     write_tga(&path, [4, 4], &pixels);
@@ -229,7 +234,7 @@ fn images_of_version_4_are_looked_up_by_the_nearest_pixel() {
     near(sky(&scene).along(at(0.5)), DVec3::splat(0.5));
     let scene = read(&format!("\"goniometric\" {file}"));
     let profile = point(&scene).profile.as_ref().expect("an image");
-    // A sixteenth of the sphere, all of it alike.
+    // The white pixel covers a sixteenth of the sphere and has the same value everywhere.
     near(profile.mean(), DVec3::splat(1.0 / 16.0));
     let values = (0..4000).map(|k| {
         let z = 1.0 - (f64::from(k) + 0.5) / 2000.0;
@@ -240,7 +245,8 @@ fn images_of_version_4_are_looked_up_by_the_nearest_pixel() {
     let (white, black): (Vec<f64>, Vec<f64>) = values.partition(|v| *v > 0.0);
     assert!(white.iter().all(|v| (v - 1.0).abs() < 1e-12) && !black.is_empty());
     assert!((150..350).contains(&white.len()), "{}", white.len());
-    // Version 3: column 2 of 4 by longitude ends halfway between the centres of pixels.
+    // With pbrt-v3's interpolation the value at the edge of column 2, which lies half-way between
+    // the centres of two pixels, is a half.
     let scene = world(&format!(
         "{SQUARE} LightSource \"infinite\" \"string mapname\" \"{name}\""
     ));
@@ -317,7 +323,8 @@ fn what_is_no_light_is_an_error_at_its_place() {
     }
 }
 
-/// A focus turns a shape's light with direction and keeps its power.
+/// The parameter `focus` of an area light narrows its emission about the normal and keeps its
+/// power.
 #[test]
 fn shapes_have_a_focus() {
     let shape = "Shape \"disk\" \"float radius\" 2";
@@ -331,7 +338,7 @@ fn shapes_have_a_focus() {
         assert_eq!(a.light.power().to_bits(), b.light.power().to_bits());
         let profile = b.profile.as_ref().expect("a profile");
         assert!((profile.lambertian_mean() - 1.0).abs() < 1e-12);
-        // (4 + 2)/2 cos⁴ of the even radiance is seen.
+        // The radiance is multiplied by (4 + 2)/2 cos⁴ θ, which is 3 along the normal.
         let Light::Area(light) = &*b.light else {
             panic!("facets");
         };
@@ -343,8 +350,9 @@ fn shapes_have_a_focus() {
     assert_eq!(focus.round.len(), 1);
 }
 
-/// The tilt in any case and with blanks, line ends of old Macs, a byte order mark; and the number
-/// behind the ballast factor, a factor before 2019 and a code since then.
+/// Tests the spellings of IES files: the tilt line in upper or lower case and with blanks, the line
+/// ends of old Macs, and a byte order mark. Also, the number after the ballast factor is a factor
+/// in editions before 2019, and a code since then.
 #[test]
 fn editions_and_spellings_of_ies_files() {
     let folder = Folder::new("ies-editions");
@@ -392,7 +400,8 @@ fn editions_and_spellings_of_ies_files() {
 const IES: &str = "IESNA:LM-63-2002\n[TEST] none\nTILT=NONE\n1 1000 2 3 2 1 2 0 0 0\n1.5 1 50\n\
                    0 45 90\n0 90\n100 60 0\n100,20 0\n";
 
-/// A quadrant of an IES file: factors of multiplier and ballast, mirrored twice, along `to`.
+/// An IES file of one quadrant: the candela are multiplied by the multiplier and the ballast
+/// factor and mirrored twice, and the axis of the luminaire points along `to`.
 #[test]
 fn ies_files_are_luminaires() {
     let folder = Folder::new("ies");
@@ -437,8 +446,9 @@ fn ies_files_are_luminaires() {
     assert!(scene.lights.iter().all(|light| light.profile.is_some()));
 }
 
-/// The narrowest beams of IES files emit, and their power is theirs: by the volume of a truncated
-/// cone, (1 + 1.2 + 1.2²)/3 π b², of a beam that is even up to b and ends at 1.2 b.
+/// Even the narrowest beams of IES files emit, with the right power. For a beam that is even up to
+/// the angle b and ends at 1.2 b, the power for one candela is the volume of a truncated cone,
+/// (1 + 1.2 + 1.2²)/3 π b².
 #[test]
 fn beams_of_ies_files_have_their_power() {
     let folder = Folder::new("ies-beams");
@@ -461,12 +471,13 @@ fn beams_of_ies_files_have_their_power() {
         let b = degrees.to_radians();
         let want = 100.0 / (PI * b * b * 3.64 / 3.0) / 4.0;
         let off = at("\"float power\" 100") / want - 1.0;
-        // The sine of b is b but for b³/6.
+        // The formula takes b for sin b, which differs by b³/6.
         assert!(off.abs() < b * b + 1e-12, "{degrees}: {off:e}");
     }
 }
 
-/// Whatever is wrong with an IES file is told with its place; cut at any byte, too.
+/// Broken IES files, and files that are cut off at any byte, are refused with a message that names
+/// the file and the position.
 #[test]
 fn broken_ies_files_are_refused() {
     let folder = Folder::new("broken-ies");
@@ -511,7 +522,8 @@ fn broken_ies_files_are_refused() {
         warned.iter().any(|w| w.message().contains("tilted lamp")),
         "{warned:?}"
     );
-    // Cut at any byte it is refused, or whole but for the last number's digits.
+    // A file that is cut off is refused, unless the cut is in the last number, which then is still
+    // a number.
     for end in 0..IES.len() {
         if let Ok(loaded) = load_with(&IES[..end]) {
             assert!(end >= IES.len() - 2, "{end}: {:?}", loaded.warnings);
@@ -519,7 +531,8 @@ fn broken_ies_files_are_refused() {
     }
 }
 
-/// A file whose lights are dark, or left out, has lights: no lamp stands in for them.
+/// A file whose lights are dark or not supported counts as a file with lights, so that no lamp is
+/// added to its scene.
 #[test]
 fn dark_lights_are_lights() {
     let folder = Folder::new("dark");
@@ -597,7 +610,8 @@ fn punctual_lights_of_gltf() {
     let loaded = gltf(r#"{ "type": "directional", "intensity": 3 }"#, turned).unwrap();
     near(distant(&loaded.scene).direction, DVec3::X);
     near(distant(&loaded.scene).irradiance, DVec3::splat(3.0));
-    // The square of the place between the cosines: cos = 0.75 of 1 and 0.5.
+    // At a cosine of 0.75, half-way between the cosines 1 and 0.5 of the cones, the intensity is
+    // the square of a half.
     let light = r#"{ "type": "spot", "spot": { "outerConeAngle": 1.0471975511965976 } }"#;
     let loaded = gltf(light, "").unwrap();
     let w = DVec3::new((1.0 - 0.75 * 0.75_f64).sqrt(), 0.0, -0.75);
@@ -605,7 +619,7 @@ fn punctual_lights_of_gltf() {
         point(&loaded.scene).beam(w).unwrap().irradiance,
         DVec3::splat(0.25),
     );
-    // A light at two nodes is read once, and said to have a range once.
+    // A light that two nodes use is read once, with one warning about its range.
     let twice = r#""extensions": { "KHR_lights_punctual": { "light": 0 } } }, {"#;
     let ranged = gltf(r#"{ "type": "point", "range": 5 }"#, twice).unwrap();
     let said = &ranged.warnings[0];
@@ -613,7 +627,8 @@ fn punctual_lights_of_gltf() {
     assert_eq!((ranged.scene.lights.len(), said.repeats()), (2, 1));
     let dark = gltf(r#"{ "type": "point", "intensity": 0 }"#, "").unwrap();
     assert!(dark.scene.lights.is_empty() && dark.has_lights);
-    // Cones of π/2 and of equal angles, rounded to 32 bits or to five digits.
+    // Read cones whose outer angle is π/2 or equals the inner one, up to rounding to 32 bits or to
+    // five digits.
     let [half, quarter] = ["1.5707963705062866", "0.7853981852531433"];
     for (inner, outer) in [
         ("0", half),
@@ -629,7 +644,8 @@ fn punctual_lights_of_gltf() {
         .unwrap();
         let light = point(&loaded.scene);
         let beam = light.beam(DVec3::new(0.3, 0.0, -0.4)).unwrap();
-        // The square of the cosine between none and π/2, and one inside of a sharp cone.
+        // Between the angles 0 and π/2 the intensity is the square of the cosine, and in a cone
+        // with a sharp edge it is one.
         let want = if inner == "0" { 0.64 } else { 1.0 };
         near(beam.irradiance, DVec3::splat(want / 0.25));
         assert!(light.beam(DVec3::Z).is_none());

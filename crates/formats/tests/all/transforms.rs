@@ -1,5 +1,6 @@
-//! Where the transform of a light meets what it sends by direction: each light under each
-//! transform in each format that has it, against formulas of the test's own.
+//! Tests of transformed lights whose emission depends on the direction. Each kind of light is read
+//! under each of several transforms, in each format that has it, and is compared with formulas that
+//! are written here independently of the library.
 
 use crate::common::load;
 use linelit_geometry::glam::DMat3;
@@ -20,7 +21,7 @@ enum Step {
 }
 use Step::{Rotate, Scale};
 
-/// Rotations, reflections and uneven scales, before and after each other.
+/// The transforms of the tests: rotations, reflections and uneven scales, in different orders.
 const TRANSFORMS: [&[Step]; 9] = [
     &[],
     &[Rotate(40.0, [0.6, 0.0, 0.8])],
@@ -49,7 +50,7 @@ fn directives(steps: &[Step]) -> String {
     each.collect()
 }
 
-/// Directions all over the sphere, none of them horizontal.
+/// Returns directions all over the sphere, none of which is horizontal.
 fn directions() -> impl Iterator<Item = DVec3> {
     (0..60).map(|k| {
         let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / 60.0;
@@ -58,7 +59,8 @@ fn directions() -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// A light of pbrt, in its version, under each transform.
+/// Reads a light of the given version of pbrt under each transform, and calls `check` with the
+/// scene, the matrix and a name for messages.
 fn each_scene(version: u32, light: &str, mut check: impl FnMut(&SceneDescription, DMat3, &str)) {
     for steps in TRANSFORMS {
         let film = if version == 3 { "image" } else { "rgb" };
@@ -89,7 +91,8 @@ fn sky(scene: &SceneDescription) -> &Sky {
     }
 }
 
-/// Holds the intensity of a point light in all directions to a function of those of its own space.
+/// Checks that the intensity of a point light is `want` of the direction in the light's own space,
+/// under each transform and in all directions.
 fn check_point(version: u32, light: &str, tolerance: f64, want: impl Fn(DVec3) -> DVec3) {
     each_scene(version, light, |scene, to_world, name| {
         let (light, to_light) = (point(scene), to_world.inverse());
@@ -103,8 +106,9 @@ fn check_point(version: u32, light: &str, tolerance: f64, want: impl Fn(DVec3) -
     });
 }
 
-/// The smooth border of pbrt-v4's cones and the fourth power of version 3, elliptic under uneven
-/// scales; `power` counts in the light's space.
+/// Spot lights have the smooth border of pbrt-v4 or the fourth power of pbrt-v3. Both are functions
+/// of the direction in the light's own space, so that cones become elliptic under uneven scales;
+/// `power` is computed in that space as well.
 #[test]
 fn spots_are_cones_of_their_own_space() {
     let light = "LightSource \"spot\" \"point3 from\" [ .1 .2 .3 ] \"point3 to\" [ .7 -.6 .3 ] \
@@ -114,19 +118,20 @@ fn spots_are_cones_of_their_own_space() {
     let place = |w: DVec3| ((axis.dot(w) - outer) / (inner - outer)).clamp(0.0, 1.0);
     let smooth = |w: DVec3| place(w).powi(2) * (3.0 - 2.0 * place(w));
     let color = DVec3::new(1.0, 2.0, 3.0);
-    // A steep border magnifies rounding of the direction.
+    // A steep border magnifies the rounding of the direction, hence the tolerance.
     check_point(4, light, 1e-13, |w| color * smooth(w));
     check_point(3, light, 1e-13, |w| color * place(w).powi(4));
     let powerful = format!("{light} \"float power\" 50");
-    // The smooth border is half of it on average.
+    // The mean of the smooth border is a half.
     let solid_angle = TAU * (1.0 - 0.5 * (inner + outer));
     check_point(4, &powerful, 1e-12, |w| {
         color * smooth(w) * (50.0 / solid_angle)
     });
 }
 
-/// A `conedeltaangle` above the angle: the cosine of the negative difference, as in pbrt; and a
-/// cone with a sharp end, not one that lights its outside, beyond twice the angle.
+/// A `conedeltaangle` above `coneangle` makes the inner angle negative. Its cosine is used, as in
+/// pbrt. Above twice the angle, the inner cone would be wider than the outer one; then the cone has
+/// a sharp edge and does not light its outside.
 #[test]
 fn cones_may_begin_at_a_negative_angle() {
     for (delta, inner) in [(35.0, 5.0), (60.0, 30.0), (170.0, 30.0_f64)] {
@@ -150,8 +155,8 @@ fn cones_may_begin_at_a_negative_angle() {
     }
 }
 
-/// Three linear functions of the direction, all different under every reflection and exchange of
-/// axes.
+/// The colours of the test images: three linear functions of the direction, which no reflection
+/// and no exchange of axes leaves the same.
 fn image(w: DVec3) -> DVec3 {
     DVec3::new(
         2.0 + w.dot(DVec3::new(0.7, 0.5, 0.3)),
@@ -160,13 +165,15 @@ fn image(w: DVec3) -> DVec3 {
     )
 }
 
-/// The centres of pixels of an image by longitude and latitude are one of these apart at most, and
-/// of an equal-area one no farther than this from the corners: errors of nearest pixels and of
-/// linear interpolation of functions whose gradient is at most one.
+/// The width and the height of the test images in pixels.
 const SIDE: u32 = 128;
+/// A bound of the distance, in radians, of a direction from the centre of the nearest pixel, in
+/// the equal-area map and in images by longitude and latitude. It also bounds the error of a
+/// lookup, of the nearest pixel or interpolated, of functions whose gradient is at most one.
 const PIXEL: f64 = 4.31 / SIDE as f64;
 
-/// The image by the equal-area map and by longitude and latitude.
+/// Writes the image by the equal-area map and by longitude and latitude, and returns the names of
+/// both files.
 fn images(folder: &Folder) -> [String; 2] {
     let bright = |w: DVec3| image(w).as_vec3().to_array();
     let places = || (0..SIDE).flat_map(|j| (0..SIDE).map(move |i| [i, j]));
@@ -185,8 +192,8 @@ fn images(folder: &Folder) -> [String; 2] {
     })
 }
 
-/// The axis of a goniometer's image is the light's y axis in both versions; version 3 has its
-/// colours, version 4 the mean of its channels.
+/// The axis of a goniometric image is the light's y axis in both versions. pbrt-v3 uses the colours
+/// of the image, and pbrt-v4 the mean of its channels.
 #[test]
 fn goniometers_are_images_about_the_y_axis() {
     let folder = Folder::new("transformed-goniometers");
@@ -198,7 +205,7 @@ fn goniometers_are_images_about_the_y_axis() {
     };
     check_point(4, &light("filename", &square, ""), PIXEL, mean);
     check_point(3, &light("mapname", &angles, ""), PIXEL, swapped);
-    // The mean of linear functions is that in the middle: 2.
+    // The mean of each linear function over the sphere is its constant, 2.
     let powerful = light("filename", &square, "\"float power\" 100");
     check_point(4, &powerful, 4.0 * PIXEL, |w| {
         mean(w) * (100.0 / (4.0 * PI * 2.0))
@@ -209,12 +216,14 @@ fn goniometers_are_images_about_the_y_axis() {
     });
 }
 
-/// Environments are looked up in their own space, and `illuminance` counts there.
+/// Environments are looked up by the direction in their own space, and `illuminance` is computed
+/// in that space.
 #[test]
 fn environments_are_images_of_their_own_space() {
     let folder = Folder::new("transformed-skies");
     let [square, angles] = images(&folder);
-    // A linear function c + a·w gives a plane π c + 2π a/3 along its normal; luminances of 1, 0, 0.
+    // A radiance c + a·w, integrated over the hemisphere with the cosine, gives the irradiance
+    // π c + (2π/3) a·n on a plane with the normal n.
     let upper = DVec3::splat(2.0 * PI) + DVec3::new(0.3, 0.8, 0.1) * (TAU / 3.0);
     let upper = upper.dot(linelit_scene::LUMINANCE);
     for (version, key, name) in [(4, "filename", square), (3, "mapname", angles)] {
@@ -225,7 +234,8 @@ fn environments_are_images_of_their_own_space() {
                 for w in directions() {
                     let got = sky.radiance(DVec3::ZERO, w);
                     let want = image((to_light * w).normalize()) * factor;
-                    // The illuminance is a sum over cells as small as pixels.
+                    // The illuminance is a sum over cells of the size of pixels, so that the same
+                    // bound holds.
                     let off = (got - want).abs().max_element() / factor;
                     assert!(off <= PIXEL, "{name}, {w}: {got}, not {want}");
                 }
@@ -234,7 +244,8 @@ fn environments_are_images_of_their_own_space() {
     }
 }
 
-/// Parallel light has a direction, which is transformed as one; a portal is in the world.
+/// The direction of parallel light is transformed as a direction. The corners of a portal are given
+/// in world space and are not transformed.
 #[test]
 fn directions_are_transformed_and_portals_are_not() {
     let light = "LightSource \"distant\" \"point3 from\" [ 3 1 2 ] \"point3 to\" [ 1 0 4 ]";
@@ -257,7 +268,8 @@ fn directions_are_transformed_and_portals_are_not() {
     });
 }
 
-/// Candela over vertical angles 0, 60, 90, 120 and 180 and horizontal ones 0, 90, 180 and 270.
+/// The candela of the test luminaire: a row for each of the horizontal angles 0, 90, 180 and 270,
+/// with values at the vertical angles 0, 60, 90, 120 and 180.
 const CANDELA: [[f64; 5]; 4] = [
     [8.0, 7.0, 3.0, 1.0, 2.0],
     [8.0, 2.0, 1.0, 4.0, 2.0],
@@ -276,7 +288,8 @@ fn ies(path: &std::path::Path) {
     std::fs::write(path, text).unwrap();
 }
 
-/// The candela in a direction, by axes of which z is the luminaire's.
+/// Returns the interpolated candela in a direction, for a luminaire with the given axes, of which
+/// the third is its own axis.
 fn candela([x, y, z]: [DVec3; 3], w: DVec3) -> f64 {
     let theta = w.dot(z).clamp(-1.0, 1.0).acos().to_degrees();
     let phi = w.dot(y).atan2(w.dot(x)).to_degrees().rem_euclid(360.0);
@@ -290,14 +303,14 @@ fn candela([x, y, z]: [DVec3; 3], w: DVec3) -> f64 {
     at(this) * (1.0 - b) + at(next) * b
 }
 
-/// The axes about `z` whose x is as near to `x` as it can be.
+/// Returns orthonormal axes with the given z, whose x is as near to the given x as possible.
 fn axes(z: DVec3, x: DVec3) -> [DVec3; 3] {
     let x = (x - z * z.dot(x)).normalize();
     [x, z.cross(x), z]
 }
 
-/// Horizontal angles of a point's IES file run from x towards z × x about its axis, in the light's
-/// own space; so does its power.
+/// The horizontal angles of a point light's IES file run from x towards z × x about its axis z, in
+/// the light's own space. Its power is computed in that space, too.
 #[test]
 fn ies_points_turn_with_their_space() {
     let folder = Folder::new("transformed-points");
@@ -313,7 +326,7 @@ fn ies_points_turn_with_their_space() {
     for version in [3, 4] {
         check_point(version, &light, 1e-12, |w| color * candela(axes, w));
     }
-    // The mean around the axis is that of the columns.
+    // Compare a light with a given power, of which the whole luminaire has `whole` per candela.
     let whole = luminaire(|_| 1.0, 180.0);
     let powerful = format!("{light} \"float power\" 30");
     check_point(4, &powerful, 1e-12, |w| {
@@ -321,7 +334,8 @@ fn ies_points_turn_with_their_space() {
     });
 }
 
-/// The integral of the candela, times a weight of the cosine, over directions up to an angle.
+/// Returns the integral of the candela, times a weight that depends on the cosine, over the
+/// directions up to the vertical angle `end` in degrees.
 fn luminaire(weight: impl Fn(f64) -> f64, end: f64) -> f64 {
     let rings: Vec<_> = (0..5)
         .map(|i| CANDELA.iter().map(|column| column[i]).sum::<f64>() / 4.0)
@@ -338,8 +352,10 @@ fn luminaire(weight: impl Fn(f64) -> f64, end: f64) -> f64 {
     pieces.map(piece).sum()
 }
 
-/// On a surface the axis is the normal on the side that emits, and horizontal angles begin at the
-/// shape's x axis, turned and mirrored with it; the mean keeps the power. What cannot be is said.
+/// On a surface, the axis of a luminaire is the normal on the side that emits. Horizontal angles
+/// begin at the x axis of the shape, and turn and mirror with it. The profile is scaled so that the
+/// power stays the same. Warnings tell what a surface cannot do: emit behind itself, and be
+/// stretched.
 #[test]
 fn ies_surfaces_turn_with_their_shapes() {
     let folder = Folder::new("transformed-surfaces");
@@ -379,7 +395,9 @@ fn ies_surfaces_turn_with_their_shapes() {
     }
 }
 
-/// Checks an area light of 2 4 6 W/(m² sr) on one side (zero: on both); gives its warnings.
+/// Checks the radiance of an area light with (2, 4, 6) W/(m² sr) and the test luminaire, and
+/// returns its warnings. It emits on the side of the normal (`side` 1), on the other (−1) or on
+/// both (0).
 fn check_surface(text: &str, to_world: DMat3, side: f64, lambertian: f64) -> String {
     let loaded = load(&format!("Camera \"perspective\" WorldBegin {text}"));
     let light = &loaded.scene.lights[0];
@@ -396,7 +414,7 @@ fn check_surface(text: &str, to_world: DMat3, side: f64, lambertian: f64) -> Str
         };
         let want = DVec3::new(2.0, 4.0, 6.0) * factor;
         let got = light.shown(DVec2::ZERO, w);
-        // Corners are rounded to 32 bits, and candela change by 6 a radian at most.
+        // The corners are rounded to 32 bits, and the candela change by at most 6 per radian.
         let off = (got - want).abs().max_element();
         assert!(
             off <= 6.0 * 64.0 * f64::from(f32::EPSILON),
@@ -406,7 +424,7 @@ fn check_surface(text: &str, to_world: DMat3, side: f64, lambertian: f64) -> Str
     loaded.warnings.iter().map(|w| w.message()).collect()
 }
 
-/// A cone and a focus are about the normal under any transform, without a warning.
+/// The `focus` of an area light is about its normal under any transform, without a warning.
 #[test]
 fn cones_of_surfaces_are_about_the_normal() {
     let square = "Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0 4 0 0 0 4 0 4 4 0 ]";
@@ -426,13 +444,13 @@ fn cones_of_surfaces_are_about_the_normal() {
     }
 }
 
-/// Nodes of glTF turn their lights; no scale, even or not, changes a cone.
+/// The nodes of glTF turn their lights, and no scale, even or uneven, changes a cone.
 #[cfg(feature = "gltf")]
 #[test]
 fn nodes_of_gltf_turn_their_lights() {
     use linelit_formats::{Format, LoadOptions, from_bytes};
     let (half, s) = (0.5_f64.sqrt(), [1.0, 2.0, -0.5]);
-    // About x by a right angle, and the oblique axis (.48, .6, .64) by 2 acos(.8).
+    // Quaternions: none, a right angle about x, and 2 acos(0.8) about the axis (.48, .6, .64).
     let turns = [
         [0.0, 0.0, 0.0, 1.0],
         [half, 0.0, 0.0, half],
@@ -445,7 +463,7 @@ fn nodes_of_gltf_turn_their_lights() {
                     r#"{{ "type": "{kind}", "spot": {{ "outerConeAngle": {outer}, "innerConeAngle": {inner} }} }}"#
                 );
                 let extension = r#""extensions": { "KHR_lights_punctual": { "light": 0 } }"#;
-                // The rotation within the scale, or the other way round.
+                // Scale after the rotation by two nested nodes, or before it by a single one.
                 let nodes = match is_nested {
                     true => format!(
                         r#"{{ "scale": {scale:?}, "children": [ 1 ] }}, {{ "rotation": {turn:?}, {extension} }}"#

@@ -1,4 +1,4 @@
-//! Holes of shapes.
+//! The alpha masks of shapes, which cut holes into what the camera sees or into shadows.
 
 use super::Loader;
 use super::params::Params;
@@ -6,7 +6,7 @@ use super::textures::NUMBER;
 use linelit_assembly::{Holes, Result};
 use linelit_scene::{Alpha, Cutout, Texture};
 
-/// The parameters of a shape beside its geometry.
+/// The holes and the shadow of a shape.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extent {
     pub(super) cutout: Option<Cutout>,
@@ -14,8 +14,9 @@ pub(super) struct Extent {
 }
 
 impl Loader {
-    /// `alpha` and `shadowalpha`; `None` if nothing is there.
+    /// Reads `alpha` and `shadowalpha` of a shape; `None` if all of the shape is cut away.
     pub(super) fn extent(&mut self, params: &Params) -> Result<Option<Extent>> {
+        // Ignore the alpha of shapes that emit.
         let seen = self.holes(params, "alpha", "alphacutoff")?;
         let shadow = self.holes(params, "shadowalpha", "shadowalphacutoff")?;
         if self.state.emission.is_some() {
@@ -26,6 +27,7 @@ impl Loader {
             }
             return Ok(Some(Extent::default()));
         }
+        // Leave out invisible shapes; a shape of which all shadow is cut away casts none.
         if seen == Holes::All {
             let message = "a shape whose `alpha` is zero is left out";
             self.base
@@ -41,14 +43,16 @@ impl Loader {
         }))
     }
 
-    /// pbrt-v3 cuts a shape out where its alpha is zero. pbrt-v4 draws it by chance, as often as
-    /// its alpha says; ours is there from a half on. A cutoff is an extension.
+    /// Reads one alpha parameter. pbrt-v3 cuts a shape away where its alpha is zero. pbrt-v4 makes
+    /// it visible at random with a probability of alpha; here it is visible where alpha is at least
+    /// one half. The parameter for the cutoff is an extension.
     fn holes(
         &mut self,
         params: &Params,
         name: &'static str,
         cutoff: &'static str,
     ) -> Result<Holes> {
+        // Read the cutoff and the texture.
         let usual = if self.view.is_v4 {
             0.5
         } else {
@@ -60,6 +64,7 @@ impl Loader {
         let Some(param) = params.find(name, NUMBER)? else {
             return Ok(Holes::None);
         };
+        // A constant cuts away all of the shape or none.
         let at = param.at();
         if let Some(value) = texture.as_constant() {
             let value = value.x;

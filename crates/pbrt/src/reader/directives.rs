@@ -1,4 +1,5 @@
-//! What each directive does.
+//! The execution of directives: a table of all of them, and the directives for blocks, objects and
+//! the world. Other files of this folder have the rest.
 
 use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
@@ -20,7 +21,8 @@ const DIRECTIVES: &str = "\
     Rotate Sampler Scale Shape SurfaceIntegrator Texture Transform \
     TransformBegin TransformEnd TransformTimes Translate WorldBegin WorldEnd";
 
-/// The targets that `Attribute` sets defaults of; none for media, which are left out.
+/// The targets for which `Attribute` sets default parameters; `None` for media, which are not
+/// supported.
 const TARGETS: &[(&str, Option<Target>)] = &[
     ("shape", Some(Target::Shape)),
     ("light", Some(Target::Light)),
@@ -29,10 +31,12 @@ const TARGETS: &[(&str, Option<Target>)] = &[
     ("medium", None),
 ];
 
+/// The warning about media.
 const NO_MEDIA: &str = "participating media are not supported";
+/// The warning about motion.
 const NO_MOTION: &str = "motion is not supported: transforms are those of the start";
 
-/// Blocks that may be open at once.
+/// The largest number of blocks that are open at once.
 const MAX_BLOCKS: usize = 10_000;
 
 /// Whether a file is empty or its first word is a directive.
@@ -46,8 +50,9 @@ pub(super) fn begin(source: &Arc<Source>) -> bool {
 }
 
 impl Loader {
-    /// Carries out one directive.
+    /// Executes one directive.
     pub(super) fn directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Directives that are not in this table have no effect, or are unknown.
         match lexer.word(token) {
             b"Identity" | b"Translate" | b"Scale" | b"Rotate" | b"LookAt" | b"Transform"
             | b"ConcatTransform" | b"CoordinateSystem" | b"CoordSysTransform" => {
@@ -82,7 +87,8 @@ impl Loader {
         }
     }
 
-    /// Directives that do not change what linelit draws, or that it does not support.
+    /// Executes a directive that does not change pictures of linelit or is not supported, or
+    /// refuses an unknown one.
     fn other_directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let word = lexer.source().text(token.span);
         match word.as_str() {
@@ -90,6 +96,7 @@ impl Loader {
                 self.rendering_option(lexer, token)
             }
             "Option" => self.option(lexer, token),
+            // Read all colours as sRGB.
             "ColorSpace" => {
                 let (name, params) = self.named_params(lexer, token, "a colour space")?;
                 if name == "srgb" {
@@ -99,6 +106,7 @@ impl Loader {
                 self.base
                     .unsupported(message, "read as `srgb`", params.at())
             }
+            // Leave out media.
             "MakeNamedMedium" => {
                 let (_, params) = self.named_params(lexer, token, "a medium name")?;
                 self.base.unsupported(NO_MEDIA, "left out", params.at())
@@ -110,6 +118,7 @@ impl Loader {
                 }
                 self.unsupported(lexer, token, NO_MEDIA, "left out")
             }
+            // Ignore motion.
             "ActiveTransform" => self.active_transform(lexer, token),
             "TransformTimes" => {
                 self.next_number(lexer, token)?;
@@ -131,6 +140,7 @@ impl Loader {
         }
     }
 
+    /// `ActiveTransform StartTime`, `EndTime` or `All`: transforms for the end are ignored.
     fn active_transform(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let which = lexer.next()?.map(|t| lexer.source().text(t.span));
         self.state.end_time_only = match which.as_deref() {
@@ -145,6 +155,7 @@ impl Loader {
         self.unsupported(lexer, token, NO_MOTION, "ignored")
     }
 
+    /// Warns that a directive is not supported.
     fn unsupported(
         &mut self,
         lexer: &Lexer,
@@ -156,6 +167,7 @@ impl Loader {
         self.base.unsupported(message, label, at)
     }
 
+    /// Opens a block: saves the graphics state.
     fn open_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
         if self.stack.len() >= MAX_BLOCKS {
             let message = format!("blocks are nested more than {MAX_BLOCKS} deep");
@@ -170,7 +182,8 @@ impl Loader {
         Ok(())
     }
 
-    /// Closes the innermost block, which must have been opened by `opener`.
+    /// Closes the innermost block, which must have been opened by the directive `opener`, and
+    /// restores the graphics state; for `TransformBegin`, only the transform.
     fn close_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
         let word = lexer.source().text(token.span);
         let Some(block) = self.stack.pop_if(|b| b.opener == opener) else {
@@ -192,6 +205,7 @@ impl Loader {
         Ok(())
     }
 
+    /// `ObjectBegin "name"`
     fn object_begin(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, name_token) = self.name(lexer, token, "a name")?;
         self.needs_world(lexer, token)?;
@@ -210,6 +224,7 @@ impl Loader {
         Ok(())
     }
 
+    /// `ObjectEnd`
     fn object_end(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         self.close_block(lexer, token, "ObjectBegin")?;
         let Some(object) = self.object.take() else {
@@ -223,7 +238,9 @@ impl Loader {
         Ok(())
     }
 
+    /// `ObjectInstance "name"`
     fn object_instance(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Find the object.
         let (name, name_token) = self.name(lexer, token, "an object's name")?;
         let span = token.span.to(name_token.span);
         if self.object.is_some() {
@@ -236,6 +253,7 @@ impl Loader {
             let error = lexer.error(ErrorKind::UnknownName, message, span, "");
             return Err(error.suggest(nearest(&name, names)));
         };
+        // Count the instance, and warn if it emits, which instances in pbrt do not.
         let placed = &mut self.base.builder.placed;
         placed.objects += usize::from(!object.is_placed);
         placed.instances += 1;
@@ -247,6 +265,7 @@ impl Loader {
             let label = "its instances do so here, but not in pbrt";
             self.base.suspicious(message, label, params.at())?;
         }
+        // Add a copy of each shape under the current transform.
         for shape in &*shapes {
             let to_world = self.state.ctm * shape.place.to_world;
             let place = Placement {
@@ -258,6 +277,7 @@ impl Loader {
         Ok(())
     }
 
+    /// `Attribute "target" …`, which sets default parameters.
     fn attribute(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "an attribute target")?;
         let Some(target) = params.pick("attribute target", &name, TARGETS)? else {
@@ -271,6 +291,7 @@ impl Loader {
         Err(source.error(ErrorKind::Limit, message, span, "these are too many"))
     }
 
+    /// `WorldBegin`
     fn world_begin(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         if self.in_world {
             let label = "the world has begun already";
@@ -283,6 +304,7 @@ impl Loader {
         Ok(())
     }
 
+    /// `WorldEnd`
     fn world_end(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         if !self.in_world {
             let message = "`WorldEnd` without `WorldBegin`";
@@ -297,7 +319,7 @@ impl Loader {
         Ok(())
     }
 
-    /// Shapes and objects belong behind `WorldBegin`.
+    /// Refuses a directive that has to be after `WorldBegin`, such as for shapes and lights.
     pub(super) fn needs_world(&self, lexer: &Lexer, token: Token) -> Result<()> {
         if self.in_world {
             return Ok(());
@@ -309,7 +331,7 @@ impl Loader {
     }
 }
 
-/// The error for a directive in the wrong place.
+/// The error for a directive at a position where it is not allowed.
 fn misplaced(lexer: &Lexer, span: Span, message: impl Into<String>, label: &str) -> SceneError {
     lexer.error(ErrorKind::Nesting, message, span, label)
 }

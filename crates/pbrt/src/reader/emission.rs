@@ -1,4 +1,4 @@
-//! Area light sources and the spectra of emission.
+//! `AreaLightSource`, the emission of shapes, and the reading of all spectra as linear RGB.
 
 use super::Loader;
 use super::lexer::{Lexer, Token};
@@ -11,7 +11,7 @@ use linelit_lights::{LightSpace, Profile, ProfileKind};
 use linelit_scene::{EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, Wrap};
 use std::sync::Arc;
 
-/// The types that a spectrum may have.
+/// The types of parameters that may be a spectrum.
 pub(super) const SPECTRUM: &[Type] = &[
     Type::Rgb,
     Type::Xyz,
@@ -30,7 +30,7 @@ impl Loader {
         if name != "diffuse" && name != "area" {
             return Err(params.unknown("area light", &name, ["diffuse"]));
         }
-        // Sample counts are the study's business.
+        // Read the radiance; linelit's own options decide the number of samples.
         params.ignore(&["samples", "nsamples", "xsamples", "ysamples"]);
         let mut radiance = self.spectrum(&params, "L", DVec3::ONE, true)?;
         // pbrt-v4 has a number here, pbrt-v3 a spectrum.
@@ -38,7 +38,7 @@ impl Loader {
         let image = self.emission_image(&params)?;
         let mut power = params.float("power")?.filter(|p| *p > 0.0);
         if let (Some(power), Some(image)) = (&mut power, &image) {
-            // As in pbrt-v4, it is that of the whole image, by its mean luminance.
+            // The power is for the mean luminance of the whole image, as in pbrt-v4.
             let mean = image.data.mean().dot(LUMINANCE);
             if mean <= 0.0 {
                 radiance = DVec3::ZERO;
@@ -52,6 +52,7 @@ impl Loader {
         }
         let profile = self.emission_profile(&params)?;
         self.warn_unused(&params)?;
+        // Set the emission of the following shapes, if it is not black.
         if radiance == DVec3::ZERO {
             self.state.emission = None;
             let message = "an area light emits nothing";
@@ -71,10 +72,12 @@ impl Loader {
         Ok(())
     }
 
-    /// Our extensions, about the normal and turned with the shape: `focus`, a power of the cosine;
-    /// `coneangle` with `conedeltaangle`, the cone of a spot; `iesfile`. Shapes keep their power.
+    /// Reads the profile of emission, an extension of linelit: `focus`, a power of the cosine;
+    /// `coneangle` with `conedeltaangle`, the cone of a spot light; or `iesfile`. A profile is
+    /// about the normal, turns with the shape, and does not change its power. The result is the
+    /// index of the profile in the builder.
     fn emission_profile(&mut self, params: &Params) -> Result<Option<u32>> {
-        // The cone asks for this one itself.
+        // Read the profile, of which there may be one. `cone` reads `conedeltaangle` itself.
         params.ignore(&["conedeltaangle"]);
         let cone = params
             .float("coneangle")?
@@ -97,6 +100,7 @@ impl Loader {
             let message = format!("{owner} has several of `focus`, `coneangle` and `iesfile`");
             return Err(params.error(ErrorKind::OutOfRange, message, "one of them"));
         }
+        // Add it, and warn about light that would leave behind the surface.
         let profile = Profile::new(kind, LightSpace::WORLD);
         let behind = profile.part_behind();
         let added = self.base.builder.add_profile(profile);
@@ -118,7 +122,7 @@ impl Loader {
         })
     }
 
-    /// pbrt-v4's image over the emitter.
+    /// Reads the image over the emitter that pbrt-v4 has.
     fn emission_image(&mut self, params: &Params) -> Result<Option<Arc<ImageTexture>>> {
         let Some(param) = params.text("filename")? else {
             return Ok(None);
@@ -127,7 +131,7 @@ impl Loader {
         let Some(data) = self.base.image(name, true, param.at_value(0))? else {
             return Ok(None);
         };
-        // How a view of the light filters it is ours to say: pbrt-v4 does not.
+        // The filter for camera rays that see the light is an extension: pbrt-v4 does not filter.
         let filter = match params.string("filter")? {
             Some(_) => self.texture_filter(params)?,
             None => TextureFilter::default(),
@@ -139,11 +143,11 @@ impl Loader {
         })))
     }
 
-    /// A spectrum as linear RGB.
+    /// Reads a spectrum as linear RGB.
     ///
-    /// `emits`: it is a light's. Then a black body without a scale factor and a sampled spectrum
-    /// get luminance one, as in pbrt-v4; `blackbody L [ T scale ]` is pbrt-v3's, whose spectrum
-    /// peaks at `scale`.
+    /// `emits` says that it belongs to a light. A black body without a scale factor and a sampled
+    /// spectrum then get luminance one, as in pbrt-v4. With a factor, `blackbody L [ T scale ]` is
+    /// pbrt-v3's, and its spectrum has the peak `scale`.
     pub(super) fn spectrum(
         &mut self,
         params: &Params,
@@ -157,13 +161,14 @@ impl Loader {
         }
     }
 
-    /// The value of a spectrum parameter.
+    /// The value of a spectrum parameter as linear RGB.
     pub(super) fn spectrum_value(
         &mut self,
         params: &Params,
         param: &Param,
         emits: bool,
     ) -> Result<DVec3> {
+        // Convert the values by their type, and refuse a wrong number of them.
         let wrong = |what: &str| Err(params.wrong_count(param, format_args!("takes {what}")));
         match (param.ty, param.numbers()) {
             (Type::Rgb, &[r, g, b]) => Ok(DVec3::new(r, g, b)),
@@ -188,12 +193,13 @@ impl Loader {
         }
     }
 
-    /// `spectrum` with samples, or with the name of a spectrum or a file.
+    /// Reads a `spectrum` that has samples, or the name of a spectrum or a file.
     fn sampled_spectrum(&mut self, params: &Params, param: &Param, emits: bool) -> Result<DVec3> {
+        // Replace named spectra, which are not supported, by white or grey.
         if let [name] = param.strings() {
             let message = format!("the spectrum `{}` is not supported", shorten(name));
             let (value, label) = match name.as_str() {
-                // Standard illuminants are close to white, which is one in linear RGB.
+                // Standard illuminants are close to white, the colour (1, 1, 1).
                 n if n.starts_with("stdillum-") || n.starts_with("illum-") => {
                     (1.0, "read as white")
                 }
@@ -202,6 +208,7 @@ impl Loader {
             self.base.unsupported(message, label, param.at())?;
             return Ok(DVec3::splat(value));
         }
+        // Read pairs of ascending wavelengths and values.
         let numbers = param.numbers();
         let samples: Vec<(f64, f64)> = numbers.chunks_exact(2).map(|c| (c[0], c[1])).collect();
         if numbers.is_empty() || !numbers.len().is_multiple_of(2) {
@@ -219,6 +226,7 @@ impl Loader {
             let label = "not greater than the one before";
             return Err(at.error(ErrorKind::OutOfRange, message, label));
         }
+        // Convert them to RGB, of luminance one for lights.
         let message = format!(
             "spectrum `{}` of {} is reduced to linear RGB",
             param.name, params.owner

@@ -1,10 +1,11 @@
-//! Tokens of pbrt text.
+//! The lexer of pbrt text, which splits a file into words, strings and brackets with their
+//! positions.
 
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, shorten};
 use linelit_geometry::stop;
 use std::sync::Arc;
 
-/// The kind of a token; its text is under its span.
+/// The kind of a token; its text is the part of the file at its span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     /// A directive, a number, `true` or `false`.
@@ -17,7 +18,7 @@ pub(crate) enum TokenKind {
     Close,
 }
 
-/// A token with its place.
+/// A token with its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Token {
     pub(crate) kind: TokenKind,
@@ -32,11 +33,13 @@ pub(crate) struct Lexer {
     peeked: Option<Option<Token>>,
 }
 
+/// Whether a byte ends a word.
 const fn ends_word(byte: u8) -> bool {
     byte.is_ascii_whitespace() || matches!(byte, b'"' | b'[' | b']' | b'#')
 }
 
 impl Lexer {
+    /// A lexer at the beginning of a file, after its byte order mark if it has one.
     pub(crate) fn new(source: Arc<Source>) -> Self {
         let bom = source.bytes().starts_with(b"\xef\xbb\xbf");
         Self {
@@ -46,7 +49,7 @@ impl Lexer {
         }
     }
 
-    /// Starts in the middle of a file.
+    /// A lexer at a position in the middle of a file.
     pub(crate) fn from_offset(source: Arc<Source>, position: usize) -> Self {
         Self {
             source,
@@ -55,11 +58,12 @@ impl Lexer {
         }
     }
 
+    /// The file that is read.
     pub(crate) fn source(&self) -> &Arc<Source> {
         &self.source
     }
 
-    /// An error about the text under a span.
+    /// An error about the text at a span.
     pub(crate) fn error(
         &self,
         kind: ErrorKind,
@@ -70,12 +74,13 @@ impl Lexer {
         self.source.error(kind, message, span, label)
     }
 
-    /// The place just behind the last byte.
+    /// The position after the last byte.
     pub(crate) fn end(&self) -> Span {
         let n = self.source.bytes().len();
         Span::new(n, n)
     }
 
+    /// The next token, which is not consumed; `None` at the end of the file.
     pub(crate) fn peek(&mut self) -> Result<Option<Token>> {
         if let Some(token) = self.peeked {
             return Ok(token);
@@ -85,6 +90,7 @@ impl Lexer {
         Ok(token)
     }
 
+    /// Consumes the next token; `None` at the end of the file.
     pub(crate) fn next(&mut self) -> Result<Option<Token>> {
         stop::check();
         match self.peeked.take() {
@@ -98,7 +104,9 @@ impl Lexer {
         &self.source.bytes()[token.span.start..token.span.end]
     }
 
+    /// Reads the token at the current position or after it.
     fn scan(&mut self) -> Result<Option<Token>> {
+        // Skip blanks and comments.
         let bytes = self.source.bytes();
         loop {
             match bytes.get(self.position) {
@@ -112,6 +120,7 @@ impl Lexer {
                 Some(_) => break,
             }
         }
+        // Read a bracket, a string or a word.
         let start = self.position;
         let kind = match bytes[start] {
             b'[' => TokenKind::Open,
@@ -132,6 +141,7 @@ impl Lexer {
         Ok(Some(Token { kind, span }))
     }
 
+    /// Reads a string that begins with the quote at `start` and ends on the same line.
     fn scan_string(&mut self, start: usize) -> Result<Token> {
         let bytes = self.source.bytes();
         let mut i = start + 1;
@@ -161,6 +171,7 @@ impl Lexer {
             let (message, label) = ("a string is not UTF-8", "these bytes are no UTF-8 text");
             self.error(ErrorKind::Syntax, message, token.span, label)
         })?;
+        // Resolve escapes.
         if !text.contains('\\') {
             return Ok(text.to_owned());
         }
@@ -176,7 +187,7 @@ impl Lexer {
                 Some('r') => out.push('\r'),
                 Some('t') => out.push('\t'),
                 Some(other @ ('\\' | '"' | '\'')) => out.push(other),
-                // pbrt-v3 files hold Windows paths with single backslashes.
+                // Keep other backslashes: pbrt-v3 files have Windows paths with single ones.
                 Some(other) => out.extend(['\\', other]),
                 None => out.push('\\'),
             }

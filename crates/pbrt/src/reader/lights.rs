@@ -1,4 +1,5 @@
-//! Light sources without a shape: points, spots, parallel light and environments.
+//! `LightSource`: light sources without a shape, which are points, spots, goniometric lights,
+//! parallel light and environments.
 
 use super::Loader;
 use super::lexer::{Lexer, Token};
@@ -14,20 +15,20 @@ use linelit_scene::{ImageData, LUMINANCE};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The ball of a scene that is not known yet.
+/// The ball around the scene before it is known.
 const NO_SCENE: Sphere = Sphere {
     center: DVec3::ZERO,
     radius: 0.0,
 };
 
-/// Suns of a smaller half angle, in radians, are parallel light. Rounding of unit vectors, 10⁻¹⁶,
-/// moves the border of one of this size by 10⁻⁸ of its radius.
+/// The smallest half angle of a sun, in radians; below it, it becomes parallel light. The rounding
+/// of unit vectors, 10⁻¹⁶, moves the border of a sun of this size by 10⁻⁸ of its radius.
 const NARROWEST: f64 = 1e-8;
 
-/// Light types that are left out.
+/// The light types that are left out.
 const LEFT_OUT: [&str; 1] = ["projection"];
 
-/// The light types that are read.
+/// All light types, for suggestions.
 const TYPES: [&str; 6] = [
     "point",
     "spot",
@@ -40,6 +41,7 @@ const TYPES: [&str; 6] = [
 impl Loader {
     /// `LightSource "point" …`
     pub(super) fn light_source(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Read the parameters.
         self.needs_world(lexer, token)?;
         let (name, mut params) = self.named_params(lexer, token, "light source")?;
         self.base.has_lights = true;
@@ -49,6 +51,7 @@ impl Loader {
         }
         params.add_defaults(&self.state.defaults(Target::Light));
         params.ignore(&["samples", "nsamples"]);
+        // Make the light, and add it unless it is black.
         let light = match name.as_str() {
             "point" | "spot" | "goniometric" => self.point_light(&name, &params)?,
             "distant" => self.distant_light(&params)?,
@@ -65,7 +68,7 @@ impl Loader {
         }
     }
 
-    /// A spectrum of a light times its `scale`; not negative.
+    /// Reads a spectrum of a light, times its `scale`, which must not be negative.
     fn light_spectrum(&mut self, params: &Params, name: &'static str) -> Result<DVec3> {
         let value = self.spectrum(params, name, DVec3::ONE, true)?;
         let value = value * self.spectrum(params, "scale", DVec3::ONE, false)?;
@@ -76,7 +79,7 @@ impl Loader {
         Ok(value)
     }
 
-    /// A point of the parameters in world space.
+    /// Reads a point parameter and transforms it to world space.
     fn world_point(&self, params: &Params, name: &'static str, usual: DVec3) -> Result<DVec3> {
         let point = params.fixed::<3>(name, &[Type::Point3])?;
         let point = point.map_or(usual, DVec3::from_array);
@@ -88,7 +91,7 @@ impl Loader {
         Err(params.error(ErrorKind::OutOfRange, message, "after its transform"))
     }
 
-    /// The unit vector from `from` to `to` in the space of the parameters.
+    /// The unit vector from `from` to `to`, before the current transform.
     fn direction(&self, params: &Params) -> Result<DVec3> {
         let point = |name: &'static str, usual: DVec3| -> Result<DVec3> {
             let point = params.fixed::<3>(name, &[Type::Point3])?;
@@ -109,6 +112,7 @@ impl Loader {
         })
     }
 
+    /// Reads a point, a spot or a goniometric light; `None` if it is black.
     fn point_light(&mut self, name: &str, params: &Params) -> Result<Option<Light>> {
         let intensity = self.light_spectrum(params, "I")?;
         let power = params.float("power")?.filter(|p| *p > 0.0);
@@ -118,7 +122,8 @@ impl Loader {
             "goniometric" => self.goniometer(params)?,
             _ => self.luminaire(params)?,
         };
-        // As in pbrt-v4: whatever the transform, and an image by its mean luminance.
+        // Scale to the power as pbrt-v4 does, which ignores the transform and takes the mean
+        // luminance of an image.
         let mean = profile.as_ref().map_or(DVec3::ONE, Profile::mean);
         let mean = mean.dot(LUMINANCE) / LUMINANCE.element_sum();
         let factor = power.map_or(1.0, |power| power / (4.0 * PI * mean));
@@ -132,14 +137,15 @@ impl Loader {
         }))
     }
 
-    /// The cone of a spot: version 4 smooths its border in the cosine, version 3 by a fourth power.
+    /// Reads the profile of a spot light, a cone about the direction from `from` to `to`.
     fn spot(&mut self, params: &Params) -> Result<Profile> {
         let space = LightSpace::from(Frame::from_normal(self.direction(params)?));
         let space = space.within(&self.light_space(params)?);
         Ok(Profile::new(self.cone(params)?, space))
     }
 
-    /// The cone of `coneangle` and `conedeltaangle`.
+    /// Reads the cone of `coneangle` and `conedeltaangle`. Between its two angles, the intensity
+    /// falls by a smooth step in the cosine in version 4, and by a fourth power in version 3.
     pub(super) fn cone(&mut self, params: &Params) -> Result<ProfileKind> {
         let total = params.float_or("coneangle", 30.0)?;
         let delta = params.float_or("conedeltaangle", 5.0)?;
@@ -148,7 +154,8 @@ impl Loader {
             let label = "`coneangle` is between 0 and 180, `conedeltaangle` not negative";
             return Err(params.range_error(&["coneangle", "conedeltaangle"], message, label));
         }
-        // As in pbrt, which takes the cosine of a negative angle here.
+        // Find the inner angle as pbrt does, which takes the cosine of their difference even where
+        // that is negative.
         let inner = (total - delta).abs().min(total);
         if delta > total && total > 0.0 {
             let message = format!("`conedeltaangle` of {} is above `coneangle`", params.owner);
@@ -158,6 +165,7 @@ impl Loader {
             };
             self.base.suspicious(message, &label, params.at())?;
         }
+        // Make the cone.
         let cosine = |degrees: f64| linelit_elementary::cos(degrees.to_radians());
         let (cos_outer, cos_inner) = (cosine(total), cosine(inner));
         let falloff = match self.view.is_v4 {
@@ -171,10 +179,11 @@ impl Loader {
         })
     }
 
-    /// Our extension: the IES file of a point, about its direction from `from` to `to`.
+    /// Reads the IES file of a point light, an extension of linelit; its axis is the direction from
+    /// `from` to `to`.
     fn luminaire(&mut self, params: &Params) -> Result<Option<Profile>> {
         let Some(kind) = self.ies(params)? else {
-            // A plain point has no direction, and may stand where `to` is.
+            // A point light without a file has no direction, and `to` may be its position.
             params.ignore(&["to"]);
             return Ok(None);
         };
@@ -183,7 +192,7 @@ impl Loader {
         Ok(Some(Profile::new(kind, space)))
     }
 
-    /// The table of an IES file, if `iesfile` names one.
+    /// Reads the table of an IES file, if `iesfile` names one.
     pub(super) fn ies(&mut self, params: &Params) -> Result<Option<ProfileKind>> {
         let Some(param) = params.text("iesfile")? else {
             return Ok(None);
@@ -194,8 +203,8 @@ impl Loader {
         Ok(Some(ProfileKind::Table(Arc::new(table))))
     }
 
-    /// The image of a goniometer, over directions of the light's space, whose y axis is the
-    /// image's. Version 3 takes its colours, version 4 the mean of its channels.
+    /// Reads the image of a goniometric light. The y axis of the light's space is the z axis of the
+    /// image. Version 3 uses its colours, version 4 the mean of its channels.
     fn goniometer(&mut self, params: &Params) -> Result<Option<Profile>> {
         let Some((data, mapping)) = self.directions_image(params)? else {
             return Ok(None);
@@ -203,7 +212,7 @@ impl Loader {
         let size = [data.width() as usize, data.height() as usize];
         let map = match mapping {
             SkyMapping::EqualArea => {
-                // Version 4 looks the nearest pixel up.
+                // Look up the nearest pixel of the mean, as version 4 does.
                 let mean = |[r, g, b]: [f32; 3]| (r + g + b) / 3.0;
                 let map = ProfileMap::octahedral(size[0], pixels(&data).map(mean).collect());
                 map.map(ProfileMap::nearest)
@@ -221,7 +230,9 @@ impl Loader {
         Ok(Some(Profile::new(ProfileKind::Map(Arc::new(map)), space)))
     }
 
+    /// Reads parallel light, or with `angle` a sun; `None` if it is black.
     fn distant_light(&mut self, params: &Params) -> Result<Option<Light>> {
+        // Read the irradiance and the direction.
         let mut irradiance = self.light_spectrum(params, "L")?;
         if let Some(lux) = params.float("illuminance")?.filter(|lux| *lux > 0.0) {
             irradiance *= lux;
@@ -231,6 +242,7 @@ impl Loader {
             let message = format!("the transform of {} leaves it no direction", params.owner);
             params.error(ErrorKind::BadTransform, message, "")
         })?;
+        // Spread the irradiance over the directions of a sun.
         let half_angle = 0.5 * self.angle(params)?.to_radians();
         Ok((irradiance != DVec3::ZERO).then(|| {
             if half_angle <= NARROWEST {
@@ -241,7 +253,8 @@ impl Loader {
         }))
     }
 
-    /// Our extension: the degrees across a sun.
+    /// Reads the angular diameter of a sun in degrees, an extension of linelit; zero for parallel
+    /// light.
     fn angle(&self, params: &Params) -> Result<f64> {
         let angle = params.float_or("angle", 0.0)?;
         if (0.0..=180.0).contains(&angle) {
@@ -251,6 +264,7 @@ impl Loader {
         Err(params.range_error(&["angle"], message, "between 0 and 180 degrees"))
     }
 
+    /// Reads an environment, constant or from an image; `None` if it is black.
     fn infinite_light(&mut self, params: &Params) -> Result<Option<Light>> {
         let mut radiance = self.light_spectrum(params, "L")?;
         let illuminance = params.float("illuminance")?.filter(|lux| *lux > 0.0);
@@ -262,9 +276,10 @@ impl Loader {
                 SkyEmission::Constant(radiance)
             }
             Some((data, mapping)) => {
+                // Choose the filter: version 4 looks up the nearest pixel, but interpolates behind
+                // a portal.
                 let space = self.light_space(params)?;
                 let size = [data.width() as usize, data.height() as usize];
-                // Version 4 looks the nearest pixel up; behind a portal it interpolates first.
                 let filter = match mapping {
                     SkyMapping::EqualArea if portal.is_none() => SkyFilter::Nearest,
                     _ => SkyFilter::Linear,
@@ -278,8 +293,9 @@ impl Loader {
                     })
                 };
                 if let Some(lux) = illuminance {
-                    // By the upper half of the image, whatever the transform. (pbrt-v4's program
-                    // counts each pixel half, so that it gives twice the illuminance.)
+                    // Scale to the illuminance of the upper half of the image, without the
+                    // transform. (pbrt-v4's program counts each pixel half, and so gives twice the
+                    // illuminance.)
                     let sky = image(LightSpace::WORLD, radiance)?;
                     let upper = sky.irradiance(DVec3::Z).dot(LUMINANCE);
                     radiance *= if upper > 0.0 { lux / upper } else { 0.0 };
@@ -296,8 +312,8 @@ impl Loader {
         })))
     }
 
-    /// The portal of an environment: four corners in the world, where the transform of the light
-    /// does not move them, as in pbrt-v4.
+    /// Reads the portal of an environment: four corners in world space, to which the current
+    /// transform is not applied, as in pbrt-v4.
     fn portal(&self, params: &Params) -> Result<Option<ConvexPolygon>> {
         let Some(corners) = params.fixed::<12>("portal", &[Type::Point3])? else {
             return Ok(None);
@@ -313,8 +329,8 @@ impl Loader {
         Ok(Some(polygon))
     }
 
-    /// The image of a light by direction, if it names one: `filename` of version 4, by the
-    /// equal-area map, or `mapname` of version 3, by angles.
+    /// Reads the image of a light over directions, if it has one: `filename` of version 4 with the
+    /// equal-area mapping, or `mapname` of version 3 with longitude and latitude.
     fn directions_image(
         &mut self,
         params: &Params,
@@ -324,6 +340,7 @@ impl Loader {
             (None, Some(param)) => (param, SkyMapping::Equirectangular),
             (None, None) => return Ok(None),
         };
+        // Load it, and check that an equal-area map is square.
         let data = self
             .base
             .image(&param.strings()[0], true, param.at_value(0))?;

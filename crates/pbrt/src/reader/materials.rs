@@ -1,4 +1,5 @@
-//! Materials.
+//! `Material`, `MakeNamedMaterial` and `NamedMaterial`: the material models of both versions, with
+//! pbrt's default values.
 
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
@@ -13,18 +14,18 @@ use linelit_scene::{
 };
 use std::sync::Arc;
 
-/// Parts that a mixture may have in all, so that evaluating it stays cheap and each finds its place
-/// among the lobes of a surface.
+/// The largest number of parts of a mixture in all, so that its evaluation is cheap and its lobes
+/// fit into the layers of a surface.
 const MOST_PARTS: usize = 8;
 
-/// The materials of pbrt that are no [`MaterialKind`].
+/// The materials of pbrt for which there is no [`MaterialKind`].
 const NOT_DRAWN: &str = "\
     coatedconductor disney fourier hair interface kdsubsurface measured none subsurface translucent";
 
-/// The materials of pbrt-v4, whose roughness and names of parameters are its own.
+/// The materials whose parameters have the names and the roughness of pbrt-v4.
 const OF_V4: &str = "coateddiffuse conductor dielectric diffuse diffusetransmission thindielectric";
 
-/// Returns the map from roughness to the width of microfacets in the model's version.
+/// The map from roughness to the α of microfacets in the model's version of pbrt.
 fn remap(kind: &str) -> Remap {
     if is_one_of(kind, OF_V4) {
         Remap::V4
@@ -33,9 +34,10 @@ fn remap(kind: &str) -> Remap {
     }
 }
 
-/// A model by its type, with the values that pbrt gives it; `None` of those that are not drawn.
+/// A model by its type, with pbrt's default values; `None` for types that are not supported.
 #[allow(clippy::too_many_lines, reason = "a list")]
 fn with_defaults(kind: &str) -> Option<MaterialKind> {
+    // One entry for each model of `MaterialKind`, except those that `model` makes of others.
     let number = Texture::number;
     let rough = |value| Roughness::isotropic(value, remap(kind));
     Some(match kind {
@@ -128,6 +130,7 @@ impl Loader {
         self.warn_unused(&params)
     }
 
+    /// The index of a named material; `None` if it is an `interface`.
     fn material_index(&self, params: &Params, name: &str) -> Result<Option<u32>> {
         if let Some(index) = self.materials.get(name) {
             return Ok(*index);
@@ -139,7 +142,8 @@ impl Loader {
         Err(error.suggest(nearest(name, names)))
     }
 
-    /// Adds a material to the scene; `None` for `interface`, which is no surface.
+    /// Adds a material of a type to the scene and returns its index; `None` for `interface`, which
+    /// has no surface.
     fn build_material(&mut self, name: &str, kind: &str, params: &Params) -> Result<Option<u32>> {
         if ["", "none", "interface"].contains(&kind) {
             return self.warn_unused(params).map(|()| None);
@@ -162,7 +166,7 @@ impl Loader {
         Ok(Some(self.base.builder.add_material(material)))
     }
 
-    /// v3's `bumpmap` or v4's `displacement`.
+    /// Reads a bump map: v3's `bumpmap` or v4's `displacement`.
     fn bump(&mut self, params: &Params) -> Result<Option<BumpMap>> {
         for (name, as_v3) in [("bumpmap", true), ("displacement", false)] {
             if params.find(name, NUMBER)?.is_some() {
@@ -173,7 +177,7 @@ impl Loader {
         Ok(None)
     }
 
-    /// pbrt-v4's `normalmap`, an image of its own.
+    /// Reads pbrt-v4's `normalmap`, which is an image and not a texture.
     fn normal_map(&mut self, params: &Params) -> Result<Option<NormalMap>> {
         let Some(param) = params.text("normalmap")? else {
             return Ok(None);
@@ -186,8 +190,9 @@ impl Loader {
         }))
     }
 
-    /// The model of a type, with the parameters that are given.
+    /// Reads the model of a type with its parameters.
     fn model(&mut self, kind: &str, params: &Params) -> Result<MaterialKind> {
+        // Take the model with its defaults.
         let Some(mut model) = with_defaults(kind) else {
             return self.unsupported_material(kind, params);
         };
@@ -201,10 +206,11 @@ impl Loader {
                 schlick: false,
             };
         }
-        // What a coat holds and how often its inside is sampled are not drawn.
+        // Ignore the medium inside a coat, and the number of its samples.
         if matches!(model, MaterialKind::CoatedDiffuse { .. }) {
             params.ignore(&["maxdepth", "nsamples", "g", "albedo", "thickness"]);
         }
+        // Read the parameters.
         for parameter in model.parameters(is_one_of(kind, OF_V4)).1 {
             match parameter {
                 Parameter::Colour(name, texture) => {
@@ -220,6 +226,7 @@ impl Loader {
                 Parameter::Parts(parts) => *parts = self.parts(params)?,
             }
         }
+        // Scale both colours of a diffuse transmission.
         if let MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,
@@ -233,7 +240,7 @@ impl Loader {
         Ok(model)
     }
 
-    /// A material that linelit does not draw.
+    /// Replaces a material that is not supported by a matte of its diffuse colour, with a warning.
     fn unsupported_material(&mut self, kind: &str, params: &Params) -> Result<MaterialKind> {
         if !is_one_of(kind, NOT_DRAWN) {
             let names = MaterialKind::NAMES.iter().copied();
@@ -250,7 +257,7 @@ impl Loader {
         Ok(MaterialKind::Matte { kd, sigma })
     }
 
-    /// `roughness`, or `uroughness` and `vroughness`.
+    /// Reads `roughness`, or `uroughness` and `vroughness`, and `remaproughness`.
     fn roughness(&mut self, params: &Params, roughness: &mut Roughness) -> Result<()> {
         let both = self.texture_param(params, "roughness", roughness.u.clone(), true)?;
         roughness.u = self.texture_param(params, "uroughness", both.clone(), true)?;
@@ -261,7 +268,7 @@ impl Loader {
         Ok(())
     }
 
-    /// v3's `index` or `eta`.
+    /// Reads the index of refraction, `index` or `eta`.
     fn index_of_refraction(&mut self, params: &Params) -> Result<Texture> {
         let index = self.texture_param(params, "index", Texture::number(1.5), true)?;
         let named = params.find("eta", &[Type::Float, Type::Texture, Type::Spectrum])?;
@@ -273,7 +280,7 @@ impl Loader {
         self.texture_param(params, "eta", index, true)
     }
 
-    /// `eta` or `k` of a conductor: a colour, or a named metal's; copper's if it is not given.
+    /// Reads `eta` or `k` of a conductor: a colour, or the name of a metal. The default is copper.
     fn metal(&mut self, params: &Params, name: &'static str) -> Result<Texture> {
         let given = params.find(name, COLOUR)?.and_then(|p| p.strings().first());
         let metal = match given {
@@ -293,8 +300,11 @@ impl Loader {
         }
     }
 
-    /// v3: `namedmaterial1` has the share `amount`; v4: `materials`, the second has it.
+    /// Reads the two materials of a mixture. The weight `amount` is for v3's `namedmaterial1`, and
+    /// for the second of v4's `materials`; the material with this weight comes second in the
+    /// result.
     fn parts(&mut self, params: &Params) -> Result<[u32; 2]> {
+        // Read the names.
         let names: [String; 2] = match params.find("materials", &[Type::String])? {
             Some(param) => match param.strings() {
                 [a, b] => [a.clone(), b.clone()],
@@ -309,11 +319,12 @@ impl Loader {
                 [second.to_owned(), first.to_owned()]
             }
         };
+        // Find the materials, which must not have too many parts themselves.
         let mut materials = [0; 2];
         for (slot, name) in materials.iter_mut().zip(&names) {
             *slot = self.material_index(params, name)?.unwrap_or(0);
         }
-        // Evaluating a mixture visits both parts, so nesting must stay shallow.
+        // Evaluating a mixture visits all of its parts, so that their number must be small.
         let cost: usize = materials.iter().map(|m| self.mix_cost(*m)).sum();
         if cost > MOST_PARTS {
             let message = format!("{} is nested too deeply", params.owner);
@@ -323,6 +334,7 @@ impl Loader {
         Ok(materials)
     }
 
+    /// The number of parts of a material that are not mixtures.
     fn mix_cost(&self, material: u32) -> usize {
         match &self.base.builder.materials[material as usize].kind {
             MaterialKind::Mix { materials, .. } => {
@@ -337,8 +349,8 @@ impl Loader {
 mod tests {
     use super::*;
 
-    /// A model that the reader does not know by its name cannot be read; one of pbrt-v4
-    /// that it takes for v3's gets the other's roughness and parameters.
+    /// Each name of a model is read as this model, with the parameters and the roughness of the
+    /// right version.
     #[test]
     fn models_are_read_by_their_names() {
         for name in MaterialKind::NAMES {

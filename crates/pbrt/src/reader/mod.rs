@@ -1,8 +1,9 @@
-//! pbrt text, versions 3 and 4.
+//! The reader of pbrt text: it executes directives one after another, and adds shapes, lights and
+//! materials to a scene.
 //!
-//! Both versions are read by one reader: where they differ in names (`point`/`point3`,
-//! `matte`/`diffuse`, `xwidth`/`xradius`) both are known, and where they differ in meaning the
-//! parameter's form decides (documented where it matters).
+//! Both versions are read by one reader. Where they differ in names (`point`/`point3`,
+//! `matte`/`diffuse`, `xwidth`/`xradius`) both names are known, and where they differ in meaning
+//! the form of the parameter or the film decides (documented where it matters).
 
 mod cutout;
 mod directives;
@@ -34,30 +35,34 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Files that may be open at once through `Include`.
+/// The largest number of files that are open at once through `Include`.
 const MAX_INCLUDES: usize = 32;
 
-/// Files that may be included in all: files that include each other twice double with each level.
+/// The largest number of included files in all. Without it, files that each include the next one
+/// twice would be read 2ⁿ times at depth n.
 const MAX_INCLUDES_IN_ALL: usize = 10_000;
 
-/// Reads pbrt text from memory. Files that it names are looked up in the working folder; `name` is
-/// what messages call the text.
+/// Reads pbrt text from memory. Files that it names are looked up in the working directory. `name`
+/// is the name of the text in messages.
 ///
 /// # Errors
-/// As [`load`].
+/// The same as for [`load`].
 pub fn from_pbrt_str(text: &str, name: &str, options: &LoadOptions) -> Result<Loaded> {
     load(Source::new(name, text.into()), None, options)
 }
 
-/// Reads a scene from a file in memory; the files that it names are looked up beside `path`.
+/// Reads a scene from the text of a file in memory. Files that it names are looked up in the
+/// directory of `path`, or in the working directory if that is `None`.
 ///
 /// # Errors
-/// Whatever is wrong with the file or the files that it names, with its place; when
-/// [`LoadOptions::strict`] also what is merely not supported.
+/// The first error in the file or the files that it names, with its position. With
+/// [`LoadOptions::strict`], features that are not supported are errors, too; otherwise they are
+/// warnings.
 pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     about_its_middle(options, |options| scene(&source, path, options))
 }
 
+/// Reads a scene with vertices relative to the origin in the options.
 fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut loader = Loader {
         base: Assembly::new(path, source.bytes().len(), options),
@@ -81,15 +86,15 @@ fn scene(source: &Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Re
     loader.finish(source)
 }
 
-/// A shape inside `ObjectBegin` … `ObjectEnd`, waiting for its instances.
+/// A shape between `ObjectBegin` and `ObjectEnd`, which is added with each instance.
 #[derive(Debug)]
 struct ObjectShape {
     geometry: Geometry,
-    /// The placement in the object.
+    /// The placement relative to the object.
     place: Placement,
 }
 
-/// The shapes between `ObjectBegin` and `ObjectEnd`.
+/// The object that is being defined: the shapes since `ObjectBegin`.
 #[derive(Debug)]
 struct OpenObject {
     name: String,
@@ -100,6 +105,7 @@ struct OpenObject {
 #[derive(Debug)]
 struct Object {
     shapes: Rc<[ObjectShape]>,
+    /// Whether it has an instance.
     is_placed: bool,
 }
 
@@ -107,21 +113,24 @@ struct Object {
 #[derive(Clone, Debug)]
 enum Geometry {
     Mesh(Rc<MeshData>),
+    /// A linear light, by its ends.
     Line(DVec3, DVec3),
-    /// A round shape that emits.
+    /// A round shape that emits. Its facets depend on its transform.
     Round(Round),
 }
 
-/// An open block.
+/// A block that has not been closed, such as after `AttributeBegin`.
 #[derive(Debug)]
 struct Block {
     /// The directive that opened it.
     opener: &'static str,
     source: Arc<Source>,
     span: Span,
+    /// The graphics state before the block.
     saved: State,
 }
 
+/// The state of the reader.
 struct Loader {
     base: Assembly,
     state: State,
@@ -133,14 +142,15 @@ struct Loader {
     object: Option<OpenObject>,
     view: view::View,
     in_world: bool,
-    /// The files that are open, links followed.
+    /// The canonical paths of the files that are open.
     includes: Vec<PathBuf>,
     includes_in_all: usize,
+    /// The number of shapes in the files, including those that are left out.
     shapes: usize,
 }
 
 impl Loader {
-    /// Carries out all directives of a file.
+    /// Executes all directives of a file.
     fn read(&mut self, source: &Arc<Source>) -> Result<()> {
         let mut lexer = Lexer::new(Arc::clone(source));
         while let Some(token) = lexer.next()? {
@@ -170,7 +180,7 @@ impl Loader {
             .finish(source.name(), self.shapes > 0, Some(camera), film)
     }
 
-    /// The quoted name behind a directive, as in `Shape "sphere"`.
+    /// Reads the quoted name after a directive, as in `Shape "sphere"`.
     fn name(&self, lexer: &mut Lexer, directive: Token, what: &str) -> Result<(String, Token)> {
         match lexer.peek()? {
             Some(token) if token.kind == TokenKind::Quoted => {
@@ -186,7 +196,8 @@ impl Loader {
         }
     }
 
-    /// A directive's quoted name and its parameters.
+    /// Reads a directive's quoted name and its parameters. `what` is the kind of the name, such as
+    /// "shape", for messages.
     fn named_params(
         &mut self,
         lexer: &mut Lexer,
@@ -203,7 +214,7 @@ impl Loader {
         Ok((name, params))
     }
 
-    /// Warns about the parameters that nobody asked for.
+    /// Warns about parameters that the directive did not read.
     fn warn_unused(&mut self, params: &Params) -> Result<()> {
         for (param, near) in params.unused() {
             let message = format!("{} has no parameter `{}`", params.owner, param.name);
@@ -214,7 +225,9 @@ impl Loader {
         Ok(())
     }
 
+    /// `Include "file"`, and `Import "file"`, after which the graphics state is restored.
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
+        // Check the limits.
         let (name, token) = self.name(lexer, directive, "a file name")?;
         let outer = Arc::clone(lexer.source());
         let at = outer.at(token.span);
@@ -228,6 +241,7 @@ impl Loader {
             let message = format!("more than {MAX_INCLUDES_IN_ALL} files are included");
             return fail(ErrorKind::Limit, message, "one too many");
         }
+        // Open the file, which must not be open already.
         let file = self.base.open_unpacked(&name, at)?;
         if self.includes.contains(&file.whole) {
             let message = format!("`{name}` includes itself");
@@ -235,12 +249,12 @@ impl Loader {
         }
         let inner = Source::new(file.path, file.bytes);
         if !directives::begin(&inner) {
-            // What other files hold is nobody's business.
+            // The message must not quote the file: a scene could name any file of the machine.
             let message = format!("`{name}` does not begin with a directive: it is no pbrt file");
             return fail(ErrorKind::Syntax, message, "named here");
         }
+        // Read the file. Settings of an imported file do not hold in the importing file.
         self.includes.push(file.whole);
-        // What an imported file sets does not reach the file that imports it.
         let is_import = outer.text(directive.span) == "Import";
         let saved = is_import.then(|| self.state.clone());
         let result = self.read(&inner);
@@ -252,7 +266,7 @@ impl Loader {
     }
 }
 
-/// Whether a name is one of those in a list with blanks between.
+/// Whether a name is in a list of names separated by blanks.
 fn is_one_of(name: &str, list: &str) -> bool {
     list.split(' ').any(|known| known == name)
 }

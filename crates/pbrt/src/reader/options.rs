@@ -1,15 +1,17 @@
-//! pbrt's rendering options: samplers, integrators, accelerators and `Option`. How pictures are
-//! computed is not the scene's to say here: of these directives only what would make another
-//! picture is named, and what is unknown.
+//! pbrt's rendering options: `Sampler`, `Integrator`, `Accelerator` and `Option`. They are ignored,
+//! as linelit's own options decide how pictures are computed. There are warnings about options that
+//! would change the expected picture, and about unknown names.
 
 use super::lexer::{Lexer, Token};
 use super::params::Params;
 use super::{Loader, is_one_of};
 use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 
-/// The types of a directive, and the parameters that they have.
+/// The types of a directive with their parameters: each entry has names of types, separated by
+/// blanks, and the names of the parameters that these types have.
 type Known = &'static [(&'static str, &'static str)];
 
+/// The samplers of both versions.
 const SAMPLERS: Known = &[
     (
         "halton",
@@ -27,6 +29,7 @@ const SAMPLERS: Known = &[
     ),
 ];
 
+/// The integrators of both versions.
 const INTEGRATORS: Known = &[
     (
         "path volpath",
@@ -47,7 +50,7 @@ const INTEGRATORS: Known = &[
         "sppm",
         "maxdepth iterations numiterations photonsperiteration imagewritefrequency radius seed",
     ),
-    // Of the authors of points and lines.
+    // The integrator of the authors of the papers on points and lines.
     (
         "pointline",
         "maxdepth method strategy1 strategy2 angle1 angle2 stratified",
@@ -58,9 +61,10 @@ const INTEGRATORS: Known = &[
     ),
 ];
 
-/// Integrators whose pictures are not of radiance.
+/// The integrators whose pictures do not show radiance.
 const OTHER_PICTURES: &str = "ao ambientocclusion function";
 
+/// The accelerators of both versions.
 const ACCELERATORS: Known = &[
     ("bvh", "splitmethod maxnodeprims"),
     (
@@ -69,14 +73,16 @@ const ACCELERATORS: Known = &[
     ),
 ];
 
-/// Options, and those that change the picture where they are true.
+/// The parameters of `Option` that do not change the expected picture.
 const OPTIONS: &str = "disablepixeljitter disablewavelengthjitter displacementedgescale \
                        msereferenceimage msereferenceout pixelstats rendercoordsys seed wavefront";
+/// The parameters of `Option` that change the picture where they are true.
 const OF_THE_PICTURE: [&str; 2] = ["forcediffuse", "disabletexturefiltering"];
 
 impl Loader {
     /// `Sampler "halton" …`, `Integrator "path" …`, `Accelerator "bvh" …`
     pub(super) fn rendering_option(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Warn about unknown types.
         let (what, known) = match lexer.word(token) {
             b"Sampler" => ("sampler", SAMPLERS),
             b"Accelerator" => ("accelerator", ACCELERATORS),
@@ -90,8 +96,9 @@ impl Loader {
             let kind = ErrorKind::UnknownName;
             return self.base.warnings.warn(kind, message, place);
         };
+        // Warn about a crop (pbrt-v3's picture is black around it) and about integrators of other
+        // pictures, and ignore the other parameters.
         params.ignore_all_of(parameters);
-        // pbrt-v3 has a crop here, whose picture is black around it.
         if what == "integrator" && params.has("pixelbounds") {
             params.ignore(&["pixelbounds"]);
             let message = "`pixelbounds` of an integrator is not supported";

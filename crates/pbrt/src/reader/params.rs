@@ -1,4 +1,6 @@
-//! Typed parameter lists: `"float radius" [ 2 ] "rgb L" [ 1 1 1 ]`.
+//! The typed parameters of directives, such as `"float radius" [ 2 ] "rgb L" [ 1 1 1 ]`: their
+//! syntax, and functions that read one of them by its name and check its type and its number of
+//! values.
 
 use super::lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{ErrorKind, Location, Result, SceneError, Source, Span, nearest, shorten};
@@ -7,7 +9,7 @@ use std::fmt;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// The declared type of a parameter; v3 and v4 names of one thing are one type.
+/// The declared type of a parameter; types that v3 and v4 name differently are one type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Type {
     Bool,
@@ -26,7 +28,7 @@ pub(crate) enum Type {
     Texture,
 }
 
-/// The names of the types; of two the first is used in messages.
+/// The names of the types; if a type has two names, messages use the first.
 const TYPES: &[(&str, Type)] = &[
     ("bool", Type::Bool),
     ("integer", Type::Integer),
@@ -48,16 +50,17 @@ const TYPES: &[(&str, Type)] = &[
     ("texture", Type::Texture),
 ];
 
-/// Parameters that one directive may have; pbrt's longest have about twenty.
+/// The largest number of parameters of one directive; pbrt's longest lists have about twenty.
 const MAX_PARAMETERS: usize = 500;
 
 impl Type {
+    /// The name of the type in messages.
     fn name(self) -> &'static str {
         let named = TYPES.iter().find(|(_, ty)| *ty == self);
         named.map_or("", |(name, _)| name)
     }
 
-    /// Numbers per element.
+    /// The number of values that one element of this type has.
     const fn arity(self) -> usize {
         match self {
             Self::Point2 | Self::Vector2 => 2,
@@ -75,37 +78,38 @@ pub(crate) enum Values {
     Bools(Vec<bool>),
 }
 
-/// One parameter with its places.
+/// One parameter with its position in the file.
 #[derive(Clone, Debug)]
 pub(crate) struct Param {
     pub(crate) ty: Type,
     pub(crate) name: String,
     pub(crate) values: Values,
     pub(crate) source: Arc<Source>,
-    /// The quoted declaration.
+    /// The position of the quoted declaration.
     pub(crate) span: Span,
-    /// The values with their brackets.
+    /// The position of the values with their brackets.
     value_span: Span,
+    /// Whether the parameter was read or ignored on purpose.
     used: Cell<bool>,
 }
 
 impl Param {
-    /// The declaration, to point at.
+    /// The location of the declaration, for messages.
     pub(crate) fn at(&self) -> Location<'_> {
         self.source.at(self.span)
     }
 
-    /// The `k`-th value, to point at.
+    /// The location of the `k`-th value, for messages.
     pub(crate) fn at_value(&self, k: usize) -> Location<'_> {
         self.source.at(self.value_span(k))
     }
 
-    /// A value that is not one for this parameter.
+    /// The error for a value that is not valid for this parameter.
     pub(crate) fn bad(&self, message: impl Into<String>, label: &str) -> SceneError {
         self.at().error(ErrorKind::BadParameter, message, label)
     }
 
-    /// The place of the `k`-th value, found by reading the values again.
+    /// The position of the `k`-th value, found by reading the values again; only messages need it.
     pub(crate) fn value_span(&self, k: usize) -> Span {
         let mut lexer = Lexer::from_offset(Arc::clone(&self.source), self.value_span.start);
         let mut seen = 0;
@@ -124,6 +128,7 @@ impl Param {
         self.span
     }
 
+    /// The values, if they are numbers; otherwise empty.
     pub(crate) fn numbers(&self) -> &[f64] {
         match &self.values {
             Values::Numbers(n) => n,
@@ -131,6 +136,7 @@ impl Param {
         }
     }
 
+    /// The values, if they are strings; otherwise empty.
     pub(crate) fn strings(&self) -> &[String] {
         match &self.values {
             Values::Strings(s) => s,
@@ -139,27 +145,29 @@ impl Param {
     }
 }
 
-/// The parameters of one directive. Reading one marks it as used, so that the rest can be
-/// named in a warning.
+/// The parameters of one directive. Reading one marks it as used, so that there can be a warning
+/// about those that no one reads.
 #[derive(Clone, Debug)]
 pub(crate) struct Params {
     /// The owner of the parameters, for messages: "shape `sphere`".
     pub(crate) owner: String,
     pub(crate) source: Arc<Source>,
-    /// The directive and its name.
+    /// The position of the directive and its name.
     pub(crate) span: Span,
     pub(crate) list: Vec<Rc<Param>>,
+    /// The names that were requested, for suggestions.
     asked: RefCell<Vec<&'static str>>,
 }
 
 impl Params {
-    /// Reads parameters until something comes that is no string.
+    /// Reads the parameters after a directive, until a token that is not a string.
     pub(crate) fn parse(lexer: &mut Lexer, owner: String, span: Span) -> Result<Self> {
         let mut list: Vec<Rc<Param>> = Vec::new();
         while let Some(token) = lexer.peek()? {
             if token.kind != TokenKind::Quoted {
                 break;
             }
+            // Read one parameter, which must not be the second of its name and type.
             lexer.next()?;
             let param = parse_param(lexer, token)?;
             let is_same = |p: &Rc<Param>| p.name == param.name && p.ty == param.ty;
@@ -183,7 +191,7 @@ impl Params {
         })
     }
 
-    /// The directive, to point at.
+    /// The location of the directive, for messages.
     pub(crate) fn at(&self) -> Location<'_> {
         self.source.at(self.span)
     }
@@ -198,16 +206,17 @@ impl Params {
         self.at().error(kind, message, label)
     }
 
-    /// The parameter of that name, whatever its type.
+    /// The parameter of this name, of any type.
     pub(crate) fn named(&self, name: &str) -> Option<&Param> {
         self.list.iter().map(|p| &**p).find(|p| p.name == name)
     }
 
+    /// Whether there is a parameter of this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.named(name).is_some()
     }
 
-    /// Adds those of `defaults` that are not given.
+    /// Adds the parameters of `defaults` whose names the directive does not have.
     pub(crate) fn add_defaults(&mut self, defaults: &[Rc<Param>]) {
         for param in defaults {
             if !self.has(&param.name) {
@@ -217,7 +226,7 @@ impl Params {
         }
     }
 
-    /// The parameter of that name, which must have one of the types.
+    /// The parameter of this name, if there is one; it must have one of the types.
     pub(crate) fn find(&self, name: &'static str, types: &[Type]) -> Result<Option<&Param>> {
         self.asked.borrow_mut().push(name);
         let Some(param) = self.named(name) else {
@@ -237,6 +246,8 @@ impl Params {
         Err(param.bad(message, "wrong type"))
     }
 
+    /// The parameter of this name, if there is one; it must have one of the types, and a single
+    /// element.
     fn single<'a>(&'a self, name: &'static str, types: &[Type]) -> Result<Option<&'a Param>> {
         let Some(param) = self.find(name, types)? else {
             return Ok(None);
@@ -254,22 +265,24 @@ impl Params {
         Err(self.wrong_count(param, format!("takes {arity} {values}, got {count}")))
     }
 
-    /// A parameter with another number of values than it takes.
+    /// The error for a parameter with a wrong number of values.
     pub(crate) fn wrong_count(&self, param: &Param, what: impl fmt::Display) -> SceneError {
         let message = format!("parameter `{}` of {} {what}", param.name, self.owner);
         param.bad(message, "wrong number of values")
     }
 
+    /// The number of this name, if it is given.
     pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>> {
         let param = self.single(name, &[Type::Float, Type::Integer])?;
         Ok(param.map(|p| p.numbers()[0]))
     }
 
+    /// The number of this name, or a default.
     pub(crate) fn float_or(&self, name: &'static str, default: f64) -> Result<f64> {
         Ok(self.float(name)?.unwrap_or(default))
     }
 
-    /// A float that must be greater than zero.
+    /// The number of this name, which must be greater than zero, or a default.
     pub(crate) fn positive_or(&self, name: &'static str, default: f64) -> Result<f64> {
         let value = self.float_or(name, default)?;
         if value > 0.0 {
@@ -280,7 +293,8 @@ impl Params {
         Err(self.range_error(&[name], message, "must be greater than 0"))
     }
 
-    /// A number that is out of its range, at the first that is given of some parameters.
+    /// The error for a number out of its range. It points at the first of these parameters that is
+    /// given, or at the directive.
     pub(crate) fn range_error(&self, names: &[&str], message: String, label: &str) -> SceneError {
         let given = self.list.iter().find(|p| names.contains(&p.name.as_str()));
         match given {
@@ -289,6 +303,7 @@ impl Params {
         }
     }
 
+    /// The integer of this name, if it is given.
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i32>> {
         let param = self.single(name, &[Type::Integer])?;
         #[allow(
@@ -298,6 +313,7 @@ impl Params {
         Ok(param.map(|p| p.numbers()[0] as i32))
     }
 
+    /// The switch of this name, or a default.
     pub(crate) fn bool_or(&self, name: &'static str, default: bool) -> Result<bool> {
         let param = self.single(name, &[Type::Bool])?;
         Ok(match param.map(|p| &p.values) {
@@ -306,12 +322,14 @@ impl Params {
         })
     }
 
+    /// The string of this name, if it is given.
     pub(crate) fn string(&self, name: &'static str) -> Result<Option<&str>> {
         let param = self.text(name)?;
         Ok(param.map(|p| p.strings()[0].as_str()))
     }
 
-    /// Returns the value of a parameter that is one of some words.
+    /// The value of a string parameter that must be one of the words in a table; `what` names it in
+    /// messages.
     pub(crate) fn choice<T: Copy>(
         &self,
         name: &'static str,
@@ -322,14 +340,14 @@ impl Params {
         word.map(|word| self.pick(what, word, words)).transpose()
     }
 
-    /// Returns the value of a word of the directive.
+    /// The value of a word of the directive, which must be in a table; `what` names it in messages.
     pub(crate) fn pick<T: Copy>(&self, what: &str, word: &str, words: &[(&str, T)]) -> Result<T> {
         let found = words.iter().find(|(known, _)| *known == word);
         let unknown = || self.unknown(what, word, words.iter().map(|(known, _)| *known));
         found.map(|(_, value)| *value).ok_or_else(unknown)
     }
 
-    /// The error for a name that nobody defined.
+    /// The error for an unknown name, with a suggestion.
     pub(crate) fn unknown<'a>(
         &self,
         what: &str,
@@ -345,13 +363,13 @@ impl Params {
         error.suggest(nearest(&name, known))
     }
 
-    /// A parameter that holds one string.
+    /// The parameter of this name, if it is given; it must be one string.
     pub(crate) fn text(&self, name: &'static str) -> Result<Option<&Param>> {
         self.single(name, &[Type::String])
     }
 
-    /// A list of numbers whose length is a multiple of the type's arity (or of `multiple`, for
-    /// plain floats).
+    /// The list of numbers of this name, if it is given. Its length must be a multiple of the
+    /// type's arity (or of `multiple`, for plain floats).
     pub(crate) fn array(
         &self,
         name: &'static str,
@@ -369,7 +387,7 @@ impl Params {
         Err(self.wrong_count(param, what))
     }
 
-    /// Returns as many numbers as asked for, or `None`.
+    /// The `N` numbers of this name, if they are given.
     pub(crate) fn fixed<const N: usize>(
         &self,
         name: &'static str,
@@ -384,7 +402,7 @@ impl Params {
         values.map(Some).map_err(wrong)
     }
 
-    /// Something that has to be there.
+    /// Unwraps the value of a parameter that has to be given; the error is about a missing one.
     pub(crate) fn require<T>(&self, name: &'static str, value: Option<T>) -> Result<T> {
         value.ok_or_else(|| {
             let message = format!("{} needs a parameter `{name}`", self.owner);
@@ -398,7 +416,7 @@ impl Params {
         })
     }
 
-    /// Marks parameters as seen that mean nothing to us and do not change the scene.
+    /// Marks parameters as used that do not change the scene here, so that there is no warning.
     pub(crate) fn ignore(&self, names: &[&'static str]) {
         self.asked.borrow_mut().extend(names);
         let ignored = |p: &&Rc<Param>| names.contains(&p.name.as_str());
@@ -406,17 +424,17 @@ impl Params {
         ignored.for_each(|p| p.used.set(true));
     }
 
-    /// [`Params::ignore`] of names with blanks between.
+    /// Calls [`Params::ignore`] with names that are separated by blanks.
     pub(crate) fn ignore_all_of(&self, names: &'static str) {
         self.ignore(&names.split(' ').collect::<Vec<_>>());
     }
 
-    /// Marks all parameters as seen, those of something that is left out.
+    /// Marks all parameters as used, for a directive that is left out.
     pub(crate) fn ignore_all(&self) {
         self.list.iter().for_each(|p| p.used.set(true));
     }
 
-    /// The parameters that nobody asked for, each with the nearest name that somebody asked for.
+    /// The parameters that were not used, each with the most similar name that was requested.
     pub(crate) fn unused(&self) -> Vec<(&Param, Option<&'static str>)> {
         let asked = self.asked.borrow();
         let unused = self.list.iter().filter(|p| !p.used.get());
@@ -426,8 +444,9 @@ impl Params {
     }
 }
 
-/// Reads `values` behind the declaration `"type name"`.
+/// Reads a parameter, whose declaration `"type name"` is the last token.
 fn parse_param(lexer: &mut Lexer, declaration: Token) -> Result<Param> {
+    // Split the declaration into type and name.
     let text = lexer.unquote(declaration)?;
     let syntax = |message: String, label: &str| {
         lexer.error(ErrorKind::Syntax, message, declaration.span, label)
@@ -447,6 +466,7 @@ fn parse_param(lexer: &mut Lexer, declaration: Token) -> Result<Param> {
         )
         .suggest(nearest(type_name, names)));
     };
+    // Read the values.
     let name = name.to_owned();
     let (values, value_span) = parse_values(lexer, ty, &name, declaration)?;
     Ok(Param {
@@ -460,6 +480,7 @@ fn parse_param(lexer: &mut Lexer, declaration: Token) -> Result<Param> {
     })
 }
 
+/// Reads the values of a parameter: one without brackets, or any number in brackets.
 fn parse_values(
     lexer: &mut Lexer,
     ty: Type,
@@ -481,6 +502,7 @@ fn parse_values(
     let Some(first) = lexer.next()? else {
         return missing(lexer);
     };
+    // Read a single value.
     let mut values = match ty {
         Type::Bool => Values::Bools(Vec::new()),
         Type::String | Type::Texture => Values::Strings(Vec::new()),
@@ -494,6 +516,7 @@ fn parse_values(
         }
         TokenKind::Open => {}
     }
+    // Read values up to the closing bracket.
     loop {
         let Some(token) = lexer.next()? else {
             let message = format!("the values of `{name}` are not closed by `]`");
@@ -512,6 +535,7 @@ fn parse_values(
     }
 }
 
+/// Adds the value of a token to the values of a parameter, if it has the right type.
 fn push_value(
     lexer: &Lexer,
     ty: Type,
@@ -519,6 +543,7 @@ fn push_value(
     values: &mut Values,
     token: Token,
 ) -> Result<()> {
+    // The first value of a spectrum may be a name instead of a number.
     let quoted = token.kind == TokenKind::Quoted;
     if quoted
         && ty == Type::Spectrum
@@ -527,6 +552,7 @@ fn push_value(
     {
         *values = Values::Strings(Vec::new());
     }
+    // Convert the value, or find out which kind was expected.
     let expected = match values {
         Values::Bools(list) => {
             let text = if quoted {
@@ -560,6 +586,7 @@ fn push_value(
     Err(lexer.error(ErrorKind::BadParameter, message, token.span, expected))
 }
 
+/// Whether a number is an integer of 32 bits.
 #[allow(
     clippy::float_cmp,
     reason = "asks whether the number is an integer, exactly"

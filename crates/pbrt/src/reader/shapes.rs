@@ -1,4 +1,4 @@
-//! Shapes.
+//! `Shape`: triangle meshes, PLY files, bilinear patches, quads, round shapes and lines.
 
 use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
@@ -10,20 +10,24 @@ use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
 use linelit_scene::{EmissionSpec, MeshData, Placement, RoundShape};
 use std::rc::Rc;
 
-/// Shapes that pbrt knows and linelit does not.
+/// The shapes that pbrt has and linelit does not.
 const UNSUPPORTED: &str = "cone curve heightfield hyperboloid loopsubdiv nurbs paraboloid";
 
+/// The shapes that linelit has, for suggestions.
 const SHAPES: &str = "bilinearmesh cylinder disk line plymesh quad sphere trianglemesh";
 
+/// The type of parameters that are points.
 const POINT: &[Type] = &[Type::Point3];
+/// The type of parameters that are vectors.
 const VECTOR: &[Type] = &[Type::Vector3];
 
-/// Cells along each side of a bilinear patch that is not flat.
+/// The number of cells along each side of a bilinear patch that is not flat.
 const PATCH_CELLS: usize = 8;
 
 impl Loader {
     /// `Shape "…" …`
     pub(super) fn shape(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Read the geometry and the holes.
         self.needs_world(lexer, token)?;
         let (name, mut params) = self.named_params(lexer, token, "shape")?;
         params.add_defaults(&self.state.defaults(Target::Shape));
@@ -40,6 +44,8 @@ impl Loader {
         let Some(extent) = extent else {
             return Ok(());
         };
+        // Take transform, material and emission from the graphics state. A shape that emits has a
+        // surface in any case.
         let Some(material) = self.state.material.or(self.state.emission.map(|_| 0)) else {
             let message = "a shape with the material `interface` is left out";
             return self
@@ -54,6 +60,7 @@ impl Loader {
             cutout: extent.cutout,
             casts_no_shadow: extent.casts_no_shadow,
         };
+        // Add the shape to the object that is being defined, or else to the scene.
         match &mut self.object {
             Some(object) => {
                 object.shapes.push(ObjectShape { geometry, place });
@@ -63,7 +70,7 @@ impl Loader {
         }
     }
 
-    /// The shape in its own space; `None` if a warning is all there is to it.
+    /// Reads a shape in its own space; `None`, with a warning, if it is empty.
     fn geometry(&mut self, name: &str, params: &Params) -> Result<Option<Geometry>> {
         let mesh = match name {
             "trianglemesh" => self.triangle_mesh(params)?,
@@ -71,6 +78,7 @@ impl Loader {
             "bilinearmesh" => self.bilinear_mesh(params)?,
             "quad" => quad(params)?,
             "sphere" | "disk" | "cylinder" => {
+                // Tessellate emissive shapes later, as their facets depend on the transform.
                 let round = round(name, params)?;
                 if self.state.emission.is_some() {
                     return Ok(Some(Geometry::Round(round)));
@@ -98,6 +106,7 @@ impl Loader {
         geometry: &Geometry,
         place: &Placement,
     ) -> Result<()> {
+        // Warn about a profile under a transform that stretches.
         let emission = place.emission.as_ref();
         let to_world = &place.to_world.matrix3;
         if emission.is_some_and(|spec| self.base.builder.bends_profile(spec, to_world)) {
@@ -105,6 +114,7 @@ impl Loader {
             let label = "its angles are those of the world, under any scale";
             self.base.suspicious(message, label, params.at())?;
         }
+        // Add the geometry.
         let mesh = match geometry {
             Geometry::Mesh(mesh) => mesh,
             Geometry::Line(p0, p1) => return self.add_line(params, [*p0, *p1], place),
@@ -112,6 +122,7 @@ impl Loader {
         };
         self.base
             .add_mesh(mesh, place, &params.owner, params.at())?;
+        // Warn if each triangle has the power, not the mesh.
         let split = place.emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
@@ -123,7 +134,7 @@ impl Loader {
         Ok(())
     }
 
-    /// A round shape that emits.
+    /// Adds a round shape that emits, and warns if only its facets do.
     fn add_round(&mut self, params: &Params, round: &Round, place: &Placement) -> Result<()> {
         let mesh = round.emissive_facets(&place.to_world.matrix3);
         let before = self.base.builder.round_light_count();
@@ -140,6 +151,7 @@ impl Loader {
         self.base.suspicious(message, &label, params.at())
     }
 
+    /// Adds a linear light, and warns about emission that a line cannot have.
     fn add_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
         let [p0, p1] = ends.map(|p| place.to_world.transform_point3(p));
         let Some(emission) = place.emission else {
@@ -163,6 +175,7 @@ impl Loader {
         self.base.add_line([p0, p1], &emission, params.at())
     }
 
+    /// Reads a `trianglemesh`.
     fn triangle_mesh(&mut self, params: &Params) -> Result<MeshData> {
         let points = params.require("P", params.array("P", POINT, 3)?)?;
         let indices = params.array("indices", &[Type::Integer], 3)?;
@@ -181,14 +194,17 @@ impl Loader {
         Ok(mesh)
     }
 
-    /// Normals and texture coordinates of a mesh.
+    /// Reads the normals and texture coordinates of a mesh. Lists of a wrong length are ignored,
+    /// with a warning.
     fn attributes(&mut self, params: &Params, mesh: &mut MeshData) -> Result<()> {
+        // Ignore tangents and the numbers of faces.
         params.ignore(&["faceIndices"]);
         if params.find("S", VECTOR)?.is_some() {
             let message = "the tangents of a mesh are not supported";
             let label = "`S` is ignored: they are along its texture coordinates";
             self.base.unsupported(message, label, params.at())?;
         }
+        // Read the normals.
         let count = mesh.positions.len();
         if let Some(param) = params.array("N", &[Type::Normal, Type::Vector3], 3)? {
             let normals = to_points(param.numbers());
@@ -199,6 +215,7 @@ impl Loader {
                 self.wrong_count(params, param, normals.len(), count)?;
             }
         }
+        // Read the texture coordinates under both of their names.
         for name in ["uv", "st"] {
             let types = [Type::Point2, Type::Float, Type::Vector2];
             let Some(param) = params.array(name, &types, 2)? else {
@@ -225,6 +242,7 @@ impl Loader {
         Ok(())
     }
 
+    /// Warns about a list that has not one entry for each vertex.
     fn wrong_count(
         &mut self,
         params: &Params,
@@ -240,6 +258,7 @@ impl Loader {
         self.base.warn(kind, message, "ignored", param.at())
     }
 
+    /// Reads a `plymesh`.
     fn ply_mesh(&mut self, params: &Params) -> Result<MeshData> {
         let param = params.require("filename", params.text("filename")?)?;
         let file = self
@@ -251,7 +270,7 @@ impl Loader {
             self.base.unsupported(message, "ignored", params.at())?;
         }
         params.ignore(&["edgelength"]);
-        // What pbrt does not read from these files either is not worth a warning.
+        // Read the file without its warnings, which are about features that pbrt ignores, too.
         ply::read(&source).map(|read| read.mesh).map_err(|e| {
             e.note(format!(
                 "read for {}",
@@ -260,7 +279,9 @@ impl Loader {
         })
     }
 
+    /// Reads a `bilinearmesh`, and tessellates its patches.
     fn bilinear_mesh(&mut self, params: &Params) -> Result<MeshData> {
+        // Read the vertices and the corners of the patches.
         let points = params.require("P", params.array("P", POINT, 3)?)?;
         let mut corners = MeshData {
             positions: to_points(points.numbers()),
@@ -273,6 +294,7 @@ impl Loader {
             None => params.require("indices", None)?,
         };
         self.attributes(params, &mut corners)?;
+        // Tessellate each patch: into two triangles if it is flat.
         let mut mesh = MeshData {
             one_shape: indices.len() == 4,
             ..MeshData::default()
@@ -297,8 +319,9 @@ impl Loader {
     }
 }
 
-/// A sphere, a disk or a cylinder.
+/// Reads a sphere, a disk or a cylinder.
 fn round(name: &str, params: &Params) -> Result<Round> {
+    // Read the parameters of all three.
     let radius = params.positive_or("radius", 1.0)?;
     let phi_max = params.positive_or("phimax", 360.0)?.min(360.0).to_radians();
     let heights = |low: f64, high: f64| -> Result<[f64; 2]> {
@@ -308,6 +331,7 @@ fn round(name: &str, params: &Params) -> Result<Round> {
         );
         Ok([a.min(b), a.max(b)])
     };
+    // Read the radii and heights.
     let kind = match name {
         "disk" => {
             let inner = params.float_or("innerradius", 0.0)?.clamp(0.0, radius);
@@ -327,7 +351,8 @@ fn round(name: &str, params: &Params) -> Result<Round> {
     Ok(Round { kind, phi_max })
 }
 
-/// Returns the reason why an emissive round shape is not a light as it is but as its facets.
+/// The reason why an emissive round shape is lit by its facets instead of the round light, for a
+/// warning; empty if it is a round light.
 fn why_facets(mesh: &MeshData, place: &Placement, is_round: bool) -> &'static str {
     let emits = |what: fn(&EmissionSpec) -> bool| place.emission.as_ref().is_some_and(what);
     let inwards = place.reverse || emits(|emission| emission.two_sided);
@@ -344,7 +369,7 @@ fn why_facets(mesh: &MeshData, place: &Placement, is_round: bool) -> &'static st
     }
 }
 
-/// The indices of a mesh, all below the number of vertices.
+/// Converts the indices of a mesh, and refuses those that are not below the number of vertices.
 fn checked_indices(params: &Params, param: &Param, count: usize) -> Result<Vec<u32>> {
     let indices = param.numbers().iter().enumerate().map(|(k, &i)| {
         #[allow(
@@ -363,14 +388,15 @@ fn checked_indices(params: &Params, param: &Param, count: usize) -> Result<Vec<u
     indices.collect()
 }
 
-/// The `quad` of the point–line authors: the parallelogram with corner `o` and edges `u` and `v`.
+/// Reads a `quad`, a shape of the authors of the papers on points and lines: the parallelogram with
+/// the corner `o` and the edges `u` and `v`.
 ///
-/// Its outside (the side that emits) is that of `u × v`, taken in the shape's own space and
+/// Its outside (the side that emits) is the side of `u × v`, taken in the shape's own space and
 /// transformed as a normal: in world space it is reversed by `ReverseOrientation` or by a
-/// mirroring transform, but not by both, as for pbrt's triangles. This is what makes the lights
-/// of all three published scenes face the way they do in the published pictures: in the Cornell
-/// box `u × v` = x × z points down; in the kitchen x × y points into the room; in the Veach scene
-/// the transform mirrors and the light points down to the plates.
+/// mirroring transform, but not by both, as for pbrt's triangles. By this rule the lights of all
+/// three published scenes face the way they do in the published pictures: in the Cornell box
+/// `u × v` = x × z points down; in the kitchen x × y points into the room; in the Veach scene the
+/// transform mirrors, and the light points down to the plates.
 fn quad(params: &Params) -> Result<MeshData> {
     let vector = |name: &'static str, types: &[Type]| -> Result<DVec3> {
         let value = params.fixed::<3>(name, types)?;
@@ -387,7 +413,7 @@ fn quad(params: &Params) -> Result<MeshData> {
     })
 }
 
-/// Our extension: a linear light between two points.
+/// Reads a `line`, an extension of linelit: a linear light between two points.
 fn line(params: &Params) -> Result<Geometry> {
     let end = |name: &'static str| -> Result<DVec3> {
         let value = params.fixed::<3>(name, POINT)?;
@@ -396,15 +422,16 @@ fn line(params: &Params) -> Result<Geometry> {
     Ok(Geometry::Line(end("p0")?, end("p1")?))
 }
 
-/// Whether the corners p00, p10, p01, p11 are those of a flat convex quad, which two triangles
-/// show exactly. So is one of no area, or too small for `f32`, of which adding the mesh says so,
-/// as it says of vertices that are too far away.
+/// Whether the corners p00, p10, p01, p11 form a flat convex quadrilateral, for which two triangles
+/// are exact. It is also true for patches without area, too small for `f32` or too far away, about
+/// which there are messages when the mesh is added.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
     use PolygonError::{Count, NotConvex, NotPlanar};
     let polygon = ConvexPolygon::new(&[p00, p10, p11, p01]);
     !matches!(polygon, Err(Count(_) | NotPlanar(_) | NotConvex(_)))
 }
 
+/// Groups numbers into points, three each.
 fn to_points(numbers: &[f64]) -> Vec<DVec3> {
     let triples = numbers.as_chunks::<3>().0.iter();
     triples.map(|c| DVec3::from_array(*c)).collect()

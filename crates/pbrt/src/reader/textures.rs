@@ -1,4 +1,4 @@
-//! Textures.
+//! `Texture`, and the parameters of other directives that may be a texture.
 
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
@@ -9,18 +9,19 @@ use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use std::sync::Arc;
 
-/// Nodes that a texture may have, so that evaluating it stays cheap.
+/// The largest number of nodes of a texture, so that its evaluation is cheap.
 const MAX_COST: usize = 256;
 
-/// Textures that pbrt knows and linelit does not.
+/// The textures that pbrt has and linelit does not.
 const UNSUPPORTED: &str = "bilerp directionmix dots fbm marble ptex uv windy wrinkled";
 
+/// The textures that linelit has, for suggestions.
 const TEXTURES: &str = "checkerboard constant imagemap mix scale";
 
-/// The types that a number over a surface may have.
+/// The types of parameters that are a number over a surface.
 pub(super) const NUMBER: &[Type] = &[Type::Float, Type::Texture];
 
-/// The types that a colour over a surface may have.
+/// The types of parameters that are a colour over a surface.
 pub(super) const COLOUR: &[Type] = &[
     Type::Rgb,
     Type::Xyz,
@@ -50,6 +51,7 @@ impl Loader {
         Ok(())
     }
 
+    /// Reads the texture of a class, such as `imagemap`: a number (`is_number`) or a colour.
     fn build_texture(&mut self, class: &str, params: &Params, is_number: bool) -> Result<Texture> {
         let one = Texture::number(1.0);
         match class {
@@ -64,6 +66,7 @@ impl Loader {
             }
             "checkerboard" => self.checkerboard(params, is_number),
             "imagemap" => self.image_map(params, is_number),
+            // Replace textures that are not supported, and refuse unknown names.
             _ if is_one_of(class, UNSUPPORTED) => {
                 let message = format!("texture `{class}` is not supported");
                 self.base
@@ -78,7 +81,7 @@ impl Loader {
         }
     }
 
-    /// v3: `tex1`, `tex2`; v4: `tex`, `scale`.
+    /// Reads a `scale` texture, the product of v3's `tex1` and `tex2` or v4's `tex` and `scale`.
     fn product(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
         let one = Texture::number(1.0);
         let mut names = params.list.iter().map(|p| p.name.as_str());
@@ -92,6 +95,7 @@ impl Loader {
         Ok(Texture::Product(Arc::new(a), Arc::new(b)))
     }
 
+    /// Reads a `checkerboard`.
     fn checkerboard(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
         let even = self.texture_param(params, "tex1", Texture::number(1.0), is_number)?;
         let odd = self.texture_param(params, "tex2", Texture::number(0.0), is_number)?;
@@ -100,7 +104,7 @@ impl Loader {
             let label = "drawn over u and v";
             self.base.unsupported(message, label, params.at())?;
         }
-        // v3's; v4 always averages.
+        // Read whether it is filtered, which v3 can switch off; v4 always averages.
         let modes = [("closedform", true), ("none", false)];
         let filtered = params.choice("aamode", "antialiasing mode", &modes)?;
         Ok(Texture::Checkerboard {
@@ -111,6 +115,7 @@ impl Loader {
         })
     }
 
+    /// Reads the mapping of texture coordinates, of which only `uv` is supported.
     fn mapping(&mut self, params: &Params) -> Result<UvMapping> {
         let mapping = UvMapping {
             scale: DVec2::new(
@@ -135,12 +140,13 @@ impl Loader {
         Ok(mapping)
     }
 
+    /// Reads an `imagemap`.
     fn image_map(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
         let param = params.require("filename", params.text("filename")?)?;
         let name = &param.strings()[0];
         let mapping = self.mapping(params)?;
         let filter = self.texture_filter(params)?;
-        // What lies beyond the edges; `vwrap` and `mirror` are ours.
+        // Read the continuation beyond the edges; `vwrap` and `mirror` are extensions.
         let wraps = [
             ("repeat", Wrap::Repeat),
             ("black", Wrap::Black),
@@ -150,7 +156,7 @@ impl Loader {
         let wrap = |name| params.choice(name, "wrap mode", &wraps);
         let across = wrap("wrap")?.unwrap_or(Wrap::Repeat);
         let wrap = [across, wrap("vwrap")?.unwrap_or(across)];
-        // v3: gamma; v4: encoding. Files of eight bits are sRGB unless said otherwise.
+        // Read the encoding, v3's `gamma` or v4's `encoding`. The default is sRGB.
         let encoding = params.string("encoding")?.unwrap_or("sRGB");
         if !["sRGB", "linear"].contains(&encoding) {
             let message = format!("the encoding `{}` is not supported", shorten(encoding));
@@ -158,6 +164,7 @@ impl Loader {
                 .unsupported(message, "read as `sRGB`", params.at())?;
         }
         let srgb = params.bool_or("gamma", true)? && encoding != "linear";
+        // Load the image; a missing one is grey, if that is only a warning.
         let scale = params.float_or("scale", 1.0)?;
         let invert = params.bool_or("invert", false)?;
         let at = param.at_value(0);
@@ -179,8 +186,10 @@ impl Loader {
         })))
     }
 
-    /// v3: `trilinear`, else ellipses no longer than `maxanisotropy`; v4: `filter`.
+    /// Reads the filter of an image: v4's `filter`, or v3's `trilinear`, without which v3 averages
+    /// over ellipses that are no longer than `maxanisotropy` times their width.
     pub(super) fn texture_filter(&mut self, params: &Params) -> Result<TextureFilter> {
+        // Read the limit of the anisotropy.
         let mut max_anisotropy = params.float_or("maxanisotropy", 8.0)?;
         if max_anisotropy.is_nan() || max_anisotropy < 1.0 {
             let message = format!("a `maxanisotropy` of {max_anisotropy}");
@@ -192,6 +201,7 @@ impl Loader {
             let label = format!("taken as {max_anisotropy}");
             self.base.unsupported(message, &label, params.at())?;
         }
+        // Choose the filter; the default depends on the version.
         let ellipses = TextureFilter::Ewa { max_anisotropy };
         let is_trilinear = params.bool_or("trilinear", false)?;
         let filters = [
@@ -209,7 +219,8 @@ impl Loader {
         })
     }
 
-    /// A parameter that may be a texture: a number (`is_number`) or a spectrum.
+    /// Reads a parameter that is a value or the name of a texture: a number (`is_number`) or a
+    /// spectrum.
     pub(super) fn texture_param(
         &mut self,
         params: &Params,
@@ -217,6 +228,7 @@ impl Loader {
         default: Texture,
         is_number: bool,
     ) -> Result<Texture> {
+        // Take the texture of a name.
         let types = if is_number { NUMBER } else { COLOUR };
         let Some(param) = params.find(name, types)? else {
             return Ok(default);
@@ -224,6 +236,7 @@ impl Loader {
         if param.ty == Type::Texture {
             return self.named_texture(params, name, is_number);
         }
+        // Take a constant; a colour must not be negative.
         if is_number {
             return params
                 .float(name)
@@ -238,8 +251,8 @@ impl Loader {
         Ok(Texture::Constant(value))
     }
 
-    /// v4's `scale` of a scale texture, which may name a texture of either type; colours are an
-    /// extension.
+    /// Reads v4's `scale` of a scale texture, which may name a texture of either type; that it may
+    /// be a colour is an extension.
     fn number_or_spectrum(
         &mut self,
         params: &Params,
@@ -259,6 +272,7 @@ impl Loader {
         self.texture_param(params, name, default, true)
     }
 
+    /// The texture that a parameter names, which has to be of the right type.
     fn named_texture(
         &mut self,
         params: &Params,
@@ -275,6 +289,7 @@ impl Loader {
         if let Some(found) = self.textures.get(&(is_number, texture.clone())) {
             return Ok((**found).clone());
         }
+        // Suggest a texture with a similar name, or say that it has the other type.
         let what = if is_number {
             "float texture"
         } else {

@@ -1,4 +1,5 @@
-//! The directives that change the current transform.
+//! The directives that change the current transform, such as `Translate`, `LookAt` and
+//! `CoordSysTransform`.
 
 use super::Loader;
 use super::lexer::{Lexer, Token, TokenKind};
@@ -8,8 +9,9 @@ use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{DMat4, DVec3};
 
 impl Loader {
-    /// Carries out one of them.
+    /// Executes a directive that changes or stores the current transform.
     pub(super) fn transform_directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Compute the next transform; new ones are applied before the current one.
         let ctm = self.state.ctm;
         let next = match lexer.word(token) {
             b"Identity" => DAffine3::IDENTITY,
@@ -58,6 +60,7 @@ impl Loader {
                 }
             }
         };
+        // Set it, unless it is for the end of a motion.
         if !next.is_finite() {
             let message = "the transform is not finite any more";
             return Err(bad_transform(lexer, token, message));
@@ -68,7 +71,7 @@ impl Loader {
         Ok(())
     }
 
-    /// One number of a directive.
+    /// Reads one number of a directive.
     pub(super) fn next_number(&mut self, lexer: &mut Lexer, directive: Token) -> Result<f64> {
         match lexer.peek()? {
             Some(token) if token.kind == TokenKind::Word => {
@@ -88,7 +91,7 @@ impl Loader {
         }
     }
 
-    /// The numbers of a directive, with or without brackets.
+    /// Reads the numbers of a directive, with or without brackets.
     fn numbers<const N: usize>(&mut self, lexer: &mut Lexer, directive: Token) -> Result<[f64; N]> {
         let open = lexer.peek()?.filter(|t| t.kind == TokenKind::Open);
         if open.is_some() {
@@ -112,7 +115,7 @@ impl Loader {
         Ok(values)
     }
 
-    /// A 4×4 matrix, given column by column, as an affine map.
+    /// Reads a 4×4 matrix, given column by column, as an affine map.
     fn matrix(&mut self, lexer: &mut Lexer, directive: Token) -> Result<DAffine3> {
         let m: [f64; 16] = self.numbers(lexer, directive)?;
         let [a, b, c, w] = [m[3], m[7], m[11], m[15]];
@@ -127,11 +130,12 @@ impl Loader {
     }
 }
 
+/// The error for a directive whose transform is not valid.
 fn bad_transform(lexer: &Lexer, token: Token, message: &str) -> SceneError {
     lexer.error(ErrorKind::BadTransform, message, token.span, "")
 }
 
-/// Rotation by degrees about a unit axis, exact for multiples of 90°.
+/// The rotation by an angle in degrees about a unit axis, exact for multiples of 90°.
 fn rotation(degrees: f64, axis: DVec3) -> DAffine3 {
     let turn = degrees.rem_euclid(360.0);
     let exact = [
@@ -148,8 +152,8 @@ fn rotation(degrees: f64, axis: DVec3) -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_cols(columns[0], columns[1], columns[2]))
 }
 
-/// pbrt's `LookAt`: from world to camera, where the camera looks along +z and x is to the right
-/// of `up` (left-handed).
+/// The transform of pbrt's `LookAt`, from world to camera, where the camera looks along +z and x is
+/// to the right of `up` (a left-handed system).
 fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> std::result::Result<DAffine3, &'static str> {
     let forward = (target - eye)
         .try_normalize()
@@ -163,7 +167,7 @@ fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> std::result::Result<DAffine3
         matrix3: DMat3::from_cols(right, up, forward),
         translation: eye,
     };
-    // The matrix is orthonormal, so that its transpose inverts it.
+    // Invert it: the matrix is orthonormal, so that its transpose is its inverse.
     let inverse = camera_to_world.matrix3.transpose();
     Ok(DAffine3 {
         matrix3: inverse,

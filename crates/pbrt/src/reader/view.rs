@@ -1,7 +1,7 @@
-//! Camera, film and filter.
+//! `Camera`, `Film` and `PixelFilter`, which together make the camera and the film of the scene.
 //!
-//! Of what pbrt's films do to the picture, scales are done and all else is warned about: clamping,
-//! for one, would hide the error of estimates that are to be compared.
+//! Films of pbrt can process the picture. Scale factors are applied, and there are warnings about
+//! everything else: clamping, for example, would hide the error of estimates that are compared.
 
 use super::Loader;
 use super::lexer::{Lexer, Token};
@@ -11,22 +11,22 @@ use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Camera, FilmSettings, Projection};
 use std::sync::Arc;
 
-/// Most pixels along a side.
+/// The largest number of pixels along a side.
 const MAX_SIDE: i32 = 1 << 16;
-/// Most pixels in all.
+/// The largest number of pixels in all.
 const MAX_PIXELS: i64 = 1 << 28;
 
-/// The view as far as the file has described it.
+/// The camera, film and filter as far as the file has described them.
 #[derive(Debug, Default)]
 pub(super) struct View {
     camera: Option<CameraSettings>,
     film: Option<FilmSettings>,
     filter: Option<PixelFilter>,
-    /// The film is one that only pbrt-v4 knows.
+    /// Whether the film is one that only pbrt-v4 knows.
     pub(super) is_v4: bool,
 }
 
-/// Half the width of a filter.
+/// Half the width of a reconstruction filter.
 #[derive(Debug)]
 struct PixelFilter {
     /// The radii in the file, across and down.
@@ -35,29 +35,35 @@ struct PixelFilter {
     usual: [f64; 2],
 }
 
+/// A camera before the resolution of its film is known.
 #[derive(Debug)]
 struct CameraSettings {
     world_to_camera: DAffine3,
     projection: Projection,
     screen_window: Option<[f64; 4]>,
     frame_aspect_ratio: Option<f64>,
-    /// The time that the shutter is open, and the place in the file that says so.
+    /// The time for which the shutter is open.
     shutter: f64,
+    /// The position of the directive in the file.
     place: Option<(Arc<Source>, Span)>,
 }
 
 impl View {
+    /// Makes the camera and the film after all directives, with defaults for those that are
+    /// missing. A missing camera is a warning.
     pub(super) fn finish(
         self,
         warnings: &mut Warnings,
         source: &Source,
     ) -> Result<(Camera, FilmSettings)> {
+        // Set the radius of the filter, whose default depends on the version.
         let has_film = self.film.is_some();
         let mut film = self.film.unwrap_or_default();
         if let Some(PixelFilter { radius, usual }) = self.filter {
             let usual = usual[usize::from(self.is_v4)];
             film.filter_radius = radius.map(|radius| radius.unwrap_or(usual));
         }
+        // Take the camera, or the default one.
         let settings = match self.camera {
             Some(settings) => settings,
             None => {
@@ -74,6 +80,7 @@ impl View {
                 }
             }
         };
+        // Scale by the exposure, and place the camera.
         let is_v4 = has_film.then_some(self.is_v4);
         film.scale *= settings.exposure(is_v4, warnings)?;
         let camera = Camera::from_world_to_camera(
@@ -88,8 +95,9 @@ impl View {
 }
 
 impl CameraSettings {
-    /// The factor of the time that the shutter is open: the time in version 4, none in version 3,
-    /// which of them the film says.
+    /// The factor of the picture by the time for which the shutter is open: the time itself in
+    /// version 4, and one in version 3. The film decides the version; without a film there is a
+    /// warning if the time is not one.
     fn exposure(&self, is_v4: Option<bool>, warnings: &mut Warnings) -> Result<f64> {
         let usual = (self.shutter - 1.0).abs() <= 0.0;
         let Some((source, span)) = self.place.as_ref().filter(|_| !usual) else {
@@ -118,6 +126,7 @@ impl CameraSettings {
 impl Loader {
     /// `Camera "perspective" …`: the current transform is from world to camera.
     pub(super) fn camera(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        // Check the transform, and make it the coordinate system `camera`.
         let (name, params) = self.named_params(lexer, token, "camera")?;
         self.before_world(&params, "Camera")?;
         let determinant = self.state.ctm.matrix3.determinant();
@@ -128,6 +137,7 @@ impl Loader {
         }
         self.coordinate_systems
             .insert("camera".into(), camera_to_world);
+        // Read the parameters.
         let shutter =
             params.float_or("shutterclose", 1.0)? - params.float_or("shutteropen", 0.0)?;
         let screen_window = params.fixed::<4>("screenwindow", &[Type::Float])?;
@@ -161,9 +171,11 @@ impl Loader {
         Ok(())
     }
 
+    /// Reads the projection of a camera of this type.
     fn projection(&mut self, name: &str, params: &Params) -> Result<Projection> {
         match name {
             "perspective" => {
+                // Read the angle of view, or half of it.
                 let half = params.float("halffov")?;
                 let fov_degrees = match half {
                     Some(half) => 2.0 * half,
@@ -198,6 +210,7 @@ impl Loader {
         }
     }
 
+    /// Refuses a directive that has to be before `WorldBegin`.
     fn before_world(&self, params: &Params, word: &str) -> Result<()> {
         if !self.in_world {
             return Ok(());
@@ -210,7 +223,7 @@ impl Loader {
     pub(super) fn film(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "film")?;
         self.before_world(&params, "Film")?;
-        // pbrt-v3's only film is `image`; its default size differs from v4's.
+        // Read the resolution. The only film of pbrt-v3 is `image`, with another default than v4's.
         let v4 = [1280, 720];
         let films = [
             ("image", [640, 480]),
@@ -232,7 +245,7 @@ impl Loader {
         {
             film.crop = pixel_bounds(bounds, [film.width, film.height]);
         }
-        // Which goes before the other, as in pbrt-v4.
+        // A crop window replaces pixel bounds, as in pbrt-v4.
         if let Some(window) = params.fixed::<4>("cropwindow", &[Type::Float])? {
             film.crop = crop_window(window, [film.width, film.height]);
         }
@@ -247,9 +260,9 @@ impl Loader {
         Ok(())
     }
 
-    /// Returns the factor that a film scales radiance by; reports what else it does to pictures.
+    /// The factor by which a film scales radiance; warns about other processing of the picture.
     fn film_scale(&mut self, name: &str, params: &Params) -> Result<f64> {
-        // The size of the sensor matters to realistic cameras only, and that of numbers to none.
+        // Ignore the size of the sensor, which matters to realistic cameras only.
         params.ignore(&["diagonal", "filename"]);
         if !self.view.is_v4 {
             self.unclamped(params, "maxsampleluminance")?;
@@ -281,6 +294,7 @@ impl Loader {
         Ok(exposure * (params.positive_or("iso", 100.0)? / 100.0))
     }
 
+    /// Warns that a film clamps values, which is not done here.
     fn unclamped(&mut self, params: &Params, name: &'static str) -> Result<()> {
         if params.float(name)?.is_none() {
             return Ok(());
@@ -301,6 +315,7 @@ impl Loader {
             ("mitchell", [2.0, 2.0]),
             ("sinc", [4.0, 4.0]),
         ];
+        // Ignore the shape of the filter, and read its radius, which v3 calls width.
         let usual = params.pick("filter", &name, &filters)?;
         match name.as_str() {
             "gaussian" => params.ignore(&["alpha", "sigma"]),
@@ -317,6 +332,7 @@ impl Loader {
                 *slot = Some(params.positive_or(name, 1.0)?);
             }
         }
+        // Warn about filters other than boxes.
         if name != "box" {
             let message = format!("the filter `{name}` is not supported");
             let label = "camera samples are spread evenly over its width";
@@ -329,7 +345,7 @@ impl Loader {
     }
 }
 
-/// The pixels along a side of the film.
+/// Reads the number of pixels along a side of the film.
 fn side(params: &Params, name: &'static str, default: i32) -> Result<i32> {
     let side = params.integer(name)?.unwrap_or(default);
     if (1..=MAX_SIDE).contains(&side) {
@@ -340,7 +356,7 @@ fn side(params: &Params, name: &'static str, default: i32) -> Result<i32> {
     Err(params.range_error(&[name], message, &label))
 }
 
-/// pbrt's `cropwindow`, fractions of the film, as pixels: `ceil` of both ends.
+/// Converts pbrt's `cropwindow`, fractions of the film, to pixels; both ends are rounded up.
 fn crop_window([x0, x1, y0, y1]: [f64; 4], size: [u32; 2]) -> [u32; 4] {
     let ends = [x0.min(x1), x0.max(x1), y0.min(y1), y0.max(y1)];
     let [width, height] = size.map(f64::from);
@@ -349,6 +365,7 @@ fn crop_window([x0, x1, y0, y1]: [f64; 4], size: [u32; 2]) -> [u32; 4] {
     pixel_bounds(pixels, size)
 }
 
+/// Clamps bounds `[x0, x1, y0, y1]` to the pixels of the film.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! The files through which the examples and `tests/test_same_bits.py` hand numbers to each other.
+//! The files by which the examples and `tests/test_same_bits.py` exchange arrays of numbers.
 
 use std::error::Error;
 use std::fs;
@@ -8,12 +8,12 @@ use std::path::PathBuf;
 pub(crate) struct Folder(PathBuf);
 
 impl Folder {
-    /// The folder that the first argument of the program names.
+    /// The folder that is the first argument of the program.
     pub(crate) fn of_arguments() -> Result<Self, Box<dyn Error>> {
         Ok(Self(std::env::args().nth(1).ok_or("no folder")?.into()))
     }
 
-    /// The vectors of a file.
+    /// Reads a file of vectors in `f64`.
     pub(crate) fn vectors(&self, name: &str) -> Result<Vec<[f64; 3]>, Box<dyn Error>> {
         let bytes = fs::read(self.0.join(name))?;
         let numbers = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
@@ -21,7 +21,7 @@ impl Folder {
         Ok(numbers.as_chunks().0.to_vec())
     }
 
-    /// The vectors of a file of `f32`.
+    /// Reads a file of vectors in `f32`.
     #[allow(dead_code, reason = "one of the examples has such a file")]
     pub(crate) fn singles(&self, name: &str) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
         let bytes = fs::read(self.0.join(name))?;
@@ -37,7 +37,7 @@ impl Folder {
     }
 }
 
-/// The triangles of a soup: three vertices each, in their order.
+/// Triangles that share no vertices: each has the next three, in their order.
 pub(crate) fn soup(vertices: usize) -> Result<Vec<[u32; 3]>, Box<dyn Error>> {
     let count = u32::try_from(vertices / 3)?;
     Ok((0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())

@@ -1,8 +1,8 @@
 """Direct illumination with exact visibility.
 
-A scene is a set of triangles that hide light. Ask it how much light reaches points from a polygon,
-a line, a sphere or a sky, which part of a light they see, and which triangles are in between. All
-arrays are numpy's; lengths are in any unit, radiance too.
+A scene is a set of triangles that cast shadows. Its methods compute how much light reaches points
+from a polygon, a line, a sphere or a sky, which part of a light the points see, and which triangles
+are in between. All arrays are numpy's. Lengths may be in any unit, and so may radiance.
 
 >>> import linelit as ll
 >>> scene = ll.Scene([[-0.2, -0.1, 1.0], [0.25, -0.05, 1.0], [0.0, 0.2, 1.1]], [[0, 1, 2]])

@@ -26,7 +26,8 @@ class Picture(NamedTuple):
     pixels : ndarray of float32, shape (height, width, 3)
         Radiance in linear RGB, first row first.
     metadata : dict
-        Estimator, sampling pattern, samples, seed, and the numbers of rays, lines and shafts.
+        The estimator, the sampling pattern, the numbers of samples, the seed, and the numbers of
+        rays, lines and shafts (queries of all triangles between a point and a light).
     """
 
     pixels: NDArray[np.float32]
@@ -42,7 +43,7 @@ class Study(dict[str, "NDArray[Any]"]):
     Attributes
     ----------
     slopes : dict of ndarray
-        The columns of ``slopes.csv``: the order at which the error of each falls.
+        The columns of ``slopes.csv``: the order of convergence of each estimator.
     json : str
         The text of ``results.json``, with all settings.
     """
@@ -70,7 +71,7 @@ def render(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Picture:
-    """Render a scene file in direct light.
+    """Render a scene file with direct illumination.
 
     Parameters
     ----------
@@ -80,35 +81,36 @@ def render(
         ``hybrid``, ``exact``, ``line-analytic``, ``point-solid-angle`` and so on, as
         ``linelit list estimators`` prints them.
     samples : int
-        Samples for each shading point and light.
+        The number of samples for each shading point and light.
     camera_samples : int
-        Camera samples for each pixel: 1 goes through its centre.
+        The number of camera rays for each pixel; a single one goes through its centre.
     resolution : (int, int), optional
-        Width and height in place of the file's.
+        Width and height; the default is the resolution in the file.
     sampler, lights : str
-        The sampling pattern, and how lights are chosen, as the program names them.
+        The sampling pattern, and how lights are chosen, by the names that the program uses.
     seed : int
         Two seeds give independent noise.
     bounces : int
-        Perfect reflections and refractions that the view follows.
+        The number of perfect reflections and refractions by which camera rays are followed.
     show_lights : bool
         Whether lights that the camera sees show their radiance.
     threads : int, optional
-        All cores if none is given. The picture does not depend on it.
+        The number of threads; the default is one for each core. The picture does not depend on it.
     progress : callable, optional
-        Called with the number of rows that are done, and of all rows.
+        Called with the number of rows that are done, and the number of all rows.
 
     Returns
     -------
     Picture
-        The pixels and what they took.
+        The pixels, the settings, and the numbers of rays, lines and shafts.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the file is no scene, with the position in it, or an argument is not valid.
+        If the file is not a valid scene (the message has the position of the error), or an
+        argument is not valid.
 
     Examples
     --------
@@ -154,19 +156,20 @@ def converge(
     scenes : str, path, or a sequence of them
         Scene files, or names of built-in scenes.
     estimators, samplers : sequence of str
-        Estimators and sampling patterns, as the program names them.
+        Estimators and sampling patterns, by the names that the program uses.
     samples : sequence of int
-        Numbers of samples, ascending.
+        Numbers of samples, in ascending order.
     trials : int
-        Independent trials of each, at least 2.
+        The number of independent trials of each, at least 2.
     pixels : str
         ``WIDTHxHEIGHT`` of the picture whose shading points are measured.
     seed : int
-        The first seed.
+        The seed of the first trial.
     threads : int, optional
-        All cores if none is given. Errors do not depend on it; times do.
+        The number of threads; the default is one for each core. Errors do not depend on it, but
+        times do.
     progress : callable, optional
-        Called with the number of measurements that are done, and of all.
+        Called with the number of measurements that are done, and the number of all.
 
     Returns
     -------
@@ -208,7 +211,7 @@ def converge(
 
 
 def _columns(text: str) -> dict[str, NDArray[Any]]:
-    """Return the columns of a table: of numbers where all are, with NaN for empty cells."""
+    """Return the columns of a table: numbers if all cells are (NaN if empty), else texts."""
     rows = list(csv.reader(io.StringIO(text)))
     if not rows:
         return {}
@@ -221,6 +224,7 @@ def _columns(text: str) -> dict[str, NDArray[Any]]:
         except ValueError:
             columns[name] = np.array(cells, dtype=np.str_)
             continue
+        # Use integers where all cells are integers.
         if cells and all(cell.lstrip("-").isdigit() for cell in cells):
             columns[name] = np.array([int(cell) for cell in cells])
     return columns

@@ -1,4 +1,4 @@
-"""Scenes from the meshes of other packages, none of which is imported here."""
+"""Functions that make scenes from the meshes of other packages, without importing those."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def from_trimesh(mesh: Any, **options: Any) -> Scene:
     mesh : trimesh.Trimesh or trimesh.Scene
         Transforms of a scene's graph are applied.
     **options
-        Those of `Scene`.
+        The keyword arguments of `Scene`.
 
     Returns
     -------
@@ -26,7 +26,7 @@ def from_trimesh(mesh: Any, **options: Any) -> Scene:
     Raises
     ------
     TypeError
-        If the argument has neither vertices and faces nor a way to put its meshes together.
+        If the argument has neither vertices and faces nor a method that joins its meshes.
     """
     if hasattr(mesh, "to_mesh"):
         mesh = mesh.to_mesh()
@@ -43,12 +43,12 @@ def from_mitsuba(scene: Any, *, emitters: bool = True, **options: Any) -> Scene:
     Parameters
     ----------
     scene : mitsuba.Scene, mitsuba.Mesh or a list of meshes
-        Shapes need triangles: those that are no mesh are refused by their number.
+        Shapes need triangles: a shape that is not a mesh is refused, with its number.
     emitters : bool
-        Whether shapes that emit hide light, too. Give the lights by `Light` then, and leave their
-        own triangles out, or a light would be hidden by itself where rounding says so.
+        Whether shapes that emit cast shadows, too. Use False for shapes that are passed to queries
+        as a `Light`: by rounding, their own triangles could hide them.
     **options
-        Those of `Scene`.
+        The keyword arguments of `Scene`.
 
     Returns
     -------
@@ -74,9 +74,9 @@ def from_mitsuba(scene: Any, *, emitters: bool = True, **options: Any) -> Scene:
 
 
 def _mesh(shape: Any, number: int) -> tuple[Any, Any]:
-    """Return the vertices and faces of a shape of Mitsuba."""
+    """Return the vertices and faces of a Mitsuba shape."""
     buffers = []
-    # Names of versions 3 and of those to come.
+    # Try the names in Mitsuba 3, and names that later versions may use.
     for names in (
         ("vertex_positions_buffer", "vertex_positions", "positions"),
         ("faces_buffer", "faces"),

@@ -1,4 +1,4 @@
-"""Objects of other processes and of files, made again of what they were made of."""
+"""The function that makes pickled objects anew, from the call that first made them."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from linelit import _linelit
 
 
 def make(by: str, arguments: tuple[Any, ...], options: dict[str, Any]) -> Any:
-    """Return what a function of the compiled part makes."""
+    """Call a function of the compiled part by its name, and return the object that it makes."""
     return attrgetter(by)(_linelit)(*arguments, **options)

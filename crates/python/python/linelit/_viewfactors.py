@@ -1,4 +1,4 @@
-"""What `ViewFactors` answers."""
+"""The results of the methods of `ViewFactors`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Estimate(NamedTuple):
-    """A view factor from a facet to another.
+    """A view factor from one facet to another.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class PointFactors(NamedTuple):
     facets : ndarray of float64, shape (…, m)
         The factor to each facet.
     sky : ndarray of float64, shape (…)
-        The rest to 1, which no facet takes.
+        1 minus the sum of the factors: the factor to the sky.
     """
 
     facets: NDArray[np.float64]
@@ -40,7 +40,7 @@ class PointFactors(NamedTuple):
 
 
 class FactorMatrix(NamedTuple):
-    """The view factors between all facets that are not zero, row after row.
+    """The view factors between all facets, as a sparse matrix in compressed rows.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class FactorMatrix(NamedTuple):
     error : ndarray of float64
         A bound of the error of each factor, absolute.
     sky : ndarray of float64, shape (m,)
-        The rest of each row to 1, which no facet receives.
+        1 minus the sum of each row: the factors to the sky.
     """
 
     data: NDArray[np.float64]
