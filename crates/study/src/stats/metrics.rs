@@ -1,4 +1,4 @@
-//! How far one picture is from another.
+//! Metrics of pictures: how far one picture is from another.
 
 use super::slopes::moments;
 use linelit_film::{FilmError, Image};
@@ -11,9 +11,9 @@ pub const MRSE_EPSILON: f64 = 1e-6;
 /// A mean with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanError {
-    /// The mean; NaN of nothing.
+    /// The mean; NaN if there are no values.
     pub mean: f64,
-    /// The standard error of the mean, from the spread; NaN below two values.
+    /// The standard error of the mean, from the spread; NaN for fewer than two values.
     pub stderr: f64,
 }
 
@@ -98,6 +98,7 @@ impl ImageMetrics {
                 found: [picture.width, picture.height],
             });
         }
+        // Sum squared and relative errors over channels, and average the error of each pixel.
         let (mut m, mut differences) = (Self::default(), Vec::new());
         for (index, (p, r)) in (0..).zip(picture.rgb.iter().zip(&reference.rgb)) {
             if p.iter().chain(r).any(|value| !value.is_finite()) {
@@ -120,6 +121,8 @@ impl ImageMetrics {
             // Channels of one pixel share their random numbers: a pixel is one observation.
             differences.push(mean_difference);
         }
+        // Divide the sums by the number of values, and take the bias from the mean errors of
+        // pixels.
         let values = 3.0 * differences.len() as f64;
         for sum in [&mut m.mse, &mut m.mrse, &mut m.mean, &mut m.reference_mean] {
             *sum /= values;
