@@ -1,11 +1,12 @@
 //! The report of a study: one self-contained HTML page for people to read. Come here to build a
 //! page from pictures, plots and tables of your own.
 //!
-//! [`Report`] is the page's content, whatever the study; [`Report::of_study`] fills it from a
+//! [`Report`] is the content of any page. [`Report::of_study`] fills it from a
 //! [`StudyRecord`](crate::tables::StudyRecord): whether an estimator shows a bias, and for each
-//! scene its pictures, the error and efficiency plots, the orders beside the papers', and the
-//! tables. Nothing is loaded from elsewhere. A short script moves the slider between two pictures
-//! and sorts tables; without it both pictures stand side by side, and everything else is the same.
+//! scene its pictures, the plots of error and efficiency, the orders of convergence next to the
+//! papers' orders, and the tables. The page loads nothing from elsewhere. A short script moves the
+//! slider between two pictures and sorts tables; without it both pictures are shown side by side,
+//! and everything else is the same.
 
 mod comparison;
 mod page;
