@@ -1,11 +1,11 @@
-//! One trait for the numbers an oracle may be written in: `f64`, [`Dd`](crate::dd::Dd),
+//! A trait for the numbers in which an oracle may be written: `f64`, [`Dd`](crate::dd::Dd),
 //! [`Precise`](crate::precise::Precise).
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number type with the functions that light integrals need.
+/// A type of real numbers with the functions that light integrals need.
 ///
 /// Write the oracle once, generically, and run it fast (double-double) over a million cases and
 /// precisely (≥ 60 digits) over a few.
@@ -29,9 +29,9 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Exactly this number (finite).
+    /// Returns exactly this number (finite).
     fn new(x: f64) -> Self;
-    /// Rounded to the nearest `f64`.
+    /// Rounds to the nearest `f64`.
     fn to_f64(&self) -> f64;
     /// √x, x ≥ 0.
     fn sqrt(&self) -> Self;
@@ -117,28 +117,28 @@ impl Real for f64 {
     }
 }
 
-/// a·b of two vectors.
+/// Returns the dot product of two vectors.
 pub fn dot<R: Real>(a: &[R; 3], b: &[R; 3]) -> R {
     a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
 }
 
-/// a × b of two vectors.
+/// Returns the cross product of two vectors.
 pub fn cross<R: Real>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     let minor = |i: usize, j: usize| a[i].clone() * b[j].clone() - a[j].clone() * b[i].clone();
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// a − b of two vectors.
+/// Returns the difference of two vectors.
 pub fn sub<R: Real>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     [0, 1, 2].map(|i| a[i].clone() - b[i].clone())
 }
 
-/// |a| of a vector.
+/// Returns the length of a vector.
 pub fn length<R: Real>(a: &[R; 3]) -> R {
     dot(a, a).sqrt()
 }
 
-/// A vector of exact `f64` inputs.
+/// Returns a vector of exact `f64` inputs.
 pub fn vector<R: Real>(v: [f64; 3]) -> [R; 3] {
     v.map(R::new)
 }

@@ -1,5 +1,5 @@
-//! Laws that anyone can hold their own light techniques, closed forms and reflections to:
-//! [`Technique`], [`Integral`] and [`Bsdf`].
+//! Laws to check techniques, closed forms and reflections by, your own too: [`Technique`],
+//! [`Integral`] and [`Bsdf`].
 //!
 //! All take closures over plain numbers and arrays, and know no type of any other crate. A law
 //! that is broken is an error that says which, where and by how much ([`Broken`]); `check_…`
@@ -28,10 +28,10 @@ pub use technique::{Report, Technique};
 
 use std::fmt;
 
-/// A broken law, as a message.
+/// The error of a broken law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
-    /// The name of what broke it, and the story.
+    /// The name of the technique that broke it, and how.
     pub message: String,
 }
 
