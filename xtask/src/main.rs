@@ -1,8 +1,8 @@
-//! The workshop: `cargo xtask COMMAND`.
+//! The developers' tools: `cargo xtask COMMAND`.
 //!
-//! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the
-//! crates. What is the user's, listed in [`PROGRAM`], goes to the `linelit` program word for word;
-//! what is the developers' is listed in [`USAGE`].
+//! This program has no dependencies and links no crate of the renderer; it starts `cargo` and the
+//! programs of the crates. The users' commands, listed in [`PROGRAM`], are passed to the `linelit`
+//! program word for word; the developers' commands are listed in [`USAGE`].
 //!
 //! Exit status: 0 done, 1 failed, 2 usage.
 
@@ -22,7 +22,7 @@ use std::io::Write as _;
 use std::process::ExitCode;
 
 /// The commands of the `linelit` program, each with a line about it. A test of the program (`help`
-/// of the crate `cli`) holds this list to what the program knows.
+/// of the crate `cli`) checks that this list is complete.
 const PROGRAM: &str = include_str!("program.txt");
 
 const USAGE: &str = "\
@@ -55,7 +55,7 @@ fn main() -> ExitCode {
     let Some((command, rest)) = arguments.split_first() else {
         return usage("no command given");
     };
-    // Both crates, whatever the first says; the worse of the two counts.
+    // Run the test of both crates, even if it fails in the first; the larger status counts.
     let tables = |name| ["shading", "lights"].map(|of| cargo::written(of, "all", name, rest));
     let status = match command.as_str() {
         "help" | "-h" | "--help" => {

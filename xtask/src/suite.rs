@@ -319,6 +319,7 @@ fn feature_combinations() -> Vec<Part> {
 /// Prints the table of steps, the problems, and the plain line that scripts look for; returns the
 /// exit status.
 fn summary(outcomes: &[Outcome]) -> u8 {
+    // The times.
     println!("\n{:>8}  step", "seconds");
     for step in outcomes {
         let verdict = if step.problems.is_empty() {
@@ -328,6 +329,7 @@ fn summary(outcomes: &[Outcome]) -> u8 {
         };
         println!("{:>8.1}  {}{verdict}", step.time.as_secs_f64(), step.name);
     }
+    // The problems.
     let failed: Vec<_> = outcomes.iter().filter(|o| !o.problems.is_empty()).collect();
     if !failed.is_empty() {
         println!("\nwhat failed:");

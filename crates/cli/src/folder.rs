@@ -43,7 +43,7 @@ impl OutputFolder {
     /// it.
     ///
     /// # Errors
-    /// If that fails, or another process holds the folder.
+    /// If this fails, or another process has locked the folder.
     pub fn open(path: &Path) -> Result<Self> {
         let made = (!path.exists()).then(|| RemoveEmpty(path.to_owned()));
         let failed = || format!("creating the folder {}", path.display());

@@ -57,7 +57,7 @@ impl<'a> Sources<'a> {
     /// Reads anything by a library, and records which files are read.
     ///
     /// # Errors
-    /// Those of reading it.
+    /// If `read` fails, or the path of the input cannot be found.
     pub fn read_by<T>(&self, name: &str, read: impl Fn(&Library) -> Result<T>) -> Result<T> {
         // Record files in the order in which they are read first.
         let seen: Arc<Mutex<Vec<InputFile>>> = Arc::default();
@@ -124,7 +124,7 @@ pub fn whole_path(name: &str) -> Result<String> {
 /// Reads a scene of a plan again, by its number.
 ///
 /// # Errors
-/// If it cannot be found or read, or has changed.
+/// If the input cannot be found or read, or has changed since the plan was made.
 pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<SceneDescription> {
     open_by(folder, number, read, |library, name| {
         Ok(library.lit(library.load(name)?, name)?.scene)
@@ -134,7 +134,7 @@ pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<SceneDesc
 /// Reads an input of a plan again, by its number; `again` is called with its name.
 ///
 /// # Errors
-/// If it cannot be found or read, or has changed.
+/// If the input cannot be found or read, or has changed since the plan was made.
 pub fn open_by<T>(
     folder: &Folder,
     number: usize,

@@ -1,7 +1,7 @@
 //! The output of a command: results on standard output, everything else on standard error.
 //!
-//! All printing goes through here, so that a reader that goes away, or a disk that is full, is an
-//! answer and not a panic; clippy's `print_stdout` and `print_stderr` keep it so.
+//! All printing goes through this module, so that a closed pipe or a full disk becomes an error and
+//! not a panic; clippy's lints `print_stdout` and `print_stderr` ensure this.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -27,7 +27,7 @@ impl Output {
     /// Writes formatted text; `write!` and `writeln!` call this.
     ///
     /// # Errors
-    /// [`OutputError`], to be handed on with `?`: the program ends by it.
+    /// [`OutputError`], to be passed on with `?`, so that it ends the program.
     pub fn write_fmt(&mut self, text: fmt::Arguments<'_>) -> Result<(), OutputError> {
         Ok(self.0.write_fmt(text)?)
     }

@@ -103,6 +103,7 @@ impl Described {
             label: label.clone(),
             pixel: *pixel,
         };
+        // Take each setting that is described, and the others from the default.
         let mut spec = StudySpec {
             title: self.title.clone().unwrap_or(base.title),
             scenes: self.scenes.clone().unwrap_or(base.scenes),
@@ -122,6 +123,7 @@ impl Described {
             }),
             ..StudySpec::default()
         };
+        // The gallery's defaults are the study's settings.
         spec.gallery = self.gallery.as_ref().map(|gallery| gallery.of(&spec));
         spec
     }

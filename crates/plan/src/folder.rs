@@ -45,7 +45,7 @@ impl Folder {
     /// units stay.
     ///
     /// # Errors
-    /// If the folder holds another plan, which is said with what differs, or anything else; or
+    /// If the folder holds another plan (the error states the differences) or other files, or
     /// cannot be written.
     pub fn create(path: &Path, plan: &Plan) -> Result<Self, PlanError> {
         // Refuse a folder with another plan or other files. Two plans are the same if their texts
@@ -78,7 +78,7 @@ impl Folder {
     /// Opens the folder of a plan.
     ///
     /// # Errors
-    /// If there is none, or its text is not what was written.
+    /// If there is no plan, or its text is not the one that was written.
     pub fn open(path: &Path) -> Result<Self, PlanError> {
         let Some(bytes) = read(&path.join(PLAN))? else {
             return Err(PlanError::Refused(format!(
@@ -122,7 +122,7 @@ impl Folder {
     /// Checks that the plan was made by this program.
     ///
     /// # Errors
-    /// [`PlanError::Refused`], which says both versions.
+    /// [`PlanError::Refused`], which states both versions.
     pub fn check_program(&self, program: &str) -> Result<(), PlanError> {
         if self.plan.program == program {
             return Ok(());
@@ -169,8 +169,8 @@ impl Folder {
     /// Returns the result that was computed for a unit, or `None` if there is none.
     ///
     /// # Errors
-    /// [`PlanError::Broken`] if the file is not that of this unit or not whole, and if it cannot be
-    /// read.
+    /// [`PlanError::Broken`] if the file belongs to another unit or is incomplete, and
+    /// [`PlanError::Io`] if it cannot be read.
     pub fn part(&self, number: u32) -> Result<Option<Vec<u8>>, PlanError> {
         let path = self.part_path(number);
         let Some(bytes) = read(&path)? else {
@@ -192,7 +192,7 @@ impl Folder {
     /// is missing. All parts are read, and the missing ones are returned.
     ///
     /// # Errors
-    /// If a file cannot be read, and what `each` fails with.
+    /// If a file cannot be read, or `each` fails.
     pub fn read_all(
         &self,
         mut each: impl FnMut(u32, Vec<u8>) -> Result<(), PlanError>,
@@ -217,7 +217,7 @@ impl Folder {
     /// Tests whether parts can be written.
     ///
     /// # Errors
-    /// If not.
+    /// If they cannot be written.
     pub(crate) fn check_writable(&self) -> Result<(), PlanError> {
         // A copy of the folder may lack its empty subfolders.
         make_folder(&self.parts())?;

@@ -97,12 +97,14 @@ impl Input {
     /// Checks that the files are still the same as when the plan was made.
     ///
     /// # Errors
-    /// [`PlanError::Refused`], which names all that differ.
+    /// [`PlanError::Refused`], which names all files that differ.
     pub fn check(&self, found: &[InputFile]) -> Result<(), PlanError> {
+        // Look up the beginning of a file's digest.
         let find = |files: &[InputFile], name: &str| {
             let same = files.iter().find(|f| f.name == name);
             same.map(|f| f.sha256[..f.sha256.len().min(12)].to_owned())
         };
+        // Compare the files of either side with the other's.
         let mut differs = Vec::new();
         for file in self.files.iter().chain(found) {
             let text = match (find(&self.files, &file.name), find(found, &file.name)) {

@@ -123,9 +123,9 @@ impl Task<'_> {
 /// compared, such as times. `work` is called on several threads at a time.
 ///
 /// # Errors
-/// The first thing that goes wrong: `work` fails, a part cannot be read or written. Then, and when
-/// it is told to stop ([`PlanError::Interrupted`]), units in hand are finished, and what is done
-/// stays.
+/// The first failure of `work`, or of reading or writing a part; [`PlanError::Interrupted`] if
+/// [`Run::stop`] stopped it. In both cases the units that are being computed are finished first,
+/// and finished parts stay.
 pub fn run(
     folder: &Folder,
     options: &Run<'_>,

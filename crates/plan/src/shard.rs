@@ -37,7 +37,8 @@ impl Shard {
     /// schedulers that do not state it. `None` if no scheduler numbered the process.
     ///
     /// # Errors
-    /// If a number is none, there is no count, or the indices are not consecutive.
+    /// If a variable is not a number, the number of processes is unknown, or the index is not below
+    /// it.
     pub fn from_environment(
         get: impl Fn(&str) -> Option<String>,
         count: Option<u32>,

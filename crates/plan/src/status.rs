@@ -31,7 +31,7 @@ impl Folder {
     /// Returns the progress of the plan.
     ///
     /// # Errors
-    /// If the folder cannot be looked at.
+    /// If the folder or the times of its files cannot be read.
     pub fn status(&self) -> Result<Status, PlanError> {
         let mut status = Status {
             units: self.units(),

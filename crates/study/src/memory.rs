@@ -83,7 +83,7 @@ const BYTES_PER_PIXEL: u64 = 24;
 /// that are needed in addition to the picture's own.
 ///
 /// # Errors
-/// If the memory it takes is not available.
+/// If the memory for it is not available.
 pub fn check_picture(window: Tile, beside: u64) -> Result<()> {
     let (width, height) = (window.width(), window.height());
     let pixels = u64::from(width).saturating_mul(height.into());

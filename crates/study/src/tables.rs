@@ -300,7 +300,7 @@ impl StudyRecord {
     /// Returns the text of `results.json`.
     ///
     /// # Errors
-    /// [`FilmError::Invalid`] if serialisation fails, which no content of these fields makes it.
+    /// [`FilmError::Invalid`] if serialization fails, which it does for no content of these fields.
     pub fn to_json(&self) -> Result<String, FilmError> {
         let mut text = serde_json::to_string_pretty(self).map_err(invalid)?;
         text.push('\n');

@@ -1,10 +1,10 @@
 //! The number of random cases that a property is tried on, and the seeds of random loops.
 //!
-//! A property says what it costs: `cases(64)` is for one that runs a renderer, `cases(4000)` for
-//! one of a few multiplications. That number is for a usual run, for which proptest by itself takes
-//! [`USUAL`]; `PROPTEST_CASES` then scales all of them by the same factor, so that a long run is
-//! long for every property. `cargo xtask test --long` sets it to 4,096, sixteen times the usual,
-//! with a new `PROPTEST_RNG_SEED`.
+//! Each property states its number of cases according to its cost: `cases(64)` for one that runs a
+//! renderer, `cases(4000)` for one of a few multiplications. This is the number of a usual run;
+//! proptest's own default is [`USUAL`]. `PROPTEST_CASES` scales all of these numbers by the same
+//! factor, so that a long run is long for every property. `cargo xtask test --long` sets it to
+//! 4,096, sixteen times the usual number, with a new `PROPTEST_RNG_SEED`.
 //!
 //! ```
 //! use linelit_testkit::cases::{cases, rng};

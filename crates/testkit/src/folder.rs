@@ -17,7 +17,7 @@ impl Folder {
     /// Creates a folder of this process; the name distinguishes it from the folders of other tests.
     ///
     /// # Panics
-    /// When the system makes none.
+    /// If the system cannot create it.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
@@ -28,7 +28,7 @@ impl Folder {
     /// Returns the names in it, sorted.
     ///
     /// # Panics
-    /// When the folder is gone, or a name is not UTF-8.
+    /// If the folder does not exist, or a name is not UTF-8.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.0).unwrap();

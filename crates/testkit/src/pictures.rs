@@ -8,7 +8,7 @@
 /// ```
 ///
 /// # Panics
-/// If a side is longer than the format knows.
+/// If a side is longer than 65535, the format's limit.
 #[must_use]
 pub fn tga(size: [u32; 2], rgb: &[[u8; 3]]) -> Vec<u8> {
     let side = |n| {

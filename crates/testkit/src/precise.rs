@@ -32,7 +32,7 @@ impl<const BITS: usize> Wide<BITS> {
     /// range of `f64`.
     ///
     /// # Errors
-    /// The text itself when it is no number.
+    /// The text and the reason, if it is not a number.
     pub fn parse(text: &str) -> Result<Self, String> {
         let decimal = DBig::from_str(text).map_err(|e| format!("{text:?}: {e}"))?;
         Ok(Self(

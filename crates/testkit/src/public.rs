@@ -68,7 +68,7 @@ pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
 /// tests then skip that file.
 ///
 /// # Panics
-/// If there is a repository and not that file in it.
+/// If there is a repository that does not have that file.
 pub fn page(folder: &str, path: &str) -> Option<String> {
     let root = Path::new(folder).join("../..");
     if !root.join("crates").is_dir() {

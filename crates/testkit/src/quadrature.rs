@@ -1,7 +1,6 @@
 //! Quadrature: adaptive Gauss–Kronrod, Gauss–Legendre, and an adaptive rule over rectangles.
 //!
-//! All rules return an [`Estimate`] with an error estimate of their own; an oracle should look at
-//! both.
+//! All adaptive rules return an [`Estimate`] with an error estimate; an oracle should check both.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 /// The value of an integral with an estimate of its error.
@@ -114,6 +113,8 @@ pub fn gauss_kronrod_to(
     rel_tol: f64,
     abs_tol: f64,
 ) -> Estimate {
+    // Bisect the piece with the largest error, until the sum is good enough or a piece cannot be
+    // bisected.
     let mut pieces = vec![kronrod_pair(&mut f, a, b)];
     loop {
         let value: f64 = pieces.iter().map(|p| p.value).sum();

@@ -2,7 +2,7 @@
 //!
 //! `{"schema": …, "version": …, "digits": …, "cases": [{…}, …]}`; JSON numbers are exact `f64`
 //! inputs, strings are results computed from the exact binary inputs and rounded to `digits`
-//! digits. The files in `vectors/` of this crate are what closed forms and techniques are held to.
+//! digits. Closed forms and techniques are tested against the files in `vectors/` of this crate.
 
 use crate::precise::Precise;
 use serde_json::Value;

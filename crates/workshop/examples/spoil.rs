@@ -7,10 +7,10 @@
 //!     [--table FILE] [--in FOLDER] [WORD…]
 //! ```
 //!
-//! The copy is made in a new temporary folder that is removed in the end, or in FOLDER, which is
-//! kept, so that the next time less is compiled. The table (`examples/spoilings` unless told) has
-//! one paragraph for each way to spoil something; only those are tried whose command, file and name
-//! contain all words. Lines of it:
+//! The copy is made in a new temporary folder that is removed at the end, or in FOLDER, which is
+//! not removed, so that less is compiled the next time. The table (`examples/spoilings` by default)
+//! has one paragraph for each way to spoil something; only paragraphs whose command, file and name
+//! contain all words are tried. Its lines:
 //!
 //! ```text
 //! # a remark
@@ -21,16 +21,16 @@
 //! + what stands in its place; {} is the factor 1 + 1e-6, {1e-4} another one, {1} a switch to 2
 //! ```
 //!
-//! A paragraph without a name goes along with the one before. In place of `$` a table of claims has
-//! `?` and a command that prints claims with their verdicts, as `linelit converge claims --json`
-//! does. It runs twice with nothing spoiled: claims that differ between these are flickering, and
-//! count nowhere. Then each row says which claims have another verdict than at first, and the end
-//! says which claims nothing turned. What has no factors there is spoiled in all runs.
+//! A paragraph without a name belongs to the one before. In place of `$` a table of claims has `?`
+//! and a command that prints claims with their verdicts, as `linelit converge claims --json` does.
+//! It runs twice without spoiling: claims that differ between these runs are flickering, and are
+//! ignored. Then each row lists the claims whose verdict changed, and the end lists the claims that
+//! no spoiling changed. Paragraphs without factors are spoiled in all runs of such a table.
 //!
-//! All paragraphs with factors are built at once, and the environment says which factor is not one:
-//! the copy's crates get a function for that, the repository's own have none. A paragraph without
-//! factors is built alone. Every command must succeed at first with nothing spoiled. Exit status: 0
-//! everything was noticed, or every claim turned, 1 something was not, 2 the table does not fit.
+//! All paragraphs with factors are built at once, and an environment variable selects the factor
+//! that is not one; a function for this is added to the copy's crates. A paragraph without factors
+//! is built separately. Every command must succeed at first without spoiling. Exit status: 0 if
+//! every spoiling was noticed, or every claim changed; 1 if not; 2 if the table does not fit.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program")]
 
@@ -415,6 +415,7 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, S
 
 /// Reads the command line, and removes the temporary copy at the end.
 fn main() -> ExitCode {
+    // Read the options.
     let mut words: Vec<String> = env::args().skip(1).collect();
     let mut option = |name: &str| {
         let at = words.iter().position(|word| word == name)?;
@@ -424,6 +425,7 @@ fn main() -> ExitCode {
     let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/spoilings");
     let new = || env::temp_dir().join(format!("linelit-spoil-{}", std::process::id()));
     let folder = kept.clone().unwrap_or_else(new);
+    // Try the spoilings, and remove the copy.
     let result = spoil(&table.unwrap_or_else(own), &folder, &words);
     if kept.is_none()
         && folder.exists()
@@ -431,6 +433,7 @@ fn main() -> ExitCode {
     {
         eprintln!("{}: {e}", folder.display());
     }
+    // Print what was not noticed.
     match result {
         Err(why) => {
             eprintln!("{why}");

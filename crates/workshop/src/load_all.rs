@@ -1,8 +1,8 @@
 //! `load-all`: loads and renders every scene file below a folder, each in a process of its own.
 //!
 //! A file passes if it loads and renders, or is refused with an error. It fails if the process
-//! panics or dies, takes longer than the limit, or more memory than the limit. Time is that of the
-//! processor where the system tells it (Linux), so that a busy machine is not the file's fault.
+//! panics or dies, takes longer than the limit, or more memory than the limit. Where the system
+//! reports it (Linux), processor time counts, so that a busy machine does not make files fail.
 
 use crate::args::LoadAllArgs;
 use anyhow::{Context, Result, bail};

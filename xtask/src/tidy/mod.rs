@@ -1,6 +1,6 @@
 //! The house rules as tests: the invariants in `docs/architecture.md` that no lint can check.
 //!
-//! Each rule is a function from the [`House`] to a list of problems, each with its place.
+//! Each rule is a function from the [`House`] to a list of problems, each with its position.
 
 mod manifests;
 mod ratchet;

@@ -1,9 +1,9 @@
 //! The ratchet: figures of the size and the tangledness of the crates, which may rise only with a
 //! reason.
 //!
-//! `xtask/ratchet.txt` has the last ones. Whoever lowers a figure lowers the file (`cargo xtask
-//! ratchet`); a change that needs more raises it by hand, and the body of its commit names what
-//! that buys and what went for it. Two figures are kept:
+//! `xtask/ratchet.txt` has the last figures. A change that lowers a figure also lowers the file
+//! (`cargo xtask ratchet`); a change that needs more raises it by hand, and the body of its commit
+//! says what that buys and what was removed for it. There are two kinds of figures:
 //!
 //! - `code CRATE`: the lines of `src` of each crate and of xtask that are neither blank, nor a
 //!   comment, nor unit tests at the end of a file;

@@ -47,8 +47,8 @@ struct ChannelMetrics {
 /// differ, and writes the requested maps.
 ///
 /// # Errors
-/// If a picture cannot be read, the two are of different sizes or have no pixel in common, or
-/// something cannot be printed or written.
+/// If a picture cannot be read, the two have different sizes or no pixel in common, or output
+/// cannot be printed or written.
 pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
     // Refuse to overwrite the pictures.
     let maps = [&args.difference, &args.error_map];
@@ -424,6 +424,7 @@ fn linear<T: Copy + Into<f64>>(picture: &IntegerImage<T>, white: f64) -> Image {
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let m = &self.metrics;
+        // What was compared.
         writeln!(f, "picture    {}", self.picture)?;
         writeln!(f, "reference  {}", self.reference)?;
         if let Some([x0, x1, y0, y1]) = self.crop {
@@ -434,6 +435,7 @@ impl fmt::Display for Comparison {
         if m.skipped > 0 {
             writeln!(f, "skipped    {} pixels that are not finite", m.skipped)?;
         }
+        // The errors over all channels, then of each channel.
         writeln!(
             f,
             "mean       {:.6e}, of the reference {:.6e}",
@@ -456,6 +458,7 @@ impl fmt::Display for Comparison {
                 "\n{name:<10} MSE {mse:.3e}, MRSE {mrse:.3e}, bias {bias:.3e}"
             )?;
         }
+        // Metadata that differ.
         for (name, ours, theirs) in &self.differing_metadata {
             write!(f, "\n{name:<10} {ours}, of the reference {theirs}")?;
         }

@@ -19,7 +19,8 @@ use std::time::Instant;
 /// Runs a study and writes its report.
 ///
 /// # Errors
-/// If a scene cannot be read, the folder is not to be had, or the report cannot be written.
+/// If a scene cannot be read, the folder cannot be created or locked, or the report cannot be
+/// written.
 pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
     if args.list {
         let what = Some(Listed::Studies);

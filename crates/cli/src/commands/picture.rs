@@ -1,4 +1,4 @@
-//! Pictures in units: work in pieces that are computed in any order, by any thread or machine.
+//! Pictures in units: pieces of work that any thread or machine can compute in any order.
 //!
 //! ```text
 //!     the whole frame           a unit: one tile of the window, with all its camera
@@ -14,7 +14,7 @@
 //!
 //! There are two ways from work to picture:
 //!
-//! - *at once* ([`Picture::at_once`]): parts go to the assembly as they come, and nothing is kept;
+//! - *at once* ([`Picture::at_once`]): parts go to the assembly as they come, and none is stored;
 //! - *by a plan*, which `render` takes too for long pictures: [`Picture::plan`] lists all work,
 //!   [`Picture::run_with`] computes what is missing and keeps its parts in a folder (it may be
 //!   killed and started again, on any machine), and [`Picture::gather`] combines them.

@@ -42,7 +42,7 @@ fn open(path: &Path) -> Result<(Folder, Planned)> {
 /// Writes the folder of a plan.
 ///
 /// # Errors
-/// If what is planned cannot be read, or the folder cannot be made or holds something else.
+/// If the scene or file cannot be read, or the folder cannot be created or holds other files.
 pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
     match &args.kind {
         PlanKind::Render(args) => finish(&picture::plan(args)?, &args.planned, "picture.exr", out),
@@ -56,7 +56,7 @@ pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
 /// Computes the remaining units of a plan, or of a shard of it.
 ///
 /// # Errors
-/// If the plan cannot be read, is of another program, or a unit fails.
+/// If the plan cannot be read, was made by another version of the program, or a unit fails.
 pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
     // Open the plan, and find the shard and the number of threads.
     let (folder, planned) = open(&args.plan)?;
@@ -125,7 +125,7 @@ fn shard(args: &RunArgs) -> Result<Shard> {
 /// Puts the parts of a plan together, and writes the result.
 ///
 /// # Errors
-/// If parts are missing, which are named, or the result cannot be written.
+/// If parts are missing (the error names them), or the result cannot be written.
 pub fn merge(args: &MergeArgs, out: &mut Output) -> Result<()> {
     match open(&args.plan)? {
         (folder, Planned::Factors(plan)) => plan.merge(&folder, args, out),

@@ -30,7 +30,7 @@ pub(super) const CONVERGE: &str = "converge";
 /// Returns the study that the command line names.
 ///
 /// # Errors
-/// A [`UsageError`] if a study is named beside scenes, or lacks one; if there is no such scene.
+/// A [`UsageError`] if a study is named together with scenes, has too many scenes, or lacks one.
 pub(super) fn resolve(what: &[String]) -> Result<Study> {
     // A study that can be run on a scene of the user's.
     if let [name, scene @ ..] = what
@@ -132,7 +132,7 @@ fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
 /// Checks that the scenes exist, and refuses flags about their files if none is a file.
 ///
 /// # Errors
-/// A [`UsageError`] that names the flag, or the scene that is not there.
+/// A [`UsageError`] that names the flag, or an error that names the missing scene.
 pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
     scenes.iter().try_for_each(|scene| scene_is_there(scene))?;
     let is_file = |scene: &String| matches!(Place::find(scene), Ok(Place::File(_)));
@@ -374,11 +374,13 @@ pub(super) fn write(
     json: bool,
     out: &mut Output,
 ) -> Result<()> {
+    // Write the files.
     for (name, bytes) in record.files(exhibits)? {
         folder.add(&name, bytes);
     }
     let report = folder.path_of("report.html");
     folder.finish()?;
+    // Print what was left out, and the results.
     for sentence in record.left_out_sentences() {
         note(format_args!("note: {sentence}"));
     }

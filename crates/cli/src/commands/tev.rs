@@ -1,7 +1,7 @@
 //! `render --tev`: a picture shown in the viewer tev while it is computed.
 //!
-//! Tiles are sent by a thread of their own, so that a viewer that reads slowly, or not at all,
-//! holds nothing up. What goes wrong ends the connection, not the render.
+//! A separate thread sends the tiles, so that a viewer that reads slowly, or not at all, does not
+//! delay the render. An error ends the connection, not the render.
 #![allow(
     clippy::disallowed_methods,
     reason = "speaks to tev on a thread of its own"

@@ -129,6 +129,7 @@ pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
     if missing.is_empty() {
         return Ok(());
     }
+    // Name some of the units that have no part, and some whose part is broken.
     let units = &folder.plan().units;
     let mut text = format!("{} of {} units are missing", missing.len(), units.len());
     let named = |number: &u32| units[*number as usize].name.as_str();

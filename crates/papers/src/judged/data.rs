@@ -427,10 +427,12 @@ fn expand(entry: Value) -> Result<Vec<Value>> {
 fn fill(value: &mut Value, row: &[(String, &Value)]) {
     match value {
         Value::String(text) => {
+            // The whole text is a column: take the value with its type.
             if let Some((_, whole)) = row.iter().find(|(place, _)| place == text) {
                 *value = (*whole).clone();
                 return;
             }
+            // Otherwise insert the values' texts.
             for (place, part) in row {
                 let part = match part {
                     Value::String(part) => part.clone(),

@@ -183,11 +183,13 @@ impl<'t> Reader<'t> {
     /// Reads a sum in parentheses, a number, a statistic with its path in brackets, or a function
     /// with its arguments.
     fn factor(&mut self) -> Result<Node> {
+        // A sum in parentheses.
         if self.next("(").is_some() {
             let inner = self.sum()?;
             ensure!(self.next(")").is_some(), "no `)`");
             return Ok(inner);
         }
+        // A word: a number, or the name of a statistic or function.
         self.rest = self.rest.trim_start();
         let end = |c: char| !(c.is_alphanumeric() || "._".contains(c));
         let length = self.rest.find(end).unwrap_or(self.rest.len());
@@ -196,12 +198,14 @@ impl<'t> Reader<'t> {
         if let Ok(number) = word.parse() {
             return Ok(Node::Number(number));
         }
+        // A statistic and its path.
         if self.next("[").is_some() {
             return Ok(Node::Statistic(
                 word.to_owned(),
                 self.until(']')?.to_owned(),
             ));
         }
+        // A function and its arguments.
         ensure!(
             self.next("(").is_some(),
             "`{word}` is neither number nor function"

@@ -81,7 +81,7 @@ struct Lane<'a, S> {
 /// Measures all entries in turns on the calling thread, and returns a curve for each.
 ///
 /// # Panics
-/// If the known values are not one for each integral.
+/// If there is not one true value for each integral.
 #[must_use]
 pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curve<P::Settings>> {
     assert_eq!(
@@ -184,7 +184,7 @@ mod tests {
         let near = |got: Option<f64>, want: f64| (got.unwrap() / want - 1.0).abs() < 1e-12;
         assert!(near(c.time_to(1e-3), 10f64.sqrt()));
         assert!(c.time_to(1e-5).is_none());
-        // An estimator without error takes its time, whatever is asked.
+        // The time of an estimator without error does not depend on the error to reach.
         let exact = curve(&[(3.0, 1e-24)]);
         assert!(near(exact.time_to(1e-2), 3.0));
         assert!(near(exact.time_to(1e-20), 3.0));

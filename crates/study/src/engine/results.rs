@@ -108,7 +108,7 @@ impl<'a, P: Problem> Gathering<'a, P> {
     /// values need no parts.
     ///
     /// # Panics
-    /// If known values are not one for each integral.
+    /// If there is not one known value for each integral.
     #[must_use]
     pub fn reference(&self) -> Reference {
         let (problem, samples) = (self.job.problem, self.job.design.reference_samples());
@@ -126,7 +126,7 @@ impl<'a, P: Problem> Gathering<'a, P> {
     /// Returns the results; measurements of which a part is missing are left out.
     ///
     /// # Panics
-    /// If known values are not one for each integral.
+    /// If there is not one known value for each integral.
     #[must_use]
     pub fn results(self) -> Results {
         let reference = self.reference();
@@ -165,7 +165,7 @@ impl<'a, P: Problem> Gathering<'a, P> {
 /// ([`Score::variance`]) do not count. Only times depend on the number of threads.
 ///
 /// # Panics
-/// If known values are not one for each integral.
+/// If there is not one known value for each integral.
 pub fn measure<P: Problem>(job: Job<'_, P>) -> Results {
     let mut gathering = Gathering::new(job);
     let mut reference = None;

@@ -69,7 +69,7 @@ pub fn to_bytes(value: &impl Serialize) -> Vec<u8> {
 /// Restores a value from the bytes that [`to_bytes`] made of it.
 ///
 /// # Errors
-/// If they are not those of such a value, or more than those.
+/// If the bytes do not represent such a value, or if there are more of them.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
@@ -254,7 +254,7 @@ impl<P: Problem> Job<'_, P> {
     /// call `reference`. Everything except times is the same on every machine.
     ///
     /// # Errors
-    /// Whatever `reference` fails with, and for a unit or a reference of another study.
+    /// If `reference` fails, or the unit or the reference belongs to another study.
     pub fn compute<'r>(
         &self,
         unit: &Unit,

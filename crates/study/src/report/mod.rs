@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(html.matches("<script").count(), 1, "ours alone");
         assert!(html.contains("&lt;script&gt;alert(1)"));
         assert!(html.contains(r#"<a href="https://doi.org/10.1111/x">A &amp; B 2016</a>"#));
-        // A link goes elsewhere when it is followed; nothing else does.
+        // Only links refer to other addresses.
         let rest = html.replace(r#"<a href="https://"#, "");
         for loading in [
             "http://", "https://", "@import", "url(", "src=\"h", "fetch(",

@@ -1,5 +1,5 @@
-//! Pictures of a scene: those of the gallery, and points and lines that took the same time, for the
-//! slider.
+//! Pictures of a scene for reports: the gallery, and the two pictures under the slider, by points
+//! and by lines that took the same time.
 
 use super::spec::{Budget, Duel, Gallery, StudySpec};
 use super::{Targets, all_pixels};
@@ -138,6 +138,7 @@ pub(super) fn picture(
     reference: &Reference,
     settings: Settings,
 ) -> Shown {
+    // Find the number of samples.
     let easel = Easel {
         targets,
         spec,
@@ -147,6 +148,7 @@ pub(super) fn picture(
         Budget::Samples(samples) => samples,
         Budget::Seconds(seconds) => easel.fitting(seconds, settings),
     };
+    // Render, and score.
     let run = easel.run(settings, samples, 1);
     let mut name = spec.name(&settings);
     if gallery.samplers.len() > 1 {

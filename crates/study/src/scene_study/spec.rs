@@ -209,6 +209,7 @@ impl StudySpec {
     /// Creates the study's record without results; `command` is the command that repeats the study.
     #[must_use]
     pub fn record(&self, command: String) -> StudyRecord {
+        // Describe the settings for the report.
         let budget = self.time_budget.map(|s| format!("{s} s"));
         let pixels = if self.spots.is_empty() {
             self.pixels.to_string()

@@ -65,8 +65,8 @@ impl Work<'_, '_, '_> {
     /// one is found before the first is measured.
     ///
     /// # Errors
-    /// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees
-    /// nothing at the pixels, or the study does not fit into memory.
+    /// If a scene cannot be loaded, a pixel is outside it, no ray of the camera meets a surface at
+    /// the pixels, or the study does not fit into memory.
     pub fn plan(&self) -> Result<Vec<PlannedUnit>> {
         // Open all scenes.
         (0..self.views.len()).try_for_each(|view| self.job(view).map(drop))?;
@@ -99,7 +99,7 @@ impl Work<'_, '_, '_> {
                 };
                 add(Piece::Errors(unit), name, seconds);
             }
-            // List the pictures of the gallery, and those of the report.
+            // List the pictures of the gallery and of the report.
             if self.spec.gallery.is_some() && about.with_gallery {
                 self.with_gallery(view, |wanted, job| {
                     for Planned { unit, seconds } in job.reference_units(wanted.reference_rounds) {
@@ -222,8 +222,7 @@ impl Work<'_, '_, '_> {
     /// pictures that take the same time.
     ///
     /// # Errors
-    /// If the scene cannot be opened, what `needed` fails with, and for what is no unit of this
-    /// study.
+    /// If the scene cannot be opened, `needed` fails, or the unit does not belong to this study.
     pub fn compute(
         &self,
         units: &[SceneUnit],
@@ -289,7 +288,7 @@ impl Work<'_, '_, '_> {
     /// them. Measurements and pictures of which a part is missing are left out.
     ///
     /// # Errors
-    /// If a scene cannot be opened, what `part` fails with, and for parts that are none.
+    /// If a scene cannot be opened, `part` fails, or its bytes are not a part of this study.
     pub fn gather(
         &self,
         units: &[SceneUnit],

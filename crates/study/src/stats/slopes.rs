@@ -159,7 +159,7 @@ fn logged(
         if mean <= 0.0 || mean.is_nan() {
             return None;
         }
-        // sd = √mean: its relative error is half that of the mean.
+        // sd = √mean, so that its relative error is half the error of the mean.
         logged.push(Logged {
             x: ln(point.samples),
             y: 0.5 * ln(mean),

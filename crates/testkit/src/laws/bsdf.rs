@@ -235,11 +235,13 @@ impl Bsdf {
         let locate = surface::hemisphere().locate;
         for _ in 0..self.samples {
             let u = [rng.next_f64(), rng.next_f64()];
+            // Samples below the surface are counted, and reflect zero.
             let Some((wi, at)) = sample(u, wo).and_then(|w| Some((w, locate(w)?))) else {
                 observed[CELLS * CELLS] += 1;
                 mean.push(0.0);
                 continue;
             };
+            // Check and count a sample above the surface.
             let length = wi.iter().map(|x| x * x).sum::<f64>();
             let density = pdf(wi, wo);
             if (length - 1.0).abs() > 1e-9 || !(density > 0.0 && density.is_finite()) {

@@ -1,9 +1,9 @@
 //! Laws to check techniques, closed forms and reflections by, your own too: [`Technique`],
 //! [`Integral`] and [`Bsdf`].
 //!
-//! All take closures over plain numbers and arrays, and know no type of any other crate. A law
-//! that is broken is an error that says which, where and by how much ([`Broken`]); `check_…`
-//! panics with it, `try_…` returns it. Inputs from proptest make a property of each:
+//! All take closures over plain numbers and arrays, and know no type of any other crate. A broken
+//! law is an error that states which law, where and by how much ([`Broken`]); `check_…` panics
+//! with it, `try_…` returns it. With inputs from proptest each check becomes a property:
 //!
 //! ```
 //! use linelit_testkit::laws::Integral;

@@ -510,6 +510,7 @@ pub(super) fn masses_2d<P, L>(
 where
     P: Fn([f64; 2]) -> ([f64; 3], f64),
 {
+    // Integrate by a fine and a coarse rule, whose difference is the error.
     let rules = [gauss_legendre(12), gauss_legendre(8)];
     let edge = |i: usize| i as f64 / bins as f64;
     let mut density = |s: f64, t: f64| {
@@ -518,6 +519,7 @@ where
     };
     let (mut masses, mut error) = (Vec::with_capacity(bins * bins), 0.0);
     for i in 0..bins {
+        // Split the cells of a column at the seams.
         let mut cuts = vec![edge(i), edge(i + 1)];
         let inside = |s: &&f64| **s > edge(i) && **s < edge(i + 1);
         cuts.extend(surface.seams.iter().filter(inside));

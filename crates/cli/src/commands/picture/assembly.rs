@@ -1,4 +1,4 @@
-//! A picture in units in the making, which puts parts together.
+//! The assembly of a picture from the parts of its units.
 //!
 //! ```text
 //!     part of block 0 ─┐
@@ -6,9 +6,9 @@
 //!     part of block 2 ─┘
 //! ```
 //!
-//! Floating-point sums depend on their order. So the blocks of a tile come in theirs and are added
-//! one after the other, whoever computed them, and all of a tile before those of the next; tiles,
-//! which share no pixel, come in any order.
+//! Floating-point sums depend on their order. Therefore the blocks of a tile are added in the order
+//! of their numbers, wherever they were computed, and all blocks of a tile come before the blocks
+//! of the next. Tiles share no pixel, and come in any order.
 
 use super::Picture;
 use super::part::{Part, Work};

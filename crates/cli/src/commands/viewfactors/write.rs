@@ -38,6 +38,7 @@ fn csv(to: &mut impl Write, found: &Found) -> io::Result<()> {
 /// which is the number of surfaces; the areas; the rows; and the emittances, which are 1 if the
 /// input has none.
 fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
+    // Write the head and the areas.
     let (matrix, count) = (&found.matrix, found.areas.len());
     let head = format!("linelit {} 0 0 0 {count}", linelit_study::version());
     writeln!(to, "{head:<30}")?;
@@ -52,6 +53,7 @@ fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
         writeln!(to)
     };
     line(&found.areas)?;
+    // Write the rows densely; only the entries of the previous row are reset.
     let mut row = vec![0.0; count];
     for ends in matrix.indptr.windows(2) {
         let entries = ends[0]..ends[1];
@@ -64,6 +66,7 @@ fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
             .iter()
             .for_each(|column| row[*column as usize] = 0.0);
     }
+    // Write the emittances.
     if found.emittances.len() == count {
         return line(&found.emittances);
     }
@@ -72,6 +75,7 @@ fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
 
 /// Writes arrays for `scipy.sparse.load_npz`, and in addition `error`, `sky` and `area`.
 fn npz(to: &mut impl Write, found: &Found) -> io::Result<()> {
+    // Write the matrix in compressed rows, as scipy names its arrays.
     let mut zip = Zip {
         to,
         at: 0,
@@ -93,6 +97,7 @@ fn npz(to: &mut impl Write, found: &Found) -> io::Result<()> {
         .collect();
     zip.array("indices", "<i8", false, &indices)?;
     drop(indices);
+    // Write the factors, and our arrays.
     let arrays = [
         ("data", &matrix.data),
         ("error", &matrix.error),
