@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// The words of the arms of `main`, as its text has them, are the commands of the help.
+    /// The commands in the match of `main`, read from its source, are the commands of the help.
     #[test]
     fn help_names_every_command_and_no_other() {
         let arms = include_str!("main.rs").lines().filter(|line| {

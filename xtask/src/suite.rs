@@ -380,7 +380,7 @@ mod tests {
         let words = ["--long", "--seed", "7"].map(str::to_owned);
         assert_eq!(Selection::parse(&words).unwrap().seed, Some(7));
         assert!(parse(&["--long", "--seed"]).is_err() && parse(&["--seed", "x", "long"]).is_err());
-        // Nothing that runs would take it.
+        // No selected step would use it.
         assert!(parse(&["--seed", "7"]).is_err() && parse(&["--seed", "7", "test"]).is_err());
         assert_eq!(parse(&["long"]).unwrap(), ["long"]);
         assert!(parse(&["--fast"]).is_err());

@@ -286,7 +286,7 @@ mod tests {
         assert_eq!(names(&path), [LIST, "plots", "report.html"]);
         assert_eq!(names(&path.join("plots")), ["c.svg", "mine.txt"]);
 
-        // A list that leads elsewhere is not followed.
+        // Names in the list that lead out of the folder are ignored.
         let outside = path.with_extension("outside");
         fs::write(&outside, "kept").unwrap();
         let up = format!("../{}\n", outside.file_name().unwrap().display());

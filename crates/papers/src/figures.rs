@@ -237,8 +237,8 @@ pub fn processor_seconds(study: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Every study is read, and every paper's order that stands on a view of `salesin-fig5` finds
-    /// its estimator there.
+    /// Every study can be read, and every order that a paper reports for a view of `salesin-fig5`
+    /// belongs to an estimator of that study.
     #[test]
     fn all_figures_are_understood() {
         for figure in FIGURES.iter() {

@@ -229,7 +229,7 @@ mod tests {
         assert!((both.value - 4.0).abs() < 1e-14);
         assert!((both.known().unwrap()[1] / 4.0 - exp(0.25)).abs() < 1e-14);
         assert_eq!(Measured::pooled(&[]), None);
-        // One without an interval has none to give.
+        // A number without an interval gives results without intervals.
         assert_eq!(around(5.0, 0.3).minus(Measured::mean(&[2.0])).known(), None);
         assert_eq!(Measured::ratio(&[0.0; 8], &[1.0; 8]).known(), None);
     }
@@ -261,7 +261,8 @@ mod tests {
             let [low, high] = Measured::ratio(&a, &b).interval.unwrap();
             covered += u32::from(low <= 1.0 && 1.0 <= high);
         }
-        // t(7) where Welch has 14 degrees of freedom: a little wide.
+        // It uses t(7), where Welch's test has 14 degrees of freedom: the intervals are a little
+        // wide.
         let share = f64::from(covered) / 2000.0;
         let spread = 3.3 * (0.05 * 0.95 / 2000.0_f64).sqrt();
         assert!(

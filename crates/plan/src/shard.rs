@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(shard(&[], Some(4)).unwrap(), None);
         assert_eq!(slurm("0", "0", "1", "16").unwrap().unwrap(), "1/16");
         assert_eq!(slurm("17", "10", "7", "3").unwrap().unwrap(), "2/3");
-        // `--array=3,7`: no shard by its number.
+        // `--array=3,7`: the indices do not number the shards.
         assert!(slurm("7", "3", "1", "2").is_err());
         assert!(slurm("x", "3", "1", "2").is_err());
         let kubernetes = [("JOB_COMPLETION_INDEX", "5")];

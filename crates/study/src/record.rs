@@ -213,7 +213,7 @@ mod tests {
             variance: 0.0,
             ..row(64, 1e-30, 100.0)
         };
-        // Below its standard error: nothing is read from it.
+        // Its error is below its standard error, so that it is ignored.
         let vague = ResultRow {
             mse_stderr: 1.0,
             ..row(1, 1e-20, 0.1)

@@ -33,28 +33,28 @@ pub trait Real:
     fn new(x: f64) -> Self;
     /// Rounds to the nearest `f64`.
     fn to_f64(&self) -> f64;
-    /// √x, x ≥ 0.
+    /// Returns √x, for x ≥ 0.
     fn sqrt(&self) -> Self;
-    /// sin x (radians).
+    /// Returns sin x, for x in radians.
     fn sin(&self) -> Self;
-    /// cos x (radians).
+    /// Returns cos x, for x in radians.
     fn cos(&self) -> Self;
-    /// The angle of (x, y) = (`x`, `self`) in (−π, π].
+    /// Returns the angle of (x, y) = (`x`, `self`) in (−π, π].
     fn atan2(&self, x: &Self) -> Self;
-    /// eˣ.
+    /// Returns eˣ.
     fn exp(&self) -> Self;
-    /// ln x, x > 0.
+    /// Returns ln x, for x > 0.
     fn ln(&self) -> Self;
-    /// π.
+    /// Returns π.
     fn pi() -> Self;
 
-    /// arcsin x = atan2(x, √((1−x)(1+x))), |x| ≤ 1.
+    /// Returns arcsin x = atan2(x, √((1−x)(1+x))), for |x| ≤ 1.
     fn asin(&self) -> Self {
         let one = Self::new(1.0);
         self.atan2(&((one.clone() - self.clone()) * (one + self.clone())).sqrt())
     }
 
-    /// arccos x = atan2(√((1−x)(1+x)), x), |x| ≤ 1.
+    /// Returns arccos x = atan2(√((1−x)(1+x)), x), for |x| ≤ 1.
     fn acos(&self) -> Self {
         let one = Self::new(1.0);
         ((one.clone() - self.clone()) * (one + self.clone()))
@@ -62,7 +62,7 @@ pub trait Real:
             .atan2(self)
     }
 
-    /// |x|.
+    /// Returns |x|.
     fn abs(&self) -> Self {
         if *self < Self::new(0.0) {
             -self.clone()
@@ -71,7 +71,7 @@ pub trait Real:
         }
     }
 
-    /// xⁿ by repeated squaring.
+    /// Returns xⁿ by repeated squaring.
     fn powi(&self, n: u32) -> Self {
         let (mut result, mut base, mut rest) = (Self::new(1.0), self.clone(), n);
         while rest > 0 {

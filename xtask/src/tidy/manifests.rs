@@ -153,9 +153,9 @@ mod tests {
             owner: "x".to_owned(),
             manifest: manifest.to_owned(),
         });
-        // Lints, a version of its own, all that crates.io wants.
+        // The lints, the dependency with its own version, and the keys that crates.io requires.
         assert_eq!(hygiene(&house).len(), 2 + WANTED.split(' ').count());
-        // There is no page to have a row, or glam in it.
+        // The page is missing, and with it the row and glam in it.
         assert_eq!(dependency_table(&house).len(), 2);
     }
 }

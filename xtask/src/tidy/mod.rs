@@ -256,7 +256,7 @@ mod tests {
     use super::*;
 
     impl House {
-        /// A house of one file, to try rules on.
+        /// Returns a house with one file, for tests of rules.
         pub(super) fn of(path: &str, text: &str) -> Self {
             Self {
                 root: PathBuf::new(),

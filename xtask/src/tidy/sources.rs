@@ -186,13 +186,13 @@ mod tests {
         rule(&House::of(&format!("crates/{path}"), text)).len()
     }
 
-    /// Each rule sees the offence it is for.
+    /// Each rule finds a violation.
     #[test]
     fn rules_bite() {
         let fails = "pub fn a(&self) -> Result<f64, E> {";
         let hidden = format!("// {fails}\n#[cfg(test)]\nmod tests {{\n{fails}\n}}");
         let constructors = "pub fn try_new() -> Result<A, B> {}\npub fn a() -> Result<Self, B> {}";
-        // Spelled so that this file does not accuse itself.
+        // Written such that this file does not violate the rule.
         let cases = |text: &str| text.replace('@', "ProptestConfig").replace('#', "cases");
         for (rule, path, text, count) in [
             (fallibility as Rule, "mis/src/x.rs", fails.to_owned(), 1),

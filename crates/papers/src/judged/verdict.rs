@@ -219,7 +219,7 @@ mod tests {
         let below = Expected::Below(1.0);
         assert_eq!(below.judge(m(0.8, 0.99)), Verdict::Confirmed);
         assert_eq!(below.judge(m(0.8, 1.0)), Verdict::Consistent);
-        // A ratio of one is no gain.
+        // A ratio of one would mean no gain.
         assert_eq!(below.judge(m(1.0, 1.0)), Verdict::Refuted);
         assert_eq!(Expected::Above(1.0).judge(m(1.0, 1.0)), Verdict::Refuted);
         assert_eq!(Expected::Above(1.0).judge(m(1.01, 1.2)), Verdict::Confirmed);

@@ -50,7 +50,8 @@ fn thread_seconds(wall: Instant) -> f64 {
 mod tests {
     use super::*;
 
-    /// The kernel's own account moves every few milliseconds; this clock must show far less.
+    /// The kernel's own account advances every few milliseconds; this clock must show far shorter
+    /// times.
     #[test]
     fn short_work_takes_time_and_sleep_takes_none() {
         for _ in 0..100 {

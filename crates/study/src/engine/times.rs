@@ -99,7 +99,8 @@ mod tests {
 
     #[test]
     fn passes_are_averaged_and_blocks_added() {
-        // 3 s for two trials and 3 s for one: 2 s a trial, ½ s and 1 s from it.
+        // 3 s for two trials and 3 s for one: 2 s per trial, from which the passes differ by ½ s
+        // and 1 s.
         let of = |passes: [PassTime; 2]| Times {
             blocks: vec![passes.to_vec()],
         };

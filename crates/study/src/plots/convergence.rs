@@ -425,7 +425,7 @@ pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 mod tests {
     use super::*;
 
-    /// A row with an error of a tenth of its own; without noise at 64 samples.
+    /// Returns a row whose error bar is a tenth of its error, and which has no noise at 64 samples.
     fn row(samples: u32, mse: f64) -> ResultRow {
         ResultRow {
             scene: "s".to_owned(),
@@ -454,7 +454,7 @@ mod tests {
             row(64, 1e-9),
         ];
         let svg = error_over_samples("s", &rows, &Palette::default()).render();
-        // Two with noise, and one without on the lower edge.
+        // Two points with noise, and one without noise on the lower edge.
         assert_eq!(svg.matches("<title>").count(), 3);
         assert_eq!(svg.matches(r#"class="ll-o"#).count(), 1);
         assert!(!svg.contains("inf") && !svg.contains("\"NaN"), "{svg}");
@@ -466,7 +466,7 @@ mod tests {
         }
     }
 
-    /// A bar along the axis, one across it, and none for an error that is not known.
+    /// There is a bar along each axis, and none for an unknown error.
     #[test]
     fn bars_say_how_sure_times_are() {
         let timed = |samples, cpu_error| ResultRow {
@@ -481,7 +481,7 @@ mod tests {
             timed(64, 8e-3),
         ];
         let svg = error_over_time("s", &rows, &Palette::default()).render();
-        // Each of the three that are known is a line and its two ends; no error of the error is.
+        // Each of the three known errors is drawn as a line with two ends.
         assert_eq!(svg.matches(r#"class="ll-e"#).count(), 9, "{svg}");
         assert!(
             svg.contains("1 ms ± 100 µs") && svg.contains("64 ms ± 8 ms: no noise"),
@@ -489,7 +489,7 @@ mod tests {
         );
         assert!(!svg.contains("inf") && !svg.contains("NaN\""));
         let axis = LogAxis::spanning([1.0, 100.0].into_iter(), 1.0).over(0.0, 20.0);
-        // From 10 − 9 to 10 + 990, which is beyond.
+        // From 10 − 9 to 10 + 990, which is beyond the axis.
         assert_eq!(axis.bar([10.0, 9.0]), Some([0.0, axis.pixel(19.0)]));
         assert_eq!(axis.bar([10.0, 990.0]), Some([0.0, 20.0]));
         assert_eq!(axis.bar([10.0, f64::NAN]), None);
@@ -509,9 +509,10 @@ mod tests {
         assert_eq!((plot.series.len(), points.len()), (1, 3));
         let (first, last) = (points[0], points[2]);
         assert!(last.noiseless && !first.noiseless);
-        // 10 % of the square is 5 % of the root.
+        // 10 % of the squared error is 5 % of its root.
         assert!((first.y - 2.0).abs() < 1e-15 && (first.y_error - 0.1).abs() < 1e-15);
-        // Costs of .004 and .001; of points .008 and, below its standard error, less.
+        // The costs are .004 and .001; those of points are .008 and a smaller one below its
+        // standard error, which does not count.
         let values = |rows: &[ResultRow]| {
             let plot = efficiency_over_samples("s", rows, &Palette::default());
             [0, 1].map(|k| plot.series[0].points[k].y).to_vec()

@@ -145,8 +145,8 @@ mod tests {
     use super::*;
     use std::ops::Range;
 
-    /// A view whose reference takes twice 2 s, which has measurements of 1 s, three times 2 s and
-    /// 1 s, and a picture of 1 s.
+    /// Returns the units of a view: a reference of two units of 2 s; measurements of 1 s, of three
+    /// units of 2 s, and of 1 s; and a picture of 1 s.
     fn view(view: usize, first: usize) -> Vec<PlannedUnit> {
         let reference = |round| {
             Piece::Errors(Unit::Reference {
@@ -176,8 +176,8 @@ mod tests {
         pieces.map(unit).into()
     }
 
-    /// The units that are begun on two threads if each takes so many times its guess, and when the
-    /// last one ends.
+    /// Returns the units that are begun on two threads if each takes `slow` times its estimate, and
+    /// the time when the last one ends.
     fn run(units: &[PlannedUnit], seconds: f64, slow: f64) -> (Vec<usize>, f64) {
         let mut budget = TimeBudget::new(units.to_vec(), seconds, 2);
         let (mut begun, mut now) = (Vec::new(), 0.0);
@@ -194,16 +194,16 @@ mod tests {
     fn results_are_begun_only_if_all_of_them_fits() {
         let units = view(0, 0);
         let all: Vec<usize> = (0..8).collect();
-        // 13 s of one thread are 6.5 of two.
+        // 13 s of one thread are 6.5 s of two.
         assert_eq!(run(&units, 6.5, 1.0), (all, 6.5));
-        // The measurement of three blocks is left out, what is shorter is not.
+        // The measurement of three blocks is left out, shorter ones are not.
         assert_eq!(run(&units, 5.9, 1.0), (vec![0, 1, 2, 6, 7], 3.5));
-        // Reference, shortest measurement and picture take 3 s, and no part of the first two is
-        // begun in less.
+        // The reference, the shortest measurement and the picture take 3 s; in less time, no unit
+        // of the first two is begun.
         assert_eq!(run(&units, 3.0, 1.0), (vec![0, 1, 2, 7], 3.0));
         assert_eq!(run(&units, 2.9, 1.0), (vec![7], 0.5));
         assert_eq!(run(&units, 0.0, 1.0), (vec![], 0.0));
-        // Three times as slow as guessed: seen after the first part of the reference.
+        // Units are three times as slow as estimated, which is known after the first one.
         assert_eq!(run(&units, 3.9, 3.0), (vec![0], 3.0));
     }
 
@@ -213,7 +213,8 @@ mod tests {
         let (begun, end) = run(&units, 7.0, 1.0);
         assert_eq!(begun, [0, 1, 2, 6, 7, 8, 9, 10, 14, 15]);
         assert!(end <= 7.0);
-        // However wrong the guesses are, by the unit in hand at most; its 2 s are of two threads.
+        // However wrong the estimates are, the time is exceeded by at most the current unit, whose
+        // 2 s are on two threads.
         for tenths in 0..200 {
             for slow in [0.2, 1.0, 1.5, 3.0, 10.0] {
                 let seconds = 0.1 * f64::from(tenths);

@@ -246,7 +246,7 @@ mod tests {
     /// The distribution of a trial's squared error, for a variance of one.
     #[derive(Clone, Copy, Debug)]
     enum Seen {
-        /// A mean of so many χ² variables of one degree: of normal errors of as many pixels.
+        /// The mean of this many χ² variables of one degree: normal errors of as many pixels.
         Pixels(u32),
         /// exp(z/2 − 1/8) of a normal z: more often far above than below.
         Skewed,
@@ -262,8 +262,8 @@ mod tests {
         }
     }
 
-    /// Trials of an estimator whose variance is N^(2·order); a share of what a trial sees is the
-    /// same at all N.
+    /// Simulates trials of an estimator whose variance is N^(2·order). A fraction of each trial's
+    /// variance is the same at all N.
     fn tied_trials(
         random: &mut Pcg64Mcg,
         order: f64,
@@ -312,9 +312,9 @@ mod tests {
         }
     }
 
-    /// Counts how many 95 % intervals hold the truth: 94 to 96 %, and the rate is a binomial's over
-    /// 4000 studies with a standard deviation of 0.0034: three and a half of them on top. No more
-    /// than what is left are called bent, as these lines are straight.
+    /// Counts how many 95 % intervals contain the true order: 94 to 96 %, with a margin of three
+    /// and a half standard deviations of 0.0034 (a binomial over 4000 studies). At most the
+    /// remaining fraction of fits may be reported as bent, since these lines are straight.
     #[test]
     #[allow(clippy::print_stdout, reason = "the figures, by --nocapture")]
     fn intervals_cover_as_often_as_they_say() {
@@ -347,7 +347,7 @@ mod tests {
         }
     }
 
-    /// ln of a mean of χ²'s is biased alike at every N: the slope is not.
+    /// The ln of a mean of χ² variables has the same bias at every N, so that the slope has none.
     #[test]
     fn slopes_are_right_in_the_mean() {
         let (studies, count, pixels) = (1000_u32, 8, 20);
@@ -384,7 +384,7 @@ mod tests {
         kinked[2].trial_variances.iter_mut().for_each(|v| *v *= 1.2);
         assert!(fit_trials(&kinked, 0.95).unwrap().last.is_some());
         for point in &mut points {
-            // A floor that the largest N runs into.
+            // The error has a floor, which the largest N reaches.
             point.trial_variances.iter_mut().for_each(|v| *v += 1e-5);
         }
         let bent = fit_trials(&points, 0.95).unwrap();

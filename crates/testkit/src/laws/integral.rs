@@ -235,7 +235,8 @@ mod tests {
             let broken = cubic().try_1d([-1.0, 2.0], closed, |x| x.powi(3));
             broken.unwrap_err().message
         };
-        // One in 10¹¹; right but for the whole; right of nothing but the whole and its parts.
+        // A relative error of 4·10⁻¹¹; a form that is right only over the whole domain; a form that
+        // is right except over an empty interval.
         assert!(story(|a, b| (b.powi(4) - a.powi(4)) * (0.25 + 1e-11)).contains("apart"));
         let whole_only = |a: f64, b: f64| if b - a > 2.9 { 3.75 } else { 0.0 };
         assert!(story(whole_only).contains("apart"));
@@ -249,7 +250,7 @@ mod tests {
         assert!(story(nothing).contains("nothing"));
         let triangle = surface::triangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         assert!(cubic().try_2d(&triangle, 0.166_666, |p| p[0]).is_err());
-        // Nor is a jump that quadrature has not found.
+        // A jump that quadrature has not found is not accepted either.
         assert!(
             cubic()
                 .try_2d(&triangle, 0.25, |p| f64::from(p[0] > 0.3))

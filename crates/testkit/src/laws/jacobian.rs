@@ -104,7 +104,7 @@ mod tests {
         assert!(densities(3e-7, ramp, |[u]| 2.0 * u.sqrt()).unwrap() > 0.99);
         let off = densities(3e-7, ramp, |[u]| 2.0 * u.sqrt() * (1.0 + 1e-6)).unwrap_err();
         assert!((off.product - 1.0 - 1e-6).abs() < 1e-8, "{off:?}");
-        // Two places that lie across each other: (u + v², v u).
+        // A map whose coordinates depend on both numbers: (u + v², v u).
         let both = |[u, v]: [f64; 2]| Some([u + v * v, v * u]);
         let inverse = |[u, v]: [f64; 2]| 1.0 / (u - 2.0 * v * v).abs();
         assert!(densities(3e-7, both, inverse).unwrap() > 0.8);
@@ -116,7 +116,7 @@ mod tests {
         let bent = |[u]: [f64; 1]| Some([if u < 0.5 { u } else { 2.0 * u - 0.5 }]);
         let share = densities(3e-7, bent, |[u]| if u < 0.5 { 1.0 } else { 0.5 }).unwrap();
         assert!((0.9..1.0).contains(&share), "{share}");
-        // What moves by chance is nowhere sure.
+        // Differences of random samples are accurate nowhere.
         let mut rng = crate::rng::SplitMix64::new(1);
         assert!(
             densities(

@@ -31,7 +31,7 @@ use std::fmt;
 /// The error of a broken law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
-    /// The name of the technique that broke it, and how.
+    /// The name of the technique, closed form or reflection, and the law that it broke.
     pub message: String,
 }
 

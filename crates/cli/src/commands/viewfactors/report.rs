@@ -334,8 +334,8 @@ mod tests {
     use crate::args::FactorArgs;
     use linelit_viewfactors::files::Mesh;
 
-    /// A square that looks up sees the sky alone; one below it that looks down is not in the
-    /// picture, which is white beside them.
+    /// A square that faces up sees only the sky; one below it that faces down is not in the
+    /// picture, which is white elsewhere.
     #[test]
     fn facets_are_drawn_by_their_sky() {
         let args = FactorArgs {

@@ -125,7 +125,8 @@ fn climb(from: (f64, Case), steps: u32, numbers: &Sampler, stream: u32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two steps are as good as the paper says, one is not, and three are better still.
+    /// Two steps are as precise as the paper says, one step is not, and three are still more
+    /// precise.
     #[test]
     fn two_steps_are_enough() {
         let [one, two, three] = [1, 2, 3].map(|steps| worst(100_000, steps, 3));
