@@ -25,6 +25,7 @@ use std::process::ExitCode;
 /// of the crate `cli`) checks that this list is complete.
 const PROGRAM: &str = include_str!("program.txt");
 
+/// The commands of the developers, for the help.
 const USAGE: &str = "\
 the workshop:
   test [--long [--seed N]] [STEP…]
@@ -111,6 +112,7 @@ fn programs() -> impl Iterator<Item = &'static str> {
     PROGRAM.lines().filter_map(|line| line.split(' ').next())
 }
 
+/// Returns the help.
 fn help() -> String {
     let mut text = "usage: cargo xtask COMMAND [ARGUMENTS]\n\nthe linelit program (same words as \
                     `linelit COMMAND`, see `cargo xtask COMMAND --help`):\n"
@@ -119,6 +121,7 @@ fn help() -> String {
     format!("{text}\n{USAGE}")
 }
 
+/// Prints a usage error with the help, and returns its exit status.
 fn usage(problem: &str) -> ExitCode {
     eprintln!("error: {problem}\n\n{}", help());
     ExitCode::from(2)

@@ -209,6 +209,7 @@ fn weights(context: &Context<'_>) -> Result<Section> {
             "by a width that narrows with what is hidden",
         ),
     ] {
+        // Evaluate the weight at the centre of each pixel, the upper row first.
         let row = |y: u32| (0..side).map(move |x| [at(x), -at(y)]);
         let values = (0..side).flat_map(row).map(|at| weight(smoothing, at));
         let values: Vec<f64> = values.collect();

@@ -337,6 +337,7 @@ fn field(value: &Value) -> String {
     }
 }
 
+/// Returns the error of a failed serialization.
 fn invalid(error: serde_json::Error) -> FilmError {
     FilmError::Invalid(error.to_string())
 }

@@ -66,7 +66,8 @@ impl Dd {
         lo: 2.319_046_813_846_299_6e-17,
     };
 
-    /// Returns a + b exactly (barring overflow).
+    /// Returns a + b exactly (barring overflow), by Knuth's TwoSum: `shadow` is the part of b that
+    /// the rounded sum contains, and the two differences are what rounding took from a and from b.
     pub fn sum(a: f64, b: f64) -> Self {
         let hi = a + b;
         let shadow = hi - a;

@@ -40,6 +40,7 @@ const MATERIALS: [&str; 5] = [
 
 /// The methods, in the order of their losses.
 const NAMES: [&str; 4] = ["exact", "lines", "points", "rays"];
+/// The indices of the methods in [`NAMES`].
 const EXACT: usize = 0;
 const LINES: usize = 1;
 const POINTS: usize = 2;

@@ -31,6 +31,7 @@ struct Engine {
 }
 
 impl Engine {
+    /// Creates a table under a lamp.
     fn new() -> Self {
         let lamp = ConvexPolygon::parallelogram([-0.5, -0.5, 3.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
         let mut engine = Self { boxes: Vec::new(), lamp: lamp.expect("a square") };
@@ -41,6 +42,7 @@ impl Engine {
         engine
     }
 
+    /// Adds a box with the twelve triangles of its faces.
     fn add_box(&mut self, low: [f32; 3], high: [f32; 3]) {
         let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] });
         let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];

@@ -191,8 +191,8 @@ fn exports(text: &str) -> BTreeMap<String, String> {
     exports
 }
 
-/// The paths behind each `head::`, those in braces one by one. Braces within braces lose their
-/// beginning: `a::{b, c::{d}}` is `a::b`, `a::c` and `a::d`.
+/// Returns the paths that follow each `head::`; of names in braces, each makes a path. Nested
+/// braces lose their prefix: `a::{b, c::{d}}` gives `a::b`, `a::c` and `a::d`.
 fn paths(text: &str, head: &str) -> Vec<String> {
     let (mut found, mut start) = (Vec::new(), 0);
     let head = format!("{head}::");

@@ -141,6 +141,7 @@ impl Window {
         Image::from_fn(width, height, |x, y| image.get(x0 + x, y0 + y))
     }
 
+    /// Returns the first column and the one after the last, then the rows.
     const fn columns_and_rows(self) -> [i64; 4] {
         [self.x[0], self.x[1], self.y[0], self.y[1]]
     }
@@ -283,6 +284,7 @@ fn scalar(image: &Image) -> Vec<f32> {
     image.rgb.iter().map(|[v, ..]| *v).collect()
 }
 
+/// Metadata of an EXR file: names and values.
 type Metadata = Vec<(String, String)>;
 
 /// A picture from a file.

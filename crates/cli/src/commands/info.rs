@@ -145,6 +145,7 @@ impl LightRow {
     }
 }
 
+/// The number of materials of one model, and of the triangles that have them.
 #[derive(Debug, Default, Serialize)]
 struct MaterialGroup {
     materials: usize,
@@ -423,10 +424,12 @@ fn watts(power: f64) -> String {
     }
 }
 
+/// Converts bytes to MiB.
 fn mebibytes(bytes: usize) -> f64 {
     bytes as f64 / f64::from(1u32 << 20)
 }
 
+/// Formats a point.
 fn triple([x, y, z]: [f64; 3]) -> String {
     format!("({x:.4}, {y:.4}, {z:.4})")
 }

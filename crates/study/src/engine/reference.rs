@@ -87,6 +87,7 @@ pub(super) struct Replicates {
 }
 
 impl Replicates {
+    /// Returns the moments of the replicates of one integral.
     fn of(values: &[DVec3]) -> Self {
         let mean = values.iter().copied().sum::<DVec3>() / values.len() as f64;
         let square: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();

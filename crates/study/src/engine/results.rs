@@ -37,6 +37,7 @@ pub struct CellResult {
 }
 
 impl CellResult {
+    /// Computes the errors from the sums of a complete part.
     fn new<S>(part: CellPart, method: &Method<S>, samples: u32, pixels: usize) -> Self {
         let (score, counts) = (part.sums.score(pixels), part.counts);
         let row = ResultRow {

@@ -265,6 +265,7 @@ impl<P: Problem> Job<'_, P> {
             (Unit::Reference { round, integrals }, Truth::Computed(method))
                 if integrals.end <= all =>
             {
+                // A round of the reference on these integrals.
                 let samples = self.design.reference_samples();
                 let integrals = integrals.clone();
                 let part = ReferencePart::new(self.problem, method, samples, *round, integrals);
@@ -273,6 +274,7 @@ impl<P: Problem> Job<'_, P> {
             (Unit::Cells { cells, integrals }, _)
                 if integrals.end <= all && cells.end <= self.design.cells().len() =>
             {
+                // Measurements, scored against the reference.
                 let reference = reference()?;
                 if reference.values.len() != all {
                     bail!("the reference of another study");

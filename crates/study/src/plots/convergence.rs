@@ -70,14 +70,21 @@ pub struct ConvergencePlot {
     pub palette: Palette,
 }
 
+/// The margins of the plot, in pixels.
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 22.0;
+/// The distance between panels, in pixels.
 const GAP: f64 = 18.0;
+/// The height of a panel, and the heights of the title above it and the labels of ticks below it,
+/// in pixels.
 const PANEL_HEIGHT: f64 = 236.0;
 const PANEL_HEAD: f64 = 24.0;
 const TICKS: f64 = 22.0;
+/// The height of the label of the horizontal axis, in pixels.
 const X_LABEL: f64 = 26.0;
+/// The width of the plot, in pixels.
 const WIDTH: f64 = 900.0;
+/// The height of a row of the legend, in pixels.
 const LEGEND_ROW: f64 = 20.0;
 
 /// Plots the root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
@@ -197,6 +204,7 @@ struct Panel {
 }
 
 impl Panel {
+    /// Returns the pixel of a point.
     fn pixel(&self, x: f64, y: f64) -> [f64; 2] {
         [self.x.pixel(x), self.y.pixel(y)]
     }

@@ -20,6 +20,7 @@ pub(crate) enum Anchor {
 }
 
 impl Anchor {
+    /// Returns the value of the attribute `text-anchor`.
     fn name(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -30,6 +31,7 @@ impl Anchor {
 }
 
 impl Canvas {
+    /// Creates an empty drawing of this width.
     pub(crate) fn new(width: f64) -> Self {
         Self {
             width,
@@ -37,11 +39,13 @@ impl Canvas {
         }
     }
 
+    /// Adds an element.
     fn raw(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
+    /// Draws a line.
     pub(crate) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
         let ([x1, y1], [x2, y2]) = (from.map(num), to.map(num));
         self.raw(&format!(
@@ -59,6 +63,7 @@ impl Canvas {
         }
     }
 
+    /// Draws a rectangle.
     pub(crate) fn rect(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
         let ([x, y], [width, height]) = (corner.map(num), size.map(num));
         self.raw(&format!(
@@ -66,11 +71,13 @@ impl Canvas {
         ));
     }
 
+    /// Draws the lines between consecutive points.
     pub(crate) fn polyline(&mut self, class: &str, points: &[[f64; 2]]) {
         let list = list(points, [0.0, 0.0]);
         self.raw(&format!(r#"<polyline class="{class}" points="{list}"/>"#));
     }
 
+    /// Writes a text.
     pub(crate) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
         let ([x, y], anchor, text) = (at.map(num), anchor.name(), escape(text));
         self.raw(&format!(

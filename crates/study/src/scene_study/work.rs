@@ -233,6 +233,7 @@ impl Work<'_, '_, '_> {
         match piece {
             Piece::Errors(unit) => {
                 let job = self.job(*view)?;
+                // Measure against the reference, which is gathered from its parts at first.
                 let gathered = || Ok(gathered(self.job(*view)?, units, needed)?.reference());
                 let part = job.compute(unit, || self.reference(*view, gathered))?;
                 Ok(to_bytes(&part))
@@ -242,6 +243,7 @@ impl Work<'_, '_, '_> {
                 Ok(to_bytes(&part))
             }),
             Piece::GalleryPicture(k) => self.with_gallery(*view, |wanted, job| {
+                // Render a picture of the gallery, and score it against the gallery's reference.
                 let all = self.spec.pictures(wanted);
                 let settings = *all.get(*k).context("no such picture")?;
                 let targets = job.problem;

@@ -13,9 +13,20 @@ const NOTHING: f64 = 1e-18;
 /// Returns the least y that a curve of points reaches at an x of this or less, or `None` if the
 /// curve stays above this x.
 ///
-/// Where x falls and y rises from one point to the next, the curve runs along the straight line in
-/// logarithms. No line is drawn towards a point that is only rounding: there the point's own y
-/// counts.
+/// For a curve of error (x) against time (y), it is the time at which the error falls to x. Where x
+/// falls and y rises from one point to the next, the curve runs along the straight line in
+/// logarithms; elsewhere only the points count. No line is drawn towards a point that is only
+/// rounding: there the point's own y counts.
+///
+/// ```text
+/// error │ ●
+///       │   ╲
+///     x ├─────╲
+///       │     :╲
+///       │     :  ●
+///       └─────┴──────── time
+///         the least y
+/// ```
 pub(crate) fn least(curve: impl IntoIterator<Item = [f64; 2]>, x: f64) -> Option<f64> {
     let mut least: Option<f64> = None;
     let mut before: Option<[f64; 2]> = None;

@@ -214,6 +214,7 @@ fn replicate(
     Ok(replicated)
 }
 
+/// Prints the header of the table.
 fn print_header(out: &mut Output) -> Result<(), OutputError> {
     writeln!(
         out,
@@ -222,6 +223,7 @@ fn print_header(out: &mut Output) -> Result<(), OutputError> {
     )
 }
 
+/// Prints a row of the table, and lists pixels that differ.
 fn print_row(r: &Row, out: &mut Output) -> Result<(), OutputError> {
     writeln!(
         out,

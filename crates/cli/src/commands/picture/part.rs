@@ -20,6 +20,7 @@ pub(super) struct Work {
 }
 
 impl Work {
+    /// Returns the tile.
     pub(super) const fn tile(self) -> Tile {
         let [x0, x1, y0, y1] = self.tile;
         Tile { x0, y0, x1, y1 }

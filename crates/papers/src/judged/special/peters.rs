@@ -291,6 +291,7 @@ impl<'a> Entry<'a> {
         let again = (make.clone(), one.clone());
         Self {
             name,
+            // Make a sampler and draw one sample at every point.
             make: Box::new(move || {
                 for (x, u) in points.iter().zip(numbers.iter().cycle()) {
                     if let Some(s) = make(black_box(*x)) {
@@ -298,6 +299,7 @@ impl<'a> Entry<'a> {
                     }
                 }
             }),
+            // Make a sampler at every sixteenth point, and draw many samples of it.
             draw: Box::new(move || {
                 for s in points.iter().step_by(16).filter_map(|x| again.0(*x)) {
                     numbers.iter().for_each(|u| again.1(&s, black_box(*u)));
