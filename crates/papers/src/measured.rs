@@ -159,8 +159,8 @@ impl fmt::Display for Measured {
     }
 }
 
-/// Formats a number with up to four significant digits, at most three of them behind the point, or
-/// by a power of ten if it is very small or large.
+/// Formats a number with about four significant digits and at most three decimals, or by a power of
+/// ten if it is very small or large.
 pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if !size.is_finite() || (size > 0.0 && !(1e-3..1e5).contains(&size)) {

@@ -157,8 +157,8 @@ fn section(id: &str, part: &Section) -> Markup {
     }
 }
 
-/// A picture with its scale and caption. Small pictures are magnified by the style sheet, large
-/// ones take the whole width.
+/// A picture with its scale and caption. The style sheet magnifies small pictures, and lets a large
+/// one take the whole width if it is alone.
 fn figure(picture: &Picture) -> Markup {
     let small = picture.width.max(picture.height) <= 128;
     let wide = picture.width >= 512;
